@@ -12,7 +12,7 @@ from typing import Any
 
 from .asking import Asking
 
-LASTING = frozenset({"device_service", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"})
+LASTING = frozenset({"device_service", "scan_devices", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"})
 """Calls that last, and go on in slices."""
 
 
@@ -50,8 +50,13 @@ class Calls(Asking):
         """Lets the driver of a device carry out a service, off the cycle. Returns what that answers."""
         return self._ask("device_service", {"device": device, "service": service, "arguments": arguments})
 
+    def scan_devices(self, kind: str, options: dict[str, Any] | None = None) -> Any:
+        """Looks on the host of the system for devices that a driver could open; nothing moves. Returns what
+        each is, and the options that open it."""
+        return self._ask("scan_devices", {"kind": kind, "options": options})
+
     def device_served(self, errand: int) -> Any:
-        """Waits for a service that goes on. Returns what it answers, once."""
+        """Waits for a service or a search that goes on. Returns what it answers, once."""
         return self._ask("device_served", {"errand": errand})
 
     def reopen_physical_device(self, name: str) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from .alarms import Alarms
 from .devices import LogicalDevice
+from .drivers.catalog import Found, searched
 from .errors import CallError, EmergencyStopped, refusals, refuse
 from .given import all_taking
 from .observing import Observed
@@ -122,6 +123,13 @@ class Commanded(Observed):
             refuse(CallError, f"an enabling switch is {channel!r}", "give a channel of a physical device")
         with refusals:
             self._alive().enabling_switch(channel.device.name, channel.name)
+
+    def scan_devices(self, kind: str | None = None, **options: Any) -> Found:
+        """Looks for devices that a driver could open, on the host of this system; nothing moves. As `gpac.drivers.scan`.
+
+        Of a remote system it needs the role `configure`, for it opens ports there.
+        """
+        return searched(lambda each, where: self._alive().scan_devices(each, dict(where)), kind, options)
 
     @property
     def alarms(self) -> Alarms:

@@ -5,13 +5,18 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from . import drivers
+from .drivers.catalog import Found, searched
 from .errors import CallError, did_you_mean, refuse
 from .quantities import duration_ns
+from .remote.calls import Remote
+from .remote.opening import open_session
+from .top import url_of
 
 
 def add_to(commands: Any) -> None:
@@ -22,6 +27,8 @@ def add_to(commands: Any) -> None:
     of_drivers.set_defaults(run=_drivers)
     devices = commands.add_parser("devices", help="physical devices").add_subparsers(required=True, metavar="WHAT")
     scan = devices.add_parser("scan", help="find devices that a driver could open; nothing moves")
+    scan.add_argument("--on", metavar="URL", help="look on the host of this daemon, or of the one of this name: a URL like unix:///run/cell.sock")
+    scan.add_argument("--token", help="of a daemon on a port; default: OPENGPAC_TOKEN")
     scan.add_argument("kind", nargs="?", help="the driver, else all that can look")
     scan.add_argument("options", nargs=argparse.REMAINDER, metavar="--OPTION VALUE", help="options of the driver that say where to look")
     scan.set_defaults(run=_scan)
@@ -41,9 +48,19 @@ def _drivers(given: argparse.Namespace) -> int:
 
 def _scan(given: argparse.Namespace) -> int:
     where = options(given.options, drivers.show(given.kind).options) if given.kind else {}
-    found = drivers.scan(given.kind, **where)
+    found = drivers.scan(given.kind, **where) if given.on is None else _found_on(given, where)
     print(found)
     return 0 if found or not found.problems else 1
+
+
+def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
+    """What is found on the host of a daemon; whoever commands it goes on commanding."""
+    session = open_session(url_of(given.on, None), f"devices-scan-{os.getpid()}", token=given.token, command=False)
+    try:
+        system = Remote(session)
+        return searched(lambda kind, options: system.scan_devices(kind, dict(options)), given.kind, where)
+    finally:
+        session.close()
 
 
 def options(words: Iterable[str], declared: Iterable[Mapping[str, Any]]) -> dict[str, Any]:

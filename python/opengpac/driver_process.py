@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from . import _native
+from . import _native, driver_handover
 from .driver import Channel, Counter, Driver, about, services_of, the_driver
 
 
@@ -21,6 +21,7 @@ class Exchange:
 
     def __init__(self, options_json: str) -> None:
         options: dict[str, Any] = json.loads(options_json)
+        self._device = json.dumps([options.get(word) for word in ("path", "module", "class", "options")], sort_keys=True)
         for path in options.get("paths", []):
             if path not in sys.path:
                 sys.path.append(path)
@@ -60,8 +61,10 @@ class Exchange:
         self._readings = bytearray(readings_len)
 
     def open(self) -> None:
-        """Opens the device."""
+        """Opens the device; in a process of its own, when no process that was left behind has it any more."""
         with self._busy:
+            if driver_handover.is_process:
+                self._sign = driver_handover.taken_over(self._device)
             self._driver.open()
 
     def exchange(self, commands: bytes) -> tuple[bytes, list[int]]:
@@ -122,6 +125,7 @@ def main() -> int:
     """Serves until the device is closed or the program is gone."""
     # An interrupt from the keyboard is for the program, which closes its devices.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    driver_handover.is_process = True
     why = _native.run_plant()
     if why:
         print(why, file=sys.stderr)

@@ -34,7 +34,6 @@ SWAY = gpac.Verb(
 SENSED = "ur5e.shoulder_pan.sensed"
 
 
-
 def record(path: Path, waits: str) -> None:
     """Records one run; the verb starts after `waits` of virtual time."""
     with gpac.System("bench", clock="virtual") as cell:

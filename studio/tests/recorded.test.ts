@@ -180,6 +180,26 @@ test("the scope shows the whole recording, measured over all its values", async 
   await shoot(page, "recorded-scope");
 });
 
+test("a formula over traces is a trace, and one that is not understood is refused with its place", async () => {
+  const { page } = studio;
+  const field = page.getByLabel("Formula");
+  await field.fill(`2 * ${said.name} +`);
+  await page.getByRole("button", { name: "Add", exact: true }).click();
+  await page.getByRole("alert").getByText("not understood at its end").waitFor();
+  const text = `2 * ${said.name} + 1`;
+  await field.fill(text);
+  await page.getByRole("button", { name: "Add", exact: true }).click();
+  const cell = (name: string) => page.locator(`tr[data-trace="${text}"] [data-cell="${name}"]`);
+  await expect.poll(async () => Number(await cell("max").textContent())).toBeCloseTo(2 * said.max + 1, 3);
+  expect(Number(await cell("min").textContent())).toBeCloseTo(2 * said.min + 1, 3);
+  // What is computed is not counted among the values of the recording.
+  expect(((await page.getByTestId("values").textContent()) ?? "").replace(/\D/g, "")).toBe(String(said.count));
+  await shoot(page, "recorded-formula");
+  expect(await axeFindings(page)).toEqual([]);
+  await page.getByRole("button", { name: `Remove ${text}` }).click();
+  await cell("max").waitFor({ state: "detached" });
+});
+
 /** What a press saves. */
 async function saved(page: Page, name: string): Promise<string> {
   const coming = page.waitForEvent("download");

@@ -38,7 +38,7 @@ pub struct Call {
     pub lasts: bool,
     /// It brings something to a stop: it waits for nobody.
     pub stops: bool,
-    /// It may be made without command: the role to operate is enough to stop.
+    /// It may be made without command: the role is enough.
     pub free: bool,
     /// It takes long to work out, or its answer is long.
     pub costs: bool,

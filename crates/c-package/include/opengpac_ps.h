@@ -85,8 +85,13 @@ void opengpac_close(opengpac_system *system);
  *       Lets the driver of a device carry out a service, off the cycle. Returns what that answers.
  *         service: One that the driver declares: `configuration` lists them.
  *         arguments: Those of the service.
+ *   scan_devices(kind, [options]) -> Value or null
+ *       Looks on the host of the system for devices that a driver could open; nothing moves. Returns what
+ *       each is, and the options that open it.
+ *         kind: The driver.
+ *         options: Those of the driver that say where to look.
  *   device_served(errand) -> Value or null
- *       Waits for a service that goes on. Returns what it answers, once.
+ *       Waits for a service or a search that goes on. Returns what it answers, once.
  *   reopen_physical_device(name)
  *       Opens a device that was lost again, with everything that is bound to it.
  *   delete_physical_device(name)

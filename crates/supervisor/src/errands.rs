@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of drivers that are being carried out, each until its answer is taken.
+//! Services of drivers and searches for devices that are being carried out, each until its answer is taken.
 use crate::refuse::refuse;
 use device::Unserved;
 use model::refusal::{Class, Refusals};
@@ -10,33 +10,35 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 /// Errands at a time, those that nobody has asked about since they ended included.
 const ERRANDS_MAX: usize = 64;
 
-/// The services that are being carried out.
+/// What is being carried out.
 #[derive(Default)]
 pub(crate) struct Errands {
     last: u64,
     out: BTreeMap<u64, Arc<Errand>>,
 }
 
-/// A service that is being carried out, until its answer is taken.
+/// A service or a search that is being carried out, until its answer is taken.
 pub(crate) struct Errand {
-    pub device: String,
-    pub service: String,
+    /// Who carries it out: `device 'line'`, `driver 'feetech'`.
+    pub of: String,
+    /// `service 'home'`, `a search`.
+    pub what: String,
     pub answer: Mutex<Option<Result<Json, Unserved>>>,
     pub answered: Condvar,
 }
 
 impl Errands {
     /// A new errand, and its number; where there are too many, those go whose answer nobody has taken.
-    pub fn begin(&mut self, device: &str, service: &str) -> Result<(u64, Arc<Errand>), Refusals> {
+    pub fn begin(&mut self, of: String, what: String) -> Result<(u64, Arc<Errand>), Refusals> {
         if self.out.len() >= ERRANDS_MAX {
             self.out.retain(|_, errand| !errand.is_over());
         }
         if self.out.len() >= ERRANDS_MAX {
-            let message = format!("drivers carry out {ERRANDS_MAX} services already, and device '{device}' is asked for '{service}'");
+            let message = format!("drivers carry out {ERRANDS_MAX} services already, and {of} is asked for {what}");
             return Err(refuse(Class::InvalidState, message, "wait for one of them"));
         }
         self.last += 1;
-        let errand = Arc::new(Errand { device: device.to_owned(), service: service.to_owned(), answer: Mutex::default(), answered: Condvar::new() });
+        let errand = Arc::new(Errand { of, what, answer: Mutex::default(), answered: Condvar::new() });
         self.out.insert(self.last, errand.clone());
         Ok((self.last, errand))
     }
@@ -62,12 +64,11 @@ impl Errand {
     }
 
     pub fn refused(&self, why: Unserved) -> Refusals {
-        let Errand { device, service, .. } = self;
-        let of = format!("device '{device}'");
+        let Errand { of, what, .. } = self;
         match why {
             Unserved::Unknown(why) => refuse(Class::UnknownName, format!("{of}: {why}"), ""),
             Unserved::Arguments(why) => refuse(Class::CallError, format!("{of}: {why}"), ""),
-            Unserved::Failed(why) => refuse(Class::DeviceFailed, format!("{of} has not carried out service '{service}': {why}"), ""),
+            Unserved::Failed(why) => refuse(Class::DeviceFailed, format!("{of} has not carried out {what}: {why}"), ""),
         }
     }
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import builtins
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from .. import _native
@@ -13,6 +13,9 @@ from ..driver import about as declared
 from ..errors import DeviceFailed, Error, UnknownName, did_you_mean, refusals, refuse
 from ..quantities import duration_text
 from ..tables import Shown, Table, Tables
+
+Look = Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]]
+"""Lets a driver look for devices: its kind and options to what each is and the options that open it."""
 
 
 class Manual(Shown):
@@ -137,15 +140,25 @@ def _of_class(source: str) -> Manual:
 def scan(kind: str | None = None, **options: Any) -> Found:
     """Looks for devices that a driver could open; nothing moves. `options` say where to look, as those that open one.
 
-    Without a kind every driver that can look does; what keeps one from it is in `problems` of the answer.
+    Without a kind every driver that can look does; what keeps one from it is in `problems` of the answer. It looks on this host;
+    `cell.scan_devices(kind)` on that of a remote system.
     """
+    return searched(_here, kind, options)
+
+
+def _here(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]]:
+    return json.loads(_native.scan(kind, json.dumps(options)))
+
+
+def searched(look: Look, kind: str | None, options: Mapping[str, Any]) -> Found:
+    """What drivers find by this way to let one look: all that can, where no kind is given."""
     kinds = [manual.kind for manual in list() if manual.scans] if kind is None else [kind]
     found: builtins.list[dict[str, Any]] = []
     problems: dict[str, str] = {}
     for each in kinds:
         try:
             with refusals:
-                answer = json.loads(_native.scan(each, json.dumps(options)))
+                answer = look(each, options)
         except Error as error:
             if kind is not None:
                 raise

@@ -40,7 +40,7 @@ def python(
             options={name: plain(value, f"option '{name}' of the driver") for name, value in options.items()} or None,
             paths=[str(Path(path).absolute()) for path in sys.path if Path(path).is_dir()],
             period_ns=optional_ns(period, "the period"),
-            age_max_ns=optional_ns(age_max, "the greatest age"),
+            age_max_ns=optional_ns(age_max, "the maximum age"),
             timeout_ns=optional_ns(timeout, "the timeout"),
         ),
     )

@@ -50,7 +50,7 @@ def modbus(
             answer_ns=optional_ns(answer, "the time for an answer"),
             retries=retries,
             gap=gap,
-            age_max_ns=optional_ns(age_max, "the greatest age"),
+            age_max_ns=optional_ns(age_max, "the maximum age"),
         ),
     )
 
@@ -99,6 +99,6 @@ def modbus_server(
             clients=clients,
             silent_ns=optional_ns(silent, "how long clients may be silent"),
             period_ns=optional_ns(period, "the period"),
-            age_max_ns=optional_ns(age_max, "the greatest age"),
+            age_max_ns=optional_ns(age_max, "the maximum age"),
         ),
     )

@@ -66,6 +66,6 @@ def text(
             answer_ns=optional_ns(answer, "the time for an answer"),
             silent_ns=optional_ns(silent, "how long it may be silent"),
             period_ns=optional_ns(period, "the period"),
-            age_max_ns=optional_ns(age_max, "the greatest age"),
+            age_max_ns=optional_ns(age_max, "the maximum age"),
         ),
     )

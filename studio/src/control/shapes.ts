@@ -2318,7 +2318,20 @@ export interface Calls {
     };
     result: Value | null;
   };
-  /** Waits for a service that goes on. Returns what it answers, once. */
+  /** Looks on the host of the system for devices that a driver could open; nothing moves. Returns what each is, and the options that open it. */
+  scan_devices: {
+    role: "configure";
+    arguments: {
+      /** The driver. */
+      kind: string;
+      /** Those of the driver that say where to look. */
+      options?: { [name: string]: unknown } | null;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: Value | null;
+  };
+  /** Waits for a service or a search that goes on. Returns what it answers, once. */
   device_served: {
     role: "operate";
     arguments: {
@@ -2996,4 +3009,4 @@ export interface Calls {
 }
 
 /** The calls that last, and go on in slices. */
-export const LASTING: ReadonlySet<string> = new Set(["device_service", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"]);
+export const LASTING: ReadonlySet<string> = new Set(["device_service", "scan_devices", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"]);

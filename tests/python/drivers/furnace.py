@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import time
 from pathlib import Path
 
@@ -29,7 +30,7 @@ class Furnace(Driver):
         self.pid = os.getpid()
 
     def exchange(self) -> None:
-        for name in ("raises", "hangs", "lies"):
+        for name in ("raises", "hangs", "lingers", "lies"):
             if (Path(self.folder) / name).exists():
                 getattr(self, name)()
         self.exchanges += 1
@@ -65,6 +66,16 @@ class Furnace(Driver):
 
     def hangs(self) -> None:
         time.sleep(3600.0)
+
+    def lingers(self) -> None:
+        """As one of a slow device does: it goes on until another process waits for it, or has opened the device all the same."""
+        folder = Path(self.folder)
+        (folder / "lingers").unlink()
+        (folder / "lingering").touch()
+        signs = re.compile(rf"@opengpac-driver-\S*-{os.getpid()}-\d+$", re.MULTILINE)
+        # A line that nobody has accepted has the name of what it asked for.
+        while len(signs.findall(Path("/proc/net/unix").read_text())) < 2 and (folder / "told").read_text().count("open") < 2:
+            time.sleep(0.01)
 
     def lies(self) -> None:
         self.zones = "warm"

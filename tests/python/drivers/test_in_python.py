@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import sys
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import opengpac as gpac
 from afar import pushing, until
 from daemons import environment
 from opengpac.driver import Driver, Option, read, write
+from opengpac.driver_handover import taken_over
 
 FURNACE = Path(__file__).parent / "furnace.py"
 PATIENT = "20 s"
@@ -69,7 +71,8 @@ def test_it_is_read_and_commanded(tmp_path: Path) -> None:
         assert 0.0 <= cell.read(furnace["age"])[0] < 20.0
         heat.halt()
         until(lambda: cell.read(furnace["temperature"])[0] == 300.0, "what nobody commands is safe")
-    assert told(tmp_path) == ["open", "safe 0", "close"]
+    # It is told so when it is closed, and by itself where it sees it before.
+    assert [what for what, _ in groupby(told(tmp_path))] == ["open", "safe 0", "close"]
 
 
 def test_under_the_virtual_clock_it_is_in_this_process(tmp_path: Path) -> None:
@@ -123,6 +126,42 @@ def test_when_the_program_is_killed_it_brings_its_safe_state(tmp_path: Path) -> 
         program.kill()
     until(lambda: told(tmp_path)[-1] == "close", "it is closed")
     assert told(tmp_path)[1].startswith("safe 0")
+
+
+def test_the_next_process_waits_for_the_one_that_a_killed_program_left(tmp_path: Path) -> None:
+    words = [sys.executable, "-c", PROGRAM, str(FURNACE), str(tmp_path)]
+    with subprocess.Popen(words, env=environment(), stdout=subprocess.PIPE, text=True) as program:
+        assert program.stdout is not None
+        assert program.stdout.readline() == "open\n"
+        (tmp_path / "lingers").touch()
+        until(lambda: (tmp_path / "lingering").exists(), "its process is within a long exchange")
+        program.kill()
+        program.wait()
+        with gpac.System("cell") as cell:
+            opened(cell, tmp_path)
+            assert [what for what, _ in groupby(told(tmp_path))][:4] == ["open", "safe 0", "close", "open"], (
+                "opened when it was safe and closed"
+            )
+
+
+def test_a_process_that_is_left_and_does_not_end_is_named(tmp_path: Path) -> None:
+    made = "import sys, time; from opengpac.driver_handover import taken_over; sign = taken_over(sys.argv[1]); print(); time.sleep(3600)"
+    launch = "import subprocess, sys; left = subprocess.Popen(sys.argv[1:]); print(left.pid, flush=True); left.wait()"
+    device = str(tmp_path)
+    words = [sys.executable, "-c", launch, sys.executable, "-c", made, device]
+    with subprocess.Popen(words, env=environment(), stdout=subprocess.PIPE, text=True) as program:
+        assert program.stdout is not None
+        left = int(program.stdout.readline())
+        assert program.stdout.readline() == "\n"
+        taken_over(device, patience_s=0.0).close()  # its program lives
+        program.kill()
+        program.wait()
+        try:
+            with pytest.raises(TimeoutError, match=rf"process {left}, which a killed program left behind, .*kill -9 {left}"):
+                until(lambda: taken_over(device, patience_s=0.01).close(), "it is not waited for")
+        finally:
+            os.kill(left, signal.SIGKILL)
+        taken_over(device).close()
 
 
 def test_what_is_wrong_with_its_options_is_said(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from opengpac.cell import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput
 
 CHANNELS = {
     "wanted": {"holding": 100, "type": "float", "unit": "mm"},
+    "recipe": {"holding": 102},
     "start": {"coil": 0},
     "position": {"input": 0, "type": "int32", "scale": 0.001, "unit": "mm", "write": True, "safe": -1.0},
     "busy": {"discrete": 4, "write": True},
@@ -85,6 +86,18 @@ def test_a_controller_reads_and_writes_signals(cell: gpac.System, port: int) -> 
         assert getattr(plc.read_device_information(), "information")[0] == b"OpenGPAC"  # noqa: B009
         cell.emergency_stop("test")
         until(lambda: plc.read_input_registers(0, count=2).registers == [0xFFFF, 0xFC18], "it is safe again")
+
+
+def test_one_is_written_by_either_function_and_answered_by_that_one(cell: gpac.System, port: int) -> None:
+    offered = Offered(cell, port)
+    recipe, start = offered.device["recipe"], offered.device["start"]
+    with offered.client() as plc:
+        for value in (True, False):
+            one, several = plc.write_coil(0, not value), plc.write_coils(0, [value])
+            word, words = plc.write_register(102, 0), plc.write_registers(102, [7])
+            answers = [(answer.isError(), answer.function_code) for answer in (one, several, word, words)]
+            assert answers == [(False, function) for function in (5, 15, 6, 16)]
+            until(lambda value=value: (cell.read(start)[0], cell.read(recipe)[0]) == (value, 7), "both are as they were written last")
 
 
 def test_clients_that_are_slow_silent_or_mad_delay_nobody(cell: gpac.System, port: int) -> None:

@@ -109,8 +109,20 @@ crate::calls! {
                 let errand = system.service(&device, &service, Json::Object(arguments.unwrap_or_default()))?;
                 served(system, errand, slice)
             };
-        /// Waits for a service that goes on. Returns what it answers, once.
-        Operate device_served(must errand: u64) -> Option<Value>: lasts
+        /// Looks on the host of the system for devices that a driver could open; nothing moves. Returns what each is, and the options that
+        /// open it.
+        Configure scan_devices(
+            /// The driver.
+            must kind: String,
+            /// Those of the driver that say where to look.
+            may options: Option<Map<String, Json>>,
+        ) -> Option<Value>: unjournalled, lasts, free
+            => |system, slice| {
+                let errand = system.scan(&kind, Json::Object(options.unwrap_or_default()))?;
+                served(system, errand, slice)
+            };
+        /// Waits for a service or a search that goes on. Returns what it answers, once.
+        Operate device_served(must errand: u64) -> Option<Value>: lasts, free
             => |system, slice| served(system, errand, slice);
         /// Opens a device that was lost again, with everything that is bound to it.
         Operate reopen_physical_device(must name: String) -> (): commands("name"), told

@@ -98,8 +98,11 @@ impl Wired {
     }
 }
 
+/// What adapter and host may take where nothing is said: one of FTDI holds what came for up to 16 ms.
+const LATENCY: Duration = Duration::from_millis(20);
+
 /// How a line is used that the options name.
-pub(super) fn timing(given: &Given<'_>, protocol: Protocol, latency: Duration) -> Result<Timing, DriverError> {
+pub(super) fn timing(given: &Given<'_>, protocol: Protocol) -> Result<Timing, DriverError> {
     let whole = |name: &str| given.value()[name].as_u64();
     let narrow = |name: &str, value: Option<u64>, most: u32| match value {
         Some(value) if value > u64::from(most) => Err(given.wrong(name, format!("at most {most} is asked for"))),
@@ -110,13 +113,13 @@ pub(super) fn timing(given: &Given<'_>, protocol: Protocol, latency: Duration) -
         return Err(given.wrong("baud", "1200 to 10000000 is asked for"));
     }
     let retries = narrow("retries", whole("retries"), 100)?.unwrap_or(2);
-    let latency = whole("latency_ns").map_or(latency, Duration::from_nanos);
+    let latency = whole("latency_ns").map_or(LATENCY, Duration::from_nanos);
     Ok(Timing { baud, latency, retries, echo: given.value()["echo"].as_bool() })
 }
 
 /// Reads the options, and the calibration that they name.
 pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, DriverError> {
-    let timing = timing(given, protocol, Duration::from_millis(20))?;
+    let timing = timing(given, protocol)?;
     let options: Options = given.read()?;
     let max_speed = options.max_speed.unwrap_or(SPEED);
     if max_speed.is_nan() || max_speed <= 0.0 {

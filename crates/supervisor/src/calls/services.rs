@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of drivers: commands off the cycle. Each is carried out on a thread of its own that holds nothing which a stop could wait for;
-//! who asked for it waits for its errand, in slices.
-use crate::errands::Errands;
+//! Services of drivers, commands off the cycle, and searches for devices. Each is carried out on a thread of its own that holds nothing
+//! which a stop could wait for; the caller waits for its errand, in slices.
+use crate::errands::{Errand, Errands};
 use crate::refuse::{refuse, unknown};
 use crate::system::{System, Waited};
-use device::Unserved;
+use device::{DriverError, Unserved};
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 use serde_json::Value as Json;
 use std::sync::atomic::Ordering;
-use std::sync::{MutexGuard, PoisonError};
+use std::sync::{Arc, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 impl System {
@@ -25,18 +25,28 @@ impl System {
             }
             (of.beside.clone(), core.remote.at(core.registry.source_name(of.source)).cloned())
         };
-        let (number, errand) = self.errands().begin(device, service)?;
-        let (name, service, ends) = (device.to_owned(), service.to_owned(), errand.clone());
-        let carry_out = move || {
-            let served = match far {
-                None => beside.serve(&service, &arguments),
-                Some(far) => far.service(&name, &service, &arguments.to_string()).map(|answer| serde_json::from_str(&answer).unwrap_or_default()),
-            };
-            ends.end(served);
-        };
-        if let Err(why) = std::thread::Builder::new().name("service".to_owned()).spawn(carry_out) {
-            errand.end(Err(Unserved::Failed(format!("no thread for it: {why}"))));
-        }
+        let (number, errand) = self.errands().begin(format!("device '{device}'"), format!("service '{service}'"))?;
+        let (name, service) = (device.to_owned(), service.to_owned());
+        carry_out(&errand, move || match far {
+            None => beside.serve(&service, &arguments),
+            Some(far) => far.service(&name, &service, &arguments.to_string()).map(|answer| serde_json::from_str(&answer).unwrap_or_default()),
+        });
+        Ok(number)
+    }
+
+    /// Looks on this host for devices that a driver could open; nothing moves. Returns the number of the errand, for [`System::served`]: its
+    /// answer is a list of what each is and the options that open it.
+    pub fn scan(&self, kind: &str, options: Json) -> Result<u64, Refusals> {
+        let (number, errand) = self.errands().begin(format!("driver '{kind}'"), "a search".to_owned())?;
+        let kind = kind.to_owned();
+        carry_out(&errand, move || {
+            let found = drivers::scan(&kind, &options).map_err(|why| match &why {
+                DriverError::UnknownKind { .. } => Unserved::Unknown(why.to_string()),
+                DriverError::Option { .. } | DriverError::NoScan { .. } => Unserved::Arguments(why.to_string()),
+                _ => Unserved::Failed(why.to_string()),
+            })?;
+            serde_json::to_value(found).map_err(|why| Unserved::Failed(why.to_string()))
+        });
         Ok(number)
     }
 
@@ -52,7 +62,7 @@ impl System {
         let mut answer = of.answer.lock().unwrap_or_else(PoisonError::into_inner);
         while answer.is_none() {
             if self.shared.closing.load(Ordering::Acquire) {
-                let message = format!("system '{}' is closed, and nobody waits for service '{}' of device '{}' any more", self.name, of.service, of.device);
+                let message = format!("system '{}' is closed, and nobody waits for {} of {} any more", self.name, of.what, of.of);
                 return Err(refuse(Class::InvalidState, message, ""));
             }
             let left = until.saturating_duration_since(Instant::now());
@@ -66,6 +76,14 @@ impl System {
         let wrong = |why: serde_json::Error| Unserved::Failed(format!("its answer is of no form that is known: {why}"));
         let value = answer.and_then(|answer| serde_json::from_value(answer).map_err(wrong));
         value.map(Waited::Done).map_err(|why| of.refused(why))
+    }
+}
+
+/// Carries an errand out on a thread of its own.
+fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, Unserved> + Send + 'static) {
+    let ends = errand.clone();
+    if let Err(why) = std::thread::Builder::new().name("service".to_owned()).spawn(move || ends.end(does())) {
+        errand.end(Err(Unserved::Failed(format!("no thread for it: {why}"))));
     }
 }
 

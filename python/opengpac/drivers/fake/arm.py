@@ -27,7 +27,7 @@ class Refused(Exception):
 
 
 class JointArm:
-    """Six joints, each at its goal one cycle later, or on its way there at its greatest speed."""
+    """Six joints, each at its goal one cycle later, or on its way there at its maximum speed."""
 
     def __init__(self, position: Sequence[float], leap_max: float) -> None:
         self.q = [float(value) for value in position]
@@ -35,7 +35,7 @@ class JointArm:
         self.goal = [*self.q]
         self.leap_max = leap_max
         self.step_max = 0.0
-        """The greatest step of a goal from one cycle to the next, rad."""
+        """The largest step of a goal from one cycle to the next, rad."""
 
     def command(self, goal: Sequence[float]) -> None:
         """Gives the next goal; `Refused` where it is a leap."""

@@ -23,7 +23,7 @@ class Gripper:
     """The fingers of a model, each a spring of limited force about its goal; `address` is that of its Modbus server.
 
     Finger k has its registers from `10 k` on: the input registers position (10 µm), velocity (0.1 mm/s) and the force that its pad feels
-    (mN), the holding registers goal (10 µm) and greatest force (mN). It has no force until it is told one.
+    (mN), the holding registers goal (10 µm) and maximum force (mN). It has no force until it is told one.
     """
 
     def __init__(self, mujoco: Any, model: Any, actuators: range) -> None:

@@ -110,7 +110,7 @@ class ur:
 
     @property
     def step_max(self) -> float:
-        """The greatest step of a goal from one cycle to the next so far, rad."""
+        """The largest step of a goal from one cycle to the next so far, rad."""
         return self.do(lambda: self.arm.step_max)
 
     @property

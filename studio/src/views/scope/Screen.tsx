@@ -9,7 +9,7 @@ import { colourOf, patternOf } from "./looks";
 import type { Show, ShownTrace } from "./messages";
 import { type Axis, Plot } from "./plot";
 import type { Scope } from "./scope";
-import { type Setup, traceId } from "./setup";
+import { type Setup, traceId, unitOf } from "./setup";
 import type { StreamChannel } from "./signal/frame";
 import { Timing } from "./Timing";
 
@@ -117,7 +117,7 @@ function shownTraces(setup: Setup, channels: ReadonlyMap<string, StreamChannel>)
         setup: trace,
         colour: inked(colourOf(trace.look)),
         pattern: [...patternOf(trace.look)],
-        unit: trace.derive?.kind === "derivative" ? `${unit ?? "1"}/s` : unit,
+        unit: unitOf(trace, unit),
       };
     });
 }

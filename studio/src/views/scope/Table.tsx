@@ -5,7 +5,7 @@ import { useWatched } from "../../shell/context";
 import { colourOf, patternOf } from "./looks";
 import type { Row } from "./messages";
 import type { Scope } from "./scope";
-import { type Setup, type TraceSetup, traceId } from "./setup";
+import { type Setup, type TraceSetup, traceId, unitOf } from "./setup";
 import { TraceMenu } from "./TraceMenu";
 
 const COLUMNS = [
@@ -103,7 +103,7 @@ function TraceRows(props: {
           </button>
           {refused && <div className="bad small">{refused.map((one) => one.message).join("; ")}</div>}
         </th>
-        <td className="quiet">{trace.derive?.kind === "derivative" ? `${unit || "1"}/s` : unit}</td>
+        <td className="quiet">{unitOf(trace, unit || null) ?? ""}</td>
         {columns.map(([name]) => (
           <td key={name} className="number" data-cell={name}>
             –

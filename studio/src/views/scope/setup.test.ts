@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 import { found, score } from "./fuzzy";
 import { colourOf, patternOf } from "./looks";
-import { channelsOf, checked, EMPTY, fromLink, type Setup, toLink, traceId, withChannel } from "./setup";
+import { channelsOf, checked, EMPTY, fromLink, type Setup, toLink, traceId, withChannel, withFormula } from "./setup";
 
 const NAMES = ["ur5e.shoulder_pan.sensed", "ur5e.shoulder_pan.reference", "ur5e.shoulder_lift.sensed", "ur5e.elbow.sensed", "override"];
 
@@ -53,4 +53,16 @@ test("all channels that a setup needs are asked for, each once", () => {
 test("64 traces all look different", () => {
   const looks = Array.from({ length: 64 }, (_, i) => `${colourOf(i)} ${patternOf(i)}`);
   expect(new Set(looks).size).toBe(64);
+});
+
+test("a formula names traces that are on the screen", () => {
+  const setup = withChannel(withChannel(EMPTY, "force", "[0]"), "force", "[1]");
+  const made = withFormula(setup, "hypot(force[0], force[1])");
+  expect(made.traces.at(-1)).toMatchObject({ channel: "force", component: "[0]", look: 2, derive: { kind: "formula" } });
+  expect(channelsOf(made)).toEqual(["force"]);
+  expect(withFormula(made, "hypot(force[0], force[1])")).toBe(made);
+  expect(checked(JSON.parse(toLink(made))).traces).toEqual(made.traces);
+  expect(() => withFormula(setup, "force[2] + 1")).toThrow("there is no trace 'force[2]' on the screen; there are force[0], force[1]");
+  const broken = { ...made.traces[2], derive: { kind: "formula", text: "force[0] +", of: [] } };
+  expect(() => checked({ ...made, traces: [broken] })).toThrow("not understood at its end");
 });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a scope looks at, and how: kept by name, sent as a link.
 
+import { formula } from "./signal/formula";
 import type { SweepMode } from "./signal/sweep";
 import type { Edge } from "./signal/trigger";
 
@@ -12,7 +13,11 @@ export interface Source {
 
 export interface TraceSetup extends Source {
   /** What is shown instead of the value itself. */
-  derive?: { kind: "derivative" } | { kind: "difference"; less: { channel: string; component: string } };
+  derive?:
+    | { kind: "derivative" }
+    | { kind: "difference"; less: { channel: string; component: string } }
+    // `of`: the traces that it names, in their order; the first one is that of the trace.
+    | { kind: "formula"; text: string; of: { channel: string; component: string }[] };
   /** Index of colour and line pattern. */
   look: number;
   hidden?: boolean;
@@ -60,13 +65,23 @@ export function traceId(trace: TraceSetup): string {
   const name = `${trace.channel}${trace.component ?? ""}`;
   if (trace.derive?.kind === "derivative") return `d/dt ${name}`;
   if (trace.derive?.kind === "difference") return `${name} − ${trace.derive.less.channel}${trace.derive.less.component}`;
+  if (trace.derive?.kind === "formula") return trace.derive.text;
   return name;
+}
+
+/** The unit of a trace, of a channel with this one; null: none, or, of a formula, one that is not known. */
+export function unitOf(trace: TraceSetup, unit: string | null): string | null {
+  if (trace.derive?.kind === "formula") return null;
+  return trace.derive?.kind === "derivative" ? `${unit ?? "1"}/s` : unit;
 }
 
 /** The channels that a setup needs from the system. */
 export function channelsOf(setup: Setup): string[] {
   const names = setup.traces.map((trace) => trace.channel);
-  for (const { derive } of setup.traces) if (derive?.kind === "difference") names.push(derive.less.channel);
+  for (const { derive } of setup.traces) {
+    if (derive?.kind === "difference") names.push(derive.less.channel);
+    if (derive?.kind === "formula") names.push(...derive.of.map(({ channel }) => channel));
+  }
   if (setup.trigger?.on === "level") names.push(setup.trigger.channel);
   return [...new Set(names)];
 }
@@ -86,6 +101,21 @@ export function withChannel(setup: Setup, channel: string, component: string | n
   );
   if (there) return setup;
   return { ...setup, traces: [...setup.traces, { channel, component, look: freeLook(setup.traces) }] };
+}
+
+/** Puts a formula over traces on the screen. Errors: `Error` that says what is not understood, or which trace is not there. */
+export function withFormula(setup: Setup, text: string): Setup {
+  const { names } = formula(text);
+  const plain = setup.traces.filter((trace) => !trace.derive && trace.component !== null);
+  const of = names.map((name) => {
+    const found = plain.find((trace) => traceId(trace) === name);
+    if (!found) throw new Error(`there is no trace '${name}' on the screen; there are ${plain.map(traceId).join(", ") || "none"}`);
+    return { channel: found.channel, component: found.component ?? "" };
+  });
+  const first = of[0] as { channel: string; component: string };
+  const made: TraceSetup = { ...first, look: freeLook(setup.traces), derive: { kind: "formula", text, of } };
+  if (setup.traces.some((trace) => traceId(trace) === traceId(made))) return setup;
+  return { ...setup, traces: [...setup.traces, made] };
 }
 
 /** The part of an address that says it: `?setup=…`. */
@@ -129,6 +159,8 @@ export function checked(said: unknown): Setup {
   if (!Array.isArray(setup.traces)) wrong("'traces' is no list");
   setup.traces.forEach((trace, i) => {
     if (typeof trace?.channel !== "string" || trace.channel === "") wrong(`trace ${i + 1} names no channel`);
+    if (trace.derive?.kind === "formula" && formula(String(trace.derive.text)).names.length !== trace.derive.of?.length)
+      wrong(`the formula of trace ${i + 1} has other names than it says`);
   });
   if (!SWEEPS.includes(setup.sweep)) wrong(`'sweep' is '${setup.sweep}', and there are ${SWEEPS.join(", ")}`);
   if (!SCALES.includes(setup.scales)) wrong(`'scales' is '${setup.scales}', and there are ${SCALES.join(", ")}`);

@@ -275,7 +275,7 @@ fn a_calibration_is_recorded_and_read_again() {
 fn a_scan_finds_ids_and_models() {
     for (protocol, model) in [(Protocol::Sts, "sts3215"), (Protocol::Dynamixel, "xl330-m288")] {
         let peer = Peer::new(protocol);
-        let port = json!({ "port": peer.path, "baud": 1_000_000 });
+        let port = json!({ "port": peer.path, "baud": 1_000_000, "latency_ns": 5_000_000 });
         let expected = json!({ "servo_1": { "id": 1, "model": model }, "servo_2": { "id": 2, "model": model } });
         let scan = || device::scan(kind(protocol), &port).expect("the line is there");
         assert!((0..30).any(|_| scan().iter().any(|found| found.options["servos"] == expected && found.options["baud"] == 1_000_000)));

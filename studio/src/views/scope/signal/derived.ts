@@ -28,7 +28,14 @@ export function derivative(of: Series): Series {
 
 /** One less the other, at the times of the first, with the value that the other has then. Unknown in the gaps of either. */
 export function difference(one: Series, other: Series): Series {
-  const held = new Held(other);
+  return combined([one, other], ([first, second]) => (first as number) - (second as number));
+}
+
+/** What is computed from several, at the times of the first, with the values that the others have then. Unknown in the gaps of any. */
+export function combined(of: readonly Series[], value: (of: readonly number[]) => number): Series {
+  const [one = [], ...others] = of;
+  const held = others.map((other) => new Held(other));
+  const values_then: number[] = Array.from({ length: of.length }, () => Number.NaN);
   const made: Series = [];
   for (const piece of one) {
     let times: number[] = [];
@@ -36,8 +43,13 @@ export function difference(one: Series, other: Series): Series {
     let broken = piece.broken;
     for (let i = piece.from; i < piece.to; i += 1) {
       const time_ns = piece.times_ns[i] as number;
-      const at = held.at(time_ns);
-      if (at === null) {
+      let isKnown = true;
+      held.forEach((other, at) => {
+        const then = other.at(time_ns);
+        if (then === null) isKnown = false;
+        else values_then[at + 1] = then;
+      });
+      if (!isKnown) {
         if (times.length > 0) made.push(pieceOf(times, values, broken));
         times = [];
         values = [];
@@ -45,7 +57,8 @@ export function difference(one: Series, other: Series): Series {
         continue;
       }
       times.push(time_ns);
-      values.push((piece.values[i] as number) - at);
+      values_then[0] = piece.values[i] as number;
+      values.push(value(values_then));
     }
     if (times.length > 0) made.push(pieceOf(times, values, broken));
   }

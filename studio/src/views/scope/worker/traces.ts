@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { ShownTrace } from "../messages";
 import type { TraceSetup } from "../setup";
-import { derivative, difference } from "../signal/derived";
+import { combined, derivative, difference } from "../signal/derived";
+import { formula } from "../signal/formula";
 import { type Missing, missingIn, type Series, seriesOf } from "../signal/series";
 import type { Acquisition, Kept } from "./acquisition";
 
@@ -27,6 +28,13 @@ export function traceSeries(store: Store, trace: TraceSetup, from_ns: number, to
   if (trace.derive?.kind === "derivative") return derivative(own);
   if (trace.derive?.kind === "difference") {
     return difference(own, store.series(trace.derive.less.channel, trace.derive.less.component, from_ns, to_ns));
+  }
+  if (trace.derive?.kind === "formula") {
+    const { text, of } = trace.derive;
+    return combined(
+      of.map(({ channel, component }) => store.series(channel, component, from_ns, to_ns)),
+      formula(text).value,
+    );
   }
   return own;
 }
@@ -67,6 +75,7 @@ export class Reference implements Behind {
     const of = live(acquisition);
     for (const { setup } of traces) {
       this.#keep(of, setup.channel, setup.component ?? "", span);
+      if (setup.derive?.kind === "formula") for (const { channel, component } of setup.derive.of) this.#keep(of, channel, component, span);
       if (setup.derive?.kind === "difference") this.#keep(of, setup.derive.less.channel, setup.derive.less.component, span);
     }
   }

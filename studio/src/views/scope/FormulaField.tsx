@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useId, useState } from "react";
+import { useWatched } from "../../shell/context";
+import type { Scope } from "./scope";
+import { withFormula } from "./setup";
+
+/** A trace that is computed from those on the screen. */
+export function FormulaField(props: { scope: Scope }) {
+  const { scope } = props;
+  const setup = useWatched(scope.setup);
+  const [text, setText] = useState("");
+  const [wrong, setWrong] = useState("");
+  const [field, why] = [useId(), useId()];
+  if (!setup.traces.some((trace) => trace.component !== null)) return null;
+  return (
+    <form
+      className="formula"
+      onSubmit={(event) => {
+        event.preventDefault();
+        try {
+          scope.change(withFormula(setup, text.trim()));
+          setText("");
+          setWrong("");
+        } catch (refused) {
+          setWrong(refused instanceof Error ? refused.message : String(refused));
+        }
+      }}
+    >
+      <label htmlFor={field}>Formula</label>
+      <input
+        id={field}
+        value={text}
+        placeholder="hypot(force[0], force[1]) - 5"
+        aria-invalid={wrong !== ""}
+        aria-describedby={wrong === "" ? undefined : why}
+        onChange={(event) => setText(event.target.value)}
+      />
+      <button type="submit" disabled={text.trim() === ""}>
+        Add
+      </button>
+      {wrong !== "" && (
+        <span id={why} className="wrong small" role="alert">
+          {wrong}
+        </span>
+      )}
+    </form>
+  );
+}

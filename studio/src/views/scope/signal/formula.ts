@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// Formulas over traces: `sqrt(arm.force[0]^2 + arm.force[1]^2) - 5`.
+
+/** A formula that was understood. */
+export interface Formula {
+  /** Names of the traces in it, each once, in the order in which they first stand there. */
+  names: readonly string[];
+  /** Its value for values of these, in their order. */
+  value: (of: readonly number[]) => number;
+}
+
+const FUNCTIONS: Record<string, { arguments: [number, number]; of: (...values: number[]) => number }> = {
+  abs: { arguments: [1, 1], of: Math.abs },
+  sqrt: { arguments: [1, 1], of: Math.sqrt },
+  exp: { arguments: [1, 1], of: Math.exp },
+  log: { arguments: [1, 1], of: Math.log },
+  sin: { arguments: [1, 1], of: Math.sin },
+  cos: { arguments: [1, 1], of: Math.cos },
+  tan: { arguments: [1, 1], of: Math.tan },
+  atan2: { arguments: [2, 2], of: Math.atan2 },
+  hypot: { arguments: [1, 16], of: Math.hypot },
+  minimum: { arguments: [1, 16], of: Math.min },
+  maximum: { arguments: [1, 16], of: Math.max },
+};
+const CONSTANTS: Record<string, number> = { pi: Math.PI };
+const SYMBOL = /\s*(?:(\d+\.?\d*(?:[eE][+-]?\d+)?|\.\d+(?:[eE][+-]?\d+)?)|([A-Za-z_][\w.#:]*(?:\[\d+\](?:\.\w+)*)*)|([-+*/^(),]))/y;
+
+interface Symbol_ {
+  kind: "number" | "name" | "sign" | "end";
+  text: string;
+  at: number;
+}
+
+/** Reads a formula: numbers, names of traces, + − * / ^, brackets, functions. Errors: `Error` that says where and what. */
+export function formula(text: string): Formula {
+  return new Parser(text).whole();
+}
+
+type Part = (of: readonly number[]) => number;
+
+class Parser {
+  readonly #symbols: Symbol_[];
+  readonly #names: string[] = [];
+  #next = 0;
+
+  constructor(text: string) {
+    this.#symbols = symbolsOf(text);
+  }
+
+  whole(): Formula {
+    const value = this.#sum();
+    const rest = this.#peek();
+    if (rest.kind !== "end") throw wrong(rest, "an operator was expected");
+    if (this.#names.length === 0) throw new Error("the formula names no trace");
+    return { names: this.#names, value };
+  }
+
+  #sum(): Part {
+    let left = this.#product();
+    for (;;) {
+      const [one, sign] = [left, this.#take("+", "-")];
+      if (sign === null) return left;
+      const other = this.#product();
+      left = sign === "+" ? (of) => one(of) + other(of) : (of) => one(of) - other(of);
+    }
+  }
+
+  #product(): Part {
+    let left = this.#signed();
+    for (;;) {
+      const [one, sign] = [left, this.#take("*", "/")];
+      if (sign === null) return left;
+      const other = this.#signed();
+      left = sign === "*" ? (of) => one(of) * other(of) : (of) => one(of) / other(of);
+    }
+  }
+
+  // A sign binds less than a power: -x^2 is -(x^2).
+  #signed(): Part {
+    const sign = this.#take("-", "+");
+    if (sign === null) return this.#power();
+    const of = this.#signed();
+    return sign === "-" ? (values) => -of(values) : of;
+  }
+
+  #power(): Part {
+    const base = this.#single();
+    if (this.#take("^") === null) return base;
+    const exponent = this.#signed();
+    return (of) => base(of) ** exponent(of);
+  }
+
+  #single(): Part {
+    const symbol = this.#peek();
+    this.#next += 1;
+    if (symbol.kind === "number") {
+      const value = Number(symbol.text);
+      return () => value;
+    }
+    if (symbol.kind === "name") return this.#named(symbol);
+    if (symbol.text !== "(") throw wrong(symbol, "a number, a trace or '(' was expected");
+    const inner = this.#sum();
+    this.#close();
+    return inner;
+  }
+
+  #named(symbol: Symbol_): Part {
+    if (this.#peek().text === "(") return this.#call(symbol);
+    const constant = CONSTANTS[symbol.text];
+    if (constant !== undefined) return () => constant;
+    let index = this.#names.indexOf(symbol.text);
+    if (index < 0) index = this.#names.push(symbol.text) - 1;
+    return (of) => of[index] as number;
+  }
+
+  #call(symbol: Symbol_): Part {
+    const known = FUNCTIONS[symbol.text];
+    if (!known) throw wrong(symbol, `there is no function of this name; there are ${Object.keys(FUNCTIONS).join(", ")}`);
+    this.#next += 1;
+    const given = [this.#sum()];
+    while (this.#take(",") !== null) given.push(this.#sum());
+    this.#close();
+    const [least, most] = known.arguments;
+    if (given.length < least || given.length > most)
+      throw wrong(symbol, `it takes ${least === most ? least : `${least} to ${most}`} arguments`);
+    return (of) => known.of(...given.map((one) => one(of)));
+  }
+
+  #close(): void {
+    if (this.#take(")") === null) throw wrong(this.#peek(), "')' was expected");
+  }
+
+  #peek(): Symbol_ {
+    return this.#symbols[this.#next] as Symbol_;
+  }
+
+  #take(...signs: string[]): string | null {
+    const { kind, text } = this.#peek();
+    if (kind !== "sign" || !signs.includes(text)) return null;
+    this.#next += 1;
+    return text;
+  }
+}
+
+function symbolsOf(text: string): Symbol_[] {
+  const found: Symbol_[] = [];
+  let at = 0;
+  const end = text.trimEnd().length;
+  while (at < end) {
+    SYMBOL.lastIndex = at;
+    const match = SYMBOL.exec(text);
+    if (!match) throw new Error(`the formula is not understood at '${text.slice(at).trim()}'`);
+    const [whole, number, name, sign] = match;
+    const kind = number !== undefined ? "number" : name !== undefined ? "name" : "sign";
+    found.push({ kind, text: number ?? name ?? sign ?? "", at });
+    at += whole.length;
+  }
+  return [...found, { kind: "end", text: "", at: end }];
+}
+
+function wrong(symbol: Symbol_, why: string): Error {
+  return new Error(`the formula is not understood at ${symbol.kind === "end" ? "its end" : `'${symbol.text}'`}: ${why}`);
+}
