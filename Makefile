@@ -17,6 +17,8 @@
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
+# What a Python compiled is kept: else each of a thousand processes compiles the package and its libraries again, half of its start.
+unexport PYTHONDONTWRITEBYTECODE
 SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Second level, concurrency: which blocks run together, and what ends them. Written by somebody who knows the machine.
+"""Second level, concurrency: which blocks run together, and what ends them. Written by the machine's engineer.
 
 Each function makes a simple verb of the blocks of `closed_loop.c`.
 """

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// First level, closed loop: what happens every millisecond. Written by somebody who knows the controls.
+// First level, closed loop: what happens every millisecond. Written by the controls engineer.
 #include <opengpac.h>
 
 FUNCTION_BLOCK(slide, "A slide that follows a speed: position += speed dt.",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Third level, sequence: what comes after what. Written by somebody who knows the product: it names verbs, and no block."""
+"""Third level, sequence: what comes after what. Written by the product's engineer: it names verbs, and no block."""
 
 from __future__ import annotations
 

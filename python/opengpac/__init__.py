@@ -6,100 +6,34 @@
 """
 
 import importlib
-from types import ModuleType
-from typing import TYPE_CHECKING
+import importlib.util
+import sys
+from typing import TYPE_CHECKING, Any
 
-from . import drivers, library
-from ._native import version as _version
-from .adoption import TakenOver, TakenProcessor
-from .blocks import Block, BlockUse, Occurrence, Reference
-from .commands import Command, Interval, activate, deactivate, execute, install, interval, ready, wait
-from .composition import ComposedVerb, compose, together
-from .conditions import Termination, on
-from .devices import LogicalDevice, parameter, svv
-from .errors import (
-    AuditFailed,
-    CallError,
-    CompositionConflict,
-    ConnectionLost,
-    CoverError,
-    DefinitionError,
-    DeviceFailed,
-    EmergencyStopped,
-    Error,
-    FileFailed,
-    InstallationErrors,
-    InUse,
-    InvalidState,
-    LimitExceeded,
-    ModuleError,
-    NotAllowed,
-    NotCommanding,
-    NotEnabled,
-    NotHomed,
-    OutOfRange,
-    PlacementError,
-    SchedulingError,
-    SecondWriter,
-    SessionLost,
-    SynchronousCycle,
-    Terminated,
-    TypeMismatch,
-    UnitMismatch,
-    UnknownName,
-    Unreachable,
-    ValueRefused,
-    VersionMismatch,
-)
-from .frames import Frame, Pose
-from .graphs import Graph, ratio
-from .groups import Group
-from .instances import VerbInstance
-from .modules import Module, StructType
-from .parameters import each, input, required
-from .physical import Channel, Part, PhysicalDevice
-from .points import Point, Points
-from .processors import Processor
-from .quantities import Quantity, deg
-from .recordings import Recorded, Recording, open_recording
-from .remote.connecting import connect
-from .replaying import Difference, Replay, replay
-from .reports import Report
-from .sources import Source
-from .studio import Studio
-from .suspension import Holding, holding
-from .svvs import SVV, Predicate, Snapshot
-from .system import System
-from .verbs import Verb
+from . import _native
 
-from .decorated import verb  # isort: skip
-from .definitions.contents import DefinitionFile
-from .definitions.reading import load
+__version__ = _native.version()
 
-from .definitions.saving import save  # isort: skip
+# The process of a driver in Python needs four modules of the package and starts in a fifth of the time.
+# What else its driver uses is loaded when it is used.
+_OF_A_DRIVER = "opengpac.driver_process" in sys.orig_argv
+
+# Their definitions are checked by a real-time system: each is loaded when it is used, and not with the other names.
+_WITH_DEFINITIONS = ("cell", "motion", "robots")
 
 if TYPE_CHECKING:
-    from . import cell, motion, robots
+    from .face import *  # noqa: F403
+elif not _OF_A_DRIVER:
+    from . import face
 
-__version__ = _version()
+    globals().update({name: vars(face)[name] for name in face.__all__ if name not in _WITH_DEFINITIONS})
 
 
-def __getattr__(name: str) -> ModuleType:
-    # Their definitions are checked by a real-time system: importing the package makes none.
-    if name in ("cell", "motion", "robots"):
+def __getattr__(name: str) -> Any:
+    if name in _WITH_DEFINITIONS or (_OF_A_DRIVER and not name.startswith("_") and importlib.util.find_spec(f".{name}", __name__)):
         return importlib.import_module(f".{name}", __name__)
+    if name == "__all__" or (_OF_A_DRIVER and not name.startswith("_")):
+        face = vars(importlib.import_module(".face", __name__))
+        if name in face:
+            return face[name]
     raise AttributeError(f"module 'opengpac' has no attribute '{name}'")
-
-
-__all__ = [
-    "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "ConnectionLost",
-    "CoverError", "DefinitionError", "DefinitionFile", "DeviceFailed", "Difference", "EmergencyStopped", "Error", "FileFailed", "Frame",
-    "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState", "LimitExceeded", "LogicalDevice", "Module",
-    "ModuleError", "NotAllowed", "NotCommanding", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice",
-    "PlacementError", "Point", "Points", "Pose", "Predicate", "Processor", "Quantity", "Recorded", "Recording", "Reference", "Replay",
-    "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot", "Source", "StructType", "Studio", "SynchronousCycle",
-    "System", "TakenOver", "TakenProcessor", "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "Unreachable",
-    "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "cell", "compose", "connect", "deactivate", "deg", "drivers",
-    "each", "execute", "holding", "input", "install", "interval", "library", "load", "motion", "on", "open_recording", "parameter",
-    "ratio", "ready", "replay", "required", "robots", "save", "svv", "together", "verb", "wait",
-]  # fmt: skip

@@ -71,6 +71,12 @@ def long_form(kind: str, definition_json: str) -> str:
 def duration_ns(text: str, what: str) -> int:
     """Whole nanoseconds of `"20 ms"`, or of the period of `"1 kHz"`; `what` names it in a message."""
 
+def check_name(what: str, name: str) -> None:
+    """Refuses a text that is no name: empty or blank, longer than 256 characters, or with characters that cannot be shown; `what` it names."""
+
+def did_you_mean(word: str, candidates: list[str]) -> str:
+    """`did you mean 'x'?` with the candidate that is near, else what there is (at most eight), else nothing."""
+
 def nearest(word: str, candidates: list[str]) -> str | None:
     """The candidate that `word` most likely meant, if one is near."""
 

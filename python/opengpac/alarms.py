@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Alarms: what a person has to know of, until its cause is gone and somebody has acknowledged it."""
+"""Alarms: what a person has to know, until its cause is gone and a person has acknowledged it."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class Alarms(Shown, Declared):
 
     @property
     def unacknowledged(self) -> list[Alarm]:
-        """Those that nobody has acknowledged."""
+        """Those that are not acknowledged yet."""
         return [alarm for alarm in self if not alarm.acknowledged]
 
     @property

@@ -39,7 +39,7 @@ def active() -> bool:
 
 
 def would_record(file: str, system: Any, options: dict[str, Any]) -> None:
-    """Remembers a recording that a run would make, for who reads it back."""
+    """Remembers a recording that a run would make, for code that reads it back."""
     if _findings is not None:
         _findings.recordings[file] = (system, options)
 

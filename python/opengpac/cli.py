@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _is_cut() -> bool:
-    """Whether nobody reads what is printed; then it goes nowhere from here on."""
+    """Whether standard output is closed; then what is printed goes nowhere from here on."""
     poll = select.poll()
     poll.register(sys.stdout.fileno(), select.POLLOUT)
     cut = any(event & select.POLLERR for _, event in poll.poll(0))

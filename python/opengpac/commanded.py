@@ -94,7 +94,7 @@ class Commanded(Observed):
     def resume(self, *devices: LogicalDevice) -> list[str]:
         """Takes a pause back, all of it or that of these devices; the names of the instances that go on or begin.
 
-        What somebody suspended by himself stays suspended.
+        An instance that was suspended by a call of its own stays suspended.
         """
         with refusals:
             return self._alive().resume_program(_names(devices, "resume"))

@@ -28,7 +28,7 @@ class _Whole(type):
 
 
 class Declared(metaclass=_Whole):
-    """Base of what refuses an assignment that nobody declared, and says what was probably meant.
+    """Base of classes that refuse an assignment to a name that is not declared, and say what was probably meant.
 
     Declared are properties with a setter, members of a device type, and what `_settable` names. A class of your own may set what it
     likes in its constructor, and again later.

@@ -160,7 +160,7 @@ class ConnectionLost(Error, ConnectionError):
 
 
 class NotCommanding(Error):
-    """Somebody else commands the system: the message names the holder. Watching is free to all."""
+    """Another session commands the system; the message names it. Any session may watch."""
 
 
 class SessionLost(ConnectionLost):
@@ -329,13 +329,9 @@ def _unfit(error: Exception) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """`did you mean 'near'?` with the one that is near, else what there is, else nothing."""
-    names = [str(name) for name in known]
+    """`did you mean 'near'?` with the known name that is near `word`, else the names that there are (at most eight), else nothing."""
     # Half of a surrogate pair is near to nothing, and the core takes none.
-    meant = _native.nearest(str(word).encode(errors="replace").decode(), names)
-    if meant is not None:
-        return f"did you mean '{meant}'?"
-    return f"there is {', '.join(names)}" if 0 < len(names) <= 12 else ""
+    return _native.did_you_mean(str(word).encode(errors="replace").decode(), [str(name) for name in known])
 
 
 def refuse(kind: type[Error], message: str, remedy: str = "") -> NoReturn:

@@ -5,7 +5,7 @@ What a refused statement would have bound is `Absent`. A statement that needs an
 would only repeat the first one. A statement inside a `try` with handlers is the program's own affair and stays as it is.
 
 An exception of Python's own ends a statement of the module itself, with all that it has inside, and is told with what was left out by
-it. Inside functions and loops it takes the way that it would take in a run: somebody may catch it there.
+it. Inside functions and loops it takes the way that it would take in a run: the program may catch it there.
 """
 
 from __future__ import annotations

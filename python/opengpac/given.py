@@ -15,14 +15,12 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from .errors import CallError, DefinitionError, Error, did_you_mean, refuse
+from . import _native
+from .errors import CallError, DefinitionError, Error, did_you_mean, refusals, refuse
 
 P = ParamSpec("P")
 R = TypeVar("R")
 C = TypeVar("C")
-
-NAME_LENGTH_MAX = 256
-
 
 def _is_whole(value: Any) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
@@ -72,17 +70,11 @@ def _parts(annotation: str) -> list[str]:
 
 
 def name_of(name: Any, what: str) -> str:
-    """A name, if it is one: a text that can stand in a line of a log."""
-    if not isinstance(name, str) or not name.strip():
+    """Returns the name if it is one: a text that can stand in a line of a log."""
+    if not isinstance(name, str):
         refuse(CallError, f"{what} is {_short(name)}", "give a name, for example 'cell'")
-    if not name.isprintable():
-        refuse(
-            CallError,
-            f"{what} is {_short(name)}, which holds characters that cannot be shown",
-            "leave out line ends and control characters",
-        )
-    if len(name) > NAME_LENGTH_MAX:
-        refuse(CallError, f"{what} is {len(name)} characters long", f"give a name of at most {NAME_LENGTH_MAX}")
+    with refusals:
+        _native.check_name(what, name)
     return name
 
 

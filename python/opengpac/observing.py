@@ -63,8 +63,8 @@ class Observed(Shown):
         return instances_of(self.statistics["instances"])
 
     def kept_reports(self) -> list[Report]:
-        """The end reports that a remote system has kept for this session's name, oldest first: of what ended while nobody waited
-        for it. Each is given once. Of an embedded system there are none.
+        """The end reports that a remote system has kept for this session's name, oldest first: of instances that ended without a wait.
+        Each is given once. Of an embedded system there are none.
         """
         return [] if self.session is None else self.session.kept_reports()
 

@@ -328,7 +328,7 @@ class System(Commanded, Timed, Declared):
             self.close()
 
     def _abandon(self) -> None:
-        """A program that fails has not left in order: what it started elsewhere follows its policy."""
+        """A program that fails has not left in order: what it started in a remote system follows its policy."""
         if self.session is not None and not self.session.whole:
             self.session.abandon()
 

@@ -192,6 +192,8 @@ test("a formula over traces is a trace, and one that is not understood is refuse
   const cell = (name: string) => page.locator(`tr[data-trace="${text}"] [data-cell="${name}"]`);
   await expect.poll(async () => Number(await cell("max").textContent())).toBeCloseTo(2 * said.max + 1, 3);
   expect(Number(await cell("min").textContent())).toBeCloseTo(2 * said.min + 1, 3);
+  // What is computed is not counted among the values of the recording.
+  expect(((await page.getByTestId("values").textContent()) ?? "").replace(/\D/g, "")).toBe(String(said.count));
   await shoot(page, "recorded-formula");
   expect(await axeFindings(page)).toEqual([]);
   await page.getByRole("button", { name: `Remove ${text}` }).click();

@@ -92,7 +92,7 @@ def test_a_program_makes_the_system_that_is_served(tmp_path: Path) -> None:
         ("import opengpac as gpac\nwith gpac.System('a', clock='virtual') as a: pass\n", ["p.py"], "leaves 0 systems open"),
         ("", ["--name", "x", "p.py"], "--name is given"),
         ("", ["--listen", "0.0.0.0:0"], "has no TLS"),
-        ("", ["--listen", "127.0.0.1:0"], "knows nobody"),
+        ("", ["--listen", "127.0.0.1:0"], "has no authentication"),
         ("", ["--tokens", "none.json"], "opengpac token new"),
     ],
 )

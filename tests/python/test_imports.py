@@ -7,11 +7,17 @@ What `TYPE_CHECKING` guards is names for people and for pyright, and does not co
 from __future__ import annotations
 
 import ast
+import math
+import subprocess
+import sys
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import pytest
+
 import opengpac
+from opengpac import face
 
 ROOT = Path(opengpac.__file__).parent
 MODULES = {
@@ -62,3 +68,45 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
 def test_an_import_within_a_function_is_seen_and_one_for_types_is_not() -> None:
     source = "if TYPE_CHECKING:\n    from .system import System\ndef f():\n    from . import _native, verbs\n    from .top import board\n"
     assert used("opengpac.blocks", source) == {"opengpac.verbs", "opengpac.top.board"}
+
+
+def printed(program: str, *words: str) -> str:
+    """What a Python of its own prints, which runs this."""
+    return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, check=True).stdout.strip()
+
+
+PROCESS = "opengpac.driver_process"
+"""With this word a process is that of a driver in Python."""
+
+
+def test_the_process_of_a_driver_loads_neither_the_public_names_nor_numpy() -> None:
+    loaded = printed("import sys, opengpac.driver_process; print(*sys.modules)", PROCESS).split()
+    assert {"opengpac.driver", "opengpac._native"} <= {*loaded}
+    assert not {"opengpac.face", "opengpac.system", "numpy", "asyncio", "tomlkit"} & {*loaded}
+
+
+@pytest.mark.parametrize("words", [(), (PROCESS,)], ids=["a program", "a driver"])
+def test_every_public_name_is_there(words: tuple[str, ...]) -> None:
+    program = "import opengpac.driver, opengpac as gpac; print(*(name for name in gpac.__all__ if getattr(gpac, name) is not None))"
+    assert printed(program, *words).split() == face.__all__
+    assert printed("from opengpac import *; print(System.__name__, deg(180), cell.__name__)", *words) == f"System {math.pi} opengpac.cell"
+    assert printed("from opengpac.robots import load; import opengpac; print(opengpac.Verb.then.__name__)", *words) == "then"
+    assert printed("import opengpac; print(opengpac.quantities.deg(180))", *words) == str(math.pi)
+    refused = printed("import opengpac\ntry:\n    opengpac.sistem\nexcept AttributeError as error:\n    print(error)", *words)
+    assert refused == "module 'opengpac' has no attribute 'sistem'"
+
+
+def test_threads_of_a_driver_that_use_the_first_names_at_once_find_them() -> None:
+    program = """
+import threading, opengpac
+together, found = threading.Barrier(8), []
+def use(name):
+    together.wait()
+    found.append(getattr(opengpac, name).__name__)
+names = ["System", "Verb", "Graph", "wait", "save", "deg", "library", "Pose"]
+threads = [threading.Thread(target=use, args=(name,)) for name in names]
+for thread in threads: thread.start()
+for thread in threads: thread.join()
+print(*sorted(found))
+"""
+    assert printed(program, PROCESS) == "Graph Pose System Verb deg opengpac.library save wait"

@@ -19,6 +19,7 @@ CANNOT_REFUSE = {
     "driver_header_text",
     "counting_text",
     "nearest",
+    "did_you_mean",
     "library_json",
     "drivers_json",
     "run_plant",

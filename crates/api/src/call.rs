@@ -36,7 +36,7 @@ pub struct Call {
     pub journal: Journalled,
     /// It lasts, and goes on in slices.
     pub lasts: bool,
-    /// It brings something to a stop: it waits for nobody.
+    /// It brings something to a stop: it is not queued behind other calls.
     pub stops: bool,
     /// It may be made without command: the role is enough.
     pub free: bool,
@@ -123,7 +123,7 @@ impl Call {
         Call { lasts: true, ..self }
     }
 
-    /// It brings something to a stop: it waits for nobody.
+    /// It brings something to a stop: it is not queued behind other calls.
     pub const fn stops(self) -> Call {
         Call { stops: true, ..self }
     }

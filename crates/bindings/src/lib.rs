@@ -81,6 +81,16 @@ fn duration_ns(text: &str, what: &str) -> PyResult<i64> {
 }
 
 #[pyfunction]
+fn check_name(what: &str, name: &str) -> PyResult<()> {
+    supervisor::check_name(what, name).map_err(refused)
+}
+
+#[pyfunction]
+fn did_you_mean(word: &str, candidates: Vec<String>) -> String {
+    model::suggest::did_you_mean(word, candidates.iter().map(String::as_str))
+}
+
+#[pyfunction]
 fn nearest(word: &str, candidates: Vec<String>) -> Option<String> {
     model::suggest::nearest(word, candidates.iter().map(String::as_str)).map(str::to_owned)
 }
@@ -125,6 +135,8 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
     m.add_function(wrap_pyfunction!(duration_ns, m)?)?;
     m.add_function(wrap_pyfunction!(long_form, m)?)?;
+    m.add_function(wrap_pyfunction!(check_name, m)?)?;
+    m.add_function(wrap_pyfunction!(did_you_mean, m)?)?;
     m.add_function(wrap_pyfunction!(nearest, m)?)?;
     m.add_function(wrap_pyfunction!(source_endings, m)?)?;
     m.add_function(wrap_pyfunction!(poses::pose_of, m)?)?;

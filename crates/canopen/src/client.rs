@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reads and writes objects of nodes, one after another, beside the cycle.
 use crate::frame::{Came, Frame};
+use crate::interface::Interface;
 use crate::link::Link;
 use crate::message::{self, Message};
 use crate::nmt::NODE_MAX;
-use crate::place::Place;
 use crate::sdo::{Answered, TIMEOUT, Transfer};
 use cia402::{Entry, abort_name};
 use std::fmt;
@@ -44,9 +44,9 @@ impl Client {
     /// Opens an end; `answer` is how long a node may take for each answer.
     ///
     /// # Errors
-    /// Those of [`Place::open`].
-    pub fn open(place: &Place, answer: Duration) -> io::Result<Client> {
-        Ok(Client { link: place.open(&[(0x580, 0x780)])?, answer })
+    /// Those of [`Interface::open`].
+    pub fn open(interface: &Interface, answer: Duration) -> io::Result<Client> {
+        Ok(Client { link: interface.open(&[(0x580, 0x780)])?, answer })
     }
 
     /// Reads an object of a node.

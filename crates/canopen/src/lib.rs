@@ -4,7 +4,7 @@
 //! | | |
 //! |---|---|
 //! | [`frame`], [`message`], [`sdo`], [`nmt`], [`pdo`] | frames of CAN and what they say by CiA 301: functions over bytes |
-//! | [`link`], [`place`] | what carries frames: SocketCAN, a local socket, an emulated bus of this process |
+//! | [`link`], [`interface`] | what carries frames: SocketCAN, a local socket, an emulated bus of this process |
 //! | [`eds`] | electronic data sheets: the objects of a device by name |
 //! | [`client`] | reads and writes objects of nodes, beside the cycle |
 //! | [`DRIVER`] | the driver `canopen`: an axis for each drive, channels for each module |
@@ -14,11 +14,11 @@ mod driver;
 pub mod eds;
 pub mod emulator;
 pub mod frame;
+pub mod interface;
 pub mod link;
 pub mod message;
 pub mod nmt;
 pub mod pdo;
-pub mod place;
 pub mod sdo;
 
 pub use driver::DRIVER;

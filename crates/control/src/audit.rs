@@ -3,7 +3,7 @@
 //! only its studio has none, unless it is asked for: there the log alone says who commanded what.
 use crate::caller::Caller;
 use crate::failure::Failure;
-use crate::wire::hex;
+use crate::requests::hex;
 use model::refusal::Class;
 use serde::Serialize;
 use sha2::{Digest, Sha256};

@@ -134,7 +134,7 @@ impl Gate {
         let known = self.tokens.as_ref().map_or(Err(Rejected::Wrong), |tokens| tokens.verify_certificate(sha256, now_s()));
         match known {
             Ok(entry) => Ok(Caller { who: format!("certificate {}", entry.name), role: entry.role, from }),
-            Err(Rejected::Wrong) => Ok(Caller { who: format!("certificate {}", &crate::wire::hex(&sha256)[..16]), role: Role::Observe, from }),
+            Err(Rejected::Wrong) => Ok(Caller { who: format!("certificate {}", &crate::requests::hex(&sha256)[..16]), role: Role::Observe, from }),
             Err(other) => Err(rejected(other)),
         }
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Files that a programming system brings: by their content, into a private folder that goes with the daemon.
 use crate::failure::Failure;
-use crate::wire::{hex, is_sha256};
+use crate::requests::{hex, is_sha256};
 use model::refusal::Class;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -69,7 +69,7 @@ impl Files {
         }
         let more = bytes.len() as u64;
         if *total + more > FILES_MAX {
-            return Err(Failure::new(Class::LimitExceeded, format!("files have {} MiB together at the most", FILES_MAX >> 20), "start the daemon anew"));
+            return Err(Failure::new(Class::LimitExceeded, format!("files have at most {} MiB together", FILES_MAX >> 20), "start the daemon anew"));
         }
         fs::write(&path, bytes).map_err(|why| failed("keep a file", &why))?;
         *total += more;

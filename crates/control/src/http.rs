@@ -11,12 +11,12 @@ use crate::clock::now;
 use crate::failure::Failure;
 use crate::lanes::Lane;
 use crate::leaving::leaving;
-use crate::places::Place;
 use crate::presence::{present, shut_out};
+use crate::requests;
 use crate::service::{Presence, Service};
+use crate::slots::Slot;
 use crate::stream;
 use crate::version::{Version, version};
-use crate::wire;
 use api::Role;
 use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Extension, Path, Request, State};
@@ -72,14 +72,14 @@ fn parting(failure: Failure) -> Response {
 /// Every request: who calls, and not too often.
 async fn admit(State(service): Shared, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().cloned() else {
-        return Failure::new(Class::NotAllowed, "nobody is at the other end", "").into_response();
+        return Failure::new(Class::NotAllowed, "the other end is gone", "").into_response();
     };
-    let place = request.extensions().get::<Arc<Place>>().cloned();
+    let slot = request.extensions().get::<Arc<Slot>>().cloned();
     if let Some(page) = &service.page
         && let Some(file) = page.answer(request.method(), request.uri().path(), request.headers())
     {
-        if let Some(place) = &place {
-            place.heard();
+        if let Some(slot) = &slot {
+            slot.heard();
         }
         let allowed = service.gate.check_site(&peer, request.headers());
         let paced = || service.rates.take(&format!("page {}", peer.address()), now());
@@ -88,7 +88,7 @@ async fn admit(State(service): Shared, mut request: Request, next: Next) -> Resp
     match service.gate.let_in(&peer, request.headers()) {
         Ok((caller, pass)) => {
             let stops = caller.role >= Role::Operate && leads_to_a_stop(&request);
-            if let Some(Err(failure)) = place.map(|place| place.know(&caller, &pass, stops)) {
+            if let Some(Err(failure)) = slot.map(|slot| slot.know(&caller, &pass, stops)) {
                 return parting(failure);
             }
             let is_in_time = stops && service.lanes.stop_rates.take(&caller.who, now()).is_ok();
@@ -141,7 +141,7 @@ async fn call(
     }
     let (here, by) = (service.clone(), caller.clone());
     let answer = entered.run(move || {
-        let asked = wire::asked(&given, call.lasts)?;
+        let asked = requests::asked(&given, call.lasts)?;
         drop((given, room));
         text(&here.call(call, asked, &by, presence.as_deref())?)
     });
@@ -155,7 +155,7 @@ fn text(answer: &Value) -> Result<Vec<u8>, Failure> {
 
 /// Stops something: what is to be done for that is done here and now, and nothing is waited for.
 fn begin_stop(service: &Arc<Service>, call: &'static Call, given: &[u8], caller: &Caller, presence: Option<&Presence>) -> Result<(Value, Duration), Failure> {
-    let mut asked = wire::asked(given, call.lasts)?;
+    let mut asked = requests::asked(given, call.lasts)?;
     let slice = std::mem::take(&mut asked.slice);
     // Naming what it is about, and entering it into the log, go first too.
     Ok((supervisor::first(|| service.call(call, asked, caller, presence))?, slice))

@@ -3,7 +3,7 @@
 //!
 //! [`Server::start`] serves a system. Every request passes the [`Gate`] (who calls, as what), belongs to a session where it commands,
 //! is judged by what its declaration in [`api`] says, recorded by the audit, and becomes one call of that. What bodies say is decoded by
-//! the pure functions of [`wire`].
+//! the pure functions of [`requests`].
 mod audit;
 mod caller;
 pub mod calls;
@@ -21,11 +21,11 @@ mod listen;
 mod openapi;
 mod paced;
 mod page;
-mod places;
 mod playing;
 mod presence;
 mod rates;
 mod records;
+pub mod requests;
 mod rest;
 mod schema;
 mod scope;
@@ -34,13 +34,13 @@ mod serve;
 mod service;
 mod sessions;
 mod shares;
+mod slots;
 mod socket;
 mod stream;
 mod tls;
 pub mod tokens;
 mod told;
 mod version;
-pub mod wire;
 
 pub use api::Role;
 pub use audit::{Act, Audit};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Accepting connections: as many as there are places for, each with who is at its other end.
+//! Accepting connections: as many as there are slots for, each with who is at its other end.
 use crate::caller::Peer;
 use crate::paced::Paced;
-use crate::places::{Doors, Origin, Place, Places};
 use crate::rest::Rest;
+use crate::slots::{Doors, Origin, Slot, Slots};
 use crate::tls::fingerprint;
 use axum::Router;
 use axum::body::Body;
@@ -66,9 +66,9 @@ async fn rest(why: &io::Error) {
     }
 }
 
-/// Only its owner reaches the Unix socket. Its places are as those of TCP, so that a program of the owner that takes too many keeps no
+/// Only its owner reaches the Unix socket. Its slots are as those of TCP, so that a program of the owner that takes too many keeps no
 /// stop out.
-async fn accept_unix(listener: UnixListener, router: Router, places: Arc<Places>) {
+async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) {
     loop {
         let accepted = match listener.accept().await {
             Ok((stream, _)) => stream.peer_cred().map(|about| (stream, about.uid())),
@@ -76,8 +76,8 @@ async fn accept_unix(listener: UnixListener, router: Router, places: Arc<Places>
         };
         match accepted {
             Ok((stream, uid)) => {
-                let place = places.enter(Origin::Socket);
-                tokio::spawn(within(place.clone(), serve(stream, Peer::Unix { uid }, router.clone(), Some(place))));
+                let slot = slots.enter(Origin::Socket);
+                tokio::spawn(within(slot.clone(), serve(stream, Peer::Unix { uid }, router.clone(), Some(slot))));
             }
             Err(why) => rest(&why).await,
         }
@@ -85,44 +85,44 @@ async fn accept_unix(listener: UnixListener, router: Router, places: Arc<Places>
 }
 
 /// Nobody waits to be accepted: a stranger gives way to who comes next.
-async fn accept_tcp(listener: TcpListener, acceptor: Option<TlsAcceptor>, router: Router, places: Arc<Places>) {
+async fn accept_tcp(listener: TcpListener, acceptor: Option<TlsAcceptor>, router: Router, slots: Arc<Slots>) {
     loop {
         match listener.accept().await {
             Ok((stream, from)) => {
-                let place = places.enter(from.ip());
-                let served = greet(stream, from, acceptor.clone(), router.clone(), place.clone());
-                tokio::spawn(within(place, served));
+                let slot = slots.enter(from.ip());
+                let served = greet(stream, from, acceptor.clone(), router.clone(), slot.clone());
+                tokio::spawn(within(slot, served));
             }
             Err(why) => rest(&why).await,
         }
     }
 }
 
-/// Serves a connection as long as it has its place.
-async fn within(place: Arc<Place>, served: impl Future<Output = ()>) {
+/// Serves a connection as long as it has its slot.
+async fn within(slot: Arc<Slot>, served: impl Future<Output = ()>) {
     tokio::select! {
         () = served => {}
-        () = place.over() => {}
+        () = slot.over() => {}
     }
 }
 
 /// Serves one connection of TCP, after its handshake where there is TLS.
-async fn greet(stream: TcpStream, from: SocketAddr, acceptor: Option<TlsAcceptor>, router: Router, place: Arc<Place>) {
+async fn greet(stream: TcpStream, from: SocketAddr, acceptor: Option<TlsAcceptor>, router: Router, slot: Arc<Slot>) {
     // One that is gone already ends as soon as it is read.
     let _gone = stream.set_nodelay(true);
-    let Some(acceptor) = acceptor else { return serve(stream, Peer::Tcp { from }, router, Some(place)).await };
+    let Some(acceptor) = acceptor else { return serve(stream, Peer::Tcp { from }, router, Some(slot)).await };
     // Who does not speak TLS, or has a certificate of nobody, hears so from TLS itself.
     let Ok(stream) = acceptor.accept(stream).await else { return };
     let certificate = stream.get_ref().1.peer_certificates().and_then(|chain| chain.first()).map(fingerprint);
-    serve(stream, Peer::Tls { from, certificate }, router, Some(place)).await;
+    serve(stream, Peer::Tls { from, certificate }, router, Some(slot)).await;
 }
 
 /// Serves one connection to its end.
-async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, peer: Peer, router: Router, place: Option<Arc<Place>>) {
+async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, peer: Peer, router: Router, slot: Option<Arc<Slot>>) {
     let service = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(peer.clone());
-        if let Some(place) = &place {
-            request.extensions_mut().insert(place.clone());
+        if let Some(slot) = &slot {
+            request.extensions_mut().insert(slot.clone());
         }
         let router = router.clone();
         async move {
@@ -149,7 +149,7 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, pe
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::places::STRANGER_MAX;
+    use crate::slots::STRANGER_MAX;
     use std::net::IpAddr;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
@@ -157,8 +157,8 @@ mod tests {
     fn connected(router: Router, room: usize) -> tokio::io::DuplexStream {
         let (client, server) = tokio::io::duplex(room);
         let from = SocketAddr::new(IpAddr::from([10, 0, 0, 1]), 1);
-        let place = Arc::new(Places::default()).enter(from.ip());
-        tokio::spawn(within(place.clone(), serve(server, Peer::Tcp { from }, router, Some(place))));
+        let slot = Arc::new(Slots::default()).enter(from.ip());
+        tokio::spawn(within(slot.clone(), serve(server, Peer::Tcp { from }, router, Some(slot))));
         client
     }
 
@@ -215,7 +215,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn whoever_does_not_speak_tls_fast_enough_has_the_time_of_a_stranger() {
         let (mut client, server) = tokio::io::duplex(1024);
-        let place = Arc::new(Places::default()).enter(IpAddr::from([10, 0, 0, 1]));
+        let slot = Arc::new(Slots::default()).enter(IpAddr::from([10, 0, 0, 1]));
         let key = rcgen::generate_simple_self_signed(["localhost".to_owned()]).expect("a certificate");
         let private = rustls::pki_types::PrivateKeyDer::try_from(key.key_pair.serialize_der()).expect("a key");
         let config = rustls::ServerConfig::builder_with_provider(Arc::new(rustls::crypto::ring::default_provider()))
@@ -225,7 +225,7 @@ mod tests {
             .with_single_cert(vec![key.cert.der().clone()], private)
             .expect("a certificate");
         let handshake = TlsAcceptor::from(Arc::new(config)).accept(server);
-        let served = tokio::spawn(within(place, async move { drop(handshake.await) }));
+        let served = tokio::spawn(within(slot, async move { drop(handshake.await) }));
         let begun = tokio::time::Instant::now();
         // The head of a record that announces a greeting of 512 bytes, then a byte a second.
         client.write_all(&[22, 3, 1, 2, 0]).await.expect("it takes it");

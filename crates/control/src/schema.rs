@@ -3,10 +3,10 @@
 use crate::calls::{self, Call};
 use crate::definitions::unite;
 use crate::files::Stored;
+use crate::requests::{OpenSession, StreamFrame, TakeCommand};
 use crate::sessions::{Holder, Listed, Reports, Returned};
 use crate::told::Told;
 use crate::version::Version;
-use crate::wire::{OpenSession, StreamFrame, TakeCommand};
 use model::refusal::Refusal;
 use schemars::{JsonSchema, SchemaGenerator, generate::SchemaSettings};
 use serde_json::{Map, Value, json};

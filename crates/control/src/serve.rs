@@ -8,11 +8,11 @@ use crate::journal::Journal;
 use crate::lanes::{Lanes, Runtimes};
 use crate::listen::{self, Listener};
 use crate::page::Page;
-use crate::places::Doors;
 use crate::playing::{Unwatched, Watcher, play};
 use crate::rates::Rates;
 use crate::service::Service;
 use crate::sessions::Sessions;
+use crate::slots::Doors;
 use crate::socket;
 use crate::tls;
 use crate::tokens::{RunToken, Tokens};
@@ -111,14 +111,14 @@ fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
         }
         if !knows_callers {
             return Err(refuse(
-                format!("'{listen}' can be reached from other machines and knows nobody"),
+                format!("'{listen}' can be reached from other machines and has no authentication"),
                 "give --tokens (opengpac token new), or --client-ca",
             ));
         }
     } else if !knows_callers && !options.insecure_loopback {
         return Err(refuse(
-            format!("'{listen}' can be reached by everybody on this machine and knows nobody"),
-            "give --tokens (opengpac token new), or --insecure-loopback to let everybody observe",
+            format!("'{listen}' can be reached by every user of this machine and has no authentication"),
+            "give --tokens (opengpac token new), or --insecure-loopback to let every user observe",
         ));
     }
     let acceptor = match (&options.tls_cert, &options.tls_key) {

@@ -11,10 +11,10 @@ use crate::journal::Journal;
 use crate::journal::lines::By;
 use crate::lanes::Lanes;
 use crate::page::Page;
-use crate::places::Doors;
 use crate::rates::Rates;
+use crate::requests::{self, Asked};
 use crate::sessions::{Described, Sessions};
-use crate::wire::{self, Asked};
+use crate::slots::Doors;
 use api::Answered;
 use api::Role;
 use model::refusal::Class;
@@ -202,7 +202,7 @@ impl Service {
     fn make(&self, call: &Call, mut asked: Asked, presence: Option<&Presence>) -> Result<Json, Failure> {
         let instance = asked.arguments.get("instance").and_then(Json::as_u64);
         if call.costs {
-            wire::check_extent(&asked.arguments)?;
+            requests::check_extent(&asked.arguments)?;
         }
         if call.name == "physical_device"
             && let Some(options) = asked.arguments.get_mut("options")

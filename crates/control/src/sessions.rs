@@ -6,7 +6,7 @@ mod answers;
 
 use crate::caller::Caller;
 use crate::failure::Failure;
-use crate::wire::{OpenSession, hex};
+use crate::requests::{OpenSession, hex};
 use api::Role;
 use axum::http::StatusCode;
 use indexmap::IndexMap;
@@ -274,7 +274,7 @@ impl Sessions {
         match (&state.commander, name) {
             (Some(holder), Some(name)) if holder == name => Ok(()),
             (Some(holder), _) => Err(Failure::new(Class::NotCommanding, format!("session '{holder}' commands the system"), remedy)),
-            (None, _) => Err(Failure::new(Class::NotCommanding, "nobody commands the system", remedy)),
+            (None, _) => Err(Failure::new(Class::NotCommanding, "no session commands the system", remedy)),
         }
     }
 

@@ -4,13 +4,13 @@
 use crate::caller::{Caller, Pass};
 use crate::failure::Failure;
 use crate::lanes::Lane;
-use crate::places::Place;
 use crate::presence::{Held, present, shut_out};
+use crate::requests::{self, Topic, Wanted};
 use crate::scope::{self, CHANNELS_MAX, Scope, Slot};
 use crate::service::Service;
 use crate::shares::Share;
+
 use crate::told::Told;
-use crate::wire::{self, Topic, Wanted};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Extension, Query, State};
 use axum::http::HeaderMap;
@@ -52,7 +52,7 @@ pub(crate) async fn open(
     State(service): State<Arc<Service>>,
     Extension(caller): Extension<Caller>,
     Extension(pass): Extension<Pass>,
-    place: Option<Extension<Arc<Place>>>,
+    slot: Option<Extension<Arc<crate::slots::Slot>>>,
     query: Result<Query<Options>, axum::extract::rejection::QueryRejection>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
@@ -70,8 +70,8 @@ pub(crate) async fn open(
         };
         Ok(upgrade.protocols([PROTOCOL]).max_message_size(FRAME_MAX).max_frame_size(FRAME_MAX).on_upgrade(move |socket| async move {
             Stream { service, caller, pass }.serve(socket, held).await;
-            // It has the place of the connection that it was before.
-            drop(place);
+            // It has the slot of the connection that it was before.
+            drop(slot);
         }))
     };
     opened().unwrap_or_else(IntoResponse::into_response)
@@ -152,7 +152,7 @@ impl Stream {
 
     /// Does what a frame of the client says.
     fn follow(&self, sender: &Sender<Frame>, subscriptions: &mut Subscriptions, text: &str) -> Result<(), Failure> {
-        let subscription = match wire::frame(text)? {
+        let subscription = match requests::frame(text)? {
             Wanted::Unsubscribe(id) => {
                 let Some((subscription, _)) = subscriptions.remove(&id) else {
                     return Err(Failure::new(Class::UnknownName, format!("there is no subscription '{id}'"), "it was never made, or is over"));
@@ -168,11 +168,11 @@ impl Stream {
             return Err(Failure::new(Class::InUse, format!("there is a subscription '{id}' already"), "take another id"));
         }
         if subscriptions.len() >= SUBSCRIPTIONS_MAX {
-            return Err(Failure::new(Class::LimitExceeded, format!("a stream has {SUBSCRIPTIONS_MAX} subscriptions at the most"), "open another stream"));
+            return Err(Failure::new(Class::LimitExceeded, format!("a stream has at most {SUBSCRIPTIONS_MAX} subscriptions"), "open another stream"));
         }
         let channels = if subscription.topic == Topic::Scope { subscription.names.len() } else { 0 };
         if channels + subscriptions.values().map(|(_, channels)| channels).sum::<usize>() > CHANNELS_MAX {
-            return Err(Failure::new(Class::LimitExceeded, format!("the scopes of a stream have {CHANNELS_MAX} channels at the most"), "open another stream"));
+            return Err(Failure::new(Class::LimitExceeded, format!("the scopes of a stream have at most {CHANNELS_MAX} channels"), "open another stream"));
         }
         let (service, sender) = (self.service.clone(), sender.clone());
         let running = match subscription.topic {

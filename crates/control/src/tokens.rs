@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tokens: a file of mode 0600 that keeps their SHA-256, with role, expiry and revocation. A token has 256 random bits, so that one
 //! round of a fast hash is enough; comparison takes the same time whatever is equal.
+use crate::requests::hex;
 use crate::secret;
-use crate::wire::hex;
 use api::Role;
 use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;

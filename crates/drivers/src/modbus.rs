@@ -58,7 +58,7 @@ const OPTIONS: [OptionWord; 6] = [
     OptionWord::with_default("unit", Kind::Whole, "1", "the device on a line or behind a gateway, 0 to 255"),
     OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "how long an answer may take").unit("ns"),
     OptionWord::with_default("retries", Kind::Whole, "2", "how often a request is sent again before the device is lost"),
-    OptionWord::with_default("gap", Kind::Whole, "0", "registers that nobody asked for between two that one request reads; some devices refuse them"),
+    OptionWord::with_default("gap", Kind::Whole, "0", "unused registers between two that one request reads; some devices refuse them"),
 ];
 
 #[derive(Deserialize)]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages in the mailbox of a subdevice: service data objects of CANopen over EtherCAT.
-use crate::wire::{put, u16_at, u32_at};
+use crate::frames::{put, u16_at, u32_at};
 
 pub use cia402::Entry;
 

@@ -3,7 +3,7 @@
 //!
 //! | | |
 //! |---|---|
-//! | [`wire`], [`coe`], [`sii`], [`registers`] | frames, mailbox messages, EEPROM contents, addresses: functions over bytes |
+//! | [`frames`], [`coe`], [`sii`], [`registers`] | frames, mailbox messages, EEPROM contents, addresses: functions over bytes |
 //! | [`states`], [`cia402`] | states and errors by name, of the bus and of its drives |
 //! | [`link`] | what carries frames |
 //! | [`main_device`] | brings subdevices to OP and exchanges their process data |
@@ -12,12 +12,12 @@
 pub mod coe;
 mod driver;
 pub mod emulator;
+pub mod frames;
 pub mod link;
 pub mod main_device;
 pub mod registers;
 pub mod sii;
 pub mod states;
-pub mod wire;
 
 pub use ::cia402;
 pub use driver::DRIVER;

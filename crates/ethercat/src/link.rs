@@ -3,7 +3,7 @@
 //!
 //! `eth0` is the interface of that name, with a raw socket, which needs `CAP_NET_RAW`. `local:NAME` is a socket of this machine on which an
 //! emulated segment answers.
-use crate::wire::ETHERTYPE;
+use crate::frames::ETHERTYPE;
 use std::ffi::CString;
 use std::io;
 use std::mem::{size_of, zeroed};

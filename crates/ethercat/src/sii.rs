@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The EEPROM of a subdevice, in which it says what it is: identity, mailbox, name, SyncManagers, FMMUs.
-use crate::wire::{put, u16_at, u32_at};
+use crate::frames::{put, u16_at, u32_at};
 
 /// Bytes of the part that every EEPROM has.
 pub const FIXED: usize = 0x80;

@@ -3,8 +3,8 @@
 mod common;
 use common::{COUNTS, Rig};
 use ethercat::coe::Entry;
+use ethercat::frames::datagrams;
 use ethercat::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Sync0, Wanted, bring_up, open_link};
-use ethercat::wire::datagrams;
 use serde_json::json;
 
 const FRAMES: usize = 1_000_000;

@@ -2,8 +2,8 @@
 //! EtherCAT: datagrams on a line, mailboxes and EEPROMs of any bytes.
 use ethercat::coe;
 use ethercat::emulator::{DriveOptions, Segment};
+use ethercat::frames::{DATAGRAMS, FRAME_MAX};
 use ethercat::sii;
-use ethercat::wire::{DATAGRAMS, FRAME_MAX};
 
 /// The first byte says what the others are.
 pub(crate) fn ethercat(bytes: &[u8]) {

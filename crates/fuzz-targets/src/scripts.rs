@@ -5,7 +5,7 @@ use kernel::{Device, Way};
 use opengpac::abi::Descriptor;
 use opengpac::read::{BlockFace, TypeFace};
 use rtp::protocol::{News, Order, frame, opened};
-use runtime::wire::{CodeName, Ground, Parcel, Reader};
+use runtime::encoding::{CodeName, Ground, Parcel, Reader};
 use std::any::Any;
 use std::collections::HashMap;
 use std::fmt::Debug;

@@ -2,13 +2,13 @@
 //! The supervisor's side of the guard: it starts the guard process, tells it what to guard, and starts another one with
 //! everything that was registered when it is gone.
 use crate::canary;
+use crate::messages::{Loss, Tell, WardText};
 use crate::registry::{Registry, Request, Ward};
 use crate::serve::Hearts;
 use crate::starting::{ANSWER, launch, send, tale};
 use crate::told::{Found, GuardCommand, GuardError, GuardEvent};
 use crate::watch::Bounds;
 use crate::watcher::{self, Watcher};
-use crate::wire::{Loss, Tell, WardText};
 use device::SafeHandle;
 use interconnect::{Closed, Link};
 use process_kit::{Child, Heartbeat, Restarts, UnixLink, connect, now_ns};

@@ -33,7 +33,7 @@ pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Re
     if descriptors.len() > DESCRIPTORS_MAX {
         return Err(Closed);
     }
-    link.send_with(&crate::wire::encode(&text), &descriptors, Some(UNREAD))
+    link.send_with(&crate::messages::encode(&text), &descriptors, Some(UNREAD))
 }
 
 /// The next device and what makes it safe, for [`Guard::hold`](crate::Guard::hold); none where `limit` passed without one.

@@ -13,6 +13,7 @@
 pub mod canary;
 mod guard;
 mod handles;
+mod messages;
 mod registry;
 mod rights;
 pub mod serve;
@@ -23,11 +24,10 @@ mod ward;
 mod wards;
 pub mod watch;
 mod watcher;
-mod wire;
 
 pub use guard::Guard;
 pub use handles::{receive_handles, send_handles};
+pub use messages::Loss;
 pub use serve::{Hearts, run};
 pub use told::{Found, GuardCommand, GuardError, GuardEvent};
 pub use watch::{Bounds, Cause};
-pub use wire::Loss;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a supervisor has registered with its guard: kept, so that another guard can be told all of it.
+use crate::messages::{Ask, HandleText, Loss, WardText};
 use crate::told::Found;
-use crate::wire::{Ask, HandleText, Loss, WardText};
 use device::SafeHandle;
 use process_kit::{Child, Heartbeat};
 use std::collections::BTreeMap;

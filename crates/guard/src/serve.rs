@@ -4,10 +4,10 @@
 //! One thread, one loop. In each round its own heart beats, then it looks at every process that it guards, and only then hears who talks to it; nothing
 //! in a round waits: neither a write to a device nor a supervisor that does not read. It guards on when its supervisor is gone, and ends
 //! when nothing is left to guard and nobody is connected.
+use crate::messages::{Ask, Asked, Tell, encode};
 use crate::rights;
 use crate::ward::Seen;
 use crate::wards::Wards;
-use crate::wire::{Ask, Asked, Tell, encode};
 use interconnect::Closed;
 use process_kit::{Heartbeat, Listener, UnixLink, inherited, now_ns};
 use std::io;

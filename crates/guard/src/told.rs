@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a supervisor and its guard tell each other, as values: the command that starts a guard, what it found, what happened.
-use crate::wire::Loss;
+use crate::messages::Loss;
 use process_kit::Child;
 use std::ffi::OsString;
 use std::fmt;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A process that is guarded, as the operating system shows it: what [`Watch`] judges, and what it does to it.
 use crate::canary::Canary;
+use crate::messages::{HandleText, Loss, WardText};
 use crate::stopped::Stops;
 use crate::watch::{Cause, Event, Pulse, Subject, Watch};
-use crate::wire::{HandleText, Loss, WardText};
 use process_kit::Heartbeat;
 use process_kit::{has_ended, pid_of, signal};
 use std::io;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! All processes that somebody watches: the guard, and the supervisor's watcher beside it, hold the same and judge alike.
+use crate::messages::Ask;
 use crate::ward::{Seen, Ward};
-use crate::wire::Ask;
 use process_kit::{Heartbeat, now_ns};
 use std::collections::VecDeque;
 use std::os::fd::{BorrowedFd, OwnedFd};

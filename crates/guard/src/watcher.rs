@@ -3,12 +3,12 @@
 //! guard at every process that is registered there: the first to notice writes the safe handles, and to write them twice does no harm. It is the
 //! canary of this process, too.
 use crate::canary::Sings;
+use crate::messages::{Ask, Loss};
 use crate::serve::{BEAT_NS, Hearts};
 use crate::stopped::Stops;
 use crate::ward::Seen;
 use crate::wards::Wards;
 use crate::watch::{Bounds, Cause, Pulse, Standing};
-use crate::wire::{Ask, Loss};
 use interconnect::Link;
 use process_kit::{Child, UnixLink, now_ns};
 use process_kit::{pid_of, process_descriptor, signal};

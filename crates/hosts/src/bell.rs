@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
 /// Ends that can have a bell in one process.
-pub(crate) const PLACES: usize = 4096;
-const WORDS: usize = PLACES / 64;
+pub(crate) const SLOTS: usize = 4096;
+const WORDS: usize = SLOTS / 64;
 const _: () = assert!(WORDS == 64, "one word says which words have news");
 
 pub(crate) struct Bell {
@@ -31,11 +31,11 @@ impl Bell {
         Bell { rung: Box::new([const { AtomicU64::new(0) }; WORDS]), news: AtomicU64::new(0), state: AtomicU32::new(QUIET) }
     }
 
-    /// Rings for the end at `place`. Real-time safe.
+    /// Rings for the end at `slot`. Real-time safe.
     #[inline]
-    pub(crate) fn ring(&self, place: usize) {
-        self.rung[place / 64].fetch_or(1 << (place % 64), Ordering::Release);
-        self.news.fetch_or(1 << (place / 64), Ordering::Release);
+    pub(crate) fn ring(&self, slot: usize) {
+        self.rung[slot / 64].fetch_or(1 << (slot % 64), Ordering::Release);
+        self.news.fetch_or(1 << (slot / 64), Ordering::Release);
         if self.state.swap(RUNG, Ordering::AcqRel) == SLEEPS {
             futex_wake(&self.state);
         }
@@ -50,7 +50,7 @@ impl Bell {
         self.state.swap(QUIET, Ordering::AcqRel);
     }
 
-    /// The places that rang since the last call, after [`wait`](Self::wait). Only the bridge.
+    /// The slots that rang since the last call, after [`wait`](Self::wait). Only the bridge.
     pub(crate) fn take(&self, mut each: impl FnMut(usize)) {
         let mut news = self.news.swap(0, Ordering::AcqRel);
         while news != 0 {
@@ -82,19 +82,19 @@ mod tests {
     use std::sync::Arc;
 
     fn taken(bell: &Bell) -> Vec<usize> {
-        let mut places = Vec::new();
-        bell.take(|place| places.push(place));
-        places
+        let mut slots = Vec::new();
+        bell.take(|slot| slots.push(slot));
+        slots
     }
 
     #[test]
     fn each_place_that_rang_is_found_once() {
         let bell = Bell::new();
-        for place in [0, 63, 64, PLACES - 1, 64] {
-            bell.ring(place);
+        for slot in [0, 63, 64, SLOTS - 1, 64] {
+            bell.ring(slot);
         }
         bell.wait(Duration::from_secs(60));
-        assert_eq!(taken(&bell), [0, 63, 64, PLACES - 1]);
+        assert_eq!(taken(&bell), [0, 63, 64, SLOTS - 1]);
         assert!(taken(&bell).is_empty());
     }
 
@@ -102,12 +102,12 @@ mod tests {
     fn no_ring_is_lost_between_threads() {
         let bell = Arc::new(Bell::new());
         let ringing = bell.clone();
-        let rings = std::thread::spawn(move || (0..10_000).for_each(|round| ringing.ring(round % PLACES)));
-        let mut seen = vec![false; PLACES];
+        let rings = std::thread::spawn(move || (0..10_000).for_each(|round| ringing.ring(round % SLOTS)));
+        let mut seen = vec![false; SLOTS];
         while !seen.iter().all(|seen| *seen) {
             // Would not end within this limit if a ring could be missed.
             bell.wait(Duration::from_secs(3600));
-            bell.take(|place| seen[place] = true);
+            bell.take(|slot| seen[slot] = true);
         }
         rings.join().expect("ringing does not fail");
     }

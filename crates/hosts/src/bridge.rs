@@ -3,11 +3,11 @@
 use crate::agreement::Ping;
 use crate::bell::Bell;
 use crate::control::Control;
+use crate::network::{Network, NetworkError, Outlet, Subscription, Urgency};
 use crate::options::Options;
 use crate::peers::{Heard, Peers};
-use crate::places::{Places, Served};
+use crate::slots::{Served, Slots};
 use crate::timebase::Timebase;
-use crate::wire::{Outlet, Subscription, Urgency, Wire, WireError};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -26,14 +26,14 @@ const GOODBYE: Duration = Duration::from_secs(1);
 /// Everything of a host but its thread.
 pub(crate) struct Core {
     pub(crate) options: Options,
-    pub(crate) wire: Arc<dyn Wire>,
+    pub(crate) wire: Arc<dyn Network>,
     /// This host.
     pub(crate) id: u64,
     /// The host that listens.
     listener: u64,
     pub(crate) time: Arc<Timebase>,
     pub(crate) bell: Arc<Bell>,
-    pub(crate) places: Places,
+    pub(crate) slots: Slots,
     peers: Mutex<Peers>,
     peers_changed: Condvar,
     /// Where control packets to each host go.
@@ -49,7 +49,7 @@ pub(crate) fn root(system: &str) -> String {
 }
 
 impl Core {
-    pub(crate) fn new(options: Options, wire: Arc<dyn Wire>, id: u64, listener: u64) -> Self {
+    pub(crate) fn new(options: Options, wire: Arc<dyn Network>, id: u64, listener: u64) -> Self {
         let time = Arc::new(Timebase::new(options.clocks.clone()));
         Core {
             options,
@@ -58,7 +58,7 @@ impl Core {
             listener,
             time,
             bell: Arc::new(Bell::new()),
-            places: Places::default(),
+            slots: Slots::default(),
             peers: Mutex::default(),
             peers_changed: Condvar::new(),
             outlets: Mutex::default(),
@@ -144,7 +144,7 @@ impl Core {
             Some(Control::Bye { from }) => {
                 self.peers().remove(from);
                 self.outlets.lock().unwrap_or_else(PoisonError::into_inner).remove(&from);
-                self.places.each(|served| served.lose(from));
+                self.slots.each(|served| served.lose(from));
                 self.peers_changed.notify_all();
             }
             Some(Control::Hello(_) | Control::Welcome { .. } | Control::Refusal { .. }) | None => {}
@@ -172,8 +172,8 @@ impl Core {
                 self.bell.wait(Duration::from_nanos(left_ns.unsigned_abs()));
             }
             let now_ns = self.time.steady_ns();
-            self.bell.take(|place| {
-                if let Some(served) = self.places.at(place) {
+            self.bell.take(|slot| {
+                if let Some(served) = self.slots.at(slot) {
                     served.rung(now_ns);
                 }
             });
@@ -191,15 +191,15 @@ impl Core {
 
     fn tick(&self, now_ns: i64) {
         if self.whole_again.swap(false, Ordering::AcqRel) {
-            self.places.each(|served| served.again(now_ns));
+            self.slots.each(|served| served.again(now_ns));
         }
         let silent_max_ns = i64::try_from(self.options.silent_max.as_nanos()).unwrap_or(i64::MAX);
         let gone = self.peers().take_gone(silent_max_ns, now_ns);
         for host in gone {
-            self.places.each(|served| served.lose(host));
+            self.slots.each(|served| served.lose(host));
             self.peers_changed.notify_all();
         }
-        self.places.keep(|served| served.tick(now_ns));
+        self.slots.keep(|served| served.tick(now_ns));
     }
 
     fn ping(&self) {
@@ -210,7 +210,7 @@ impl Core {
     /// True where everything that was sent is known to have arrived.
     fn is_idle(&self) -> bool {
         let idle = AtomicBool::new(true);
-        self.places.each(|served: &dyn Served| {
+        self.slots.each(|served: &dyn Served| {
             idle.fetch_and(served.is_idle(), Ordering::Relaxed);
         });
         idle.into_inner()
@@ -241,7 +241,7 @@ pub(crate) struct Bridge {
 }
 
 impl Bridge {
-    pub(crate) fn start(core: Core) -> Result<Arc<Self>, WireError> {
+    pub(crate) fn start(core: Core) -> Result<Arc<Self>, NetworkError> {
         let core = Arc::new(core);
         let hearing = Arc::downgrade(&core);
         let hear = move |bytes: &[u8]| {
@@ -256,7 +256,7 @@ impl Bridge {
             hasten();
             serving.serve();
         });
-        let thread = thread.map_err(|error| WireError { message: format!("no thread for the bridge: {error}") })?;
+        let thread = thread.map_err(|error| NetworkError { message: format!("no thread for the bridge: {error}") })?;
         Ok(Arc::new(Bridge { core, thread: Some(thread) }))
     }
 }
@@ -277,7 +277,7 @@ impl Drop for Bridge {
         self.core.bye();
         let now_ns = self.core.time.steady_ns();
         for peer in self.core.peers().take_gone(-1, now_ns) {
-            self.core.places.each(|served| served.lose(peer));
+            self.core.slots.each(|served| served.lose(peer));
         }
         let subscriptions = std::mem::take(&mut *self.core.subscriptions.lock().unwrap_or_else(PoisonError::into_inner));
         drop(subscriptions);

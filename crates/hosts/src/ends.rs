@@ -9,10 +9,10 @@
 //! | if another is stopped or killed anywhere | goes on; `Full` when the queue is | goes on | goes on with the last complete group |
 use crate::bell::Bell;
 use crate::inbound::Inbound;
+use crate::network::{Outlet, Subscription};
 use crate::outbound::{Outbound, Packets};
-use crate::places::Served;
+use crate::slots::Served;
 use crate::timebase::Timebase;
-use crate::wire::{Outlet, Subscription};
 use interconnect::message::packet::{Packet, Repr};
 use interconnect::{Carrier, ConnectionSpec, Full, Header, Memory, Receiver, Sender};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -73,7 +73,7 @@ struct HostSender {
     pushed: u64,
     shared: Arc<Shared>,
     bell: Arc<Bell>,
-    place: usize,
+    slot: usize,
 }
 
 pub(crate) fn writing(
@@ -82,14 +82,14 @@ pub(crate) fn writing(
     outlet: Box<dyn Outlet>,
     time: Arc<Timebase>,
     bell: Arc<Bell>,
-    place: usize,
+    slot: usize,
 ) -> (Arc<Writing>, Box<dyn Sender>) {
     let (near, far) = Memory.connect(&ConnectionSpec { queue_depth: window(spec), ..*spec });
     let outbound = Outbound::new(connection, spec.queue_depth, window(spec));
     let shared = Shared::new(outbound.room_until());
     let state = Mutex::new(WritingState { local: far, outbound, until_ns: None, subscription: None });
     let served = Arc::new(Writing { state, shared: shared.clone(), outlet, time, connection });
-    (served, Box::new(HostSender { local: near, pushed: 0, shared, bell, place }))
+    (served, Box::new(HostSender { local: near, pushed: 0, shared, bell, slot }))
 }
 
 impl Writing {
@@ -169,7 +169,7 @@ impl Sender for HostSender {
 
     fn publish(&mut self, number: u64, now_ns: i64) {
         self.local.publish(number, now_ns);
-        self.bell.ring(self.place);
+        self.bell.ring(self.slot);
     }
 
     fn push(&mut self, number: u64, now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full> {
@@ -178,7 +178,7 @@ impl Sender for HostSender {
         }
         self.local.push(number, now_ns, fill)?;
         self.pushed += 1;
-        self.bell.ring(self.place);
+        self.bell.ring(self.slot);
         Ok(())
     }
 
@@ -190,7 +190,7 @@ impl Sender for HostSender {
 impl Drop for HostSender {
     fn drop(&mut self) {
         self.shared.gone.store(true, Ordering::Release);
-        self.bell.ring(self.place);
+        self.bell.ring(self.slot);
     }
 }
 
@@ -217,7 +217,7 @@ struct HostReceiver {
     popped: u64,
     shared: Arc<Shared>,
     bell: Arc<Bell>,
-    place: usize,
+    slot: usize,
 }
 
 pub(crate) type Raise = Box<dyn Fn() + Send + Sync>;
@@ -229,7 +229,7 @@ pub(crate) fn reading(
     outlet: Box<dyn Outlet>,
     time: Arc<Timebase>,
     bell: Arc<Bell>,
-    place: usize,
+    slot: usize,
 ) -> (Arc<Reading>, Box<dyn Receiver>) {
     // Without a queue no row fits.
     let (far, near) = Memory.connect(&ConnectionSpec { queue_depth: spec.queue_depth + window(spec), ..*spec });
@@ -237,7 +237,7 @@ pub(crate) fn reading(
     let shared = Shared::new(0);
     let state = Mutex::new(ReadingState { local: far, inbound, subscription: None });
     let served = Reading { state, shared: shared.clone(), outlet, raise, time, connection, depth: spec.queue_depth as u64 };
-    (Arc::new(served), Box::new(HostReceiver { local: near, popped: 0, shared, bell, place }))
+    (Arc::new(served), Box::new(HostReceiver { local: near, popped: 0, shared, bell, slot }))
 }
 
 impl Reading {
@@ -341,7 +341,7 @@ impl Receiver for HostReceiver {
             self.popped += 1;
             self.shared.count.store(self.popped, Ordering::Release);
             if self.shared.starved.load(Ordering::Acquire) {
-                self.bell.ring(self.place);
+                self.bell.ring(self.slot);
             }
         }
         popped

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A wire that drops, repeats, reorders and corrupts packets, chosen by a seed, around any other: between the protocol and zenoh.
 //! For tests. (On a byte stream such faults end the session, so they never show above it.)
-use crate::wire::{Arrival, Outlet, Subscription, Urgency, Wire, WireError};
+use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -33,7 +33,7 @@ impl WireFaults {
 /// A wire with faults. A clone is the same wire.
 #[derive(Clone)]
 pub struct Faulty {
-    wire: Arc<dyn Wire>,
+    wire: Arc<dyn Network>,
     state: Arc<Mutex<State>>,
 }
 
@@ -44,7 +44,7 @@ struct State {
 
 impl Faulty {
     /// Puts faults, chosen by `seed`, into what is sent by `wire`.
-    pub fn new(wire: Arc<dyn Wire>, seed: u64, faults: WireFaults) -> Self {
+    pub fn new(wire: Arc<dyn Network>, seed: u64, faults: WireFaults) -> Self {
         Faulty { wire, state: Arc::new(Mutex::new(State { faults, random: seed })) }
     }
 
@@ -54,13 +54,13 @@ impl Faulty {
     }
 }
 
-impl Wire for Faulty {
-    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, WireError> {
+impl Network for Faulty {
+    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, NetworkError> {
         let outlet = self.wire.outlet(key, urgency)?;
         Ok(Box::new(FaultyOutlet { outlet, state: self.state.clone(), held: Mutex::default() }))
     }
 
-    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, WireError> {
+    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError> {
         self.wire.subscribe(key, came)
     }
 }

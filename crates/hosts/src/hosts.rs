@@ -5,12 +5,12 @@ use crate::bridge::{Bridge, Core};
 use crate::control::{Control, Hello, PROTOCOL_VERSION};
 use crate::ends;
 use crate::link::{HostLink, LinkState, Outlets};
+use crate::network::{Network, NetworkError, Outlet, Urgency};
 use crate::options::Options;
 use crate::peers::{Known, Peer};
 use crate::refused::Refused;
 use crate::secret;
 use crate::session::{Side, ZenohWire};
-use crate::wire::{Outlet, Urgency, Wire, WireError};
 use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
 use std::sync::mpsc;
 use std::sync::{Arc, Weak};
@@ -42,9 +42,9 @@ impl Hosts {
     ///
     /// # Errors
     /// As for [`listen`](Self::listen).
-    pub fn listen_over(options: Options, wire: Arc<dyn Wire>) -> Result<Hosts, Refused> {
+    pub fn listen_over(options: Options, wire: Arc<dyn Network>) -> Result<Hosts, Refused> {
         let endpoint = options.check()?.to_string();
-        let no_way = |error: WireError| Refused::NoWay { endpoint: endpoint.clone(), reason: error.message };
+        let no_way = |error: NetworkError| Refused::NoWay { endpoint: endpoint.clone(), reason: error.message };
         let id = crate::random::number();
         let core = Core::new(options, wire, id, id);
         let bridge = Bridge::start(core).map_err(no_way)?;
@@ -68,9 +68,9 @@ impl Hosts {
     ///
     /// # Errors
     /// As for [`join`](Self::join).
-    pub fn join_over(options: Options, wire: Arc<dyn Wire>) -> Result<Hosts, Refused> {
+    pub fn join_over(options: Options, wire: Arc<dyn Network>) -> Result<Hosts, Refused> {
         let endpoint = options.check()?.to_string();
-        let no_way = |error: WireError| Refused::NoWay { endpoint: endpoint.clone(), reason: error.message };
+        let no_way = |error: NetworkError| Refused::NoWay { endpoint: endpoint.clone(), reason: error.message };
         let no_answer = || Refused::NoAnswer { system: options.system.clone(), endpoint: endpoint.clone(), seconds: options.join_max.as_secs() };
         let until = Instant::now() + options.join_max;
         let id = crate::random::number();
@@ -113,7 +113,7 @@ impl Hosts {
         let key = |from: u64, to: u64, what: &str| format!("{}/link/{number:x}/{from:x}/{to:x}/{what}", core.base());
         let outlet = |key: String| core.wire.outlet(&key, Urgency::Commands).map_err(no_end);
         let outlets = Outlets { parts: outlet(key(core.id, far, "parts"))?, answers: outlet(key(far, core.id, "answers"))? };
-        let state = core.places.take(|_| Arc::new(LinkState::new(number, far, outlets, core.time.clone())))?;
+        let state = core.slots.take(|_| Arc::new(LinkState::new(number, far, outlets, core.time.clone())))?;
         let (parts, answers) = (Arc::downgrade(&state), Arc::downgrade(&state));
         let part_came = Arc::new(move |bytes: &[u8]| with(&parts, |state| state.part_came(bytes)));
         let answer_came = Arc::new(move |bytes: &[u8]| with(&answers, |state| state.answer_came(bytes)));
@@ -153,30 +153,30 @@ impl Ends for Hosts {
         let core = &self.0.core;
         let outlet = self.outlet(&self.key(number, "reader"))?;
         let mut near = None;
-        let served = core.places.take(|place| {
-            let (served, sender) = ends::writing(number, spec, outlet, core.time.clone(), core.bell.clone(), place);
+        let served = core.slots.take(|slot| {
+            let (served, sender) = ends::writing(number, spec, outlet, core.time.clone(), core.bell.clone(), slot);
             near = Some(sender);
             served
         })?;
         let far = Arc::downgrade(&served);
         let subscription = core.wire.subscribe(&self.key(number, "writer"), Arc::new(move |bytes| with(&far, |served| served.came(bytes))));
         served.subscribed(subscription.map_err(no_end)?);
-        Ok(near.expect("it was made with the place"))
+        Ok(near.expect("it was made with the slot"))
     }
 
     fn receiver(&mut self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError> {
         let core = &self.0.core;
         let outlet = self.outlet(&self.key(number, "writer"))?;
         let mut near = None;
-        let served = core.places.take(|place| {
-            let (served, receiver) = ends::reading(number, spec, raise, outlet, core.time.clone(), core.bell.clone(), place);
+        let served = core.slots.take(|slot| {
+            let (served, receiver) = ends::reading(number, spec, raise, outlet, core.time.clone(), core.bell.clone(), slot);
             near = Some(receiver);
             served
         })?;
         let far = Arc::downgrade(&served);
         let subscription = core.wire.subscribe(&self.key(number, "reader"), Arc::new(move |bytes| with(&far, |served| served.came(bytes))));
         served.subscribed(subscription.map_err(no_end)?);
-        Ok(near.expect("it was made with the place"))
+        Ok(near.expect("it was made with the slot"))
     }
 }
 
@@ -184,7 +184,7 @@ impl Ends for Hosts {
 ///
 /// # Errors
 /// As for [`Hosts::listen`].
-pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Wire>, Refused> {
+pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Network>, Refused> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Listens)?))
 }
 
@@ -192,7 +192,7 @@ pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Wire>, Refused> {
 ///
 /// # Errors
 /// As for [`Hosts::join`].
-pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Wire>, Refused> {
+pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Network>, Refused> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Joins)?))
 }
 
@@ -201,7 +201,7 @@ fn port_of(endpoint: &str) -> u16 {
     endpoint.rsplit(':').next().and_then(|port| port.parse().ok()).unwrap_or_default()
 }
 
-fn no_end(error: WireError) -> EndError {
+fn no_end(error: NetworkError) -> EndError {
     EndError { message: format!("no way to the other hosts: {}", error.message) }
 }
 
@@ -212,7 +212,7 @@ fn with<T>(far: &Weak<T>, act: impl FnOnce(&T)) {
 }
 
 /// Says hello until there is an answer: the listening side's first word. None where nobody answered in time.
-fn knock(options: &Options, wire: &dyn Wire, (id, port): (u64, u16), until: Instant) -> Result<Option<Control>, WireError> {
+fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: Instant) -> Result<Option<Control>, NetworkError> {
     let root = crate::bridge::root(&options.system);
     let (heard, answers) = mpsc::channel();
     let hear = move |bytes: &[u8]| {
@@ -224,7 +224,7 @@ fn knock(options: &Options, wire: &dyn Wire, (id, port): (u64, u16), until: Inst
     let _listening = wire.subscribe(&format!("{root}/hello/{id:x}"), Arc::new(hear))?;
     let door = wire.outlet(&format!("{root}/hello"), Urgency::Clock)?;
     let (name, target) = (options.name.clone(), TARGET.to_owned());
-    let drawn = secret::drawn().map_err(|error| WireError { message: format!("no number can be drawn: {error}") })?;
+    let drawn = secret::drawn().map_err(|error| NetworkError { message: format!("no number can be drawn: {error}") })?;
     let hello = Hello { protocol: PROTOCOL_VERSION, abi: options.abi_version, little_endian: cfg!(target_endian = "little"), id, name, target, drawn };
     let hello = Control::Hello(hello).emit();
     while Instant::now() < until {
@@ -232,7 +232,7 @@ fn knock(options: &Options, wire: &dyn Wire, (id, port): (u64, u16), until: Inst
         match answers.recv_timeout(Duration::from_millis(HELLO_MS)) {
             // Who does not have the secret either is no listener of this system.
             Ok(Control::Welcome { proof, .. }) if options.security.secret().is_some_and(|secret| !secret::is_proof(secret, &drawn, port, id, &proof)) => {
-                return Err(WireError {
+                return Err(NetworkError {
                     message: "the program that listens there does not have the secret: it is not the system, or another user's".to_owned(),
                 });
             }
@@ -283,7 +283,7 @@ fn admit(core: &Core, hello: &Hello) -> Result<(), String> {
     let now_ns = core.time.steady_ns();
     let replaced = core.peers().admit(Known::new(hello.id, hello.name.clone(), hello.target.clone(), now_ns), now_ns)?;
     if let Some(replaced) = replaced {
-        core.places.each(|served| served.lose(replaced));
+        core.slots.each(|served| served.lose(replaced));
     }
     Ok(())
 }

@@ -8,7 +8,7 @@
 //! | module | what |
 //! |---|---|
 //! | `hosts` | listening, joining, and what a host gives: ends and links |
-//! | `bridge`, `bell`, `places` | the one thread that serves the ends; how real-time threads call it |
+//! | `bridge`, `bell`, `slots` | the one thread that serves the ends; how real-time threads call it |
 //! | `ends`, `link` | connections; commands |
 //! | `outbound`, `inbound` | what is sent, answered and sent again; without clock or wire |
 //! | `peers`, `control`, `agreement`, `timebase` | who is there, what time it is there |
@@ -26,19 +26,19 @@ mod faulty;
 mod hosts;
 mod inbound;
 mod link;
+pub mod network;
 mod options;
 mod outbound;
 mod peers;
-mod places;
 #[cfg(test)]
 mod protocol;
 mod random;
 mod refused;
 mod secret;
 mod session;
+mod slots;
 mod threads;
 mod timebase;
-pub mod wire;
 
 pub use agreement::{ClockOffset, ClockReport};
 pub use control::PROTOCOL_VERSION;

@@ -2,10 +2,10 @@
 //! The link between a supervisor and a processor on another host: the protocol of rows, once there and once back. A frame travels in
 //! parts, so that none is too large for the queues on the way, and values never wait behind a code module.
 use crate::inbound::Inbound;
+use crate::network::{Outlet, Subscription};
 use crate::outbound::{Outbound, Packets};
-use crate::places::Served;
+use crate::slots::Served;
 use crate::timebase::Timebase;
-use crate::wire::{Outlet, Subscription};
 use interconnect::message::packet::{Packet, Repr};
 use interconnect::{Closed, Link};
 use std::collections::VecDeque;

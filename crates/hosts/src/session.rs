@@ -2,10 +2,10 @@
 //! The wire that is zenoh: one session a host. The listening side routes, the joining sides are its clients, so that three hosts need
 //! one address. Multicast and gossip are off: nobody is found that was not named.
 use crate::endpoint::Endpoint;
+use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use crate::options::{Options, Security};
 use crate::refused::Refused;
 use crate::threads;
-use crate::wire::{Arrival, Outlet, Subscription, Urgency, Wire, WireError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use zenoh::pubsub::Publisher;
@@ -61,24 +61,24 @@ impl Drop for ZenohWire {
     }
 }
 
-impl Wire for ZenohWire {
-    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, WireError> {
+impl Network for ZenohWire {
+    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, NetworkError> {
         let priority = match urgency {
             Urgency::Clock => Priority::RealTime,
             Urgency::Values => Priority::InteractiveHigh,
             Urgency::Commands => Priority::Data,
         };
         let declared = self.0.declare_publisher(key.to_owned()).congestion_control(CongestionControl::Drop).priority(priority).express(true).wait();
-        Ok(Box::new(ZenohOutlet(declared.map_err(|error| WireError { message: error.to_string() })?)))
+        Ok(Box::new(ZenohOutlet(declared.map_err(|error| NetworkError { message: error.to_string() })?)))
     }
 
-    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, WireError> {
+    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError> {
         let declared = self.0.declare_subscriber(key.to_owned()).callback(move |sample| {
             threads::hasten();
             came(&sample.payload().to_bytes());
         });
         let declared = declared.wait();
-        Ok(Box::new(declared.map_err(|error| WireError { message: error.to_string() })?))
+        Ok(Box::new(declared.map_err(|error| NetworkError { message: error.to_string() })?))
     }
 }
 

@@ -19,7 +19,7 @@ pub struct Channel {
 
 /// Where a chunk lies, and what the file says of it.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct ChunkIndex {
     /// Its fields, in bytes of the file.
     fields: Range<u64>,
     /// The smallest and the largest time of its messages, ns.
@@ -84,7 +84,7 @@ pub struct Indexed {
     is_whole: bool,
     /// Nothing comes behind.
     is_read: bool,
-    pub chunks: Vec<Place>,
+    pub chunks: Vec<ChunkIndex>,
     /// Channels that are known: of a whole file all.
     pub channels: BTreeMap<u16, Channel>,
     /// Chunks that were looked through for channels.
@@ -155,7 +155,7 @@ impl Indexed {
                     counts = chunk.messages.iter().map(|(channel, messages)| (*channel, messages.len())).collect();
                 }
                 end = behind;
-                self.chunks.push(Place { fields, first, last, counts });
+                self.chunks.push(ChunkIndex { fields, first, last, counts });
             }
             CHANNEL | METADATA => match record(code, Rest(&self.read(fields)?)) {
                 Some(Record::Channel { id, topic, encoding, metadata }) => {

@@ -15,6 +15,6 @@ mod records;
 mod tests;
 mod writer;
 
-pub use indexed::{Channel, Chunk, Indexed, Message, Place};
+pub use indexed::{Channel, Chunk, ChunkIndex, Indexed, Message};
 pub use reader::{Reader, Record, Unreadable};
 pub use writer::{Schema, Writer};

@@ -5,7 +5,7 @@ mod activity;
 mod arguments;
 mod bind;
 mod finish;
-mod place;
+mod placement;
 mod ranges;
 mod relate;
 mod retune;

@@ -18,7 +18,7 @@ pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
             || "no block writes its cell".to_owned(),
             |input| format!("only the input parameter '{}' stores into it, which is no new value", input.name),
         );
-        let refusal = Refusal::new(Class::SchedulingError, format!("nobody drives {described}: it is {mode}, and {why}"));
+        let refusal = Refusal::new(Class::SchedulingError, format!("nothing drives {described}: it is {mode}, and {why}"));
         let refusal = refusal.remedy(format!("relax it with modes={{'{name}': 'asynchronous'}}, or bind a writer to it"));
         let place = flat.blocks[port.0].place.clone();
         flat.push(refusal.end(described, &place).at(&place).about([flat.part(port)]));

@@ -109,7 +109,7 @@ impl SocketDoor {
         match Listener::listen(&path) {
             Ok(listener) => Some(Box::new(SocketDoor { listener, belongings: belongings.clone() })),
             Err(why) => {
-                eprintln!("process '{}' cannot be taken over by a new supervisor: nobody can listen at '{}': {why}", belongings.processor, path.display());
+                eprintln!("process '{}' cannot be taken over by a new supervisor: it cannot listen at '{}': {why}", belongings.processor, path.display());
                 None
             }
         }

@@ -48,7 +48,7 @@ fn signal_words(signal: i32) -> Option<(&'static str, &'static str)> {
         libc::SIGINT => ("SIGINT", "it was interrupted"),
         libc::SIGHUP => ("SIGHUP", "its terminal was closed"),
         libc::SIGQUIT => ("SIGQUIT", "it was asked to quit"),
-        libc::SIGPIPE => ("SIGPIPE", "it wrote to a pipe that nobody reads"),
+        libc::SIGPIPE => ("SIGPIPE", "it wrote to a pipe without a reader"),
         libc::SIGALRM => ("SIGALRM", "an alarm"),
         libc::SIGTRAP => ("SIGTRAP", "a trap"),
         libc::SIGSYS => ("SIGSYS", "a forbidden system call"),

@@ -266,7 +266,7 @@ impl Index {
         }
         self.taken = file.chunks.len();
         let of_values: HashSet<u16> = tracks.values().filter(|track| track.values.is_some()).flat_map(|track| &track.ids).copied().collect();
-        let times = |chunk: &mcap::Place| chunk.counts.keys().any(|id| of_values.contains(id)).then_some((chunk.first, chunk.last));
+        let times = |chunk: &mcap::ChunkIndex| chunk.counts.keys().any(|id| of_values.contains(id)).then_some((chunk.first, chunk.last));
         let times: Vec<Option<(u64, u64)>> = file.chunks.iter().map(times).collect();
         self.ceilings = times
             .iter()

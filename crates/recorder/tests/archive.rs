@@ -256,7 +256,7 @@ fn the_log_is_read_without_the_values() {
     recorder.stop();
     let file = mcap::Indexed::open(std::fs::File::open(scratch.file("run.mcap")).unwrap()).unwrap();
     let of_values = |id: &u16| file.channels[id].metadata.contains_key("kind");
-    let mixed = |chunk: &mcap::Place| chunk.counts.keys().any(of_values) && !chunk.counts.keys().all(of_values);
+    let mixed = |chunk: &mcap::ChunkIndex| chunk.counts.keys().any(of_values) && !chunk.counts.keys().all(of_values);
     assert_eq!(file.chunks.iter().filter(|chunk| mixed(chunk)).count(), 0);
     assert!(file.chunks.iter().any(|chunk| chunk.counts.keys().any(of_values)));
     assert!(file.chunks.iter().any(|chunk| chunk.counts.keys().any(|id| file.channels[id].topic == LOG)));

@@ -4,7 +4,7 @@ use device::Channel;
 use interconnect::{Receiver, Sender};
 use kernel::{Device, Way};
 use opengpac::abi::Descriptor;
-use runtime::wire::{CodeName, Ground};
+use runtime::encoding::{CodeName, Ground};
 use runtime::{Host, remote_device};
 use std::any::Any;
 use std::collections::HashMap;

@@ -11,7 +11,7 @@ use device::{Beside, Unserved};
 use interconnect::{Link, Memory};
 use kernel::{Device, DeviceCall, SourceId};
 use opengpac::abi::ABI as ABI_VERSION;
-use runtime::wire::Parcel;
+use runtime::encoding::Parcel;
 use runtime::{ClockKind, Holding, Host};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -348,7 +348,7 @@ impl Agent {
 
 fn greet(link: &Arc<dyn Link>) -> Result<(i64, String), String> {
     const GREETING: Duration = Duration::from_secs(30);
-    let greeting = link.receive(GREETING).map_err(|why| why.to_string())?.ok_or("nobody has greeted this processor for 30 s")?;
+    let greeting = link.receive(GREETING).map_err(|why| why.to_string())?.ok_or("no supervisor has greeted this processor for 30 s")?;
     let Order::Greet { version, abi, processor, epoch_ns, .. } = opened(&greeting)? else { return Err("the first frame is no greeting".to_owned()) };
     let refused = match (version == VERSION, abi == ABI_VERSION) {
         (true, true) => None,

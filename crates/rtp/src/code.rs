@@ -4,7 +4,7 @@ use crate::module::{LIBRARY, Module};
 use modules::{LoadOptions, Probe};
 use opengpac::abi::Descriptor;
 use opengpac::read::{BlockFace, TypeFace};
-use runtime::wire::CodeName;
+use runtime::encoding::CodeName;
 use std::any::Any;
 use std::collections::HashMap;
 use std::path::PathBuf;

@@ -9,7 +9,7 @@ use kernel::{Device, Event, Reach, SourceId, Way};
 use modules::Probe;
 use opengpac::abi::Descriptor;
 use runtime::Host;
-use runtime::wire::{CodeName, Ground};
+use runtime::encoding::{CodeName, Ground};
 use std::any::Any;
 use std::collections::HashMap;
 use std::sync::Arc;

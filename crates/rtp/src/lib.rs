@@ -3,7 +3,7 @@
 //!
 //! The side that commands has a [`Processor`]: to its host a [`runtime::Remote`], which runs sources like any other. The side that runs
 //! is [`serve`]: a host of its own, with its kernels, devices and code, that does what comes over the [`interconnect::Link`]. What
-//! travels is in [`protocol`]; scripts and tables in [`runtime::wire`].
+//! travels is in [`protocol`]; scripts and tables in [`runtime::encoding`].
 //!
 //! | thread of the processor | does |
 //! |---|---|

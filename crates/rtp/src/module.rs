@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Code modules as they travel.
-use runtime::wire::CodeName;
+use runtime::encoding::CodeName;
 use std::any::Any;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};

@@ -11,7 +11,7 @@ use device::{Channel, Unserved};
 use interconnect::{ConnectionSpec, EndError, Link, Receiver, Sender};
 use kernel::{BlockId, BlockTimes, Device, Event, Op, RemoteWord, Script, SourceId, SourceSpec, Statistics, Taken};
 use opengpac::abi::ABI as ABI_VERSION;
-use runtime::wire::Writer;
+use runtime::encoding::Writer;
 use runtime::{Host, Remote, remote_device};
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

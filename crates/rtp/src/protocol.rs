@@ -3,7 +3,7 @@
 use device::{Channel, Unserved};
 use kernel::{BlockId, BlockTimes, DeviceCall, SourceId, SourceSpec, Statistics, Taken};
 use runtime::DeviceState;
-use runtime::wire::{EventAs, Parcel};
+use runtime::encoding::{EventAs, Parcel};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 

@@ -4,7 +4,7 @@ use device::Beside;
 use interconnect::Link;
 use kernel::{Device, SourceId};
 use runtime::Host;
-use runtime::wire::Reader;
+use runtime::encoding::Reader;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};

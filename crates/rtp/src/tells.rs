@@ -5,7 +5,7 @@ use crate::shared::{Shared, locked};
 use interconnect::{Row, RowsReader};
 use kernel::{BlockId, BlockTimes, Event};
 use runtime::DeviceState;
-use runtime::wire::EventAs;
+use runtime::encoding::EventAs;
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 

@@ -3,9 +3,10 @@
 //! the handover from one host to the next.
 //!
 //! A [`Host`] has the kernels of one process: a `thread` for each source under the monotonic clock, or one `virtual_clock` for all of them.
-//! `remote_sources` is what it knows of sources in other processes and on other hosts, `spread` serves processes that span several, `wire` how scripts travel there, `trace` the record of a run,
+//! `remote_sources` is what it knows of sources in other processes and on other hosts, `spread` serves processes that span several, `encoding` how scripts travel there, `trace` the record of a run,
 //! `heritage` what a host takes over from the one before it.
 mod clock;
+pub mod encoding;
 mod heir;
 mod heritage;
 mod host;
@@ -22,7 +23,6 @@ mod thread;
 pub mod trace;
 mod virtual_clock;
 mod watchdog;
-pub mod wire;
 
 pub use clock::ClockKind;
 pub use heir::{heir, open_seen};

@@ -9,8 +9,8 @@ mod taped;
 pub use tape::Stretch;
 pub(crate) use taped::Taped;
 
+use crate::encoding::{CodeName, Parcel, Writer};
 use crate::locked::locked;
-use crate::wire::{CodeName, Parcel, Writer};
 use device::Channel;
 use tape::{SourceTape, Taker};
 
@@ -53,7 +53,7 @@ pub enum Entry {
         /// Its unit, or empty.
         unit: String,
         /// Its cell, which a later script may be the first to name.
-        cell: crate::wire::CellAt,
+        cell: crate::encoding::CellAt,
     },
     /// From here on the record cannot be run again, and why.
     Broken(String),

@@ -118,7 +118,7 @@ impl Ends for SharedMemory {
             _ => {
                 let listener = self.listener().map_err(|error| EndError {
                     message: format!(
-                        "cannot make the reading end of connection {number} (source {} to source {}) in shared memory: nobody listens for its rows: {error}; end processes of this system that are not needed",
+                        "cannot make the reading end of connection {number} (source {} to source {}) in shared memory: its rows have no listener: {error}; end processes of this system that are not needed",
                         spec.writer, spec.reader
                     ),
                 })?;

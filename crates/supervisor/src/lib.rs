@@ -61,6 +61,7 @@ pub use observation::states::{DeviceState, InstanceState, Paused};
 pub use precedence::first;
 pub use registry::download::{build, library, load};
 pub use registry::location::{InProcess, Location, Patience};
+pub use registry::sane::check_name;
 pub use safety::alarms::{Alarm, AlarmList, AlarmText, Severity};
 pub use safety::modes::Mode;
 pub use system::{System, Waited};

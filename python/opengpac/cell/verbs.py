@@ -83,7 +83,7 @@ def _wait_for_channel(name: str, read: str, block: str, inputs: Mapping[str, Any
 
 
 _LOOK = 0.01
-"""How often an SVV is looked at that somebody else writes, s; the next multiple of the timer's period where it does not divide that."""
+"""How often an SVV with another writer is looked at, s; the next multiple of the timer's period where it does not divide that."""
 
 
 def _looked_at(verb: Verb[..., Any] | None, timers: Sequence[Source]) -> Verb[..., Any] | None:

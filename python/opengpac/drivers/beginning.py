@@ -87,7 +87,7 @@ class {Name}(Driver):
         self.position += 0.01 * self.gain * self.speed
 
     def safe_state(self) -> None:
-        # After a failure, where nobody commands any more, and before close().
+        # After a failure, when commands have stopped, and before close().
         self.speed = 0.0
 
     def close(self) -> None:

@@ -39,7 +39,7 @@ def canopen(
     `modules` are modules of inputs and outputs by CiA 401, each with `node`, `channels`, and `watchdog` and `eds` as an axis has them:
     `{"io": {"node": 7, "channels": {"door": {"input": 0}, "lamp": {"output": 3}, "pressure": {"analog_input": 0, "scale": 0.001, "unit":
     "bar"}}}}`. A channel is `input`, `output` (digital, terminals 0 to 63), `analog_input` or `analog_output` (0 to 11); the value of an
-    analog one is counts × `scale` + `offset`, in `unit`. `safe`: what an output carries where nobody commands it (off, or 0 counts).
+    analog one is counts × `scale` + `offset`, in `unit`. `safe`: what an output carries while it is not commanded (off, or 0 counts).
     The module's `error` is the code of its latest emergency; `device["io.door"]` is a channel.
 
     Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing` (read), and `goal`, `rate` or `effort` (written), by

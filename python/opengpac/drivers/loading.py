@@ -132,7 +132,9 @@ def _kept(file: Path) -> Path:
     elif file.suffix == ".so":
         content = file.read_bytes()
     else:
-        refuse(ModuleError, f"drivers do not come from '{file}'", "give a source in C or C++ (.c, .cpp), a shared object (.so) or a folder")
+        sources = ", ".join(f".{ending}" for ending in _native.source_endings())
+        remedy = f"give a source in C or C++ ({sources}), a shared object (.so) or a folder"
+        refuse(ModuleError, f"drivers do not come from '{file}'", remedy)
     folder_kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "opengpac" / "drivers"
     kept = folder_kept / f"{file.stem}-{hashlib.sha256(content).hexdigest()[:16]}.so"
     if kept.exists() and kept.read_bytes() == content:

@@ -33,12 +33,12 @@ def modbus(
     register is a number of `"type"` (`"uint16"`; `int16`, `int32`, `uint32`, `int64`, `uint64`, `float`, `double`) in the `"order"`
     of its bytes (`"ABCD"`; `"CDAB"`, `"BADC"`, `"DCBA"`), and becomes a double, `"scale"` times that plus `"offset"`, in `"unit"`;
     with `"raw": True` it keeps its type, and `"bit": 3` is one bit of it. `"write": True` makes a channel that is written when its
-    value changes, `"write": "each"` one that is written in each period; `"safe"` is what it is while nobody commands it (0, False).
+    value changes, `"write": "each"` one that is written in each period; `"safe"` is its value while it is not commanded (0, False).
     `"every": "1 s"` polls a channel less often.
 
     The device is exchanged each `period` (10 ms) on a thread of its own, and has the channel `age`, in seconds. An `answer` may
     take 0.5 s; a request is sent again `retries` times (2), and then the device is lost, as it is when its readings are older than
-    `age_max` (2 s). Neighbouring registers are read by one request, over at most `gap` (0) between them that nobody asked for.
+    `age_max` (2 s). Neighbouring registers are read by one request, with at most `gap` (0) unused registers between them.
     """
     return Driver(
         "modbus",
@@ -85,7 +85,7 @@ def modbus_server(
     written here (`"write": True`) they read, in any table. Other addresses are refused. A request is carried out as a whole or not
     at all.
 
-    Modbus asks nobody who they are: every program that reaches the port may write. So it listens on this host alone (127.0.0.1), or with
+    Modbus has no authentication: every program that reaches the port may write. So it listens on this host alone (127.0.0.1), or with
     `to_network=True` at any address: on a network of machines, behind a firewall. `clients` (8) may be connected; for one more the
     one gives way that has been silent for the longest. With `silent="2 s"` the device is lost when clients, after their first
     request, ask nothing for so long. Registers and channels meet each `period` (10 ms).

@@ -40,7 +40,7 @@ def text(
     behind them.
 
     `writes` are texts that it is told, each sent when a value in it has changed while a verb commands it. A number has
-    `"decimals"`, and may have a `"safe"` value: then the text is sent with it when nobody commands it any more. `asks` is sent in
+    `"decimals"`, and may have a `"safe"` value: then the text is sent with it when it is no longer commanded. `asks` is sent in
     each period, to a device that speaks only when it is asked; an `answer` may take 0.5 s.
 
     A text ends with `end` (a line feed, with a carriage return before it or not), begins after `start`, or has a fixed `length`. A

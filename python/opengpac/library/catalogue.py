@@ -113,7 +113,8 @@ class Catalogue:
     def _refuse(self, name: str, what: str) -> None:
         # A short name is answered by short names.
         known = [n for c in self.components() for n in (c.names if "." in name else c.names[:1])]
-        remedy = did_you_mean(name, dict.fromkeys(known)) or "opengpac blocks search WORDS finds what there is"
+        meant = did_you_mean(name, dict.fromkeys(known))
+        remedy = meant if meant.startswith("did you mean") else "opengpac blocks search WORDS finds what there is"
         if self._problems:
             remedy += "; left out: " + "; ".join(str(problem) for problem in self._problems)
         refuse(UnknownName, f"the library has no {what} '{name}'", remedy)

@@ -89,7 +89,7 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
     suspend=suspended("generator", "brake"),
 )
 def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %") -> Stopped:
-    """Moves joints at a reduced velocity as long as somebody holds the button: as long as `heartbeat` changes.
+    """Moves joints at a reduced velocity as long as a button is held, which is as long as `heartbeat` changes.
 
     heartbeat: an SVV of type int into which a new number is written more often than every 0.25 s; when it is not, the joints stop
     and the verb ends. velocity: rad/s (m/s), within plus and minus `jog_speed`, may be set while it runs. At the end of its range a

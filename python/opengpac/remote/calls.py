@@ -18,7 +18,7 @@ from .ends import Ends
 from .session import Session
 
 SLICE_MS = 100
-"""How long one request of a wait lasts: an interrupt leaves the system waiting for nobody that much longer."""
+"""How long one request of a wait lasts: after an interrupt the system goes on waiting for that long."""
 
 
 class Remote(RealTimeSystem):

@@ -12,7 +12,7 @@ from ..realtime import RealTimeSystem
 def leave_empty(system: RealTimeSystem) -> None:
     """Halts the actions, disables the devices, then deletes instances, devices and SVVs; processors, sources and definitions stay.
 
-    What cannot be deleted, because somebody else uses it, stays too.
+    What cannot be deleted, because another session uses it, stays too.
     """
     actions = [i for i in system.statistics()["instances"] if i["owner"] is None]
     for action in actions:

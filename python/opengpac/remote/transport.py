@@ -62,7 +62,7 @@ class Transport:
         self._held: set[http.client.HTTPConnection] = set()
         self._cut = ""
         self.reached = False
-        """Whether somebody has answered there."""
+        """Whether the address has answered."""
         self.remedy = ""
         """What to do when the connection is lost; said with every error."""
 
@@ -152,7 +152,7 @@ class Transport:
         return bool(self._cut)
 
     def close(self) -> None:
-        """Closes the connections that nobody uses."""
+        """Closes the idle connections."""
         with self._lock:
             idle, self._idle = self._idle, []
         for connection in idle:

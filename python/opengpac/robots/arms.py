@@ -116,7 +116,7 @@ class _Model:
 
     @property
     def name(self) -> str:
-        """What an arm of it is called where nobody names it."""
+        """The default name of an arm of this model."""
         return self.arm.stem
 
     @property

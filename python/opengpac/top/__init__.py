@@ -68,7 +68,7 @@ def _shown(given: argparse.Namespace, session: Session) -> int:
 
 
 def print_once(look: Look, before: Look | None, view: View) -> None:
-    """The tables, with colours where somebody sees them."""
+    """The tables, with colours on a terminal."""
     from rich.console import Console
 
     console = Console()

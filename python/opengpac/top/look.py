@@ -97,7 +97,7 @@ class Look:
 
 
 class Watch:
-    """Looks again and again, and keeps the probe of block times going for as long as somebody does."""
+    """Looks again and again, and keeps the probe of block times going for as long as it looks."""
 
     def __init__(self, system: RealTimeSystem, every_s: float, probe: bool = True) -> None:
         self.every_s = every_s

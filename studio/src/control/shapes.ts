@@ -940,7 +940,7 @@ export interface ObjectRequest {
 
 /** `POST /v1/sessions`. */
 export interface OpenSession {
-  /** The caller's own: letters, digits, `.`, `_` and `-`, 64 at the most. */
+  /** The caller's own: letters, digits, `.`, `_` and `-`, at most 64. */
   name: string;
   /** After how long without a sign of life it counts as lost, ms, 1,000 to 60,000. */
   lost_after_ms?: number;
@@ -2988,7 +2988,7 @@ export interface Calls {
       names: string[];
       from_ns: number;
       to_ns: number;
-      /** Columns of each channel, 10,000 at the most: as many values as lie in one are drawn together. */
+      /** Columns of each channel, at most 10,000: as many values as lie in one are drawn together. */
       columns: number;
       /** The `next` of the part before. */
       since?: number;

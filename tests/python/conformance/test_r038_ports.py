@@ -129,7 +129,7 @@ def test_r044_data_driven_blocks_run_on_new_values_only(rig: Rig) -> None:
     silent.start()
     rig.cell.advance("5 ms")
     assert n_never.value == 5
-    with pytest.raises(gpac.SchedulingError, match=r"nobody drives input 'copy\.u'"):
+    with pytest.raises(gpac.SchedulingError, match=r"nothing drives input 'copy\.u'"):
         follower.new_instance(*rig.svvs("nobodys", "y_nobodys"), rig.cell.svv("n_nobodys", "int64_t"))
 
 

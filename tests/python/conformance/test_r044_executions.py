@@ -71,7 +71,7 @@ def test_r045_what_input_parameters_store_drives_nobody(rig: Rig, block: str) ->
     (y,) = rig.svvs("y")
     given = {"blocks": {"k": rig.block(block)}, "instantiation_parameters": {"y": "k.y"}, "input_parameters": {"u": "k.u"}}
     commands = {"start": [activate("k", every="1 ms")]}
-    with pytest.raises(gpac.SchedulingError, match=r"nobody drives input 'k.u' .* only the input parameter 'u' stores into it"):
+    with pytest.raises(gpac.SchedulingError, match=r"nothing drives input 'k.u' .* only the input parameter 'u' stores into it"):
         gpac.Verb("given", command_lists=commands, **given)
     gpac.Verb("relaxed", command_lists=commands, modes={"k.u": "asynchronous"}, **given).on(rig.fast).asynch(y, u=3.0)
     rig.cell.advance("2 ms")

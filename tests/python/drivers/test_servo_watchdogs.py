@@ -102,5 +102,5 @@ def test_a_time_that_its_register_cannot_hold_is_refused(watchdog: str) -> None:
 
 
 def test_its_manual_says_who_brings_about_what() -> None:
-    assert "a servo that nobody reaches stands still by itself" in gpac.drivers.show("dynamixel").safe_state["doc"]
+    assert "a servo that gets no request stands still by itself" in gpac.drivers.show("dynamixel").safe_state["doc"]
     assert "watchdog" not in gpac.drivers.show("feetech").safe_state["doc"]

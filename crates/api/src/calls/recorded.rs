@@ -94,7 +94,7 @@ crate::calls! {
             must names: Vec<String>,
             must from_ns: i64,
             must to_ns: i64,
-            /// Columns of each channel, 10,000 at the most: as many values as lie in one are drawn together.
+            /// Columns of each channel, at most 10,000: as many values as lie in one are drawn together.
             must columns: u32,
             /// The `next` of the part before.
             may since: usize,

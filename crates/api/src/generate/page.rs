@@ -42,7 +42,7 @@ fn properties(call: &Call) -> String {
     let role = format!("Role: {}{}.", call.role.word(), if call.free { ", without command" } else { "" });
     let more = [
         (call.lasts, "It lasts, and goes on in slices."),
-        (call.stops, "It stops something, and waits for nobody."),
+        (call.stops, "It stops something, and is not queued behind other calls."),
         (call.costs, "Few are worked on at a time."),
         (call.local, "Not over the control interface."),
     ];

@@ -9,7 +9,7 @@ use super::services::SERVICES;
 use super::station::{Station, What};
 use crate::client::Client;
 use crate::emulator::{NodeOptions, Terminals};
-use crate::place::Place;
+use crate::interface::Interface;
 use cia402::Entry;
 use cia402::axis::part;
 use device::{Class, Declaration, DriverError, Found, Given, Kind, Layout, Life, Opened, OptionWord, Part, SafeBy, SafeState};
@@ -69,8 +69,8 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
         stations.push(Station { is_watched: of.watchdog != Some(false), eds: data_sheet(given, of.eds.as_deref())?, ..module });
     }
     let parts: Vec<Part> = options.axes.iter().filter_map(|of| part(&of.axis)).collect();
-    let place = Place::of(&options.interface, || emulated(&options));
-    Ok((Box::new(CanOpen::new(&options, place, stations, layout.into_channels())), json!({ "parts": parts })))
+    let bus = Interface::of(&options.interface, || emulated(&options));
+    Ok((Box::new(CanOpen::new(&options, bus, stations, layout.into_channels())), json!({ "parts": parts })))
 }
 
 /// The nodes of an emulated bus that has what is asked for.
@@ -110,9 +110,9 @@ fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
         return Err(given.wrong("interface", "it is missing; give the interface of SocketCAN to look at: `ip link` lists them"));
     };
     let failed = |error: std::io::Error| DriverError::Failed(format!("interface '{interface}': {error}"));
-    let place = Place::of(&interface, Vec::new);
-    let nodes = Client::open(&place, ANSWER).and_then(|mut client| client.nodes()).map_err(failed)?;
-    let mut client = Client::open(&place, OBJECT).map_err(failed)?;
+    let bus = Interface::of(&interface, Vec::new);
+    let nodes = Client::open(&bus, ANSWER).and_then(|mut client| client.nodes()).map_err(failed)?;
+    let mut client = Client::open(&bus, OBJECT).map_err(failed)?;
     let mut number = |node: u8, index: u16, sub: u8| {
         let value = client.upload(node, Entry { index, sub }).unwrap_or_default();
         (value.iter().take(4).rev().fold(0u32, |number, byte| number << 8 | u32::from(*byte)), value)

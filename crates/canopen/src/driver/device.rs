@@ -8,10 +8,10 @@ use super::services::{Beside, Nodes};
 use super::station::{Station, What};
 use crate::client::Client;
 use crate::frame::{self, Came, Frame};
+use crate::interface::Interface;
 use crate::link::Link;
 use crate::message::{self, Message};
 use crate::nmt::{self, Command, NODE_MAX, NodeState};
-use crate::place::Place;
 use cia402::Commander;
 use cia402::axis::Shared;
 use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
@@ -29,7 +29,7 @@ const ANSWER: Duration = Duration::from_millis(100);
 pub const OBJECT: Duration = Duration::from_secs(1);
 
 pub struct CanOpen {
-    place: Place,
+    interface: Interface,
     /// The axes first, then the modules.
     stations: Vec<Station>,
     /// The station of each node.
@@ -48,16 +48,16 @@ pub struct CanOpen {
 }
 
 impl CanOpen {
-    pub fn new(options: &Options, place: Place, stations: Vec<Station>, channels: Vec<Channel>) -> CanOpen {
+    pub fn new(options: &Options, interface: Interface, stations: Vec<Station>, channels: Vec<Channel>) -> CanOpen {
         let mut by_node = [None; NODE_MAX as usize + 1];
         for (index, station) in stations.iter().enumerate() {
             by_node[usize::from(station.node & NODE_MAX)] = Some(index as u8);
         }
-        let shared = Shared::new(&format!("the bus on '{place}'"), stations.iter().map(Station::beside));
+        let shared = Shared::new(&format!("the bus on '{interface}'"), stations.iter().map(Station::beside));
         let data_sheets = stations.iter().map(|station| station.eds.clone()).collect();
         CanOpen {
             beside: Arc::new(Beside { shared, axes: options.axes.len(), data_sheets }),
-            place,
+            interface,
             stations,
             by_node,
             channels,
@@ -73,17 +73,17 @@ impl CanOpen {
     }
 
     fn on(&self, error: impl std::fmt::Display) -> String {
-        format!("interface '{}': {error}", self.place)
+        format!("interface '{}': {error}", self.interface)
     }
 
     fn start(&mut self) -> Result<(), String> {
         self.link = None;
-        let mut client = Client::open(&self.place, OBJECT).map_err(|error| self.on(error))?;
+        let mut client = Client::open(&self.interface, OBJECT).map_err(|error| self.on(error))?;
         for station in &mut self.stations {
             station.expect();
             configure(&mut client, station, &self.terms)?;
         }
-        self.link = Some(self.place.open(&HEARD).map_err(|error| self.on(error))?);
+        self.link = Some(self.interface.open(&HEARD).map_err(|error| self.on(error))?);
         for node in self.stations.iter().map(|station| station.node) {
             client.send(&Command::Start.frame(node)).map_err(|error| error.to_string())?;
         }

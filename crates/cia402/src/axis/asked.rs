@@ -12,7 +12,7 @@ const OWN: &str = "as the drive has it";
 
 pub const HOME: ServiceWord = ServiceWord {
     name: "home",
-    doc: "has a drive look for its home, and waits until it is there; nobody may have its axis engaged",
+    doc: "has a drive look for its home, and waits until it is there; its axis must not be engaged",
     arguments: &[
         OptionWord::needed("axis", Kind::Text, "the name of the axis"),
         OptionWord::with_default("method", Kind::Whole, OWN, "method of CiA 402: 35 is here, 17 and 18 the switch at an end, 33 and 34 the next index"),

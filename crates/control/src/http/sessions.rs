@@ -7,8 +7,8 @@ use crate::failure::Failure;
 use crate::http::request::{Answer, BODY_TIME, Shared, apart, body};
 use crate::lanes::{Lane, SMALL};
 use crate::presence::{Held, needed, present};
+use crate::requests::{self, OpenSession, TakeCommand};
 use crate::sessions::{Holder, Reports, Returned};
-use crate::wire::{self, OpenSession, TakeCommand};
 use api::Role;
 use axum::Json;
 use axum::body::Body;
@@ -33,7 +33,7 @@ pub(super) async fn list(State(service): Shared) -> Json<Value> {
 
 pub(super) async fn open(State(service): Shared, Extension(caller): Extension<Caller>, given: Body) -> Answer {
     let given = body(given, SMALL, BODY_TIME).await?;
-    let asked: OpenSession = wire::object::<OpenSession>(&given)?.checked()?;
+    let asked: OpenSession = requests::object::<OpenSession>(&given)?.checked()?;
     let here = service.clone();
     apart(&here, to_stop(&caller), &caller.clone(), move || {
         service.look_after(now());
@@ -80,7 +80,7 @@ pub(super) async fn holder(State(service): Shared) -> Json<Value> {
 pub(super) async fn take_command(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
     let presence = needed(present(&service, &headers, &caller)?)?;
     let given = body(given, SMALL, BODY_TIME).await?;
-    let asked: TakeCommand = wire::object(&given)?;
+    let asked: TakeCommand = requests::object(&given)?;
     let here = service.clone();
     apart(&here, to_stop(&caller), &caller.clone(), move || {
         // Who is lost commands no longer.

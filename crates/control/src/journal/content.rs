@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What calls refer to and a journal cannot hold in a line: code modules and files of models, by their SHA-256 in a folder beside it.
 use crate::journal::file;
-use crate::wire::is_sha256;
+use crate::requests::is_sha256;
 use std::collections::BTreeSet;
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::{self, Write};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sessions by themselves, with a time that the test says.
-use control::wire::OpenSession;
+use control::requests::OpenSession;
 use control::{Caller, REPORTS_MAX, Role, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
 use model::refusal::Class;
 use std::time::{Duration, Instant};

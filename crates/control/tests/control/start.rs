@@ -62,7 +62,7 @@ fn an_address_that_others_reach_needs_tls_and_callers_that_are_known() {
         anywhere(o);
         certificate(o, f);
     };
-    assert!(refused(with_tls).contains("knows nobody; give --tokens"));
+    assert!(refused(with_tls).contains("has no authentication; give --tokens"));
     let with_token = |o: &mut Options, f: &Folder| {
         anywhere(o);
         token(f);

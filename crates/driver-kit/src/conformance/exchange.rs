@@ -9,7 +9,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "first-reading", sentence: "the first reading behind opening succeeds, and its numbers are finite", run: first_reading },
     Check { name: "readings-whole", sentence: "a reading stores nothing behind the last channel", run: readings_whole },
     Check { name: "commands-kept", sentence: "an exchange leaves the commands as they are", run: commands_kept },
-    Check { name: "unengaged", sentence: "while nobody commands anything, its parts stand still", run: unengaged },
+    Check { name: "unengaged", sentence: "while nothing is commanded, its parts stand still", run: unengaged },
     Check { name: "no-leap", sentence: "a part that is engaged with what it measures does not leap", run: no_leap },
     Check { name: "let-go", sentence: "a part that is let go of comes to rest, and can be engaged again", run: let_go },
     Check { name: "time-stands", sentence: "two exchanges at the same time leave its readings finite", run: time_stands },
@@ -101,7 +101,7 @@ fn let_go(subject: &Subject) -> Tried {
         rig.cycles(50)?;
         let before = rig.positions(&joints);
         rig.cycles(10)?;
-        still(&rig, &joints, &before, "though nobody commands it")?;
+        still(&rig, &joints, &before, "though it is not commanded")?;
     }
     Ok(Passed::Yes)
 }

@@ -9,7 +9,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "made", sentence: "it is made from the options that it is checked with", run: made },
     Check { name: "wrong-kind", sentence: "a value of a wrong kind is refused by the name of its option", run: wrong_kind },
     Check { name: "missing", sentence: "an option that is needed and left out is refused by its name", run: missing },
-    Check { name: "unknown", sentence: "an option that nobody declared is refused by its name", run: unknown },
+    Check { name: "unknown", sentence: "an option that is not declared is refused by its name", run: unknown },
     Check { name: "null", sentence: "an option that is null counts as left out", run: null },
     Check { name: "no-table", sentence: "options that are no table of names and values are refused", run: no_table },
     Check { name: "odd-numbers", sentence: "numbers beyond all sense are taken or refused, and end nothing", run: odd_numbers },

@@ -9,7 +9,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "life-waits", sentence: "it waits for its device for no time or some, and at most an hour", run: life_waits },
     Check { name: "life-lost", sentence: "a lost device is told within a declared time of at most a minute", run: life_lost },
     Check { name: "safe-doc", sentence: "one line says what its safe state is", run: safe_doc },
-    Check { name: "safe-by", sentence: "its safe state is brought about by somebody, and by each once", run: safe_by },
+    Check { name: "safe-by", sentence: "its safe state has at least one means that brings it about, each named once", run: safe_by },
     Check { name: "safe-time", sentence: "its safe state holds within a declared time of at most 10 s", run: safe_time },
     Check { name: "service-words", sentence: "its services have names of their own and a line each", run: service_words },
     Check { name: "service-arguments", sentence: "the arguments of each service are declared as options are", run: service_arguments },
@@ -33,7 +33,7 @@ fn safe_doc(subject: &Subject) -> Tried {
 
 fn safe_by(subject: &Subject) -> Tried {
     let by: &[SafeBy] = subject.of.safe_state.by;
-    holds(!by.is_empty(), || "by nobody".to_owned())?;
+    holds(!by.is_empty(), || "by nothing".to_owned())?;
     none_of((1..by.len()).filter(|i| by[..*i].contains(&by[*i])).map(|i| format!("'{}' is there twice", by[i])))
 }
 

@@ -37,7 +37,7 @@ const OPTIONS: [OptionWord; 5] = [
         "to_network",
         Kind::Bool,
         "false",
-        "whether other hosts may connect: Modbus asks nobody who they are, so every program that reaches the port may write",
+        "whether other hosts may connect: Modbus has no authentication, so every program that reaches the port may write",
     ),
     OptionWord::with_default("clients", Kind::Whole, "8", "how many may be connected; for one more the one gives way that was silent for the longest, 1 to 64"),
     OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long clients may ask nothing, after the first request, before the device is lost")
@@ -82,7 +82,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let mut found = to.to_socket_addrs().map_err(|why| wrong_address(format!("'{to}': {why}; write tcp/127.0.0.1:1502")))?;
     let address = found.next().ok_or_else(|| wrong_address(format!("'{to}' is no host")))?;
     if !options.to_network && !is_loopback(address.ip()) {
-        let why = "other hosts could write its channels, and Modbus asks nobody who they are; listen at tcp/127.0.0.1, or say to_network=true on a network of machines only";
+        let why = "other hosts could write its channels, and Modbus has no authentication; listen at tcp/127.0.0.1, or say to_network=true on a network of machines only";
         return Err(wrong_address(why.to_owned()));
     }
     if !(1..=64).contains(&options.clients) {

@@ -37,7 +37,7 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
     let sensors = arm.sensors.iter().map(|of| layout.add(sensor(of))).collect();
     let joints = arm.joints.iter().zip(reads).map(|(joint, reads)| {
         let effort = Channel::write(format!("{}.effort", joint.part.name), Type::DOUBLE).unit(effort_unit(joint.part.unit));
-        (reads, layout.add(effort.doc("effort at the joint; the brake holds it while nobody claims this channel")))
+        (reads, layout.add(effort.doc("effort at the joint; the brake holds it while this channel is not claimed")))
     });
     let joints = joints.collect();
     let push = Channel::write("tool.push", Type::doubles(3)).unit("N").doc("force from outside at the tool, in the world frame");

@@ -53,7 +53,7 @@ const OPTIONS: [OptionWord; 7] = [
     OptionWord::needed("driver", Kind::Table, "what the process runs, {\"kind\": …, \"options\": {…}}"),
     OptionWord::with_default("command", Kind::List, "'opengpac-plant' beside this program", "the command line of a process that runs it"),
     OptionWord::with_default("name", Kind::Text, "only this driver has it", "where it is found by the program that opens it anew"),
-    OptionWord::with_default("linger_ns", Kind::Whole, "10 s", "how long it goes on when nobody is connected").unit("ns"),
+    OptionWord::with_default("linger_ns", Kind::Whole, "10 s", "how long it goes on without a connection").unit("ns"),
     OptionWord::with_default("step_ns", Kind::Whole, "the driver's 'timestep', else 1 ms", "its period").unit("ns"),
     OptionWord::with_default("silent_ns", Kind::Whole, "500 ms", "a plant that makes no step for so long is lost").unit("ns"),
     OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it goes to its safe commands").unit("ns"),

@@ -25,7 +25,7 @@ const PRIORITY: i32 = 97;
 pub fn run() -> Result<(), String> {
     let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
     let link = UnixLink::from_descriptor(descriptor).map_err(|error| format!("the link of the plant cannot be used: {error}"))?;
-    let Ok(Some((frame, _))) = link.receive_with(ANSWER) else { return Err("nobody says which plant to make".to_owned()) };
+    let Ok(Some((frame, _))) = link.receive_with(ANSWER) else { return Err("nothing says which plant to make".to_owned()) };
     let Ok(Ask::Make(made)) = serde_json::from_slice(&frame) else { return Err("what came first does not say which plant to make".to_owned()) };
     match Plant::make(made) {
         Ok(mut plant) => {

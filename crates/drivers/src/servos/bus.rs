@@ -22,7 +22,7 @@ device::counters! {
         Timeouts: "timeouts", "", "answers that did not come in time";
         Retries: "retries", "", "requests that were made again";
         FramesBad: "frames_bad", "", "frames with a wrong checksum or length, dropped";
-        FramesStrange: "frames_strange", "", "answers that nobody had asked for, dropped";
+        FramesStrange: "frames_strange", "", "answers without a request, dropped";
         GoalsLimited: "goals_limited", "", "goals that the range or the greatest speed held back";
         Alerts: "alerts", "", "readings in which a servo told of an error, a low voltage among them";
         HostTime: "host_time", "ns", "processor time of this host for the latest exchange";

@@ -46,7 +46,7 @@ pub(crate) static DYNAMIXEL: Declaration = of(
     "dynamixel",
     "Dynamixel servos (protocol 2.0) on a serial bus",
     SafeState {
-        doc: "torque off: an arm that nothing holds sinks; with option watchdog_ns a servo that nobody reaches stands still by itself, its torque on",
+        doc: "torque off: an arm that nothing holds sinks; with option watchdog_ns a servo that gets no request stands still by itself, its torque on",
         ..TORQUE_OFF
     },
     &options::DYNAMIXEL,

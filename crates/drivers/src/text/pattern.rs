@@ -83,7 +83,7 @@ impl Pattern {
             Piece::Literal(_) => false,
         };
         match pattern.pieces.windows(2).any(|two| is_open(&two[0]) && !matches!(two[1], Piece::Literal(_))) {
-            true => Err(format!("in '{text}' a field of letters is followed by another one: nobody could say where it ends")),
+            true => Err(format!("in '{text}' a field of letters is followed by another one: its end could not be told")),
             false => Ok(pattern),
         }
     }
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn what_nobody_could_read_is_refused() {
-        for (text, why) in [("{weight", "has no other one"), ("kg}", "has no other one"), ("{code}{weight}", "nobody could say where it ends")] {
+        for (text, why) in [("{weight", "has no other one"), ("kg}", "has no other one"), ("{code}{weight}", "its end could not be told")] {
             assert!(pattern(text).is_err_and(|refused| refused.contains(why)), "{text}");
         }
     }

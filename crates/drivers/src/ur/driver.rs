@@ -147,7 +147,7 @@ fn channels() -> (Vec<Channel>, Slots) {
     });
     let outputs = std::array::from_fn(|i| {
         let output = Channel::write(format!("io.out{i}"), Type::BOOL);
-        layout.add(output.doc("digital output of the control box; as the pendant sets it while nobody commands it"))
+        layout.add(output.doc("digital output of the control box; as the pendant sets it while it is not commanded"))
     });
     (layout.into_channels(), Slots { position, velocity, force, torque, speed_scaling, inputs, analog, goals, outputs })
 }

@@ -47,7 +47,7 @@ faulty! {
     lost_after_minutes: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"), lost_within(INT64_C(120000000000)),"#,
         ["life-lost"], "it is 120000000000 ns";
     safe_by_nobody: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", 0, 0)"#,
-        ["safe-by"], "by nobody";
+        ["safe-by"], "by nothing";
     safe_too_late: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", INT64_C(20000000000), BY_DRIVER)"#,
         ["safe-time"], "it is 20000000000 ns";
     counter_twice: r#"counter      (exchanges, "readings so far"),"# => r#"counter(exchanges, "readings so far"), counter(exchanges, "again"),"#,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The memory of a subdevice controller: registers, SyncManagers, FMMUs, EEPROM, clock.
 use super::clock::Clock;
+use crate::frames::{put, u16_at, u32_at};
 use crate::registers as reg;
-use crate::wire::{put, u16_at, u32_at};
 
 /// Registers and process memory.
 const MEMORY_LEN: usize = 0x3000;

@@ -2,8 +2,8 @@
 //! The line: what passes a frame through all subdevices, and what can happen to a frame and to a line.
 use super::options::DriveOptions;
 use super::subdevice::{Subdevice, Synced};
+use crate::frames::{self, Command, Datagram, Malformed};
 use crate::states::State;
-use crate::wire::{self, Command, Datagram, Malformed};
 use serde::Serialize;
 
 /// What a segment counted.
@@ -78,12 +78,12 @@ impl Segment {
 
     fn pass_datagrams(&mut self, frame: &mut [u8], reached: usize, now_ns: u64) -> Result<(), Malformed> {
         // All headers are looked at before anything is done.
-        for datagram in wire::datagrams(frame)? {
+        for datagram in frames::datagrams(frame)? {
             datagram?;
         }
-        let mut at = wire::DATAGRAMS;
+        let mut at = frames::DATAGRAMS;
         loop {
-            let (mut datagram, more) = wire::datagram_at(frame, at)?;
+            let (mut datagram, more) = frames::datagram_at(frame, at)?;
             for subdevice in &mut self.subdevices[..reached] {
                 pass_one(subdevice, &mut datagram, frame, now_ns);
             }
@@ -187,7 +187,7 @@ fn pass_one(subdevice: &mut Subdevice, of: &mut Datagram, frame: &mut [u8], now_
     let all = matches!(of.command, AllRead | AllWrite | AllReadWrite);
     let is_meant = by_position && device == 0 || by_station && device == subdevice.station() || all;
     if by_position || all {
-        of.address = wire::at(device.wrapping_add(1), memory);
+        of.address = frames::at(device.wrapping_add(1), memory);
         of.set_address(frame, of.address);
     }
     match of.command {

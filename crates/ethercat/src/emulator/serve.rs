@@ -2,8 +2,8 @@
 //! Answers the frames of an interface with an emulated segment: in a thread, or as a process of its own.
 use super::options::DriveOptions;
 use super::segment::Segment;
+use crate::frames::FRAME_MAX;
 use crate::link::{Link, Sender};
-use crate::wire::FRAME_MAX;
 use cia402::DriveState;
 use cia402::emulated;
 use serde::Deserialize;

@@ -5,10 +5,10 @@ use super::controller::{Changed, Controller};
 use super::identity::{identify, map};
 use super::options::DriveOptions;
 use super::sdo::{MAILBOX_LEN, SdoServer};
+use crate::frames::{Command, Datagram};
 use crate::registers as reg;
 use crate::sii::{self, Contents, Identity, SyncManager};
 use crate::states::{ERROR, State};
-use crate::wire::{Command, Datagram};
 use cia402::emulated::{Drive, Mapped, Objects, PRODUCT, VENDOR};
 
 /// Where its mailboxes and its process data lie.
@@ -203,7 +203,7 @@ impl Subdevice {
         let mut counter = of.working_counter(frame);
         let data = of.data_mut(frame);
         // What is written is what came, whatever is read into its place.
-        let mut came = [0; crate::wire::FRAME_MAX];
+        let mut came = [0; crate::frames::FRAME_MAX];
         came[..of.len].copy_from_slice(data);
         if reads && self.controller.read(memory, data, is_all) {
             counter = counter.wrapping_add(1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One datagram after another, each waited for: what is done to a segment off the cycle.
+use crate::frames::{self, Builder, Command, Datagram, FRAME_MAX};
 use crate::link::Link;
-use crate::wire::{self, Builder, Command, Datagram, FRAME_MAX};
 use std::io::ErrorKind;
 use std::time::{Duration, Instant};
 
@@ -73,7 +73,7 @@ impl Bus {
             }
             let received = self.link.receive(&mut self.received[..]).map_err(|error| format!("interface '{}': {error}", self.link.name()))?;
             let Some(frame) = received.map(|len| &self.received[..len]) else { continue };
-            let Some(Ok(came)) = wire::datagrams(frame).ok().and_then(|mut all| all.next()) else { continue };
+            let Some(Ok(came)) = frames::datagrams(frame).ok().and_then(|mut all| all.next()) else { continue };
             // Positions are counted up on the way.
             let is_it = (came.command, came.index, came.len, came.at) == (sent.command, sent.index, sent.len, sent.at);
             let came_back = is_it && came.address >> 16 == sent.address >> 16;
@@ -94,7 +94,7 @@ impl Bus {
     /// As [`Bus::read`]; none: the memory cannot be read now, as an empty mailbox.
     pub fn try_read(&mut self, station: u16, memory: u16, len: usize) -> Result<Option<Vec<u8>>, String> {
         let zeros = [0; FRAME_MAX];
-        let answer = self.ask(Command::StationRead, wire::at(station, memory), &zeros[..len])?;
+        let answer = self.ask(Command::StationRead, frames::at(station, memory), &zeros[..len])?;
         Ok((answer.counter == 1).then_some(answer.data))
     }
 
@@ -108,12 +108,12 @@ impl Bus {
 
     /// As [`Bus::write`]; false: the memory cannot be written now, as a full mailbox.
     pub fn try_write(&mut self, station: u16, memory: u16, data: &[u8]) -> Result<bool, String> {
-        Ok(self.ask(Command::StationWrite, wire::at(station, memory), data)?.counter == 1)
+        Ok(self.ask(Command::StationWrite, frames::at(station, memory), data)?.counter == 1)
     }
 
     /// Writes memory of all.
     pub fn write_all(&mut self, memory: u16, data: &[u8]) -> Result<(), String> {
-        self.ask(Command::AllWrite, wire::at(0, memory), data).map(drop)
+        self.ask(Command::AllWrite, frames::at(0, memory), data).map(drop)
     }
 }
 

@@ -7,8 +7,8 @@
 use super::bus::Bus;
 use super::delays::{Ports, delays};
 use super::subdevices::Subdevice;
+use crate::frames::{self, Command, u16_at, u32_at};
 use crate::registers as reg;
-use crate::wire::{self, Command, u16_at, u32_at};
 
 /// How often SYNC0 comes, and how long after the multiples of that time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +72,7 @@ pub fn synchronise(bus: &mut Bus, line: &[Subdevice], clocks: &Clocks<'_>) -> Re
     let station = line[reference].station;
     let mut counted = 0;
     for _ in 0..PASSES {
-        counted = bus.ask(Command::StationReadRestWrite, wire::at(station, reg::DC_SYSTEM_TIME), &[0; 8])?.counter;
+        counted = bus.ask(Command::StationReadRestWrite, frames::at(station, reg::DC_SYSTEM_TIME), &[0; 8])?.counter;
     }
     Ok(Reference { station, counted })
 }

@@ -3,9 +3,9 @@
 use super::bring_up::{Line, Station};
 use super::bus::{OFF_CYCLE, SOURCE};
 use super::clocks::Reference;
+use crate::frames::{self, Builder, Command, Datagram, FRAME_MAX, Malformed, u16_at};
 use crate::link::Link;
 use crate::registers as reg;
-use crate::wire::{self, Builder, Command, Datagram, FRAME_MAX, Malformed, u16_at};
 
 /// How many frames are looked at in one reading: those of services come by too.
 const LOOKED_AT: usize = 32;
@@ -82,7 +82,7 @@ impl Cycle {
         let mut frame = Box::new([0; FRAME_MAX]);
         let mut builder = Builder::new(&mut frame, SOURCE);
         let process = builder.add(Command::LogicalReadWrite, 0, 0, outputs + inputs)?;
-        let states = stations.iter().map(|of| builder.add(Command::StationRead, 0, wire::at(of.subdevice.station, reg::AL_STATUS), 6));
+        let states = stations.iter().map(|of| builder.add(Command::StationRead, 0, frames::at(of.subdevice.station, reg::AL_STATUS), 6));
         let states: Option<Vec<Datagram>> = states.collect();
         let states = states?;
         let time = match reference {
@@ -172,7 +172,7 @@ impl Cycle {
     /// # Errors
     /// Why it is not. A turned bit in the inputs is seen by the check sum of Ethernet alone, which the adapter checks.
     pub fn check(&self, frame: &[u8]) -> Result<Replied, Refused> {
-        let mut all = wire::datagrams(frame).map_err(Refused::Malformed)?;
+        let mut all = frames::datagrams(frame).map_err(Refused::Malformed)?;
         for sent in std::iter::once(&self.process).chain(&self.states).chain(self.time.iter().flat_map(Time::datagrams)) {
             let came = all.next().ok_or(Refused::Changed)?.map_err(Refused::Malformed)?;
             if came.index != self.index {
@@ -227,9 +227,9 @@ impl Cycle {
 
 impl Time {
     fn new(builder: &mut Builder<'_>, reference: Reference, stations: &[Station]) -> Option<Time> {
-        let follow = builder.add(Command::Nop, 0, wire::at(reference.station, reg::DC_SYSTEM_TIME), 4)?;
-        let pass = builder.add(Command::StationReadRestWrite, 0, wire::at(reference.station, reg::DC_SYSTEM_TIME), 8)?;
-        let difference = builder.add(Command::StationRead, 0, wire::at(reference.station, reg::DC_DIFFERENCE), 4)?;
+        let follow = builder.add(Command::Nop, 0, frames::at(reference.station, reg::DC_SYSTEM_TIME), 4)?;
+        let pass = builder.add(Command::StationReadRestWrite, 0, frames::at(reference.station, reg::DC_SYSTEM_TIME), 8)?;
+        let difference = builder.add(Command::StationRead, 0, frames::at(reference.station, reg::DC_DIFFERENCE), 4)?;
         Some(Time { follow, pass, counted: reference.counted, difference, asked: 0, differences_ns: vec![0; stations.len()], told_ns: 0, reference_ns: 0 })
     }
 
@@ -253,18 +253,18 @@ impl Time {
         }
         self.asked = (self.asked + 1) % states.len().max(1);
         let station = states.get(self.asked).map_or(0, |of| of.address as u16);
-        self.difference.set_address(&mut frame[..], wire::at(station, reg::DC_DIFFERENCE));
+        self.difference.set_address(&mut frame[..], frames::at(station, reg::DC_DIFFERENCE));
     }
 
     fn learn(&mut self, frame: &[u8]) {
         if self.pass.working_counter(frame) > 0 {
-            self.reference_ns = wire::u32_at(self.pass.data(frame), 0);
+            self.reference_ns = frames::u32_at(self.pass.data(frame), 0);
         }
         if self.difference.working_counter(frame) == 1
             && let Some(of) = self.differences_ns.get_mut(self.asked)
         {
             // Sign and magnitude.
-            *of = wire::u32_at(self.difference.data(frame), 0) & 0x7FFF_FFFF;
+            *of = frames::u32_at(self.difference.data(frame), 0) & 0x7FFF_FFFF;
         }
     }
 }

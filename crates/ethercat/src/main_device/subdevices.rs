@@ -2,10 +2,10 @@
 //! Who is on a segment, and how each is brought from one state to the next.
 use super::bus::Bus;
 use super::sdo::Mailbox;
+use crate::frames::{self, Command, u16_at};
 use crate::registers as reg;
 use crate::sii::{self, Contents, Identity, SyncManager};
 use crate::states::{self, ERROR, State};
-use crate::wire::{self, Command, u16_at};
 use std::time::{Duration, Instant};
 
 /// Station address of the first one.
@@ -111,23 +111,23 @@ pub fn take(bus: &mut Bus) -> Result<Vec<Subdevice>, String> {
 }
 
 fn count(bus: &mut Bus) -> Result<usize, String> {
-    let count = usize::from(bus.ask(Command::AllRead, wire::at(0, reg::AL_STATUS), &[0; 2])?.counter);
+    let count = usize::from(bus.ask(Command::AllRead, frames::at(0, reg::AL_STATUS), &[0; 2])?.counter);
     if count <= MOST { Ok(count) } else { Err(format!("{count} subdevices answer, and no more than {MOST} are served")) }
 }
 
 fn read(bus: &mut Bus, which: Which, memory: u16, len: usize) -> Result<Vec<u8>, String> {
     let zeros = [0; 8];
     let answer = match which {
-        Which::Position(position) => bus.ask(Command::PositionRead, wire::at(wire::position(position), memory), &zeros[..len]),
-        Which::Station(station) => bus.ask(Command::StationRead, wire::at(station, memory), &zeros[..len]),
+        Which::Position(position) => bus.ask(Command::PositionRead, frames::at(frames::position(position), memory), &zeros[..len]),
+        Which::Station(station) => bus.ask(Command::StationRead, frames::at(station, memory), &zeros[..len]),
     }?;
     if answer.counter == 1 { Ok(answer.data) } else { Err(gone(which)) }
 }
 
 fn write(bus: &mut Bus, which: Which, memory: u16, data: &[u8]) -> Result<(), String> {
     let answer = match which {
-        Which::Position(position) => bus.ask(Command::PositionWrite, wire::at(wire::position(position), memory), data),
-        Which::Station(station) => bus.ask(Command::StationWrite, wire::at(station, memory), data),
+        Which::Position(position) => bus.ask(Command::PositionWrite, frames::at(frames::position(position), memory), data),
+        Which::Station(station) => bus.ask(Command::StationWrite, frames::at(station, memory), data),
     }?;
     if answer.counter == 1 { Ok(()) } else { Err(gone(which)) }
 }

@@ -261,7 +261,7 @@ impl<'a> Draft<'a> {
         let cell = self.cell_text(relation.cell);
         let refusal = Refusal::new(
             Class::SchedulingError,
-            format!("nobody drives {described}: it is {mode}, and no active block writes {cell} in command list '{list}'"),
+            format!("nothing drives {described}: it is {mode}, and no active block writes {cell} in command list '{list}'"),
         );
         let refusal = refusal.remedy(format!("bind a writer to {cell} and activate it, or {}", self.relax_remedy(reader)));
         let place = &self.flat(reader.0).place;

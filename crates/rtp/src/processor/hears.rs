@@ -8,7 +8,7 @@ use crate::silence::Silence;
 use interconnect::Link;
 use kernel::{BlockId, Event, SourceId};
 use runtime::Host;
-use runtime::wire::EventAs;
+use runtime::encoding::EventAs;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Weak};
 use std::time::Duration;

@@ -3,8 +3,8 @@
 //! a bare word and a futex between two threads.
 use crate::Bench;
 use crate::blocks::{MARKED, MARKS, Seen, Stamp, now_ns};
-use crate::ground::{Ground, core, interval, pin, rest, single, software, step};
 use crate::report::{Line, median, time};
+use crate::rig::{Rig, core, interval, pin, rest, single, software, step};
 use interconnect::ConnectionSpec;
 use kernel::*;
 use opengpac::FunctionBlock;
@@ -47,10 +47,10 @@ pub fn rows(bench: &Bench) {
 }
 
 fn by_kernel() -> f64 {
-    let ground = Ground::new();
-    let writer = ground.host.add_source(software("writer", core() - 1, PRIORITY)).expect("a thread can be made");
-    let spec = ConnectionSpec { writer: writer.0, reader: ground.source.0, asynchronous_len: 8, queue_row_len: 0, queue_depth: 0 };
-    let (sender, receiver) = ground.host.connect(&spec);
+    let rig = Rig::new();
+    let writer = rig.host.add_source(software("writer", core() - 1, PRIORITY)).expect("a thread can be made");
+    let spec = ConnectionSpec { writer: writer.0, reader: rig.source.0, asynchronous_len: 8, queue_row_len: 0, queue_depth: 0 };
+    let (sender, receiver) = rig.host.connect(&spec);
     let cells: Vec<Cell> = (0..2).map(|_| Extent::new(8).cell(0, 8)).collect();
     let mut stamp = single(1, Stamp::descriptor());
     stamp.bind(0, &cells[0]);
@@ -60,14 +60,14 @@ fn by_kernel() -> f64 {
         Op::Table(Box::new(Table::new(vec![step(Arc::new(block), on, process, vec![])], inbound, outbound, vec![], None)))
     };
     let (on, process) = (interval(), Process::new(1, 1));
-    let outbound = Outbound::new(sender, vec![cells[0].clone()], vec![], Some(ground.source));
-    ground.carry_out(writer, vec![table(stamp, vec![], vec![outbound], &on, &process), Op::On(on, 1)]);
+    let outbound = Outbound::new(sender, vec![cells[0].clone()], vec![], Some(rig.source));
+    rig.carry_out(writer, vec![table(stamp, vec![], vec![outbound], &on, &process), Op::On(on, 1)]);
     let (on, process) = (interval(), Process::new(2, 2));
     let inbound = Inbound::new(receiver, vec![cells[1].clone()], vec![]);
-    ground.carry_out(ground.source, vec![table(seen, vec![inbound], vec![], &on, &process), Op::On(on, 1)]);
+    rig.carry_out(rig.source, vec![table(seen, vec![inbound], vec![], &on, &process), Op::On(on, 1)]);
     MARKED.store(0, Ordering::Release);
     for count in 1..=VALUES as u64 {
-        ground.host.request(writer);
+        rig.host.request(writer);
         while MARKED.load(Ordering::Acquire) < count {
             rest(PAUSE_NS);
         }

@@ -2,9 +2,9 @@
 //! Dispatch: what one block in a cycle costs, against the same work as a hand-written C loop.
 use crate::Bench;
 use crate::blocks::{Gain, Pid, Stopwatch};
-use crate::ground::{Ground, Image, image, interval, rest, single, step};
 use crate::loaded::{Loop, Peer};
 use crate::report::{Line, least, median, thousands, time};
+use crate::rig::{Image, Rig, image, interval, rest, single, step};
 use kernel::*;
 use opengpac::FunctionBlock;
 use opengpac::abi::Descriptor;
@@ -52,13 +52,13 @@ pub fn rows(bench: &Bench) {
         Program { name: "PID in C, independent", shape: Shape::Independent, kind: |_| 1, rust: false },
         Program { name: "four kinds in C, independent", shape: Shape::Independent, kind: mixed, rust: false },
     ];
-    let ground = Ground::new();
-    empty(bench, &ground);
+    let rig = Rig::new();
+    empty(bench, &rig);
     for program in programs {
-        SIZES.iter().for_each(|&n| measure(bench, &ground, &program, n));
+        SIZES.iter().for_each(|&n| measure(bench, &rig, &program, n));
     }
-    recorded(bench, &ground);
-    probed(bench, &ground);
+    recorded(bench, &rig);
+    probed(bench, &rig);
 }
 
 fn wiring(shape: Shape, n: usize) -> (Vec<u32>, Vec<u32>, usize) {
@@ -79,7 +79,7 @@ fn descriptor(bench: &Bench, program: &Program, index: usize) -> &'static Descri
 
 /// A table of these blocks, as the supervisor makes it of a graph, with a stopwatch behind them and one connection to another
 /// source (its group: the last value). Gives what switches it on.
-fn table(ground: &Ground, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<Op> {
+fn table(rig: &Rig, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<Op> {
     let (process, first) = (Process::new(1, 1), interval());
     let driven = Activation::new(Due::Driven { by: vec![(first.clone(), 1)] }, None);
     let chained = shape == Shape::Chain;
@@ -89,19 +89,19 @@ fn table(ground: &Ground, image: &Image, shape: Shape, rows: Option<Rows>) -> Ve
     });
     let stopwatch = Arc::new(single(u32::MAX - 1, Stopwatch::descriptor()));
     let steps = steps.chain([step(stopwatch, &first, &process, vec![])]).collect();
-    let spec = interconnect::ConnectionSpec { writer: ground.source.0, reader: 99, asynchronous_len: 8, queue_row_len: 0, queue_depth: 0 };
-    let (sender, _) = ground.host.connect(&spec);
+    let spec = interconnect::ConnectionSpec { writer: rig.source.0, reader: 99, asynchronous_len: 8, queue_row_len: 0, queue_depth: 0 };
+    let (sender, _) = rig.host.connect(&spec);
     let outbound = Outbound::new(sender, image.values.last().into_iter().cloned().collect(), vec![], None);
     let table = Table::new(steps, vec![], vec![outbound], vec![], rows);
     vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(first, 1), Op::On(driven, 1)]
 }
 
 /// ns a firing and ns a cycle of each loop, in turns.
-fn turns(bench: &Bench, ground: &Ground, peer: &Peer, n: usize) -> Vec<[f64; 4]> {
+fn turns(bench: &Bench, rig: &Rig, peer: &Peer, n: usize) -> Vec<[f64; 4]> {
     let firings = (WORK / n).max(10);
     let mut turns = Vec::new();
     for round in 0..=bench.rounds * BURSTS {
-        let ours = ground.burst(firings) / firings as f64;
+        let ours = rig.burst(firings) / firings as f64;
         let theirs = [Loop::Calls, Loop::Checked, Loop::Inlined].map(|by| peer.run(by, firings) / firings as f64);
         rest(1_000_000);
         // The first turn warms caches and predictors up.
@@ -112,14 +112,14 @@ fn turns(bench: &Bench, ground: &Ground, peer: &Peer, n: usize) -> Vec<[f64; 4]>
     turns
 }
 
-fn measure(bench: &Bench, ground: &Ground, program: &Program, n: usize) {
+fn measure(bench: &Bench, rig: &Rig, program: &Program, n: usize) {
     let (reads, writes, values) = wiring(program.shape, n);
     let descriptors: Vec<_> = (0..n).map(|index| descriptor(bench, program, index)).collect();
     let kinds: Vec<u8> = (0..n).map(|index| (program.kind)(index) as u8).collect();
     let image = image(&descriptors, &reads, &writes, values);
     let peer = bench.loaded.peer(&kinds, &reads, &writes, values);
-    ground.carry_out(ground.source, table(ground, &image, program.shape, None));
-    let turns = turns(bench, ground, &peer, n);
+    rig.carry_out(rig.source, table(rig, &image, program.shape, None));
+    let turns = turns(bench, rig, &peer, n);
     // The least of each: no program is ever too fast.
     let of = |column: usize| least(turns.iter().map(|turn| turn[column]));
     let ratio = |column: usize| of(0) / of(column);
@@ -147,11 +147,11 @@ fn measure(bench: &Bench, ground: &Ground, program: &Program, n: usize) {
 }
 
 /// A firing without blocks: what it costs to be released, guarded, published and timed, beside the two clock reads of a bare cycle.
-fn empty(bench: &Bench, ground: &Ground) {
+fn empty(bench: &Bench, rig: &Rig) {
     let image = image(&[], &[], &[], 1);
     let peer = bench.loaded.peer(&[], &[], &[], 1);
-    ground.carry_out(ground.source, table(ground, &image, Shape::Independent, None));
-    let turns = turns(bench, ground, &peer, 100);
+    rig.carry_out(rig.source, table(rig, &image, Shape::Independent, None));
+    let turns = turns(bench, rig, &peer, 100);
     Line {
         row: "dispatch",
         what: "a firing with no block".into(),
@@ -167,7 +167,7 @@ fn empty(bench: &Bench, ground: &Ground) {
 }
 
 /// The same with every output copied into a row of the ring that the programming system and the recorder read.
-fn recorded(bench: &Bench, ground: &Ground) {
+fn recorded(bench: &Bench, rig: &Rig) {
     for n in [1_000, 10_000, 100_000] {
         let (reads, writes, values) = wiring(Shape::Chain, n);
         let image = image(&vec![bench.loaded.block("gain"); n], &reads, &writes, values);
@@ -177,9 +177,9 @@ fn recorded(bench: &Bench, ground: &Ground) {
             let both = [false, true].map(|record| {
                 let (writer, _) = interconnect::rows(8 * values, 4);
                 let rows = record.then(|| Rows { cells: image.values.clone(), writer: RowsEnd::new(writer) });
-                ground.carry_out(ground.source, table(ground, &image, Shape::Chain, rows));
-                ground.burst(firings / 10 + 1);
-                ground.burst(firings) / firings as f64
+                rig.carry_out(rig.source, table(rig, &image, Shape::Chain, rows));
+                rig.burst(firings / 10 + 1);
+                rig.burst(firings) / firings as f64
             });
             rest(1_000_000);
             if round > 0 {
@@ -203,19 +203,19 @@ fn recorded(bench: &Bench, ground: &Ground) {
 }
 
 /// The same while somebody looks at how long blocks take: the probe visits one block a firing.
-fn probed(bench: &Bench, ground: &Ground) {
+fn probed(bench: &Bench, rig: &Rig) {
     const LOOK_NS: u64 = 100_000_000;
     for n in [1_000, 10_000, 100_000] {
         let (reads, writes, values) = wiring(Shape::Chain, n);
         let image = image(&vec![bench.loaded.block("gain"); n], &reads, &writes, values);
         let firings = (WORK / n).max(10);
-        ground.carry_out(ground.source, table(ground, &image, Shape::Chain, None));
+        rig.carry_out(rig.source, table(rig, &image, Shape::Chain, None));
         let mut turns = Vec::new();
         for round in 0..=bench.rounds {
-            let without = ground.burst(firings) / firings as f64;
-            ground.host.probe(ground.source, LOOK_NS);
-            let with = ground.burst(firings) / firings as f64;
-            while ground.host.probes(ground.source) {
+            let without = rig.burst(firings) / firings as f64;
+            rig.host.probe(rig.source, LOOK_NS);
+            let with = rig.burst(firings) / firings as f64;
+            while rig.host.probes(rig.source) {
                 rest(1_000_000);
             }
             if round > 0 {

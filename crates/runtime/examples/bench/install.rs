@@ -3,8 +3,8 @@
 //! before and what comes, its swap, its first firing.
 use crate::Bench;
 use crate::blocks::{MARKED, MARKS, Marker, now_ns};
-use crate::ground::{Ground, Image, core, image, interval, pin, rest, single, step};
 use crate::report::{Line, median, thousands, time};
+use crate::rig::{Image, Rig, core, image, interval, pin, rest, single, step};
 use kernel::*;
 use opengpac::FunctionBlock;
 use std::sync::Arc;
@@ -36,7 +36,7 @@ pub fn rows(bench: &Bench) {
 }
 
 fn once(bench: &Bench, n: usize) -> f64 {
-    let ground = Ground::new();
+    let rig = Rig::new();
     // Below the source: what is handed over is taken at once, as a supervisor on another core would see it.
     pin(core(), PRIORITY);
     let gain = bench.loaded.block("gain");
@@ -45,8 +45,8 @@ fn once(bench: &Bench, n: usize) -> f64 {
     let running = image(&[gain; RUNNING], &reads, &writes, RUNNING + 1);
     let (process, on) = (Process::new(1, 1), interval());
     let steps = |image: &Image| -> Vec<Step> { image.blocks.iter().map(|block| step(block.clone(), &on, &process, vec![])).collect() };
-    ground.carry_out(ground.source, vec![Op::Table(Box::new(Table::new(steps(&running), vec![], vec![], vec![], None))), Op::On(on.clone(), 1)]);
-    ground.host.request(ground.source);
+    rig.carry_out(rig.source, vec![Op::Table(Box::new(Table::new(steps(&running), vec![], vec![], vec![], None))), Op::On(on.clone(), 1)]);
+    rig.host.request(rig.source);
     rest(100_000);
     let (reads, writes) = chain(n);
     let kinds = vec![gain; n];
@@ -58,8 +58,8 @@ fn once(bench: &Bench, n: usize) -> f64 {
     all.extend(added.blocks.iter().map(|block| step(block.clone(), &new_on, &newcomer, vec![])));
     all.push(step(Arc::new(single(u32::MAX - 1, Marker::descriptor())), &new_on, &newcomer, vec![]));
     let table = Table::new(all, vec![], vec![], vec![], None);
-    ground.host.submit(ground.source, Box::new(Script { id: 2, ops: vec![Op::Table(Box::new(table)), Op::StartClock(newcomer), Op::On(new_on, 1)] }));
-    ground.host.request(ground.source);
+    rig.host.submit(rig.source, Box::new(Script { id: 2, ops: vec![Op::Table(Box::new(table)), Op::StartClock(newcomer), Op::On(new_on, 1)] }));
+    rig.host.request(rig.source);
     while MARKED.load(Ordering::Acquire) == 0 {
         rest(100_000);
     }

@@ -3,8 +3,8 @@
 //! sleep that was asked for to the return from it. The same core, priority and number of releases, in turns.
 use crate::Bench;
 use crate::blocks::{LATE_FROM_NS, Lateness, MARKED, MARKS, MARKS_MAX, now_ns};
-use crate::ground::{Ground, core, interval, rest, single, step};
 use crate::report::{Line, median, time};
+use crate::rig::{Rig, core, interval, rest, single, step};
 use kernel::*;
 use opengpac::FunctionBlock;
 use std::process::Command;
@@ -64,17 +64,17 @@ fn spread(mut samples: Vec<f64>) -> [f64; 3] {
 }
 
 fn by_kernel() -> Vec<f64> {
-    let ground = Ground::new();
+    let rig = Rig::new();
     let kind = SourceKind::Timer { period_ns: PERIOD_NS };
     let spec = SourceSpec { rtp: 0, name: "timer".into(), kind, priority: PRIORITY, core: Some(core()), virtual_cost_ns: 0 };
-    let timer = ground.host.add_source(spec).expect("a thread can be made");
+    let timer = rig.host.add_source(spec).expect("a thread can be made");
     let (process, on) = (Process::new(1, 1), interval());
     let table = Table::new(vec![step(Arc::new(single(1, Lateness::descriptor())), &on, &process, vec![])], vec![], vec![], vec![], None);
     // Where the host's clock began, as exactly as two reads side by side say it.
-    let epoch_ns = (0..100).map(|_| now_ns() - ground.host.now_ns()).max().expect("there are a hundred");
+    let epoch_ns = (0..100).map(|_| now_ns() - rig.host.now_ns()).max().expect("there are a hundred");
     LATE_FROM_NS.store(epoch_ns, Ordering::Release);
     MARKED.store(0, Ordering::Release);
-    ground.carry_out(timer, vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(on, 1)]);
+    rig.carry_out(timer, vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(on, 1)]);
     while MARKED.load(Ordering::Acquire) < RELEASES as u64 {
         rest(50_000_000);
     }

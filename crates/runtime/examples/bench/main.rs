@@ -9,12 +9,12 @@
 mod blocks;
 mod crossing;
 mod dispatch;
-mod ground;
 mod install;
 mod jitter;
 mod loaded;
 mod reader;
 mod report;
+mod rig;
 mod transition;
 
 use loaded::Loaded;

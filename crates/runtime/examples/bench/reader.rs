@@ -3,8 +3,8 @@
 //! a second, in the middle of its firings.
 use crate::Bench;
 use crate::blocks::{Gain, Stopwatch};
-use crate::ground::{Ground, Image, core, image, interval, rest, single, step};
 use crate::report::{Line, median, time};
+use crate::rig::{Image, Rig, core, image, interval, rest, single, step};
 use interconnect::ConnectionSpec;
 use kernel::*;
 use opengpac::FunctionBlock;
@@ -37,38 +37,38 @@ pub fn rows(bench: &Bench) {
 
 /// ns a firing without and with the reader, and ns of the core that one firing of the reader takes.
 fn turn() -> [f64; 3] {
-    let ground = Ground::new();
+    let rig = Rig::new();
     let chain: Vec<u32> = (0..BLOCKS as u32).collect();
     let image = image(&[Gain::descriptor(); BLOCKS], &chain, &chain.iter().map(|i| i + 1).collect::<Vec<_>>(), BLOCKS + 1);
     let spec = ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 8 * VALUES, queue_row_len: 0, queue_depth: 0 };
-    let (sender, receiver) = ground.host.connect(&spec);
+    let (sender, receiver) = rig.host.connect(&spec);
     let outbound = Outbound::new(sender, image.values[..VALUES].to_vec(), vec![], None);
     let (process, on) = (Process::new(1, 1), interval());
     let mut steps: Vec<Step> = image.blocks.iter().map(|block| step(block.clone(), &on, &process, vec![])).collect();
     steps.push(step(Arc::new(single(u32::MAX - 1, Stopwatch::descriptor())), &on, &process, vec![]));
     let table = Table::new(steps, vec![], vec![outbound], vec![], None);
-    ground.carry_out(ground.source, vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(on, 1)]);
-    ground.burst(FIRINGS / 10);
-    let without = ground.burst(FIRINGS) / FIRINGS as f64;
+    rig.carry_out(rig.source, vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(on, 1)]);
+    rig.burst(FIRINGS / 10);
+    let without = rig.burst(FIRINGS) / FIRINGS as f64;
     rest(1_000_000);
-    let reader = add_reader(&ground, receiver);
-    ground.burst(FIRINGS / 10);
-    let before = ground.host.statistics(reader).firings;
-    let with = ground.burst(FIRINGS) / FIRINGS as f64;
-    let firings = (ground.host.statistics(reader).firings - before).max(1);
+    let reader = add_reader(&rig, receiver);
+    rig.burst(FIRINGS / 10);
+    let before = rig.host.statistics(reader).firings;
+    let with = rig.burst(FIRINGS) / FIRINGS as f64;
+    let firings = (rig.host.statistics(reader).firings - before).max(1);
     [without, with, (with - without) * FIRINGS as f64 / firings as f64]
 }
 
-fn add_reader(ground: &Ground, receiver: kernel::End<dyn interconnect::Receiver>) -> SourceId {
+fn add_reader(rig: &Rig, receiver: kernel::End<dyn interconnect::Receiver>) -> SourceId {
     let kind = SourceKind::Timer { period_ns: PERIOD_NS };
     let spec = SourceSpec { rtp: 0, name: "reader".into(), kind, priority: PRIORITY, core: Some(core()), virtual_cost_ns: 0 };
-    let reader = ground.host.add_source(spec).expect("a thread can be made");
+    let reader = rig.host.add_source(spec).expect("a thread can be made");
     let numbers: Vec<u32> = (0..VALUES as u32).collect();
     let Image { values, blocks } = image(&[Gain::descriptor(); VALUES], &numbers, &numbers.iter().map(|i| i + VALUES as u32).collect::<Vec<_>>(), 2 * VALUES);
     let inbound = Inbound::new(receiver, values[..VALUES].to_vec(), vec![]);
     let (process, on) = (Process::new(2, 2), interval());
     let steps = blocks.iter().map(|block| step(block.clone(), &on, &process, vec![])).collect();
     let table = Table::new(steps, vec![inbound], vec![], vec![], None);
-    ground.carry_out(reader, vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(on, 1)]);
+    rig.carry_out(reader, vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(on, 1)]);
     reader
 }

@@ -4,8 +4,8 @@
 //! event to the supervisor, and the start of a firing.
 use crate::Bench;
 use crate::blocks::{Every, MARKED, MARKS, Marker, Watched};
-use crate::ground::{BURST_NS, Ground, Image, image, interval, rest, single, step};
 use crate::report::{Line, median, thousands, time};
+use crate::rig::{BURST_NS, Image, Rig, image, interval, rest, single, step};
 use kernel::*;
 use opengpac::FunctionBlock;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub fn rows(bench: &Bench) {
 
 /// `n` blocks out and `n` in, each activated by a command of its own (`apart`) or all as one graph.
 fn measure(bench: &Bench, n: usize, apart: bool) {
-    let ground = Ground::new();
+    let rig = Rig::new();
     let (reads, writes): (Vec<u32>, Vec<u32>) = ((0..2 * n as u32).collect(), (2 * n as u32..4 * n as u32).collect());
     let image = image(&vec![Watched::descriptor(); 2 * n], &reads, &writes, 4 * n);
     let process = Process::new(1, 1);
@@ -38,10 +38,10 @@ fn measure(bench: &Bench, n: usize, apart: bool) {
     let mut ops = vec![Op::Table(Box::new(table(&image, &activations, &always, &process, n))), Op::On(always, 1)];
     ops.extend([Op::Stage { process: process.clone(), stage: 0, generation: Some(1) }, Op::StartClock(process.clone())]);
     ops.extend(activations[0].iter().map(|activation| Op::On(activation.clone(), 1)));
-    ground.carry_out(ground.source, ops);
+    rig.carry_out(rig.source, ops);
     let (mut with, mut without) = (Vec::new(), Vec::new());
     for round in 0..=bench.rounds {
-        let (these, those) = burst(&ground);
+        let (these, those) = burst(&rig);
         if round > 0 {
             with.push(median(these));
             without.push(median(those));
@@ -94,15 +94,15 @@ fn table(image: &Image, activations: &[Vec<Arc<Activation>>], always: &Arc<Activ
 }
 
 /// The gaps behind firings with a transition, and behind those without.
-fn burst(ground: &Ground) -> (Vec<f64>, Vec<f64>) {
+fn burst(rig: &Rig) -> (Vec<f64>, Vec<f64>) {
     MARKED.store(0, Ordering::Release);
     for _ in 0..FIRINGS {
-        ground.host.request(ground.source);
+        rig.host.request(rig.source);
     }
     while MARKED.load(Ordering::Acquire) < 2 * FIRINGS as u64 {
         rest(BURST_NS);
     }
-    while ground.host.poll().is_some() {}
+    while rig.host.poll().is_some() {}
     let mark = |place: usize| MARKS[place].load(Ordering::Relaxed);
     let gaps = (0..FIRINGS - 1).map(|firing| ((firing + 1) % PERIOD == 0, (mark(2 * firing + 2) - mark(2 * firing + 1)) as f64));
     let (with, without): (Vec<_>, Vec<_>) = gaps.partition(|(transition, _)| *transition);

@@ -116,14 +116,7 @@ impl System {
     /// `delete`: takes it out of the core.
     pub(crate) fn delete_by(&self, instance: u64, delete: impl FnOnce(Course<'_>) -> Result<(), Refusals>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
-        let (name, plan) = self.shared.command(|core| {
-            let found = core.instances.known(instance)?;
-            let named = (found.name.clone(), found.plan.clone());
-            delete(core.course(instance))?;
-            Ok(named)
-        })?;
-        leave_writers(&mut definitions, &plan, &name);
-        Ok(())
+        self.shared.command(|core| delete_from(core, &mut definitions, instance, delete))
     }
 
     /// Makes a logical device with its SVVs, parameters and verb instance; all or nothing.
@@ -358,6 +351,20 @@ fn enter_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
     for (svv, writer) in plan.writers(instance, &definitions.configuration) {
         definitions.configuration.aside().writers.entry(svv).or_default().push(writer);
     }
+}
+
+/// Takes an instance out of the core, by `delete`, and out of the writers of the SVVs that it wrote.
+pub(crate) fn delete_from(
+    core: &mut Core,
+    definitions: &mut Definitions,
+    instance: u64,
+    delete: impl FnOnce(Course<'_>) -> Result<(), Refusals>,
+) -> Result<(), Refusals> {
+    let found = core.instances.known(instance)?;
+    let (name, plan) = (found.name.clone(), found.plan.clone());
+    delete(core.course(instance))?;
+    leave_writers(definitions, &plan, &name);
+    Ok(())
 }
 
 pub(crate) fn leave_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {

@@ -23,7 +23,7 @@ impl System {
     pub fn processor_within(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location, patience: Patience) -> Result<(), Refusals> {
         let bounds = patience.bounds(name, &location)?;
         let mut definitions = self.shared.definitions();
-        crate::registry::sane::name("a processor", name)?;
+        crate::registry::sane::check_name("the name of a processor", name)?;
         if definitions.configuration.processors.iter().any(|p| p == name) {
             return Err(refuse(Class::InUse, format!("there is a processor '{name}' already"), "give it another name"));
         }
@@ -57,7 +57,7 @@ impl System {
         let Some(rtp) = definitions.processors.get_index_of(processor) else {
             return Err(unknown("processor", processor, definitions.processors.keys().map(String::as_str)));
         };
-        crate::registry::sane::name("a source", name)?;
+        crate::registry::sane::check_name("the name of a source", name)?;
         let full = format!("{processor}.{name}");
         if definitions.configuration.sources.contains_key(&full) {
             return Err(refuse(Class::InUse, format!("there is a source '{full}' already"), "give it another name"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A call of a verb as one: created, started, waited for and deleted.
-use crate::calls::apply::leave_writers;
+use crate::calls::apply::delete_from;
 use crate::core::Core;
 use crate::lifecycle::instance::Limits;
 use crate::lifecycle::report::Report;
@@ -39,10 +39,7 @@ impl System {
             if let Ok(mut definitions) = self.shared.definitions.try_lock()
                 && !self.shared.closed.load(Ordering::Acquire)
             {
-                let found = core.instances.known(instance)?;
-                let (name, plan) = (found.name.clone(), found.plan.clone());
-                core.course(instance).retire()?;
-                leave_writers(&mut definitions, &plan, &name);
+                delete_from(core, &mut definitions, instance, |mut course| course.retire())?;
                 is_deleted = true;
             }
             Ok(Some(report))

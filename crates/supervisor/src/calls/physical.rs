@@ -24,7 +24,7 @@ impl System {
         place: Option<Place>,
     ) -> Result<PhysicalDeviceAbout, Refusals> {
         let mut definitions = self.shared.definitions();
-        crate::registry::sane::name("a physical device", name)?;
+        crate::registry::sane::check_name("the name of a physical device", name)?;
         let configuration = &definitions.configuration;
         if configuration.devices.contains_key(name) {
             return Err(refuse_at(Class::InUse, format!("there is a physical device '{name}' already"), "give it another name", place));
@@ -88,7 +88,7 @@ impl System {
         let why = match definitions.configuration.sources[source].kind {
             SourceKind::Timer { period_ns } if 2 * period_ns <= timeout_ns => return Ok(()),
             SourceKind::Timer { period_ns } => format!("source '{source}' commands it every {} ms, so that one late firing would make it safe", ms(period_ns)),
-            _ => format!("source '{source}' is no timer, so that nobody knows when it commands it"),
+            _ => format!("source '{source}' is no timer, so that the times of its commands are not known"),
         };
         let message = format!("device '{name}' goes to its safe state without a command for {} ms, and {why}", ms(timeout_ns));
         Err(refuse(Class::PlacementError, message, "exchange it with a timer of half its timeout or less, or give it a longer timeout="))

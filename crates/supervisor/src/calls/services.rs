@@ -62,7 +62,7 @@ impl System {
         let mut answer = of.answer.lock().unwrap_or_else(PoisonError::into_inner);
         while answer.is_none() {
             if self.shared.closing.load(Ordering::Acquire) {
-                let message = format!("system '{}' is closed, and nobody waits for {} of {} any more", self.name, of.what, of.of);
+                let message = format!("system '{}' is closed, and the wait for {} of {} has ended", self.name, of.what, of.of);
                 return Err(refuse(Class::InvalidState, message, ""));
             }
             let left = until.saturating_duration_since(Instant::now());

@@ -4,8 +4,8 @@ use crate::refuse::refuse;
 use model::definition::{Initial, SvvSpecification};
 use model::refusal::{Class, Refusals};
 
-/// Signs of a name.
-const NAME_MAX: usize = 256;
+/// Characters of a name.
+const CHARACTERS_MAX: usize = 256;
 
 /// Bytes of one value of an SVV.
 const VALUE_MAX: usize = 16 << 20;
@@ -16,32 +16,37 @@ const PAST_MAX: u64 = 1 << 30;
 /// Bytes of a row of the past beside its value: number and time.
 const STAMP: u64 = 16;
 
-/// A name that can stand in a line. `what`: what is named so, "an SVV".
-pub(crate) fn name(what: &str, name: &str) -> Result<(), Refusals> {
-    let remedy = || "give a name, for example 'cell'";
+/// Checks a name: a text of 1 to 256 characters, not all of them blank, that can be shown in one line of a log. `what`: what it names, as in
+/// "the name of an SVV".
+///
+/// # Errors
+/// [`Class::CallError`] with the rule that it breaks.
+pub fn check_name(what: &str, name: &str) -> Result<(), Refusals> {
+    let refused = |why: String, remedy: String| Err(refuse(Class::CallError, format!("{what} is {why}"), remedy));
     if name.trim().is_empty() {
-        return Err(refuse(Class::CallError, format!("{what} cannot be named {name:?}"), remedy()));
+        return refused(format!("'{}'", name.escape_debug()), "give a name, for example 'cell'".to_owned());
     }
-    if name.chars().any(char::is_control) {
-        return Err(refuse(Class::CallError, format!("{what} cannot be named {:?}, which holds signs that cannot be shown", cut(name)), remedy()));
+    if name.chars().any(is_hidden) {
+        let shown: String = name.chars().take(80).collect();
+        return refused(
+            format!("'{}', which holds characters that cannot be shown", shown.escape_debug()),
+            "leave out line ends and control characters".to_owned(),
+        );
     }
-    if name.chars().nth(NAME_MAX).is_some() {
-        return Err(refuse(
-            Class::CallError,
-            format!("{what} cannot have a name of {} signs", name.chars().count()),
-            format!("give one of at most {NAME_MAX}"),
-        ));
+    if name.chars().nth(CHARACTERS_MAX).is_some() {
+        return refused(format!("{} characters long", name.chars().count()), format!("give a name of at most {CHARACTERS_MAX}"));
     }
     Ok(())
 }
 
-fn cut(name: &str) -> String {
-    name.chars().take(80).collect()
+/// Control characters, ends of lines and paragraphs, and format characters, which have no width or turn the direction of a line.
+fn is_hidden(character: char) -> bool {
+    character.is_control() || matches!(character, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
 /// What is asked of an SVV, whose values have `size` bytes.
 pub(crate) fn svv(called: &str, asked: &SvvSpecification, size: usize) -> Result<(), Refusals> {
-    name("an SVV", called)?;
+    check_name("the name of an SVV", called)?;
     if size > VALUE_MAX {
         let message = format!("a value of SVV '{called}' ({}) would have {size} bytes", asked.type_text);
         return Err(refuse(Class::ValueRefused, message, format!("at most {VALUE_MAX} are possible: take a shorter array")));

@@ -57,7 +57,7 @@ class TcpEnd:
         self._held.close()
 
     def send(self, data: bytes) -> None:
-        """To everybody who is connected."""
+        """Sends to all connections."""
         with self._lock:
             open_now = list(self._open)
         for each in open_now:

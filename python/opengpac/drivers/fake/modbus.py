@@ -64,7 +64,7 @@ class Modbus(Tables):
         return self
 
     def stop(self) -> None:
-        """Switches it off: connections end, and nobody answers. What it holds stays; `start` switches it on again."""
+        """Switches it off: connections end, and nothing answers. What it holds stays; `start` switches it on again."""
         self._end.stop()
 
     def close(self) -> None:

@@ -35,7 +35,7 @@ class Text:
         return self._end.connected
 
     def say(self, text: str) -> None:
-        """Says a text by itself, to everybody who is connected; its end is added."""
+        """Says a text by itself, to all connections; its end is added."""
         self._end.send((text + self._marks).encode("latin-1"))
 
     def start(self) -> Self:

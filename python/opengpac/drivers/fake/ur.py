@@ -181,7 +181,7 @@ class ur:
         return self.do(lambda: bool(self.digital_outputs >> number & 1))
 
     def off(self) -> None:
-        """As if its power were cut: each connection is reset, and nobody answers."""
+        """As if its power were cut: each connection is reset, and nothing answers."""
 
         def off() -> None:
             self.stop_by(NORMAL)
@@ -332,7 +332,7 @@ class ur:
         return dict.fromkeys(_WITHOUT_EFFECT, nothing) | found
 
     def _listen_anywhere(self) -> str:
-        """Takes an address of this host alone that nobody uses: the ports are those of a real one, which clients do not let one choose."""
+        """Takes a free address of this host alone: the ports are those of a real one, which clients do not let one choose."""
         pid = os.getpid()
         for number in itertools.islice(_number, 200):
             try:

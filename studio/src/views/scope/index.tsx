@@ -12,7 +12,7 @@ import { Picker } from "./Picker";
 import { Screen } from "./Screen";
 import { Setups } from "./Setups";
 import { type Scope, scopeOf } from "./scope";
-import { fromLink } from "./setup";
+import { fromLink, traceId } from "./setup";
 import { Table } from "./Table";
 import { Tools } from "./Tools";
 import { Trigger } from "./Trigger";
@@ -71,7 +71,10 @@ function useStill(scope: Scope, isStill: boolean): void {
 function Span(props: { scope: Scope }) {
   const rows = useWatched(props.scope.rows);
   const trouble = useWatched(props.scope.trouble);
-  const values = rows.reduce((sum, row) => sum + (row.reference ? 0 : (row.measures?.count ?? 0)), 0);
+  const { traces } = useWatched(props.scope.setup);
+  // What is computed from others is no value of the recording.
+  const stored = new Set(traces.filter((trace) => !trace.derive).map(traceId));
+  const values = rows.reduce((sum, row) => sum + (row.reference || !stored.has(row.id) ? 0 : (row.measures?.count ?? 0)), 0);
   return (
     <div className="counts small">
       <span>

@@ -53,14 +53,14 @@ fn scheduling() {
     );
     check(
         two(json!({"command_lists": start(&["+g"])})),
-        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and no active block writes cell 'c' in command list 'start'; bind a writer to cell 'c' and activate it, or relax it with modes={'g.u': 'asynchronous'}",
+        "SchedulingError: nothing drives input 'g.u' (double): it is synchronous, and no active block writes cell 'c' in command list 'start'; bind a writer to cell 'c' and activate it, or relax it with modes={'g.u': 'asynchronous'}",
     );
     check(
         (
             verb(&[("g", "lib.gain")], json!({"instantiation_parameters": {"x": ["g.u"]}, "command_lists": start(&["+g"])})),
             json!({"arguments": {"x": {"svv": "a"}}}),
         ),
-        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and no active block writes SVV 'a' in command list 'start'; bind a writer to SVV 'a' and activate it, or relax it with modes={'g.u': 'asynchronous'}",
+        "SchedulingError: nothing drives input 'g.u' (double): it is synchronous, and no active block writes SVV 'a' in command list 'start'; bind a writer to SVV 'a' and activate it, or relax it with modes={'g.u': 'asynchronous'}",
     );
     check(
         v(
@@ -112,15 +112,15 @@ fn nothing_runs_without_a_new_value() {
     let given = json!({"input_parameters": {"p": {"targets": ["g.u"]}}, "command_lists": start(&["+g"])});
     check(
         v(&[("g", "lib.gain")], given.clone()),
-        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and only the input parameter 'p' stores into it, which is no new value; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
+        "SchedulingError: nothing drives input 'g.u' (double): it is synchronous, and only the input parameter 'p' stores into it, which is no new value; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
     );
     check(
         v(&[("g", "lib.slow_in")], given.clone()),
-        "SchedulingError: nobody drives input 'g.u' (double): it is ratio 4, and only the input parameter 'p' stores into it, which is no new value; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
+        "SchedulingError: nothing drives input 'g.u' (double): it is ratio 4, and only the input parameter 'p' stores into it, which is no new value; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
     );
     check(
         v(&[("g", "lib.gain"), ("h", "lib.relaxed")], json!({"cells": {"c": ["g.u", "h.u"]}, "command_lists": start(&["+h 1ms", "+g"])})),
-        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and no block writes its cell; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
+        "SchedulingError: nothing drives input 'g.u' (double): it is synchronous, and no block writes its cell; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
     );
     // A constant is nothing that could be new, and an asynchronous input waits for nobody.
     let constant = json!({"blocks": {"g": {"constants": {"u": 2.0}}}, "command_lists": start(&["!g", "+g 1ms"])});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Places of connections. A client that has not said who it is has a place for a short time, and gives way to the next that
-//! comes; a client that is known keeps its place. So nobody without a token can keep out somebody who has one.
+//! Slots of connections. A client that has not said who it is has a slot for a short time, and gives way to the next that
+//! comes; a client that is known keeps its slot. So nobody without a token can keep out somebody who has one.
 use crate::caller::{Caller, Gate, Pass};
 use crate::failure::Failure;
 use api::Role;
@@ -23,7 +23,7 @@ pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 pub(crate) const KNOWN_MAX: usize = 256;
 /// Those of one caller.
 pub(crate) const KNOWN_EACH_MAX: usize = 64;
-/// How many places of the known are kept for roles that may command and stop.
+/// How many slots of the known are kept for roles that may command and stop.
 pub(crate) const RESERVED: usize = 64;
 /// How many more there are for what stops, of one caller and of all.
 const STOPS: usize = 16;
@@ -70,35 +70,35 @@ struct Table {
     gave_way: HashMap<Origin, u64>,
 }
 
-/// The places of both listeners: nobody on the network takes one of the Unix socket.
+/// The slots of both listeners: nobody on the network takes one of the Unix socket.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Doors {
-    pub socket: Arc<Places>,
-    pub network: Arc<Places>,
+    pub socket: Arc<Slots>,
+    pub network: Arc<Slots>,
 }
 
 impl Doors {
     /// Ends the connections of callers who are let in no longer, at the second look: what runs on them has had time to say so itself.
     pub fn look_again(&self, gate: &Gate) {
-        [&self.socket, &self.network].into_iter().for_each(|places| places.look_again(gate));
+        [&self.socket, &self.network].into_iter().for_each(|slots| slots.look_again(gate));
     }
 
     /// Who gave way since the last time, those that were most first.
     pub fn gave_way(&self) -> Vec<(Origin, u64)> {
-        let mut gave: Vec<_> = [&self.socket, &self.network].into_iter().flat_map(|places| std::mem::take(&mut places.locked().gave_way)).collect();
+        let mut gave: Vec<_> = [&self.socket, &self.network].into_iter().flat_map(|slots| std::mem::take(&mut slots.locked().gave_way)).collect();
         gave.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
         gave
     }
 }
 
-/// All places of one listener.
+/// All slots of one listener.
 #[derive(Debug, Default)]
-pub(crate) struct Places(Mutex<Table>);
+pub(crate) struct Slots(Mutex<Table>);
 
-/// The place of one connection, from its being accepted to its end.
+/// The slot of one connection, from its being accepted to its end.
 #[derive(Debug)]
-pub(crate) struct Place {
-    places: Arc<Places>,
+pub(crate) struct Slot {
+    slots: Arc<Slots>,
     number: u64,
     end: Arc<Notify>,
 }
@@ -142,7 +142,7 @@ impl Table {
         self.strangers().find(|(_, of)| *of == from).map(|(number, _)| number)
     }
 
-    /// Refuses a caller one more place among the known. `more`: places there are beyond the usual ones.
+    /// Refuses a caller one more slot among the known. `more`: slots there are beyond the usual ones.
     fn check_known(&self, caller: &Caller, more: usize) -> Result<(), Failure> {
         let known = || self.held.values().filter_map(|held| if let Standing::Known { caller, .. } = &held.standing { Some(&caller.who) } else { None });
         let own = known().filter(|who| **who == caller.who).count();
@@ -158,13 +158,13 @@ impl Table {
     }
 }
 
-impl Places {
+impl Slots {
     fn locked(&self) -> MutexGuard<'_, Table> {
         self.0.lock().expect("nobody panics with this lock")
     }
 
-    /// The place of a connection that has just come: that of a stranger.
-    pub fn enter(self: &Arc<Places>, from: impl Into<Origin>) -> Arc<Place> {
+    /// The slot of a connection that has just come: that of a stranger.
+    pub fn enter(self: &Arc<Slots>, from: impl Into<Origin>) -> Arc<Slot> {
         let (origin, end) = (from.into(), Arc::new(Notify::new()));
         let mut table = self.locked();
         if let Some(held) = table.gives_way(origin).and_then(|number| table.held.remove(&number)) {
@@ -177,7 +177,7 @@ impl Places {
         table.next += 1;
         let standing = Standing::Stranger { until: Instant::now() + STRANGER_MAX };
         table.held.insert(number, Held { origin, standing, end: end.clone() });
-        Arc::new(Place { places: self.clone(), number, end })
+        Arc::new(Slot { slots: self.clone(), number, end })
     }
 
     fn look_again(&self, gate: &Gate) {
@@ -192,31 +192,31 @@ impl Places {
     }
 }
 
-impl Place {
+impl Slot {
     /// A head has arrived of somebody who stays a stranger: it has its time anew.
     pub fn heard(&self) {
-        if let Some(Held { standing: Standing::Stranger { until }, .. }) = self.places.locked().held.get_mut(&self.number) {
+        if let Some(Held { standing: Standing::Stranger { until }, .. }) = self.slots.locked().held.get_mut(&self.number) {
             *until = Instant::now() + STRANGER_MAX;
         }
     }
 
-    /// It is known whose the connection is: it keeps its place. `stops`: it carries what stops, for which there is always room.
+    /// It is known whose the connection is: it keeps its slot. `stops`: it carries what stops, for which there is always room.
     /// Errors: `LimitExceeded`.
     pub fn know(&self, caller: &Caller, pass: &Pass, stops: bool) -> Result<(), Failure> {
-        let mut table = self.places.locked();
+        let mut table = self.slots.locked();
         let before = table.held.get(&self.number).map(|held| &held.standing);
         if matches!(before, Some(Standing::Known { caller: before, pass: by, .. }) if before == caller && by == pass) {
             return Ok(());
         }
         table.check_known(caller, if stops { STOPS } else { 0 })?;
-        // One that has just given way has no place any more, and its request ends with it.
+        // One that has just given way has no slot any more, and its request ends with it.
         if let Some(held) = table.held.get_mut(&self.number) {
             held.standing = Standing::Known { caller: caller.clone(), pass: pass.clone(), doubted: false };
         }
         Ok(())
     }
 
-    /// Returns when the connection is to end: a stranger's time is up, or another has its place.
+    /// Returns when the connection is to end: a stranger's time is up, or another has its slot.
     pub async fn over(&self) {
         while let Some(until) = self.until() {
             if until <= Instant::now() {
@@ -232,16 +232,16 @@ impl Place {
 
     /// Until when it may stay; without an end where it is known, or has given way and is told so.
     fn until(&self) -> Option<Instant> {
-        match self.places.locked().held.get(&self.number)?.standing {
+        match self.slots.locked().held.get(&self.number)?.standing {
             Standing::Stranger { until } => Some(until),
             Standing::Known { .. } => None,
         }
     }
 }
 
-impl Drop for Place {
+impl Drop for Slot {
     fn drop(&mut self) {
-        self.places.locked().held.remove(&self.number);
+        self.slots.locked().held.remove(&self.number);
     }
 }
 
@@ -258,33 +258,33 @@ mod tests {
     }
 
     /// Whether a connection is to end now.
-    fn is_over(place: &Place) -> bool {
-        let mut over = std::pin::pin!(place.over());
+    fn is_over(slot: &Slot) -> bool {
+        let mut over = std::pin::pin!(slot.over());
         let mut context = std::task::Context::from_waker(std::task::Waker::noop());
         over.as_mut().poll(&mut context).is_ready()
     }
 
     #[tokio::test(start_paused = true)]
     async fn strangers_of_one_address_give_way_to_each_other_only() {
-        let places: Arc<Places> = Arc::default();
-        let other = places.enter(address(1));
-        let crowd: Vec<_> = (0..STRANGERS_EACH_MAX + 3).map(|_| places.enter(address(2))).collect();
-        assert!(crowd.iter().take(3).all(|place| is_over(place)), "the oldest give way");
-        let doors = Doors { network: places, ..Doors::default() };
+        let slots: Arc<Slots> = Arc::default();
+        let other = slots.enter(address(1));
+        let crowd: Vec<_> = (0..STRANGERS_EACH_MAX + 3).map(|_| slots.enter(address(2))).collect();
+        assert!(crowd.iter().take(3).all(|slot| is_over(slot)), "the oldest give way");
+        let doors = Doors { network: slots, ..Doors::default() };
         assert_eq!(doors.gave_way(), [(address(2).into(), 3)], "they are counted");
         assert_eq!(doors.gave_way(), [], "and told once");
-        assert!(!crowd.iter().skip(3).any(|place| is_over(place)) && !is_over(&other));
+        assert!(!crowd.iter().skip(3).any(|slot| is_over(slot)) && !is_over(&other));
     }
 
     #[tokio::test(start_paused = true)]
     async fn where_all_are_too_many_the_largest_crowd_gives_way() {
-        let places = Arc::new(Places::default());
-        let few: Vec<_> = (0..100).map(|_| places.enter(address(1))).collect();
-        let many: Vec<_> = (0..120).map(|_| places.enter(address(2))).collect();
-        let others: Vec<_> = (0..36).map(|last| places.enter(address(100 + last))).collect();
-        let newest = places.enter(address(3));
+        let slots = Arc::new(Slots::default());
+        let few: Vec<_> = (0..100).map(|_| slots.enter(address(1))).collect();
+        let many: Vec<_> = (0..120).map(|_| slots.enter(address(2))).collect();
+        let others: Vec<_> = (0..36).map(|last| slots.enter(address(100 + last))).collect();
+        let newest = slots.enter(address(3));
         assert!(is_over(&many[0]) && !is_over(&many[1]) && !is_over(&newest));
-        assert!(!few.iter().chain(&others).any(|place| is_over(place)));
+        assert!(!few.iter().chain(&others).any(|slot| is_over(slot)));
     }
 
     #[tokio::test(start_paused = true)]
@@ -297,8 +297,8 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn a_stranger_has_a_short_time_and_who_is_known_has_not() {
-        let places = Arc::new(Places::default());
-        let (silent, read, known) = (places.enter(address(1)), places.enter(address(1)), places.enter(address(1)));
+        let slots = Arc::new(Slots::default());
+        let (silent, read, known) = (slots.enter(address(1)), slots.enter(address(1)), slots.enter(address(1)));
         known.know(&caller("token panel", Role::Operate), &Pass::Lasting, false).expect("there is room");
         tokio::time::advance(STRANGER_MAX - Duration::from_millis(1)).await;
         read.heard();
@@ -311,10 +311,10 @@ mod tests {
 
     #[test]
     fn there_is_always_room_for_an_emergency_stop() {
-        let places = Arc::new(Places::default());
+        let slots = Arc::new(Slots::default());
         let enter = |caller: &Caller, stops| {
-            let place = places.enter(address(1));
-            place.know(caller, &Pass::Lasting, stops).map(|()| place)
+            let slot = slots.enter(address(1));
+            slot.know(caller, &Pass::Lasting, stops).map(|()| slot)
         };
         let fill = |caller: &Caller| std::iter::from_fn(|| enter(caller, false).ok()).collect::<Vec<_>>();
         let observers: Vec<_> = (0..4).map(|number| fill(&caller(&format!("token o{number}"), Role::Observe))).collect();

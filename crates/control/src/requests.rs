@@ -90,7 +90,7 @@ pub fn check_extent(arguments: &Map<String, Json>) -> Result<(), Failure> {
     match bounds.into_iter().find(|(is, most, _)| is > most) {
         None => Ok(()),
         Some((_, most, has)) => {
-            let message = format!("the definition has {has}, and {most} at the most are checked for a caller");
+            let message = format!("the definition has {has}, and at most {most} are checked for a caller");
             Err(Failure::new(Class::LimitExceeded, message, "check its parts one by one"))
         }
     }
@@ -100,7 +100,7 @@ pub fn check_extent(arguments: &Map<String, Json>) -> Result<(), Failure> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OpenSession {
-    /// The caller's own: letters, digits, `.`, `_` and `-`, 64 at the most.
+    /// The caller's own: letters, digits, `.`, `_` and `-`, at most 64.
     pub name: String,
     /// After how long without a sign of life it counts as lost, ms, 1,000 to 60,000.
     #[serde(default = "lost_after_ms")]
@@ -119,7 +119,7 @@ impl OpenSession {
     pub fn checked(self) -> Result<OpenSession, Failure> {
         let is_letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
         if self.name.is_empty() || self.name.len() > 64 || !self.name.chars().all(is_letter) {
-            return Err(wrong(format!("a session cannot be named {:?}", self.name), "take letters, digits, '.', '_' and '-', 64 at the most"));
+            return Err(wrong(format!("a session cannot be named {:?}", self.name), "take letters, digits, '.', '_' and '-', at most 64"));
         }
         if !(1_000..=60_000).contains(&self.lost_after_ms) {
             return Err(wrong(format!("lost_after_ms is {}", self.lost_after_ms), "take 1,000 to 60,000 ms"));

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What bodies and frames say; and that no bytes at all bring a decoder down.
-use control::wire::{self, OpenSession, TakeCommand, Topic, Wanted};
+use control::requests::{self, OpenSession, TakeCommand, Topic, Wanted};
 use proptest::prelude::*;
 use std::time::Duration;
 
 #[test]
 fn a_slice_is_of_the_request() {
-    let asked = wire::asked(br#"{"instance": 7, "slice_ms": 20}"#, true).expect("right");
+    let asked = requests::asked(br#"{"instance": 7, "slice_ms": 20}"#, true).expect("right");
     assert_eq!((asked.slice, asked.arguments.len()), (Duration::from_millis(20), 1));
-    assert_eq!(wire::asked(b" \n", true).expect("nothing is an object").slice, wire::SLICE_MAX);
+    assert_eq!(requests::asked(b" \n", true).expect("nothing is an object").slice, requests::SLICE_MAX);
     for body in [&br#"{"slice_ms": 0}"#[..], br#"{"slice_ms": 1001}"#, br#"{"slice_ms": "long"}"#, b"[1]", b"{", b"7", b"\xff"] {
-        assert!(wire::asked(body, true).is_err(), "{body:?}");
+        assert!(requests::asked(body, true).is_err(), "{body:?}");
     }
-    assert!(wire::asked(br#"{"slice_ms": 20}"#, false).is_err(), "it does not last");
+    assert!(requests::asked(br#"{"slice_ms": 20}"#, false).is_err(), "it does not last");
 }
 
 #[test]
 fn sessions_have_names_and_bounds() {
-    let open = |text: &str| wire::object::<OpenSession>(text.as_bytes()).and_then(OpenSession::checked);
+    let open = |text: &str| requests::object::<OpenSession>(text.as_bytes()).and_then(OpenSession::checked);
     let opened = open(r#"{"name": "panel-1.a_b"}"#).expect("right");
     assert_eq!((opened.lost_after_ms, opened.take_up), (5_000, false));
     let long = format!(r#"{{"name": "{}"}}"#, "a".repeat(65));
@@ -33,15 +33,15 @@ fn sessions_have_names_and_bounds() {
     ] {
         assert!(open(text).is_err(), "{text}");
     }
-    assert!(!wire::object::<TakeCommand>(b"").expect("nothing").force);
+    assert!(!requests::object::<TakeCommand>(b"").expect("nothing").force);
 }
 
 #[test]
 fn a_frame_subscribes_or_unsubscribes() {
-    let wanted = wire::frame(r#"{"subscribe": "svvs", "id": "a", "names": ["y"], "every_ms": 1}"#).expect("right");
+    let wanted = requests::frame(r#"{"subscribe": "svvs", "id": "a", "names": ["y"], "every_ms": 1}"#).expect("right");
     let Wanted::Subscribe { id, topic: Topic::Svvs, names, every, raw: false, since: 0 } = wanted else { panic!("{wanted:?}") };
     assert_eq!((id.as_str(), names.as_slice(), every), ("a", &["y".to_owned()][..], Duration::from_millis(10)));
-    assert_eq!(wire::frame(r#"{"unsubscribe": "a"}"#).expect("right"), Wanted::Unsubscribe("a".to_owned()));
+    assert_eq!(requests::frame(r#"{"unsubscribe": "a"}"#).expect("right"), Wanted::Unsubscribe("a".to_owned()));
     for text in [
         "",
         "{}",
@@ -55,7 +55,7 @@ fn a_frame_subscribes_or_unsubscribes() {
         r#"{"subscribe": "songs", "id": "a"}"#,
         r#"{"subscribe": "log", "id": "a", "unsubscribe": "b"}"#,
     ] {
-        assert!(wire::frame(text).is_err(), "{text}");
+        assert!(requests::frame(text).is_err(), "{text}");
     }
 }
 
@@ -63,11 +63,11 @@ proptest! {
     #[test]
     fn any_bytes_are_decoded_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..200), text in "\\PC{0,80}") {
         for lasts in [false, true] {
-            let _either = wire::asked(&bytes, lasts);
-            let _either = wire::asked(text.as_bytes(), lasts);
+            let _either = requests::asked(&bytes, lasts);
+            let _either = requests::asked(text.as_bytes(), lasts);
         }
-        let _either = wire::frame(&text);
-        let _either = wire::object::<OpenSession>(&bytes).and_then(OpenSession::checked);
-        prop_assert!(!wire::is_sha256(&text) || text.len() == 64);
+        let _either = requests::frame(&text);
+        let _either = requests::object::<OpenSession>(&bytes).and_then(OpenSession::checked);
+        prop_assert!(!requests::is_sha256(&text) || text.len() == 64);
     }
 }

@@ -45,18 +45,18 @@ pub fn pin(core: usize, priority: i32) -> bool {
 }
 
 /// A host whose sources and measuring thread share one core.
-pub struct Ground {
+pub struct Rig {
     pub host: Host,
     pub source: SourceId,
 }
 
-impl Ground {
-    pub fn new() -> Ground {
+impl Rig {
+    pub fn new() -> Rig {
         let core = core();
         pin(core, PRIORITY);
         let host = Host::new(ClockKind::Monotonic, Box::new(interconnect::Memory));
         let source = host.add_source(software("measured", core, SOURCE_PRIORITY)).expect("a thread can be made");
-        Ground { host, source }
+        Rig { host, source }
     }
 
     /// Hands over a script and waits until it was carried out.

@@ -11,15 +11,15 @@ const EMULATED: &str = "emulated";
 
 /// Where a bus is.
 #[derive(Clone)]
-pub enum Place {
+pub enum Interface {
     Named(String),
     Own(Arc<Shared>),
 }
 
-impl Place {
+impl Interface {
     /// What the name of an interface means. An emulated bus of its own has these nodes.
-    pub fn of(interface: &str, nodes: impl FnOnce() -> Vec<NodeOptions>) -> Place {
-        if interface == EMULATED { Place::Own(Shared::new(Bus::new(&nodes()))) } else { Place::Named(interface.to_owned()) }
+    pub fn of(interface: &str, nodes: impl FnOnce() -> Vec<NodeOptions>) -> Interface {
+        if interface == EMULATED { Interface::Own(Shared::new(Bus::new(&nodes()))) } else { Interface::Named(interface.to_owned()) }
     }
 
     /// Opens an end that hears these identifiers: each is one with the bits that count of it. Reports about the bus come always.
@@ -28,21 +28,21 @@ impl Place {
     /// There is no such interface; no bus answers there.
     pub fn open(&self, heard: &[(u16, u16)]) -> io::Result<Box<dyn Link>> {
         match self {
-            Place::Own(bus) => Ok(Box::new(Within::new(bus.clone(), heard))),
-            Place::Named(name) if name.starts_with("emulated:") => {
+            Interface::Own(bus) => Ok(Box::new(Within::new(bus.clone(), heard))),
+            Interface::Named(name) if name.starts_with("emulated:") => {
                 let bus = published(name).ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "there is no such emulated bus in this process"))?;
                 Ok(Box::new(Within::new(bus, heard)))
             }
-            Place::Named(name) => Ok(Box::new(Socket::open(name, heard)?)),
+            Interface::Named(name) => Ok(Box::new(Socket::open(name, heard)?)),
         }
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Interface {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::Named(name) => f.write_str(name),
-            Place::Own(_) => f.write_str(EMULATED),
+            Interface::Named(name) => f.write_str(name),
+            Interface::Own(_) => f.write_str(EMULATED),
         }
     }
 }

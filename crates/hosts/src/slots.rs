@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The places that the bridge serves: one for each end of a connection, and one for each link.
-use crate::bell::PLACES;
+//! The slots that the bridge serves: one for each end of a connection, and one for each link.
+use crate::bell::SLOTS;
 use interconnect::EndError;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -25,43 +25,41 @@ pub(crate) trait Served: Send + Sync {
 }
 
 #[derive(Default)]
-pub(crate) struct Places(Mutex<Vec<Option<Arc<dyn Served>>>>);
+pub(crate) struct Slots(Mutex<Vec<Option<Arc<dyn Served>>>>);
 
-impl Places {
-    /// Takes a free place for what `make` makes, given its number.
+impl Slots {
+    /// Takes a free slot for what `make` makes, given its number.
     pub(crate) fn take<S: Served + 'static>(&self, make: impl FnOnce(usize) -> Arc<S>) -> Result<Arc<S>, EndError> {
-        let mut places = self.all();
-        let free = places.iter().position(Option::is_none).unwrap_or(places.len());
-        if free == PLACES {
+        let mut slots = self.all();
+        let free = slots.iter().position(Option::is_none).unwrap_or(slots.len());
+        if free == SLOTS {
             return Err(EndError {
-                message: format!(
-                    "there is no room for another end: this host has {PLACES} already; delete verb instances, or share the work with another host"
-                ),
+                message: format!("there is no room for another end: this host has {SLOTS} already; delete verb instances, or share the work with another host"),
             });
         }
         let served = make(free);
-        if free == places.len() {
-            places.push(None);
+        if free == slots.len() {
+            slots.push(None);
         }
-        places[free] = Some(served.clone());
+        slots[free] = Some(served.clone());
         Ok(served)
     }
 
-    pub(crate) fn at(&self, place: usize) -> Option<Arc<dyn Served>> {
-        self.all().get(place).cloned().flatten()
+    pub(crate) fn at(&self, slot: usize) -> Option<Arc<dyn Served>> {
+        self.all().get(slot).cloned().flatten()
     }
 
-    /// Calls every place; one for which that is false is free from now on.
+    /// Calls every slot; one for which that is false is free from now on.
     pub(crate) fn keep(&self, each: impl Fn(&dyn Served) -> bool) {
         let served: Vec<_> = self.all().iter().cloned().enumerate().collect();
-        for (place, served) in served.into_iter().filter_map(|(place, served)| Some((place, served?))) {
+        for (slot, served) in served.into_iter().filter_map(|(slot, served)| Some((slot, served?))) {
             if !each(served.as_ref()) {
-                self.all()[place] = None;
+                self.all()[slot] = None;
             }
         }
     }
 
-    /// Calls every place.
+    /// Calls every slot.
     pub(crate) fn each(&self, each: impl Fn(&dyn Served)) {
         self.keep(|served| {
             each(served);

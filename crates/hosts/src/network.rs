@@ -5,18 +5,18 @@ use std::fmt;
 use std::sync::Arc;
 
 /// A way between hosts. Never used by a real-time thread.
-pub trait Wire: Send + Sync {
+pub trait Network: Send + Sync {
     /// Where packets of a key are sent.
     ///
     /// # Errors
     /// The way cannot be used any more.
-    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, WireError>;
+    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, NetworkError>;
 
     /// Calls `came` with every packet of a key, on any thread but a real-time one, until the subscription is dropped.
     ///
     /// # Errors
     /// The way cannot be used any more.
-    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, WireError>;
+    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError>;
 }
 
 /// What is called with each packet.
@@ -44,15 +44,15 @@ pub enum Urgency {
 
 /// Why a way between hosts cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct WireError {
+pub struct NetworkError {
     /// For people.
     pub message: String,
 }
 
-impl fmt::Display for WireError {
+impl fmt::Display for NetworkError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
 }
 
-impl std::error::Error for WireError {}
+impl std::error::Error for NetworkError {}

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a name may be is one rule, of the core: it holds for what Python names and for what only the core sees."""
+
+import json
+
+import pytest
+
+import opengpac as gpac
+
+NO_NAMES = {
+    " ": r"is ' '; give a name, for example 'cell'",
+    "a\nb": r"is 'a\\nb', which holds characters that cannot be shown; leave out line ends and control characters",
+    "a\u200bb": r"is 'a\\u\{200b\}b', which holds characters that cannot be shown",
+    "a\u202eb": r"which holds characters that cannot be shown",
+    "x" * 257: r"is 257 characters long; give a name of at most 256",
+}
+
+
+@pytest.mark.parametrize("name", NO_NAMES)
+def test_what_is_no_name_is_refused_by_one_rule(cell: gpac.System, name: str) -> None:
+    with pytest.raises(gpac.CallError, match="the name that System.* " + NO_NAMES[name]):
+        gpac.System(name, clock="virtual")
+    request = {"name": name, "type_text": "double"}
+    with pytest.raises(gpac.CallError, match="the name of an SVV " + NO_NAMES[name]), gpac.errors.refusals:
+        cell._alive().call("svv", json.dumps(request))
+
+
+@pytest.mark.parametrize("name", ["cell", "x" * 256, "Zelle 4", "手臂", "ur5e.wrist_3"])
+def test_what_is_a_name_is_taken(name: str) -> None:
+    with gpac.System(name, clock="virtual") as cell:
+        assert cell.name == name
