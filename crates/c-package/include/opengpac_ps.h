@@ -290,8 +290,7 @@ void opengpac_close(opengpac_system *system);
  *         since: The number of the first one.
  *   recorded_span(path, names, from_ns, to_ns, columns, [since]) -> RecordedSpan
  *       Returns SVVs and cells over a span of a recording, drawn together into columns, with exact sums.
- *         columns: Columns of each channel, at most 10,000: as many values as lie in one are drawn
- *         together.
+ *         columns: Columns of each channel, at most 10,000: as many values as lie in one are drawn together.
  *         since: The `next` of the part before.
  *   recorded_firing(path, time_ns, [back]) -> integer or null
  *       Returns the time of the next firing of a recording that stored a value, or of the one before; null

@@ -10,12 +10,20 @@ use std::path::PathBuf;
 const IO: u8 = 7;
 
 fn bus() -> Bus {
-    let all = Terminals { inputs: 16, outputs: 12, analog_inputs: 6, analog_outputs: 5 };
+    bus_with(false)
+}
+
+fn bus_with(short_error_values: bool) -> Bus {
+    let all = Terminals { inputs: 16, outputs: 12, analog_inputs: 6, analog_outputs: 5, short_error_values };
     let module = NodeOptions { name: "terminals".into(), node: IO, module: Some(all), ..NodeOptions::default() };
     Bus::new(&[NodeOptions { name: "drive".into(), node: X, ..NodeOptions::default() }, module])
 }
 
 fn rig() -> Rig {
+    rig_on(bus())
+}
+
+fn rig_on(bus: Bus) -> Rig {
     let channels = json!({
         "door": { "input": 0 }, "start": { "input": 11 },
         "lamp": { "output": 3 }, "vent": { "output": 9, "safe": true },
@@ -23,7 +31,7 @@ fn rig() -> Rig {
         "valve": { "analog_output": 4, "scale": 0.5, "unit": "V", "safe": 2.0 },
     });
     let axes = json!([{ "name": "x", "node": X, "counts": COUNTS }]);
-    Rig::on(bus(), axes, json!({ "modules": [{ "name": "io", "node": IO, "channels": channels }] }))
+    Rig::on(bus, axes, json!({ "modules": [{ "name": "io", "node": IO, "channels": channels }] }))
 }
 
 /// Reads and writes with these outputs of the module.
@@ -86,6 +94,15 @@ fn outputs_are_safe_by_the_driver_by_the_guard_and_by_the_module() {
     let lost = rig.exchange(&[]).unwrap_err().message;
     assert!(lost.starts_with("its nodes have stopped by themselves"), "{lost}");
     assert_eq!((outputs(&rig), rig.bus.with(|bus| bus.state(IO))), (safe, "stopped".to_owned()), "by the module");
+}
+
+#[test]
+fn error_values_of_16_bits_are_told_too() {
+    let mut rig = rig_on(bus_with(true));
+    switch(&mut rig, true, false, 5.0);
+    rig.now_ns += 150_000_000;
+    rig.exchange(&[]).unwrap_err();
+    assert_eq!(outputs(&rig), (Some(0), Some(1), Some(4)), "by the module");
 }
 
 #[test]

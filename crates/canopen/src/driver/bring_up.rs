@@ -68,7 +68,10 @@ pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> R
             told.count(module.groups())?;
             told.try_write(0x1029, 1, &[STOPS])?;
             for (of, value) in module.settings() {
-                told.try_write(of.index, of.sub, &value)?;
+                let is_taken = told.try_write(of.index, of.sub, &value)?;
+                if let (false, Some(short)) = (is_taken, shortened(&value)) {
+                    told.try_write(of.index, of.sub, &short)?;
+                }
             }
         }
     }
@@ -84,6 +87,12 @@ pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> R
         Some(mode) => told.check_mapped(mode, station),
         None => Ok(()),
     }
+}
+
+/// An error value of 32 bits as one of 16, which some modules have; none: it is of another length, or does not fit.
+fn shortened(value: &[u8]) -> Option<[u8; 2]> {
+    let whole = i32::from_le_bytes(value.try_into().ok()?);
+    Some(i16::try_from(whole).ok()?.to_le_bytes())
 }
 
 /// What the EDS file of a node says cannot be mapped is not asked for.

@@ -101,6 +101,7 @@ impl Module {
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         let mut settings = Vec::new();
         let mut words: Vec<Word> = self.outputs.iter().map(|output| output.wired.word).collect();
+        words.sort_unstable();
         words.dedup();
         for word in words {
             let (sub, safe) = ((word >> 8) as u8, self.safely_carried(word));

@@ -33,6 +33,8 @@ pub struct Terminals {
     pub outputs: u8,
     pub analog_inputs: u8,
     pub analog_outputs: u8,
+    /// The error values of its analog outputs have 16 bits, not 32.
+    pub short_error_values: bool,
 }
 
 /// What its nodes say and nobody has taken yet, at most.

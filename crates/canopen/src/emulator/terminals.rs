@@ -39,7 +39,8 @@ impl Switched {
         add(objects, ANALOG_INPUTS, of.analog_inputs, Access::Measured, &[0; 2]);
         let values = add(objects, ANALOG_OUTPUTS, of.analog_outputs, Access::Written, &[0; 2]);
         let modes = add(objects, 0x6443, of.analog_outputs, Access::Written, &[1]);
-        let safe = add(objects, 0x6444, of.analog_outputs, Access::Written, &[0; 4]);
+        let error_value: &[u8] = if of.short_error_values { &[0; 2] } else { &[0; 4] };
+        let safe = add(objects, 0x6444, of.analog_outputs, Access::Written, error_value);
         switched.take(&values, &modes, &safe, false);
         switched
     }
