@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from .alarms import Alarms
 from .devices import LogicalDevice
-from .drivers.catalog import Found, searched
+from .drivers.catalog import Found, on_host_of, searched
 from .errors import CallError, EmergencyStopped, refusals, refuse
 from .given import all_taking
 from .observing import Observed
@@ -129,7 +129,7 @@ class Commanded(Observed):
 
         Of a remote system it needs the role `configure`, for it opens ports there.
         """
-        return searched(lambda each, where: self._alive().scan_devices(each, dict(where)), kind, options)
+        return searched(on_host_of(self._alive()), kind, options)
 
     @property
     def alarms(self) -> Alarms:

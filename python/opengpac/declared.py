@@ -59,7 +59,9 @@ class Declared(metaclass=_Whole):
         if found is not None or name in vars(self):
             refuse(CallError, f"'{name}' of {what} can be read only", self._instead(name))
         meant = did_you_mean(name, [n for n in dict.fromkeys(dir(self)) if not n.startswith("_") and self._takes(n)])
-        remedy = self._instead(name) or (meant if meant.startswith("did you mean") else "")
+        is_near, instead = meant.startswith("did you mean"), self._instead(name)
+        # A list of members says less than a name that is near.
+        remedy = meant if is_near and (not instead or instead.startswith("there ")) else instead
         refuse(CallError, f"{what} has no member '{name}'", remedy)
 
     def _instead(self, name: str) -> str:

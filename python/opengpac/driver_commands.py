@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from . import drivers
-from .drivers.catalog import Found, searched
+from .drivers.catalog import Found, on_host_of, searched
 from .errors import CallError, did_you_mean, refuse
 from .quantities import duration_ns
 from .remote.calls import Remote
@@ -57,8 +57,7 @@ def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
     """What is found on the host of a daemon; whoever commands it goes on commanding."""
     session = open_session(url_of(given.on, None), f"devices-scan-{os.getpid()}", token=given.token, command=False)
     try:
-        system = Remote(session)
-        return searched(lambda kind, options: system.scan_devices(kind, dict(options)), given.kind, where)
+        return searched(on_host_of(Remote(session)), given.kind, where)
     finally:
         session.close()
 

@@ -147,7 +147,18 @@ def scan(kind: str | None = None, **options: Any) -> Found:
 
 
 def _here(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]]:
-    return json.loads(_native.scan(kind, json.dumps(options)))
+    with refusals:
+        return json.loads(_native.scan(kind, json.dumps(options)))
+
+
+def on_host_of(system: Any) -> Look:
+    """Lets drivers look on the host of a system, by its interface: the binding's here, or that of a remote one."""
+
+    def look(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]]:
+        with refusals:
+            return system.scan_devices(kind, dict(options))
+
+    return look
 
 
 def searched(look: Look, kind: str | None, options: Mapping[str, Any]) -> Found:
@@ -157,8 +168,7 @@ def searched(look: Look, kind: str | None, options: Mapping[str, Any]) -> Found:
     problems: dict[str, str] = {}
     for each in kinds:
         try:
-            with refusals:
-                answer = look(each, options)
+            answer = look(each, options)
         except Error as error:
             if kind is not None:
                 raise
