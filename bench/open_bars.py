@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from lines import Line
 
-WAKES = "the source is woken in each call, and the supervisor for its end: 189 to 268 µs by the package, 109 to 267 by the core (decision 120)"
+WAKES = "the source is woken in each call, and the supervisor for its end: 189 to 268 µs by the package, 109 to 267 by the core"
 LANES = "a thread of a lane, the source and the supervisor are woken in each call, and the server's thread for its answer"
 INSTRUCTIONS = "30 instructions a block, the loop 23: the number and mark of an invocation, the guard's step (decision 150)"
 OPEN = {
