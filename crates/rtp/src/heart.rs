@@ -2,6 +2,9 @@
 //! The heart of what runs in a process: it beats as long as the sources here serve, on a thread of its own that waits for no socket, lock of a
 //! writer or disk. Whether anybody hears what is told is nothing to it. A remote processor has one, and a program whose processors are
 //! threads.
+//!
+//! It runs above every kernel where the rights are given: whoever takes the cores from ordinary threads for half a second, here or in another
+//! program, does not make a process look frozen whose kernels fire.
 use crate::service::Terms;
 use crate::shared::{Shared, locked};
 use kernel::SourceId;
@@ -19,6 +22,7 @@ const STUCK_PERIODS: i64 = 10;
 
 /// Of a processor, until it ends. Where nobody watches it any more, every output is safe from the next firing on, and the heart beats no more.
 pub(crate) fn run(shared: &Shared, terms: &Terms) {
+    runtime::take_for_heart();
     let mut firings = Firings::default();
     while !shared.ends.load(Ordering::Acquire) {
         let patience = Duration::from_millis(shared.silence_ms.load(Ordering::Acquire));

@@ -44,6 +44,8 @@ pub struct Processor {
     /// What the drivers of devices have counted.
     counted: Mutex<HashMap<String, Counted>>,
     is_up: AtomicBool,
+    /// Why it went down last, in words.
+    lost: Mutex<Option<String>>,
     /// How long it may be silent.
     silence_ms: AtomicU64,
     running: Mutex<Option<Arc<dyn Running>>>,
@@ -94,6 +96,7 @@ impl Processor {
             devices: Mutex::default(),
             counted: Mutex::default(),
             is_up: AtomicBool::new(false),
+            lost: Mutex::default(),
             silence_ms: AtomicU64::new(0),
             running: Mutex::default(),
             tables: Mutex::default(),
@@ -302,6 +305,14 @@ impl Processor {
         locked(&self.wire).send(order);
     }
 
+    /// That it is not there, and why, in words.
+    fn gone(&self) -> String {
+        match locked(&self.lost).as_ref() {
+            Some(why) => format!("'{}' is lost: {why}", self.name),
+            None => format!("'{}' has no process yet", self.name),
+        }
+    }
+
     /// Sends an order with a ticket, and waits for the answer.
     fn ask(&self, limit: Duration, order: impl FnOnce(u64) -> Order) -> Result<Answer, String> {
         let ticket = {
@@ -320,9 +331,13 @@ impl Processor {
                 return answer.ok_or_else(|| "it gave no answer".to_owned());
             }
             let left = until.saturating_duration_since(Instant::now());
-            if !self.is_up() || left.is_zero() {
+            if !self.is_up() {
                 answers.remove(&ticket);
-                return Err(format!("'{}' does not answer", self.name));
+                return Err(self.gone());
+            }
+            if left.is_zero() {
+                answers.remove(&ticket);
+                return Err(format!("'{}' has not answered for {} s", self.name, limit.as_secs()));
             }
             answers = self.answered.wait_timeout(answers, left.min(LOOK)).expect("nobody panics with the lock held").0;
         }

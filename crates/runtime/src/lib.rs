@@ -31,6 +31,6 @@ pub use host::{Change, Host, Played};
 pub use remote::Remote;
 pub use remote_device::DeviceState;
 pub use renewal::{Renewal, Retired};
-pub use rights::take_for_supervisor;
+pub use rights::{take_for_heart, take_for_supervisor};
 pub use sandbox::Sandbox;
 pub use trace::Stretch;

@@ -45,6 +45,13 @@ pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     missing
 }
 
+/// The calling thread says that kernels serve, and is not held up by any of them, nor by what else runs at a real-time priority: above every
+/// kernel, where that is given.
+pub fn take_for_heart() {
+    const PRIORITY: u8 = 98;
+    let _given = limit_real_time() && prioritise(PRIORITY);
+}
+
 /// Keeps all memory of the process in place.
 fn lock_memory() -> bool {
     static LOCKED: OnceLock<bool> = OnceLock::new();

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
 
 import pytest
 
@@ -101,6 +102,22 @@ def test_the_message_names_the_block_that_ran(afar: Afar) -> None:
     with pytest.raises(gpac.Terminated, match=r"SIGKILL.*block 'bad'") as caught:
         instance.wait()
     assert caught.value.condition == "processor_lost"
+
+
+def scheduled(process: int, thread: str) -> list[tuple[int, int]]:
+    """Policy and priority of the threads of that name."""
+    tasks = [int(task.name) for task in Path(f"/proc/{process}/task").iterdir() if (task / "comm").read_text().strip() == thread]
+    return [(os.sched_getscheduler(task) & ~os.SCHED_RESET_ON_FORK, os.sched_getparam(task).sched_priority) for task in tasks]
+
+
+def test_no_kernel_and_no_other_program_keeps_the_heart_from_beating(afar: Afar) -> None:
+    """Else another program that takes every core for half a second would make it look frozen, and it would be ended."""
+    far = afar.cell.svv("far")
+    afar.counting().on(afar.there).asynch(far)
+    until(lambda: far.value > 3, "the kernel runs there")
+    (kernel,) = scheduled(afar.process(), "rtp1.fast")
+    heart = kernel if kernel[0] == os.SCHED_OTHER else (os.SCHED_FIFO, 98)
+    until(lambda: scheduled(afar.process(), "heart") == [heart], "so does the heart")
 
 
 def test_abort_ends_the_process(afar: Afar) -> None:

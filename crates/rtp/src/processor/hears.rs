@@ -58,6 +58,7 @@ impl Processor {
         {
             self.tell_loss(&host, why);
         }
+        *locked(&self.lost) = Some(why.to_owned());
         // Last: a thread that sees it down finds that its loss has been told.
         self.is_up.store(false, Ordering::Release);
         self.answered.notify_all();

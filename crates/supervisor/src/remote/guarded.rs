@@ -71,6 +71,7 @@ impl Guarded {
         if heart.is_none() {
             let (state, host) = (self.state.clone(), host.clone());
             let body = move || {
+                runtime::take_for_heart();
                 let mut firings = Firings::default();
                 while !state.ends.load(Ordering::Acquire) {
                     let sources = locked(&state.sources).clone();
