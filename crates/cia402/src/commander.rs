@@ -318,6 +318,7 @@ mod tests {
         x.see(ENABLED, 0, 0);
         assert_eq!(told(&mut x, 1.0, true), (ENABLE, -1000));
         x.stop();
+        assert_eq!(told(&mut x, 1.0, true), (QUICK_STOP, 0));
         x.see(OFF, 0, 0);
         assert_eq!(told(&mut x, 1.0, true), (DISABLE_VOLTAGE, 0));
         told(&mut x, 0.0, false);
