@@ -152,8 +152,7 @@ impl<W: Write> Writer<W> {
 
     /// The chunks reach the sink, each as a whole, with the index of its messages; nothing where both are empty.
     pub fn finish_chunk(&mut self) -> io::Result<()> {
-        let chunk = std::mem::take(&mut self.chunk);
-        self.chunk = self.finished(chunk)?;
+        self.finish_values()?;
         let chunk = std::mem::take(&mut self.chunk_apart);
         self.chunk_apart = self.finished(chunk)?;
         Ok(())
@@ -161,10 +160,11 @@ impl<W: Write> Writer<W> {
 
     /// The same, but a chunk of channels apart stays where it is not full: they are few messages, and lie together so.
     pub fn finish_full(&mut self) -> io::Result<()> {
-        if self.chunk_apart.is_full() {
-            return self.finish_chunk();
-        }
-        // Channels are described in this one, so that none stands behind its messages.
+        if self.chunk_apart.is_full() { self.finish_chunk() } else { self.finish_values() }
+    }
+
+    /// Channels are described in this chunk, which comes first, so that none stands behind its messages.
+    fn finish_values(&mut self) -> io::Result<()> {
         let chunk = std::mem::take(&mut self.chunk);
         self.chunk = self.finished(chunk)?;
         Ok(())
