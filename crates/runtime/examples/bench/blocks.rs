@@ -113,6 +113,15 @@ pub static MARKS: [AtomicI64; MARKS_MAX] = [const { AtomicI64::new(0) }; MARKS_M
 pub static MARKED: AtomicU64 = AtomicU64::new(0);
 pub const MARKS_MAX: usize = 1 << 16;
 
+/// Keeps a time, ns, as the next one.
+fn keep(time_ns: i64) {
+    let place = MARKED.load(Ordering::Relaxed);
+    if let Some(mark) = MARKS.get(place as usize) {
+        mark.store(time_ns, Ordering::Relaxed);
+    }
+    MARKED.store(place + 1, Ordering::Release);
+}
+
 /// Keeps the time of each of its invocations.
 #[derive(FunctionBlock)]
 pub struct Marker {
@@ -123,11 +132,7 @@ pub struct Marker {
 
 impl Step for Marker {
     fn step(&mut self, _: &Invocation) -> Outcome {
-        let place = MARKED.load(Ordering::Relaxed);
-        if let Some(mark) = MARKS.get(place as usize) {
-            mark.store(now_ns(), Ordering::Relaxed);
-        }
-        MARKED.store(place + 1, Ordering::Release);
+        keep(now_ns());
         Outcome::Done
     }
 }
@@ -204,11 +209,7 @@ pub struct Seen {
 
 impl Step for Seen {
     fn step(&mut self, _: &Invocation) -> Outcome {
-        let place = MARKED.load(Ordering::Relaxed);
-        if let Some(mark) = MARKS.get(place as usize) {
-            mark.store(now_ns() - self.u, Ordering::Relaxed);
-        }
-        MARKED.store(place + 1, Ordering::Release);
+        keep(now_ns() - self.u);
         Outcome::Done
     }
 }
@@ -226,11 +227,7 @@ pub struct Lateness {
 
 impl Step for Lateness {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
-        let place = MARKED.load(Ordering::Relaxed);
-        if let Some(mark) = MARKS.get(place as usize) {
-            mark.store(now_ns() - LATE_FROM_NS.load(Ordering::Relaxed) - invocation.now_ns, Ordering::Relaxed);
-        }
-        MARKED.store(place + 1, Ordering::Release);
+        keep(now_ns() - LATE_FROM_NS.load(Ordering::Relaxed) - invocation.now_ns);
         Outcome::Done
     }
 }
