@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A recording in the same views as the running system: everything stands at one cursor, with the values of gpac.open_recording.
-import { type ChildProcess, execFileSync, spawn } from "node:child_process";
+import { type ChildProcess, execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
-import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { axeFindings, BUILT, browse, goTo, LOOKS, type Opened, open, PYTHON, SURROUNDINGS, shoot } from "./running";
+import { freePort, serve, tokenIn } from "./daemon";
+import { axeFindings, browse, goTo, LOOKS, type Opened, open, PYTHON, SURROUNDINGS, shoot } from "./running";
 
 interface Said {
   name: string;
@@ -25,41 +25,12 @@ let browser: Browser;
 let studio: Opened;
 let said: Said;
 
-function freePort(): Promise<number> {
-  return new Promise((found) => {
-    const server = createServer();
-    server.listen(0, "127.0.0.1", () => {
-      const address = server.address();
-      server.close(() => found(typeof address === "object" && address ? address.port : 0));
-    });
-  });
-}
-
-/** A daemon of another system, whose folder has the recording. */
-function serve(port: number): Promise<ChildProcess> {
-  const address = ["--listen", `127.0.0.1:${port}`, "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
-  const options = ["--page", BUILT, "--records", folder, join(import.meta.dirname, "restarted.py")];
-  const process_ = spawn(PYTHON, ["-m", "opengpac", "rts", ...address, ...options], { env: SURROUNDINGS });
-  let text = "";
-  return new Promise((listens, failed) => {
-    const hear = (chunk: Buffer) => {
-      text += chunk.toString();
-      if (text.includes(`127.0.0.1:${port}`)) listens(process_);
-    };
-    process_.stdout.on("data", hear);
-    process_.stderr.on("data", hear);
-    process_.once("exit", (code) => failed(new Error(`opengpac rts ended with ${code}:\n${text}`)));
-  });
-}
-
 beforeAll(async () => {
   folder = mkdtempSync(join(tmpdir(), "studio-recorded-"));
   const made = execFileSync(PYTHON, [join(import.meta.dirname, "recorded.py"), folder], { env: SURROUNDINGS }).toString();
   said = JSON.parse(/^said: (.*)$/m.exec(made)?.[1] ?? "") as Said;
-  const tokens = ["token", "new", "--tokens", join(folder, "tokens.json"), "--role", "configure", "--name", "page"];
-  const token = /gpac_\S+/.exec(execFileSync(PYTHON, ["-m", "opengpac", ...tokens], { env: SURROUNDINGS }).toString())?.[0] ?? "";
-  const port = await freePort();
-  [daemon, browser] = await Promise.all([serve(port), browse()]);
+  const [token, port] = [tokenIn(folder), await freePort()];
+  [daemon, browser] = await Promise.all([serve(folder, port), browse()]);
   studio = await open(browser, `http://127.0.0.1:${port}/#token=${token}`);
 });
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A daemon that is killed and started again under a page that is open: nothing of the earlier run counts as present.
-import { type ChildProcess, execFileSync, spawn } from "node:child_process";
+import type { ChildProcess } from "node:child_process";
 import { mkdtempSync, rmSync, statSync } from "node:fs";
-import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { axeFindings, BUILT, browse, goTo, type Opened, open, PYTHON, SURROUNDINGS, shoot } from "./running";
+import { freePort, serve, tokenIn } from "./daemon";
+import { axeFindings, browse, goTo, type Opened, open, shoot } from "./running";
 
 let folder: string;
 let port: number;
@@ -17,22 +17,7 @@ let browser: Browser;
 let studio: Opened;
 
 /** Starts the daemon; resolves when it listens. */
-function start(): Promise<ChildProcess> {
-  const program = join(import.meta.dirname, "restarted.py");
-  const address = ["--listen", `127.0.0.1:${port}`, "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
-  const options = ["--audit", join(folder, "audit.jsonl"), "--page", BUILT, "--records", folder];
-  const process_ = spawn(PYTHON, ["-m", "opengpac", "rts", ...address, ...options, program], { env: SURROUNDINGS });
-  let text = "";
-  return new Promise((listens, failed) => {
-    const hear = (chunk: Buffer) => {
-      text += chunk.toString();
-      if (text.includes(`127.0.0.1:${port}`)) listens(process_);
-    };
-    process_.stdout.on("data", hear);
-    process_.stderr.on("data", hear);
-    process_.once("exit", (code) => failed(new Error(`opengpac rts ended with ${code}:\n${text}`)));
-  });
-}
+const start = () => serve(folder, port, "--audit", join(folder, "audit.jsonl"));
 
 function killed(process_: ChildProcess | undefined): Promise<void> {
   return new Promise((gone) => {
@@ -44,15 +29,7 @@ function killed(process_: ChildProcess | undefined): Promise<void> {
 
 beforeAll(async () => {
   folder = mkdtempSync(join(tmpdir(), "studio-"));
-  port = await new Promise<number>((found) => {
-    const server = createServer();
-    server.listen(0, "127.0.0.1", () => {
-      const address = server.address();
-      server.close(() => found(typeof address === "object" && address ? address.port : 0));
-    });
-  });
-  const made = ["token", "new", "--tokens", join(folder, "tokens.json"), "--role", "configure", "--name", "page"];
-  token = /gpac_\S+/.exec(execFileSync(PYTHON, ["-m", "opengpac", ...made], { env: SURROUNDINGS }).toString())?.[0] ?? "";
+  [token, port] = [tokenIn(folder), await freePort()];
   [daemon, browser] = await Promise.all([start(), browse(false)]);
   studio = await open(browser, `http://127.0.0.1:${port}/#token=${token}`);
 });

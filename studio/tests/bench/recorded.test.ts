@@ -2,36 +2,17 @@
 // A recording of ten minutes with 64 channels at 1 kHz: how long it takes to open, and how long a scrub takes to be in the views. Printed
 // beside the bars of the design, 3 s and 50 ms at the 95th percentile. OPENGPAC_RECORDED_S: a shorter one; OPENGPAC_RECORDED: one that is
 // there already, with its folder, named long.mcap.
-import { type ChildProcess, execFileSync, spawn } from "node:child_process";
+import { execFileSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Page } from "playwright-core";
 import { expect, test } from "vitest";
-import { BUILT, browse, goTo, open, PYTHON, SURROUNDINGS } from "../running";
+import { freePort, serve, tokenIn } from "../daemon";
+import { browse, goTo, open, PYTHON, SURROUNDINGS } from "../running";
 
 const LENGTH_S = Number(process.env.OPENGPAC_RECORDED_S ?? 600);
 const SCRUBS = 200;
-
-/** A daemon whose folder has the recording. */
-function serve(folder: string): Promise<{ url: string; daemon: ChildProcess }> {
-  const tokens = ["token", "new", "--tokens", join(folder, "tokens.json"), "--role", "configure", "--name", `page${Date.now()}`];
-  const token = /gpac_\S+/.exec(execFileSync(PYTHON, ["-m", "opengpac", ...tokens], { env: SURROUNDINGS }).toString())?.[0] ?? "";
-  const address = ["--listen", "127.0.0.1:0", "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
-  const options = ["--page", BUILT, "--records", folder, join(import.meta.dirname, "../restarted.py")];
-  const daemon = spawn(PYTHON, ["-m", "opengpac", "rts", ...address, ...options], { env: SURROUNDINGS });
-  let text = "";
-  return new Promise((listens, failed) => {
-    const hear = (chunk: Buffer) => {
-      text += chunk.toString();
-      const port = /127\.0\.0\.1:([1-9]\d*)/.exec(text)?.[1];
-      if (port) listens({ url: `http://127.0.0.1:${port}/#token=${token}`, daemon });
-    };
-    daemon.stdout.on("data", hear);
-    daemon.stderr.on("data", hear);
-    daemon.once("exit", (code) => failed(new Error(`opengpac rts ended with ${code}:\n${text}`)));
-  });
-}
 
 /** Moves the slider to random places; how long each took until what is shown was of there, ms, painted. */
 async function scrub(page: Page, times: number): Promise<number[]> {
@@ -64,10 +45,11 @@ test(`a recording of ${LENGTH_S} s with 64 channels at 1 kHz`, { timeout: (3 * L
   const given = process.env.OPENGPAC_RECORDED;
   const folder = given ?? mkdtempSync(join(tmpdir(), "studio-bench-"));
   if (!given) execFileSync(PYTHON, [join(import.meta.dirname, "ten_minutes.py"), folder, String(LENGTH_S)], { env: SURROUNDINGS });
-  const [{ url, daemon }, browser] = await Promise.all([serve(folder), browse(false)]);
+  const [token, port] = [tokenIn(folder, `page${Date.now()}`), await freePort()];
+  const [daemon, browser] = await Promise.all([serve(folder, port), browse(false)]);
   const say = (text: string) => process.stdout.write(`${text}\n`);
   try {
-    const { page, errors } = await open(browser, url);
+    const { page, errors } = await open(browser, `http://127.0.0.1:${port}/#token=${token}`);
     await goTo(page, "Recordings");
     const row = page.locator("tr").filter({ has: page.getByRole("rowheader", { name: "long.mcap" }) });
     await row.getByText("complete", { exact: true }).waitFor();

@@ -2,7 +2,7 @@
 import type { ShownTrace } from "../messages";
 import type { TraceSetup } from "../setup";
 import { combined, derivative, difference } from "../signal/derived";
-import { formula } from "../signal/formula";
+import { type Formula, formula } from "../signal/formula";
 import { type Missing, missingIn, type Series, seriesOf } from "../signal/series";
 import type { Acquisition, Kept } from "./acquisition";
 
@@ -24,19 +24,25 @@ export function live(acquisition: Acquisition): Store {
 
 /** The values of a trace between two times, and one more on each side. */
 export function traceSeries(store: Store, trace: TraceSetup, from_ns: number, to_ns: number): Series {
+  if (trace.derive?.kind === "formula") {
+    const series = trace.derive.of.map(({ channel, component }) => store.series(channel, component, from_ns, to_ns));
+    return combined(series, understood(trace.derive).value);
+  }
   const own = store.series(trace.channel, trace.component ?? "", from_ns, to_ns);
   if (trace.derive?.kind === "derivative") return derivative(own);
   if (trace.derive?.kind === "difference") {
     return difference(own, store.series(trace.derive.less.channel, trace.derive.less.component, from_ns, to_ns));
   }
-  if (trace.derive?.kind === "formula") {
-    const { text, of } = trace.derive;
-    return combined(
-      of.map(({ channel, component }) => store.series(channel, component, from_ns, to_ns)),
-      formula(text).value,
-    );
-  }
   return own;
+}
+
+/** Formulas that were read, each once and not for each picture. */
+const read = new WeakMap<object, Formula>();
+
+function understood(derived: { text: string }): Formula {
+  const known = read.get(derived) ?? formula(derived.text);
+  read.set(derived, known);
+  return known;
 }
 
 /** What lies behind the traces, with the time that is 0 there, and exact sums where they are known. */
