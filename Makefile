@@ -157,7 +157,7 @@ simulate:
 test-loom:
 	RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom --target-dir target/loom
 
-SANITIZER := RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --test rtsan --target x86_64-unknown-linux-gnu --target-dir target/rtsan
+SANITIZER := RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --test rtsan --profile checked --quiet --target x86_64-unknown-linux-gnu --target-dir target/rtsan
 build-sanitizer:
 	$(SANITIZER) --no-run
 

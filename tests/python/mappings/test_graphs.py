@@ -50,6 +50,13 @@ def test_a_difference_is_excused_by_what_explains_it_only(built: dict[str, str])
     assert "not what holds" in verdict("ratio_output_of_a_timer", {"y": missing["y"] + 0.5}, expected, skipped)
 
 
+def test_a_reader_that_began_later_reads_on_from_the_first_number_that_came() -> None:
+    later = [1e6 * (0 if j < 4 else 2 + (j - 4) // 5) + j for j in range(200)]
+    assert holds_skipping("ratio_input_from_another_timer", {"y": later})
+    ahead = [*later[:20], *(y + 1e6 for y in later[20:])]
+    assert not holds_skipping("ratio_input_from_another_timer", {"y": ahead})
+
+
 @pytest.mark.parametrize("name", [name for name, entry in GRAPHS.items() if entry.model])
 def test_a_graph_gives_what_its_model_computes(name: str, built: dict[str, str]) -> None:
     model = GRAPHS[name].model

@@ -71,9 +71,17 @@ def ratio_output_of_a_timer(stage: Stage) -> Graph:
 
 
 def _read_by_number(found: Found) -> bool:
-    """What is read is at most number j // 5 - 1: the one of that number may have been skipped, or have come late."""
+    """What is read is at most number j // 5 - 1: the one of that number may have been skipped, or have come late. Where the machine stood
+    still while both began, the reader began later: from the first number that came it reads at most one more in five invocations."""
     read = [divmod(y, 1e6) for y in found["y"]]
-    return _rise([j for _, j in read]) and _stay([u for u, _ in read]) and all(j % 1 == 0 and u <= max(0, j // 5 - 1) for u, j in read)
+    came = next((n for n, (u, _) in enumerate(read) if u > 0), len(read) - 1)
+    # The invocations between the last one without a value and the first one with it may have been skipped.
+    number, since = read[came][0], read[came - 1][1] + 1 if came else 0
+
+    def most(j: float) -> float:
+        return max(0, j // 5 - 1, number + (j - since) // 5 if j >= since else 0)
+
+    return _rise([j for _, j in read]) and _stay([u for u, _ in read]) and all(j % 1 == 0 and u <= most(j) for u, j in read)
 
 
 @graph(lambda: {"y": [1e6 * max(0, j // 5 - 1) + j for j in range(LENGTH)]}, skipping=_read_by_number)
