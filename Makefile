@@ -184,6 +184,7 @@ faults: setup-hosts $(VENV)/tests
 	OPENGPAC_BUDGET_FAULTS=100000 cargo test -p kernel --profile checked --test stores -- --nocapture
 	OPENGPAC_LOOPS=1000 cargo test -p kernel --profile checked --test foreign -- --nocapture --test-threads=1
 	$(BIN)/python tests/faults/no_jump.py
+	OPENGPAC_CYCLES=100000 $(BIN)/python -m pytest -q tests/python/conformance/test_r098_instances.py -k leave_no_memory_behind
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
 	$(BIN)/python tests/faults/ur_peer.py
 	$(BIN)/python tests/faults/driver_kills.py

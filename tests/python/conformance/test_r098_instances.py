@@ -238,7 +238,11 @@ def test_r110_delete_frees_everything(rig: Rig) -> None:
     a.delete()
 
 
-def test_r110_a_hundred_thousand_instances_leave_no_memory_behind(memory_rig: Rig) -> None:
+CYCLES = int(os.environ.get("OPENGPAC_CYCLES", "25000"))
+"""`make faults` has the 100,000 of the requirement."""
+
+
+def test_r110_instances_leave_no_memory_behind(memory_rig: Rig) -> None:
     """The real-time system's own create and delete: the memory of the process ends where it was."""
     (a,) = memory_rig.svvs("a")
     counting = memory_rig.counting().on(memory_rig.fast)
@@ -252,8 +256,8 @@ def test_r110_a_hundred_thousand_instances_leave_no_memory_behind(memory_rig: Ri
 
     counting(a, limit=1)
     before = cycles(5_000)
-    grown_kb = cycles(100_000) - before
-    assert grown_kb < 256, "not even 3 bytes of an instance"
+    grown_kb = cycles(CYCLES) - before
+    assert grown_kb < 256, "not even 11 bytes of an instance: the smallest allocation takes 32"
     kept = [real_time_system.create(given) for _ in range(2_000)]
     assert resident_kb(os.getpid()) - before - grown_kb > 256, "what is not deleted is seen"
     for identity in kept:
