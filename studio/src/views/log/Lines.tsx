@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type KeyboardEvent, memo, useEffect, useLayoutEffect, useRef, useState, useSyncExternalStore } from "react";
+import { type KeyboardEvent, memo, useCallback, useEffect, useLayoutEffect, useRef, useState, useSyncExternalStore } from "react";
 import type { Past } from "../../control/source";
 import { seconds } from "../../design/numbers";
 import { BAD_KINDS, type Line, linesUntil, WARN_KINDS } from "./lines";
@@ -26,10 +26,10 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
     if (passed) setSight(broughtIntoSight(sight, passed - 1, lines.length, LINE));
   }
 
-  const see = (there: HTMLElement) => {
+  const see = useCallback((there: HTMLElement) => {
     const [top, height] = [there.scrollTop, there.clientHeight];
     setSight((before) => (before.top === top && before.height === height ? before : { top, height }));
-  };
+  }, []);
   const look = () => {
     const there = box.current;
     if (!there) return;
@@ -53,7 +53,7 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
     const resized = new ResizeObserver(() => see(there));
     resized.observe(there);
     return () => resized.disconnect();
-  }, []);
+  }, [see]);
 
   const [first, last] = rowsInSight(sight, lines.length, LINE);
 
