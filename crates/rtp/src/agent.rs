@@ -155,7 +155,7 @@ impl Agent {
     }
 
     fn say(&self, news: &News) {
-        // Where nobody hears it, `receive` says so next.
+        // If the link is broken, the next `receive` says so.
         let _heard = self.shared.link.send(&frame(news));
     }
 
@@ -272,7 +272,7 @@ impl Agent {
         for source in raised.into_iter().filter(|source| source.0 < self.count) {
             let link = self.shared.link.clone();
             let request = move || {
-                // Where nobody hears it, `receive` says so next.
+                // If the link is broken, the next `receive` says so.
                 let _heard = link.send(&frame(&News::Raised { source }));
             };
             self.shared.host.pass_on(source, Box::new(request)).map_err(|why| format!("a thread cannot be started: {why}"))?;
@@ -316,7 +316,7 @@ impl Agent {
                 .map_err(|why| Unserved::Arguments(format!("the arguments of service '{service}' are no JSON: {why}")))
                 .and_then(|arguments| beside.serve(&service, &arguments, &|| stop.load(Ordering::Acquire)));
             let answer = Answer::Served(served.map(|answer| answer.to_string()));
-            // Where nobody hears it, `receive` says so next.
+            // If the link is broken, the next `receive` says so.
             let _heard = link.send(&frame(&News::Answer { ticket, answer }));
         };
         if let Err(why) = std::thread::Builder::new().name("service".into()).spawn(carry_out) {
