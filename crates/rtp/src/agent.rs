@@ -310,11 +310,11 @@ impl Agent {
         let Some(beside) = locked(&self.shared.besides).get(device).cloned() else {
             return self.answer(ticket, Answer::Refused(format!("device '{device}' is not open there")));
         };
-        let link = self.shared.link.clone();
+        let (link, stop) = (self.shared.link.clone(), self.stop.clone());
         let carry_out = move || {
             let served = serde_json::from_str(&arguments)
                 .map_err(|why| Unserved::Arguments(format!("the arguments of service '{service}' are no JSON: {why}")))
-                .and_then(|arguments| beside.serve(&service, &arguments));
+                .and_then(|arguments| beside.serve(&service, &arguments, &|| stop.load(Ordering::Acquire)));
             let answer = Answer::Served(served.map(|answer| answer.to_string()));
             // If the link is broken, the next `receive` says so.
             let _heard = link.send(&frame(&News::Answer { ticket, answer }));

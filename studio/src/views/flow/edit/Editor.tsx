@@ -9,6 +9,8 @@ import type { Drawing, End, Place, PortSide, Wire } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
 import { BoxPanel } from "./BoxPanel";
 import * as change from "./change";
+import { pasted } from "./clipboard";
+import { useCopyKeys } from "./copyKeys";
 import { UnreadDraft } from "./DraftBoundary";
 import { type Draft, setsOf } from "./definition";
 import { boundaryOf, drawnDraft, placeOf, portOf, type RefusedWire } from "./drawn";
@@ -47,6 +49,27 @@ export default function Editor() {
     [isPlaced, draft, faces, findings, refused],
   );
   const places = useMemo(() => placesOf(drawing.boxes, draft), [drawing, draft]);
+  useCopyKeys({
+    draft,
+    labels:
+      chosen === null
+        ? Object.keys(draft.of.blocks)
+        : chosen.kind === "box" && Object.hasOwn(draft.of.blocks, chosen.id)
+          ? [chosen.id]
+          : [],
+    paste: (piece) => {
+      const made = pasted(draft, piece);
+      put(made.draft);
+      const [first] = made.labels;
+      if (first !== undefined && made.labels.length === 1) setChosen({ kind: "box", id: first });
+    },
+    remove: (labels) => {
+      // Where nothing is chosen all is copied, and nothing cut.
+      if (chosen === null) return;
+      put(labels.reduce(change.removeBlock, draft));
+      setChosen(null);
+    },
+  });
   const presentList = draft.kind === "verb" && list !== null && Object.hasOwn(draft.of.command_lists, list) ? list : null;
 
   const add = useCallback(
