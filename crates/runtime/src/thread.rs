@@ -72,6 +72,8 @@ fn software(kernel: &mut Kernel, epoch_ns: i64) {
     while !kernel.source.closing.load(Ordering::Acquire) {
         let seen = kernel.source.bell().rings();
         let now_ns = monotonic_ns() - epoch_ns;
+        // Before anything is told anew: what was owed in an earlier firing may have been looked at since.
+        reminder.look(&kernel.shared.supervisor, now_ns);
         kernel.carry_out_all(now_ns);
         let remind_ns = reminder.look(&kernel.shared.supervisor, now_ns);
         if kernel.source.requests.pending.load(Ordering::SeqCst) == 0 {
@@ -97,8 +99,9 @@ fn wait(kernel: &mut Kernel, reminder: &mut Reminder, epoch_ns: i64, release_ns:
     let sleep_until_ns = release_ns - if spins { SPIN_NS } else { 0 };
     let seen = kernel.source.bell().rings();
     let now_ns = monotonic_ns() - epoch_ns;
+    // Before anything is told anew: what was owed in an earlier firing may have been looked at since.
+    reminder.look(&kernel.shared.supervisor, now_ns);
     if now_ns >= release_ns {
-        reminder.look(&kernel.shared.supervisor, now_ns);
         return true;
     }
     kernel.carry_out_all(now_ns);
