@@ -166,6 +166,9 @@ class LogicalDevice(Shown, Declared, Argument):
     `arbitration` says what happens to a verb that needs something of the device that another verb holds: `"refuse"` (the default:
     `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
     The type says it for all its devices, `class Joint(..., arbitration="queue")`, and `Joint(..., arbitration="abort")` for one.
+
+    Raises `InUse` for a name that is taken, `CallError` for an argument that is not known and where no system can hold it,
+    `DefinitionError` for another `arbitration`, and what the creation of its verb raises; it is made whole or not at all.
     """
 
     _definition_kind = "device_types"

@@ -37,7 +37,8 @@ class Pose:
     `Pose((0.4, 0, 0.3), rpy=("180 deg", 0, 0))` turns about the fixed x, then y, then z axis (roll, pitch, yaw; rad or text with a
     unit); `Pose((0.4, 0, 0.3), quaternion=(1, 0, 0, 0))` takes a unit quaternion, w first; neither is no turn. `a @ b` is what is `b`
     in frame `a`, seen from where `a` is seen from; `a @ point` a point of it; `a.inverse()` the way back. It cannot be changed, and
-    is a value of seven numbers: x, y, z, then the quaternion w, x, y, z.
+    is a value of seven numbers: x, y, z, then the quaternion w, x, y, z. Raises `ValueRefused` for a position that has not three
+    numbers, a quaternion whose length is not 1, and both at once, `UnitMismatch` for a unit of another dimension.
 
     >>> Pose((0.4, "20 mm", 0.3), rpy=(0, 0, "90 deg")) @ Pose((0.1, 0, 0))
     Pose(0.4, 0.12, 0.3 m; rpy 0, 0, 90 deg)

@@ -28,7 +28,8 @@ D = TypeVar("D", bound=LogicalDevice)
 class Group(Shown, Declared, Argument, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
 
-    `Group("arm", shoulder, elbow)`: `name` is what messages call it; the devices, at least one, are all of one system.
+    `Group("arm", shoulder, elbow)`: `name` is what messages call it; the devices, at least one, are all of one system. Raises
+    `CallError` otherwise.
 
     A member of its devices may be set in all of them: `arm.max_speed = 0.5`, `arm.kp = [80, 80, 40]`, `arm.kp = {"elbow": 60}`.
     """

@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 
 
 class Channel(Declared, Argument):
-    """A channel of a physical device: `name`, `type`, `unit`, and whether it is written. Made by its device: `ur5e["elbow"].position`."""
+    """A channel of a physical device: `name`, `type`, `unit`, and whether it is written. Made by its device: `ur5e["elbow"].position`.
+
+    `type` is a C type; numbers are in `unit`, a text that is empty where the channel has none. Verbs bind to it; a program reads it by
+    `cell.read(channel)`, and only blocks write it. Raises `UnknownName` once its device is deleted.
+    """
 
     def __init__(self, device: PhysicalDevice, described: Mapping[str, Any]) -> None:
         self.device = device
@@ -113,7 +117,8 @@ def _channel_table(title: str, channels: Mapping[str, Channel]) -> Table:
 class Part(_Channels, Argument):
     """A part of a machine, for example a joint; made by its `device`, `ur5e["elbow"]`.
 
-    `about` is what the driver says of it: range, limits, gains that suit it.
+    `about` is what the driver says of it: range, limits, gains that suit it, in the units of its channels. Raises `UnknownName` for a
+    channel that it does not have.
     """
 
     def __init__(self, device: PhysicalDevice, about: Mapping[str, Any]) -> None:

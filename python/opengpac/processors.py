@@ -35,8 +35,8 @@ class Processor(Shown, Declared):
         """A timer: releases at the multiples of `period` from the epoch. A larger priority (1 to 98) preempts a smaller one.
 
         `name` is its own within the processor. `virtual_cost` is how long each of its firings takes under the virtual clock, so that
-        sources of higher priority preempt it there; on the monotonic clock it means nothing. Raises `CallError` for a period or
-        priority out of range.
+        sources of higher priority preempt it there; on the monotonic clock it means nothing. Raises `ValueRefused` for a period
+        (at least 10 µs) or priority out of range, `InUse` where the name is taken.
         """
         return self._source(name, "timer", duration_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
 

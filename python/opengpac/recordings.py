@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 class Recording:
     """A recording that is under way; made by `cell.record(path)`.
 
-    It ends with `stop()`, with the block of its `with`, or with its system.
+    It ends with `stop()`, with the block of its `with`, or with its system. A file that cannot be written later ends it: `failure`
+    says why, and what runs goes on.
     """
 
     def __init__(self, system: Observed, number: int, path: str, last: dict[str, Any] | None = None) -> None:
@@ -122,7 +123,9 @@ class Recorded(Mapping[str, np.ndarray]):
 
     Made by `gpac.open_recording(path)`.
 
-    `recorded["arm.joint1.sensed"]["value"]`. Names of private cells are `INSTANCE:CELL`.
+    `recorded["arm.joint1.sensed"]["value"]` has one row a publication, shape (n,) and the shape of the type behind it, in
+    `recorded.unit(name)`. Names of private cells are `INSTANCE:CELL`. Raises `KeyError` for a name that was not recorded, `ValueRefused`
+    for a file that cannot be read.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:

@@ -57,9 +57,14 @@ class SVV(Shown, Declared, Argument, Generic[T]):
 
     Made by `cell.svv(...)`, and by each logical device for the members of its type.
 
-    `history[-100:]` is a structured array of the last values with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`,
-    is a predicate for `cell.advance(until=...)`. It stands for the SVV that it was made for: one that is made again under the name
-    of a deleted one is another, and has to be taken anew.
+    `value` has the shape of its C type: a number or bool, an array of shape (3,) for `double[3]`, a structured value for a struct;
+    its numbers are in `unit`. What is stored may be a text with a unit, `"30 deg"`, where the type is a number. `number` counts the
+    publications from 0, `time` is in s of the system's clock. `history[-100:]` is a structured array, shape (n,), of the last values
+    with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`, is a predicate for `cell.advance(until=...)`. It stands for the
+    SVV that it was made for: one that is made again under the name of a deleted one is another, and has to be taken anew.
+
+    Storing raises `ValueRefused` for another shape and for a number that is not finite, `UnitMismatch`, `OutOfRange` outside
+    `within`, and `SecondWriter` while a verb instance writes it; everything raises `UnknownName` once it is deleted.
     """
 
     def __init__(self, system: System, name: str) -> None:

@@ -61,6 +61,9 @@ class System(Commanded, Timed, Declared):
     Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
     `gpac.connect(url)` gives a system that others configured.
 
+    Raises `CallError` for another clock, `DefinitionError` for another interconnect, `FileFailed` for a `restore` that cannot be read,
+    and `InvalidState` for every call once it is closed.
+
     >>> import opengpac as gpac
     >>> with gpac.System("cell", clock="virtual") as cell:
     ...     cell.advance("2 s")

@@ -134,6 +134,22 @@ test("a wire is drawn by the keyboard, to what the system says fits", { timeout:
   expect(errors).toEqual([]);
 });
 
+test("a block is copied with its constants, by the keyboard", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await chosen(page, "gain");
+  await page.keyboard.press("Control+c");
+  await page.keyboard.press("Control+v");
+  await page.locator('[data-box="gain2"]').waitFor();
+  expect(await page.getByLabel("Label", { exact: true }).inputValue()).toBe("gain2");
+  expect(await page.getByLabel("k", { exact: true }).inputValue()).toBe("3");
+  await page.locator("h1").click();
+  await page.keyboard.press("Control+z");
+  await page.locator('[data-box="gain2"]').waitFor({ state: "detached" });
+  expect(errors).toEqual([]);
+});
+
 test("two tabs have a draft each, and one that cannot be shown locks nothing", { timeout: TIME }, async () => {
   const { page, context } = opened;
   const other = await context.newPage();

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { freePort, serve, tokenIn } from "./daemon";
-import { axeFindings, browse, goTo, LOOKS, type Opened, open, PYTHON, SURROUNDINGS, shoot } from "./running";
+import { axeFindings, browse, goTo, LOOKS, type Opened, open, PYTHON, STOP, SURROUNDINGS, shoot, stopRectangles } from "./running";
 
 interface Said {
   name: string;
@@ -102,6 +102,10 @@ test("at every time the views have the values of gpac.open_recording", async () 
     }
     await expect.poll(async () => Math.abs(Number(await shown.textContent()) - value)).toBeLessThan(2e-3);
   }
+});
+
+test("the emergency stop of the running system stands where it always does", async () => {
+  expect(await stopRectangles(studio.page)).toEqual([STOP]);
 });
 
 test("it is stepped by firing, by condition and by entry of the log, and it plays", async () => {

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { freePort, serve, tokenIn } from "./daemon";
-import { axeFindings, browse, goTo, type Opened, open, shoot } from "./running";
+import { axeFindings, browse, goTo, type Opened, open, STOP, shoot, stopRectangles } from "./running";
 
 let folder: string;
 let port: number;
@@ -71,8 +71,10 @@ test("what the log has of the earlier run says so, and the new run's entries com
   await page.locator(".line").nth(6).waitFor();
   await killed(daemon);
   await page.getByText("The system is not heard.").waitFor();
+  expect(await stopRectangles(page), "the daemon is gone").toEqual([STOP]);
   daemon = await start();
   await page.getByText("The system was started again.").waitFor();
+  expect(await stopRectangles(page), "started again").toEqual([STOP]);
   await page.locator(".line:not(.earlier)").filter({ hasText: "command list 'on'" }).first().waitFor();
   await page.locator(".lines").evaluate((lines) => {
     lines.scrollTop = 0;

@@ -130,6 +130,27 @@ export async function axeFindings(page: Page): Promise<string[]> {
   return found.map((one) => `${one.id}: ${one.help}: ${one.where.join(" | ")}`);
 }
 
+/** From the narrowest window to the widest. */
+const WIDTHS = [360, 390, 800, 1000, 1280, 1440, 1920];
+
+/** Where the emergency stop stands, in every view, state and width; and nothing may be wider than the window. */
+export const STOP = JSON.stringify({ x: 8, y: 6, width: 140, height: 40 });
+
+/** The rectangles of the emergency stop over all widths, by what the page shows: each is STOP. What stands beyond the window is told too. */
+export async function stopRectangles(page: Page): Promise<string[]> {
+  const before = page.viewportSize();
+  const found = new Set<string>();
+  for (const width of WIDTHS) {
+    await page.setViewportSize({ width, height: 900 });
+    const box = await page.getByRole("button", { name: "Emergency stop" }).boundingBox();
+    found.add(JSON.stringify(box));
+    const beyond = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    if (beyond > 0) found.add(`${beyond} pixels wider than ${width}`);
+  }
+  if (before) await page.setViewportSize(before);
+  return [...found];
+}
+
 /** Waits until a text is another one than it was. */
 export async function changes(page: Page, selector: string): Promise<[string, string]> {
   const element = page.locator(selector).first();

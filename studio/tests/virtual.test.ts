@@ -3,7 +3,7 @@
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { axeFindings, browse, goTo, LOOKS, type Opened, open, type Running, run, shoot } from "./running";
+import { axeFindings, browse, goTo, LOOKS, type Opened, open, type Running, run, STOP, shoot, stopRectangles } from "./running";
 
 let running: Running;
 let browser: Browser;
@@ -49,6 +49,7 @@ test("it runs at a rate until it is held, and every look passes the check of axe
   const before = await now(page);
   await clock.getByRole("button", { name: "Run clock" }).click();
   await expect.poll(() => now(page)).toBeGreaterThan(before + 1);
+  expect(await stopRectangles(page), "the clock runs").toEqual([STOP]);
   await clock.getByRole("button", { name: "Hold clock" }).click();
   await clock.getByRole("button", { name: "Run clock" }).waitFor();
   for (const look of LOOKS) {

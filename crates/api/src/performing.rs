@@ -7,7 +7,7 @@ use model::definition::Application;
 use model::refusal::Refusals;
 use serde_json::json;
 use std::time::Duration;
-use supervisor::{Limits, Report, System};
+use supervisor::{Limits, Report, System, Waited};
 
 /// Makes the call `perform` for a caller that keeps whose the instances are: `start` is given the instance before it starts, and what starts
 /// it. Where it does not start, nothing is left of it.
@@ -29,10 +29,15 @@ pub(crate) fn performing(
     slice: Duration,
     start: impl FnOnce(u64, &dyn Fn() -> Result<(), Refusals>) -> Result<(), Refusals>,
 ) -> Result<Outcome<Option<Report>>, Refusals> {
-    performed(system, system.perform(application, limits, start)?, slice)
+    let (instance, waited) = system.perform(application, limits, slice, start)?;
+    Ok(ended(waited, instance))
 }
 
 /// Waits until an instance that was started so has ended, and deletes it.
 pub(crate) fn performed(system: &System, instance: u64, slice: Duration) -> Result<Outcome<Option<Report>>, Refusals> {
-    Ok(lasting(system.performed(instance, slice)?, None, "performed", || json!({ "instance": instance })))
+    Ok(ended(system.performed(instance, slice)?, instance))
+}
+
+fn ended(waited: Waited<Report>, instance: u64) -> Outcome<Option<Report>> {
+    lasting(waited, None, "performed", || json!({ "instance": instance }))
 }

@@ -70,6 +70,19 @@ fn what_cannot_be_home_is_named() {
 }
 
 #[test]
+fn under_a_latched_stop_nothing_goes_home() {
+    let mut rig = rig();
+    let services = rig.driver.services().expect("services");
+    let refused = services.call_moving("home", &json!({ "axis": "x", "method": 35 }), &|| true).unwrap_err().message;
+    assert_eq!(refused, format!("axis 'x' (node 5): {}", device::under_a_stop("home").message));
+    rig.exchange(&[]).unwrap();
+    rig.driver.safe_state();
+    rig.exchange(&[]).unwrap();
+    assert_eq!((rig.byte("x.homing"), rig.status("x")), (0, SWITCH_ON_DISABLED), "it was not asked");
+    assert_eq!(home(&mut rig, json!({ "axis": "x", "method": 35 }), idle), Ok(Value::Null));
+}
+
+#[test]
 fn a_load_never_falls() {
     let drive = NodeOptions { name: "hoist".into(), node: X, position: 1000, falls: Some(50_000.0), ..NodeOptions::default() };
     let brake = json!({ "release_ns": 50_000_000, "close_ns": 30_000_000 });

@@ -46,7 +46,7 @@ pub struct Caller {
 /// What a caller was let in by, so that it can be looked at again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// It lasts as long as the daemon: the user of a Unix socket, the token of this run, anybody where everybody is let in.
+    /// It lasts as long as the daemon: the user of a Unix socket, the token of this run, any caller where authentication is off.
     Lasting,
     /// SHA-256 of a token.
     Token([u8; 32]),
@@ -70,7 +70,7 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Who calls, or why nobody is let in.
+    /// Returns the caller of a request, or why it is not admitted.
     pub fn admit(&self, peer: &Peer, headers: &HeaderMap) -> Result<Caller, Failure> {
         Ok(self.let_in(peer, headers)?.0)
     }
@@ -123,7 +123,7 @@ impl Gate {
         Ok(Caller { who: format!("token {}", entry.name), role: entry.role, from })
     }
 
-    /// Refuses a request that a page of another site makes, for any caller. The studio's files, which everybody may have, need no more.
+    /// Refuses a request that a page of another site makes, for any caller. The studio's files, which are public, need no more.
     pub fn check_site(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
         self.check_host(headers)?;
         self.check_origin(peer, headers)

@@ -168,7 +168,7 @@ impl Files {
 
 impl Drop for Files {
     fn drop(&mut self) {
-        // Nobody is left who could be told; the next daemon removes what stays.
+        // There is no caller left to tell; the next daemon removes what remains.
         let _gone = fs::remove_dir_all(&self.folder);
     }
 }

@@ -62,7 +62,7 @@ fn leads_to_a_stop(request: &Request) -> bool {
     *request.method() == Method::POST && (called.is_some_and(|call| call.stops) || matches!(path, "/v1/sessions" | "/v1/command"))
 }
 
-/// The answer to whom nobody lets in, which ends the connection.
+/// The answer to a caller that is not admitted; it ends the connection.
 fn parting(failure: Failure) -> Response {
     let mut response = failure.into_response();
     response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
@@ -148,7 +148,7 @@ async fn call(
     leaving(&service, &caller, answer.await?, call.role)
 }
 
-/// An answer as text: made where it holds up nobody else.
+/// Encodes an answer as text, on a thread that no other request waits for.
 fn text(answer: &Value) -> Result<Vec<u8>, Failure> {
     serde_json::to_vec(answer).map_err(|why| Failure::new(Class::InvalidState, format!("the answer cannot be told: {why}"), "please report it"))
 }

@@ -91,7 +91,7 @@ impl Threads {
     }
 }
 
-/// The runtimes of a server. Dropping one waits for nobody who sleeps.
+/// The runtimes of a server. Dropping one does not wait for threads that sleep.
 pub(crate) struct Runtimes {
     pub serving: Runtime,
     stops: Runtime,
@@ -185,7 +185,7 @@ pub(crate) struct Entered {
 }
 
 impl Entered {
-    /// Runs it on a thread of its lane, when it is its turn. It keeps what it has until it is over, also where nobody waits for it any more.
+    /// Runs it on a thread of its lane, when it is its turn. It keeps what it has until it is over, also where no caller waits for it any more.
     pub async fn run<T: Send + 'static>(self, run: impl FnOnce() -> Result<T, Failure> + Send + 'static) -> Result<T, Failure> {
         let Entered { lanes, lane, who, share } = self;
         let turn = match lane {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Answers on their way out: their bytes count against the share of their caller until they have left, so that nobody who does not read
+//! Answers on their way out: their bytes count against the share of their caller until they have left, so that no client that does not read
 //! fills the memory.
 use crate::caller::Caller;
 use crate::failure::Failure;

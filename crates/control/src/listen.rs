@@ -84,7 +84,7 @@ async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) 
     }
 }
 
-/// Nobody waits to be accepted: a stranger gives way to who comes next.
+/// No connection waits to be accepted: one that is not authenticated gives way to the next.
 async fn accept_tcp(listener: TcpListener, acceptor: Option<TlsAcceptor>, router: Router, slots: Arc<Slots>) {
     loop {
         match listener.accept().await {
@@ -111,7 +111,7 @@ async fn greet(stream: TcpStream, from: SocketAddr, acceptor: Option<TlsAcceptor
     // One that is gone already ends as soon as it is read.
     let _gone = stream.set_nodelay(true);
     let Some(acceptor) = acceptor else { return serve(stream, Peer::Tcp { from }, router, Some(slot)).await };
-    // Who does not speak TLS, or has a certificate of nobody, hears so from TLS itself.
+    // A client that does not speak TLS, or whose certificate is not known, is told by TLS itself.
     let Ok(stream) = acceptor.accept(stream).await else { return };
     let certificate = stream.get_ref().1.peer_certificates().and_then(|chain| chain.first()).map(fingerprint);
     serve(stream, Peer::Tls { from, certificate }, router, Some(slot)).await;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A connection whose other end has to take what is written to it: an answer that nobody reads holds its memory for a while only.
+//! A connection whose other end must read what is written to it: an unread answer holds its memory for a bounded time only.
 use std::io::{self, ErrorKind};
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};

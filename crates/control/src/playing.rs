@@ -31,7 +31,7 @@ pub trait Watcher {
     fn goes_on(&mut self) -> bool;
 }
 
-/// Nobody watches.
+/// A replay without a watcher.
 pub struct Unwatched;
 
 impl Watcher for Unwatched {
@@ -57,7 +57,7 @@ struct Player<'a> {
     said: Instant,
 }
 
-/// Plays the journal of a service that nobody can call yet. Errors: it was interrupted; with `strict`, all that failed.
+/// Plays the journal of a service before it accepts calls. Errors: it was interrupted; with `strict`, all that failed.
 pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dyn Watcher) -> Result<(), Refusals> {
     let (kept, suspended) = {
         let inner = journal.locked();

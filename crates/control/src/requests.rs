@@ -153,7 +153,7 @@ pub struct StreamFrame {
     /// Of `svvs` and `scope`: which.
     #[serde(default)]
     pub names: Vec<String>,
-    /// How often it is looked, ms of the wall clock, 10 at the least; of `statistics` and `installed` 100, of `scope` 1,000 at the most.
+    /// How often it is looked, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000.
     #[serde(default = "every_ms")]
     pub every_ms: u64,
     /// Of `svvs`: bytes in base64 instead of values.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The rest of a body that nobody read: it is taken before the answer leaves, so that a client that is still sending hears why it was refused
+//! The unread rest of a body: it is taken before the answer leaves, so that a client that is still sending hears why it was refused
 //! instead of finding its connection closed.
 use crate::calls::BODY_MAX;
 use axum::body::{Bytes, HttpBody};

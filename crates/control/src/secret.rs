@@ -5,7 +5,7 @@ use std::io::{Error, ErrorKind, Result};
 use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 
-/// Opens a file that nobody but its owner may read.
+/// Opens a file that only its owner may read.
 pub(crate) fn open(path: &Path) -> Result<File> {
     let file = File::open(path)?;
     let mode = file.metadata()?.mode() & 0o777;

@@ -183,7 +183,7 @@ impl Server {
         Server::start_watched(system, options, &mut Unwatched)
     }
 
-    /// The same, with somebody who hears what the journal comes to and may end its playing. It is played before anybody is answered.
+    /// The same, with a watcher that is told how the journal's replay goes and may end it. It is played before any request is answered.
     pub fn start_watched(system: Arc<System>, options: &Options, watcher: &mut dyn Watcher) -> Result<Server, Refusals> {
         if options.journal_strict && options.journal.is_none() {
             return Err(refuse("--journal-strict is given and there is no journal", "add --journal FILE"));
@@ -266,7 +266,7 @@ impl Server {
         crate::http::router(self.service.clone())
     }
 
-    /// Stops answering and removes the socket. Twice is once.
+    /// Stops answering and removes the socket. Idempotent.
     pub fn stop(&mut self) {
         if let Some(runtimes) = self.runtimes.take() {
             if let Some(socket) = &self.socket {

@@ -34,7 +34,7 @@ pub struct Service {
     pub page: Option<Page>,
     /// Requests of each caller.
     pub rates: Rates,
-    /// Requests that nobody was let in with, from each address.
+    /// Requests that were not admitted, by address.
     pub failures: Rates,
     pub lanes: Arc<Lanes>,
     pub doors: Doors,
@@ -149,7 +149,7 @@ impl Service {
         Ok(answer)
     }
 
-    /// A call of a verb in one request. Its instance is somebody's, and in the journal, before it starts.
+    /// A call of a verb in one request. Its instance has an owner, and is in the journal, before it starts.
     fn perform(&self, call: &Call, asked: &Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let (mut made, mut unrecorded) = (None, None);
         let answered = api::perform(&self.system, &asked_text(asked), asked.slice, |instance, start| {
@@ -212,7 +212,7 @@ impl Service {
         if call.subject == "recordings" {
             crate::records::place(self.records.as_deref(), call.name, &mut asked.arguments)?;
         }
-        // Before the start, so that an end which comes at once is not nobody's.
+        // Before the start, so that an end which comes at once has its owner.
         if let (Some(presence), "start", Some(instance)) = (presence, call.name, instance) {
             self.sessions.own(&presence.name, instance);
         }
@@ -237,7 +237,7 @@ impl Service {
         json!({ "result": result })
     }
 
-    /// Whose the instances are after a call, and what its session knows of them.
+    /// Updates the owners of instances after a call, and what its session knows of them.
     fn follow(&self, call: &Call, result: &Json, instance: Option<u64>, name: &str) {
         match (call.name, instance) {
             ("create" | "enable", _) => {
@@ -278,7 +278,7 @@ impl Service {
         self.drain();
         for instance in self.sessions.orphans() {
             let state = self.system.state(instance);
-            // One that has ended since the last look has a report by now, which is kept only as long as it is somebody's.
+            // One that has ended since the last look has a report by now, which is kept only as long as it has an owner.
             self.drain();
             if state == "deleted" || (matches!(state, "created" | "ended") && self.system.delete(instance).is_ok()) {
                 self.sessions.disown(instance);

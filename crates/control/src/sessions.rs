@@ -20,7 +20,7 @@ pub use answers::{Described, Holder, Kept, Listed, Opened, Reports, Returned};
 
 /// Sessions that are kept, alive and lost.
 pub const SESSIONS_MAX: usize = 64;
-/// Those of one caller: nobody fills the table for all.
+/// Maximum number of one caller, so that no caller can fill the table.
 pub const SESSIONS_EACH_MAX: usize = 24;
 /// Reports that are kept for each.
 pub const REPORTS_MAX: usize = 256;
@@ -36,7 +36,7 @@ struct Session {
     alive: bool,
     seen: Instant,
     lost_after: Duration,
-    /// Requests under way: nobody is silent who waits for an answer.
+    /// Requests under way: a client that waits for an answer does not count as silent.
     in_flight: usize,
     /// Connections that hold it, and whether one has broken.
     holds: usize,

@@ -73,7 +73,7 @@ impl Drop for Share {
 /// Callers that are remembered before those without a turn are forgotten.
 const REMEMBERED: usize = 64;
 
-/// How many requests of one caller are worked on at a time: the others wait for their turn, and so hold up nobody but themselves.
+/// How many requests of one caller are worked on at a time: the others wait for their turn, and so delay only that caller.
 pub(crate) struct Turns {
     each: usize,
     of: Mutex<HashMap<String, Arc<Semaphore>>>,

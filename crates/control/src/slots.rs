@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Slots of connections. A client that has not said who it is has a slot for a short time, and gives way to the next that
-//! comes; a client that is known keeps its slot. So nobody without a token can keep out somebody who has one.
+//! comes; a client that is known keeps its slot. So a client without a token cannot keep out one that has a token.
 use crate::caller::{Caller, Gate, Pass};
 use crate::failure::Failure;
 use api::Role;
@@ -13,7 +13,7 @@ use std::time::Duration;
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
-/// Connections of which nobody knows yet whose they are.
+/// Connections that have not authenticated yet.
 pub(crate) const STRANGERS_MAX: usize = 256;
 /// Those from one address.
 pub(crate) const STRANGERS_EACH_MAX: usize = 128;
@@ -31,7 +31,7 @@ const STOPS: usize = 16;
 /// Origins of connections that gave way which are told one by one.
 const ORIGINS_MAX: usize = 64;
 
-/// Whose a connection is.
+/// The caller of a connection.
 #[derive(Debug)]
 enum Standing {
     Stranger {
@@ -70,7 +70,7 @@ struct Table {
     gave_way: HashMap<Origin, u64>,
 }
 
-/// The slots of both listeners: nobody on the network takes one of the Unix socket.
+/// The slots of both listeners: connections from the network take none of the Unix socket's.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Doors {
     pub socket: Arc<Slots>,
@@ -193,7 +193,7 @@ impl Slots {
 }
 
 impl Slot {
-    /// A head has arrived of somebody who stays a stranger: it has its time anew.
+    /// A request arrived on a connection that is still not authenticated: its time begins anew.
     pub fn heard(&self) {
         if let Some(Held { standing: Standing::Stranger { until }, .. }) = self.slots.locked().held.get_mut(&self.number) {
             *until = Instant::now() + STRANGER_MAX;

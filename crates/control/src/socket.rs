@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The Unix socket: where it lies, and that nobody but its owner comes near it.
+//! The Unix socket: its path, and that only its owner can reach it.
 use model::refusal::{Class, Refusal, Refusals};
 use std::fs::{self, DirBuilder, Permissions};
 use std::io::ErrorKind;
@@ -24,7 +24,7 @@ fn refuse(class: Class, message: String, remedy: &str) -> Refusals {
     vec![Refusal::new(class, message).remedy(remedy)]
 }
 
-/// Listens at a path: the socket has mode 0600 before anybody can reach it. A socket that nobody serves any more is replaced. A folder
+/// Listens at a path: the socket has mode 0600 before another user can reach it. A socket that is not served any more is replaced. A folder
 /// that is not there is made with mode 0700; the default one must be ours, and closed to others.
 pub fn bind(path: &Path, is_default: bool) -> Result<UnixListener, Refusals> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -49,7 +49,7 @@ pub fn bind(path: &Path, is_default: bool) -> Result<UnixListener, Refusals> {
         Err(why) if why.kind() == ErrorKind::NotFound => {}
         Err(why) => return Err(failed(why)),
     }
-    // Made where nobody can enter, closed, and only then put into its place.
+    // Made in a folder closed to other users, restricted, and only then moved into its place.
     let private = folder.join(format!(".{}", std::process::id()));
     DirBuilder::new().mode(0o700).create(&private).map_err(failed)?;
     let hidden = private.join("s");

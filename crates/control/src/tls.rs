@@ -43,7 +43,7 @@ fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
     key.ok_or_else(|| wrong(format!("there is no private key in '{}'", path.display()), "give a PEM file"))
 }
 
-/// What accepts TLS connections. `client_ca`: who signs client certificates; `only_certificates`: nobody comes in without one.
+/// Returns the acceptor of TLS connections. `client_ca`: signs client certificates; `only_certificates`: a client must have one.
 pub fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let failed =

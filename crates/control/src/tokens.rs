@@ -75,22 +75,22 @@ impl Tokens {
         Ok(())
     }
 
-    /// Whose token it is.
+    /// The owner of the token.
     pub fn verify(&self, token: &str, now_s: u64) -> Result<Entry, Rejected> {
         self.verify_digest(digest(token), now_s)
     }
 
-    /// Whose token it is, by the SHA-256 of its text.
+    /// The owner of a token, by the SHA-256 of its text.
     pub fn verify_digest(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, Rejected> {
         self.find(&sha256, false, now_s)
     }
 
-    /// Whose certificate it is, by the SHA-256 of its DER.
+    /// The owner of a certificate, by the SHA-256 of its DER.
     pub fn verify_certificate(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, Rejected> {
         self.find(&sha256, true, now_s)
     }
 
-    /// Every entry is compared, whichever fits. A file that cannot be read any more lets nobody in.
+    /// Compares every entry, also after one that fits. A file that cannot be read any more admits no caller.
     fn find(&self, sha256: &[u8; 32], certificate: bool, now_s: u64) -> Result<Entry, Rejected> {
         let mut read = self.read.lock().expect("nobody panics with this lock");
         if self.refresh(&mut read).is_err() {
@@ -137,7 +137,7 @@ pub(crate) fn digest(token: &str) -> [u8; 32] {
     Sha256::digest(token.as_bytes()).into()
 }
 
-/// A token that nobody has had.
+/// Returns a new random token.
 fn random() -> io::Result<String> {
     let mut random = [0_u8; 32];
     getrandom::fill(&mut random).map_err(|why| io::Error::other(why.to_string()))?;
@@ -195,7 +195,7 @@ fn load(path: &Path) -> io::Result<Kept> {
     serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is no file of tokens: {why}", path.display())))
 }
 
-/// A new file takes the place of the old one, so that nobody reads half of it.
+/// A new file takes the place of the old one, so that no reader sees half of it.
 fn store(path: &Path, kept: &Kept) -> io::Result<()> {
     let new = path.with_extension(format!("new-{}", std::process::id()));
     let text = serde_json::to_string_pretty(kept).map_err(io::Error::other)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a system is, for somebody who connects to it.
+//! What a system is, for a client that connects to it.
 use crate::caller::Caller;
 use crate::code::target;
 use crate::service::Service;

@@ -35,11 +35,12 @@ impl Beside {
         Beside { kind: kind.to_owned(), services: driver.services(), counters: driver.counters() }
     }
 
-    /// Carries out a service, after its arguments were checked. It may wait, so it is called with no lock held.
+    /// Carries out a service, after its arguments were checked. It may wait, so it is called with no lock held. `is_stopped`: whether an emergency
+    /// stop is latched on this host.
     ///
     /// # Errors
-    /// No such service, a wrong argument, what the device refuses.
-    pub fn serve(&self, service: &str, arguments: &Value) -> Result<Value, Unserved> {
+    /// No such service, a wrong argument, what the device refuses; it moves the device, and an emergency stop is latched.
+    pub fn serve(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, Unserved> {
         let own = self.services.as_ref().and_then(|services| services.words());
         let words = own.unwrap_or_else(|| find(&self.kind).map(|of| of.services).unwrap_or_default());
         let checked = check_service(&self.kind, words, service, arguments).map_err(|why| match why {
@@ -49,7 +50,9 @@ impl Beside {
         let Some(services) = &self.services else {
             return Err(Unserved::Failed(format!("driver '{}' declares service '{service}', and carries out none", self.kind)));
         };
-        services.call(service, &checked).map_err(|why| Unserved::Failed(why.message))
+        let moves = words.iter().any(|word| word.name == service && word.moves);
+        let served = if moves { services.call_moving(service, &checked, is_stopped) } else { services.call(service, &checked) };
+        served.map_err(|why| Unserved::Failed(why.message))
     }
 
     /// What it has counted so far, by name.

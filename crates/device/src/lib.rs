@@ -62,7 +62,7 @@ pub use options::Given;
 pub use part::{Command, Part, Servo, UNLIMITED};
 pub use registry::{check, declarations, find, geometry, in_virtual_time, open, register, scan, try_options};
 pub use safe_handle::SafeHandle;
-pub use services::{Found, Scan, ServiceWord, Services, check_service};
+pub use services::{Found, Scan, ServiceWord, Services, check_service, under_a_stop};
 pub use shapes::{Body, Geometry, Joint, JointKind, Mesh, Shape};
 pub use told::Told;
 pub use types::{Number, Type};

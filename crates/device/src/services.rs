@@ -32,6 +32,25 @@ pub trait Services: Send + Sync {
     /// # Errors
     /// What the device or the driver refuses, for people.
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError>;
+
+    /// Carries out a service that moves the device. `is_stopped`: whether an emergency stop is latched; `safe_state` is called after it says so.
+    ///
+    /// A stop may come while it is under way. One that asks something of the next `write` counts the calls of `safe_state`: it takes their number,
+    /// looks at `is_stopped`, and `write` begins nothing that was asked under another number. Default: a look, then [`Services::call`].
+    ///
+    /// # Errors
+    /// As [`Services::call`]; an emergency stop is latched.
+    fn call_moving(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
+        if is_stopped() {
+            return Err(under_a_stop(service));
+        }
+        self.call(service, arguments)
+    }
+}
+
+/// Why a service that moves its device is not carried out while an emergency stop is latched.
+pub fn under_a_stop(service: &str) -> DeviceError {
+    DeviceError { message: format!("service '{service}' moves the machine, and an emergency stop is latched: remove its cause and reset it first") }
 }
 
 /// A device that a search found.

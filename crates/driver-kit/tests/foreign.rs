@@ -175,6 +175,10 @@ const char *lift_service(struct lift *self, opengpac_host *host, const char *nam
     driver_kit::lend();
     let services = device::find(&kind).expect("it declares itself").services;
     assert_eq!(services.iter().map(|of| (of.name, of.moves, of.arguments.len())).collect::<Vec<_>>(), [("look", false, 0), ("home", true, 1)]);
+    let (driver, _) = open(&kind, &json!({})).expect("it has no options");
+    let services = driver.services().expect("it has two");
+    assert!(services.call_moving("home", &json!({}), &|| false).is_ok_and(|answer| answer.is_null()));
+    assert!(services.call_moving("home", &json!({}), &|| true).is_err_and(|why| why.message == device::under_a_stop("home").message));
 }
 
 #[test]

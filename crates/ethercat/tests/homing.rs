@@ -81,6 +81,19 @@ fn what_cannot_be_home_is_named() {
 }
 
 #[test]
+fn under_a_latched_stop_nothing_goes_home() {
+    let mut rig = rig();
+    let services = rig.driver.services().expect("services");
+    let refused = services.call_moving("home", &json!({ "axis": "x", "method": 35 }), &|| true).unwrap_err().message;
+    assert_eq!(refused, format!("axis 'x': {}", device::under_a_stop("home").message));
+    rig.exchange(&[]).unwrap();
+    rig.driver.safe_state();
+    rig.exchange(&[]).unwrap();
+    assert_eq!((rig.bytes("x.homing"), rig.status("x")), (&[0][..], SWITCH_ON_DISABLED), "it was not asked");
+    assert_eq!(home(&mut rig, json!({ "axis": "x", "method": 35 }), idle), Ok(Value::Null));
+}
+
+#[test]
 fn a_stop_a_fault_a_limit_of_time_and_a_lost_device_end_it() {
     let slowly = json!({ "axis": "x", "method": 18, "speed": 0.01 });
     let begun = |rig: &mut Rig| {

@@ -1,5 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Waiting on a word, and waking who waits on it: what a source sleeps on between firings.
+//! Waiting on a word, and waking who waits on it: what a source sleeps on between firings, and the supervisor between events.
+//!
+//! | who | does | never |
+//! |---|---|---|
+//! | a ringer (`ring`, `tell`) | counts, then looks whether anyone attends and the sleeper sleeps; one system call at most | waits |
+//! | the sleeper (`sleep`) | says that it sleeps, then looks at the count | sleeps through a `ring` |
+//! | one that attends (`attend`, `leave`) | says that it is gone, then looks at the count | leaves a `tell` that it has not seen |
+//!
+//! Each writes its own word before it reads that of the others, all in one order (SeqCst): of two, at least one sees the other.
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A bell: a word that counts what happened, and whether somebody sleeps until it changes. One sleeper, any number of ringers.
@@ -7,6 +15,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 pub struct Bell {
     rings: AtomicU32,
     asleep: AtomicU32,
+    /// Threads that look at the count in the sleeper's place.
+    attending: AtomicU32,
+    /// A `tell` left the sleeper asleep, and no thread has left since.
+    owed: AtomicU32,
 }
 
 impl Bell {
@@ -34,6 +46,42 @@ impl Bell {
         self.wake();
     }
 
+    /// Counts, and wakes the sleeper unless a thread attends in its place. Real-time safe.
+    pub fn tell(&self) {
+        self.mark();
+        if self.attending.load(Ordering::SeqCst) == 0 {
+            self.wake();
+        } else {
+            self.owed.store(1, Ordering::SeqCst);
+        }
+    }
+
+    /// From now on this thread looks at the count in the sleeper's place, until it calls `leave`. A thread that may be kept from looking needs
+    /// another one to `remind`.
+    pub fn attend(&self) {
+        self.attending.fetch_add(1, Ordering::SeqCst);
+    }
+
+    /// Ends `attend` for a thread that has looked at everything up to `seen`: what came later wakes the sleeper.
+    pub fn leave(&self, seen: u32) {
+        self.attending.fetch_sub(1, Ordering::SeqCst);
+        self.owed.store(0, Ordering::SeqCst);
+        if self.rings() != seen {
+            self.wake();
+        }
+    }
+
+    /// Whether a `tell` left the sleeper asleep, and no thread has left since. Real-time safe.
+    pub fn is_owed(&self) -> bool {
+        self.owed.load(Ordering::Relaxed) != 0
+    }
+
+    /// Wakes the sleeper though a thread attends.
+    pub fn remind(&self) {
+        self.owed.store(0, Ordering::SeqCst);
+        self.wake();
+    }
+
     /// Sleeps until something has happened since `seen`, or until `until_ns` of CLOCK_MONOTONIC. May return early.
     pub fn sleep(&self, seen: u32, until_ns: Option<i64>) {
         self.asleep.store(1, Ordering::SeqCst);
@@ -45,5 +93,92 @@ impl Bell {
             unsafe { libc::syscall(libc::SYS_futex, self.rings.as_ptr(), operation, seen, time, 0, u32::MAX) };
         }
         self.asleep.store(0, Ordering::SeqCst);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::thread;
+
+    /// Runs `act` while another thread sleeps on the bell, and waits until that is awake again.
+    fn wakes(bell: &Bell, act: impl FnOnce()) {
+        thread::scope(|scope| {
+            scope.spawn(|| bell.sleep(bell.rings(), None));
+            while bell.asleep.load(Ordering::SeqCst) == 0 {
+                thread::yield_now();
+            }
+            act();
+        });
+    }
+
+    #[test]
+    fn a_thread_that_attends_owes_the_sleeper_what_it_has_not_seen() {
+        let bell = Bell::default();
+        bell.attend();
+        bell.tell();
+        assert!(bell.is_owed());
+        bell.leave(bell.rings());
+        assert!(!bell.is_owed(), "it has seen all");
+        bell.tell();
+        assert!(!bell.is_owed(), "no thread attends");
+        bell.attend();
+        let seen = bell.rings();
+        wakes(&bell, || {
+            bell.tell();
+            bell.leave(seen);
+        });
+        assert!(!bell.is_owed());
+    }
+
+    #[test]
+    fn a_reminder_wakes_the_sleeper_though_a_thread_attends() {
+        let bell = Bell::default();
+        bell.attend();
+        bell.tell();
+        wakes(&bell, || {
+            // More than once: the sleeper may be on its way into its system call.
+            while bell.asleep.load(Ordering::SeqCst) != 0 {
+                bell.remind();
+                thread::yield_now();
+            }
+        });
+        assert!(!bell.is_owed());
+        bell.leave(bell.rings());
+    }
+
+    #[test]
+    fn nothing_is_slept_through_however_threads_attend_and_leave() {
+        const TELLS: u32 = 20_000;
+        let (bell, taken) = (Bell::default(), AtomicU32::new(0));
+        let take = |seen: u32| taken.fetch_max(seen, Ordering::SeqCst);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                loop {
+                    let seen = bell.rings();
+                    take(seen);
+                    if seen == TELLS {
+                        break;
+                    }
+                    bell.sleep(seen, None);
+                }
+            });
+            scope.spawn(|| (0..TELLS).for_each(|_| bell.tell()));
+            for _ in 0..2 {
+                scope.spawn(|| {
+                    while taken.load(Ordering::SeqCst) != TELLS {
+                        bell.attend();
+                        let seen = bell.rings();
+                        if seen == TELLS {
+                            // The sleeper is to see it too.
+                            bell.leave(seen.wrapping_sub(1));
+                            break;
+                        }
+                        bell.leave(seen);
+                    }
+                });
+            }
+        });
+        assert_eq!(bell.rings(), TELLS);
     }
 }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The kernel of one source. Its own thread alone touches it; under the virtual clock, the one thread.
 pub struct Kernel {
     pub source: Arc<Source>,
-    pub(crate) shared: Arc<Shared>,
+    pub shared: Arc<Shared>,
     pub table: Box<Table>,
     pub(crate) teller: Teller,
     /// Number of the last firing. Scripts switch intervals on from the next.
@@ -114,7 +114,7 @@ impl Kernel {
         self.told |= self.teller.tell_lost(&self.shared.serials);
         if self.told {
             self.told = false;
-            self.shared.supervisor.ring();
+            self.shared.supervisor.tell();
         }
     }
 }

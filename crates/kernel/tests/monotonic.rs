@@ -66,6 +66,27 @@ fn an_idle_source_carries_out_scripts_at_once() {
 }
 
 #[test]
+fn what_is_told_reaches_a_parked_supervisor_though_a_thread_attends_that_never_looks() {
+    let host = monotonic_host();
+    let year_ns = 365 * 24 * 3_600_000_000_000;
+    let sources = [software("soft", 50), timer("slow", year_ns, 50), timer("fast", 200_000, 50)].map(|spec| host.add_source(spec).unwrap());
+    host.attend();
+    for source in sources.into_iter().cycle().take(60) {
+        host.submit(source, script(vec![]));
+        loop {
+            let seen = host.rings();
+            if host.poll().is_some() {
+                break;
+            }
+            // Without end where the source does not remind of what it has told.
+            host.park_since(seen, None);
+        }
+    }
+    host.stop_attending(host.rings());
+    host.close();
+}
+
+#[test]
 fn unpark_wakes_a_parked_supervisor() {
     let host = monotonic_host();
     // Read before anything is looked at: what comes meanwhile, before the poll too, wakes it.

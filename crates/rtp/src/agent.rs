@@ -155,7 +155,7 @@ impl Agent {
     }
 
     fn say(&self, news: &News) {
-        // Where nobody hears it, `receive` says so next.
+        // If the link is broken, the next `receive` says so.
         let _heard = self.shared.link.send(&frame(news));
     }
 
@@ -272,7 +272,7 @@ impl Agent {
         for source in raised.into_iter().filter(|source| source.0 < self.count) {
             let link = self.shared.link.clone();
             let request = move || {
-                // Where nobody hears it, `receive` says so next.
+                // If the link is broken, the next `receive` says so.
                 let _heard = link.send(&frame(&News::Raised { source }));
             };
             self.shared.host.pass_on(source, Box::new(request)).map_err(|why| format!("a thread cannot be started: {why}"))?;
@@ -310,13 +310,13 @@ impl Agent {
         let Some(beside) = locked(&self.shared.besides).get(device).cloned() else {
             return self.answer(ticket, Answer::Refused(format!("device '{device}' is not open there")));
         };
-        let link = self.shared.link.clone();
+        let (link, stop) = (self.shared.link.clone(), self.stop.clone());
         let carry_out = move || {
             let served = serde_json::from_str(&arguments)
                 .map_err(|why| Unserved::Arguments(format!("the arguments of service '{service}' are no JSON: {why}")))
-                .and_then(|arguments| beside.serve(&service, &arguments));
+                .and_then(|arguments| beside.serve(&service, &arguments, &|| stop.load(Ordering::Acquire)));
             let answer = Answer::Served(served.map(|answer| answer.to_string()));
-            // Where nobody hears it, `receive` says so next.
+            // If the link is broken, the next `receive` says so.
             let _heard = link.send(&frame(&News::Answer { ticket, answer }));
         };
         if let Err(why) = std::thread::Builder::new().name("service".into()).spawn(carry_out) {

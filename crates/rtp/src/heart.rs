@@ -20,7 +20,8 @@ pub const BEAT: Duration = Duration::from_millis(20);
 const STUCK_NS: i64 = 1_000_000_000;
 const STUCK_PERIODS: i64 = 10;
 
-/// Of a processor, until it ends. Where nobody watches it any more, every output is safe from the next firing on, and the heart beats no more.
+/// Runs the heart of a processor until that ends. When the guard that watched it is gone, every output is safe from the next firing on, and
+/// the heart stops.
 pub(crate) fn run(shared: &Shared, terms: &Terms) {
     runtime::take_for_heart();
     let mut firings = Firings::default();

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | the one that calls `serve` | takes what comes: scripts, questions, modules, devices |
 //! | `tells` | sends events as they are made, and every 20 ms how sources, connections and devices stand |
-//! | `heart` | beats for the guard while the sources serve; it waits for nobody |
+//! | `heart` | beats for the guard while the sources serve; it never waits |
 //! | one a source | its kernel |
 //!
 //! It knows no verb, no supervisor and no Python.

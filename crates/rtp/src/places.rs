@@ -22,7 +22,7 @@ pub trait Places: Send + Sync {
     /// What keeps it from starting, in words.
     fn process(&self, name: &str, bounds: &Bounds) -> Result<Started, String>;
 
-    /// Guards this process itself, for a processor that is threads of it; `lost_after`: how long it may stand still, where somebody said so.
+    /// Guards this process itself, for a processor that is threads of it; `lost_after`: how long it may stand still, where that was configured.
     ///
     /// # Errors
     /// There is no guard, in words.
@@ -65,7 +65,7 @@ pub trait Held: Send + Sync {
 pub struct Bounds {
     /// Of the processor, in a process of this host: it is ended where its heart stands still for so long; none: as long as its guard finds right.
     pub lost_after: Option<Duration>,
-    /// Of who commands it, where it is gone: what goes on without it waits so long for somebody who takes it over.
+    /// How long, after its commander is gone, what goes on waits for a supervisor that takes it over.
     pub patience: Duration,
     /// Of who commands it, where it only stands still: it counts as gone then.
     pub silence: Duration,
@@ -80,7 +80,7 @@ impl Default for Bounds {
 /// Tells people: kind, about what, text.
 pub type Tell = Box<dyn Fn(&'static str, &str, String) + Send + Sync>;
 
-/// A processor that runs, and nobody has greeted yet.
+/// A processor that runs and has not been greeted yet.
 pub struct Started {
     /// To it.
     pub link: Arc<dyn Link>,

@@ -169,7 +169,7 @@ impl Processor {
     /// The next source of the system; `here`: it runs there.
     ///
     /// # Errors
-    /// In words: it cannot be started, or nobody answers.
+    /// In words: it cannot be started, or it does not answer.
     pub fn add_source(&self, source: SourceId, spec: &SourceSpec, here: bool) -> Result<(), String> {
         locked(&self.sources).push((source, spec.clone(), here));
         self.tell_source(spec.clone(), here)
@@ -185,7 +185,7 @@ impl Processor {
     /// Makes sure that a module's code is there.
     ///
     /// # Errors
-    /// In words: it is of another architecture, damaged, or nobody answers.
+    /// In words: it is of another architecture, damaged, or it does not answer.
     pub fn ensure(&self, module: &Module) -> Result<(), String> {
         let key = module.key().to_owned();
         if key == module::LIBRARY || locked(&self.wire).modules.contains(&key) {
@@ -204,7 +204,7 @@ impl Processor {
     /// Opens a device there.
     ///
     /// # Errors
-    /// In words: what the driver says, or nobody answers.
+    /// In words: what the driver says, or it does not answer.
     pub fn open(&self, device: &str, kind: &str, options: &str) -> Result<Opened, String> {
         let (device, kind, options) = (device.to_owned(), kind.to_owned(), options.to_owned());
         match self.ask(ANSWER, |ticket| Order::Open { ticket, device, kind, options })? {
@@ -217,7 +217,7 @@ impl Processor {
     /// Carries out a service of a driver there; arguments and answer are JSON. It lasts as long as the driver takes.
     ///
     /// # Errors
-    /// Why it was not carried out, or nobody answers.
+    /// Why it was not carried out, or it does not answer.
     pub fn service(&self, device: &str, service: &str, arguments: &str) -> Result<String, Unserved> {
         let (device, service, arguments) = (device.to_owned(), service.to_owned(), arguments.to_owned());
         match self.ask(SERVICE, |ticket| Order::Service { ticket, device, service, arguments }) {
@@ -256,7 +256,7 @@ impl Processor {
     /// What ran there without a supervisor goes on in what this side has made there since. None where nothing did.
     ///
     /// # Errors
-    /// In words: it must not go on, or nobody answers.
+    /// In words: it must not go on, or it does not answer.
     pub fn take_over(&self) -> Result<Option<TakenOver>, String> {
         if !self.is_adopted() {
             return Ok(None);

@@ -44,10 +44,10 @@ pub enum Order {
     Farewell { process: u64, source: SourceId, parcel: Option<Parcel> },
     /// Its end.
     NoFarewell { process: u64, source: SourceId },
-    /// Who commands is there: sent where nothing else is.
+    /// The commander lives: sent where it has nothing else to send.
     Alive,
-    /// How long who commands may say nothing before it counts as lost (`silence_ms`), and how long what goes on then waits for somebody who
-    /// commands anew (`ms`).
+    /// How long the commander may be silent before it counts as lost (`silence_ms`), and how long what goes on then waits for the next
+    /// commander (`ms`).
     Patience { ms: u64, silence_ms: u64 },
     /// The end: devices safe, everything closed; of one that has taken nothing over, what runs goes on.
     Close,
@@ -96,7 +96,7 @@ pub struct TakenOver {
     pub carried: Vec<String>,
     /// Blocks that begin anew, by label, each with the reason in words.
     pub anew: Vec<(String, String)>,
-    /// Blocks that ran and that nobody has started again: they have ended.
+    /// Blocks that ran and were not started again: they have ended.
     pub ended: Vec<String>,
     /// From the last write of a device before to its first write after, ns; of the device with the longest. None where none was written.
     pub gap_ns: Option<i64>,

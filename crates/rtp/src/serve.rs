@@ -8,11 +8,11 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Status of a process that nobody commanded any more.
+/// Exit status of a process that lost its commander.
 const LEFT: i32 = 3;
 
 /// Serves until the other side closes it, or is gone and what runs here has had its farewell: then devices are safe and everything is
-/// closed. Somebody else may come and take it over before that.
+/// closed. Another supervisor may take it over before that.
 ///
 /// # Errors
 /// In words: no greeting, another version, orders that cannot be understood.
@@ -45,7 +45,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     }
 }
 
-/// Waits for somebody who commands what goes on from now on. Errors: nobody has come as long as its patience lasts.
+/// Waits for a supervisor that commands what goes on from now on. Errors: none came within its patience.
 fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent, Box<Agent>> {
     let until = Instant::now() + agent.patience;
     while agent.goes_on {
@@ -74,7 +74,7 @@ fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent
     Err(Box::new(agent))
 }
 
-/// Lets somebody in. Errors: it is gone again, and what runs goes on.
+/// Greets a supervisor. Errors: it is gone again, and what runs goes on.
 fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> {
     let terms = agent.terms.clone();
     let Ok(admitted) = caller.admit() else { return Err(Box::new(agent)) };

@@ -31,7 +31,7 @@ pub struct Service {
     pub reaches: Reaches,
     /// Where sources say which block runs, and how many bytes there are: zero, on a cache line, for as long as the process lives.
     pub black_box: Option<BlackBox>,
-    /// Where a new supervisor knocks, for a process that goes on without one for a while; none: nobody can take it over.
+    /// Where a new supervisor knocks, for a process that goes on without one for a while; none: it cannot be taken over.
     pub door: Option<Box<dyn Door>>,
     /// The supervisor that commands it.
     pub terms: Terms,
@@ -47,7 +47,7 @@ pub struct Terms {
     pub device: OnDevice,
     /// Called as long as the kernels here serve, every 20 ms.
     pub beat: Arc<dyn Fn() + Send + Sync>,
-    /// Whether nobody watches it any more; never, where nobody has to.
+    /// Whether the guard that watched it is gone; false where it needs none.
     pub unwatched: Unwatched,
     /// How the heart rests between two beats.
     pub rests: Rests,
@@ -68,14 +68,14 @@ pub struct BlackBox {
 // SAFETY: an address that the one who serves hands to its host.
 unsafe impl Send for BlackBox {}
 
-/// Where nobody sees who commands die before its link breaks.
+/// For places where the death of the commander shows only by its broken link.
 fn rest(span: Duration) -> bool {
     std::thread::sleep(span);
     false
 }
 
 impl Service {
-    /// One that stands alone: no connections, and nobody who takes it over.
+    /// A service without connections that cannot be taken over.
     pub fn new(terms: Terms) -> Service {
         Service { reaches: Reaches::default(), black_box: None, door: None, terms }
     }
@@ -89,13 +89,13 @@ impl Terms {
     }
 }
 
-/// Where somebody knocks who wants to command this processor from now on.
+/// Where a supervisor that wants to command this processor announces itself.
 pub trait Door: Send {
     /// Who knocks, waiting for at most `limit`.
     fn wait(&mut self, limit: Duration) -> Option<Box<dyn Caller>>;
 }
 
-/// Somebody who wants to command this processor.
+/// A supervisor that wants to command this processor.
 pub trait Caller: Send {
     /// Turns it away; `why`: in words.
     fn refuse(self: Box<Self>, why: &str);

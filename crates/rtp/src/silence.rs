@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long a side has said nothing, as one that looks now and then can know it.
+//! How long the other side has been silent, as far as this side, which looks now and then, can know.
 use std::time::{Duration, Instant};
 
-/// Between two looks there is at most so much: what is more is time in which this side, or the whole machine, stood still, and for which it
-/// blames nobody.
+/// Maximum time that counts between two looks: in the time beyond it this side, or the whole machine, stood still, which is not silence of
+/// the other side.
 const LOOK_MAX: Duration = Duration::from_millis(250);
 
 /// How long the other side has said nothing.

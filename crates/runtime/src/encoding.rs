@@ -3,7 +3,7 @@
 //!
 //! The supervisor builds tables and scripts of blocks, cells and connections as for a source of its own; these objects are only kept
 //! there. [`Writer`] gives each of them a number when a script names it for the first time, and describes it once; [`Reader`] makes it
-//! where the source runs. What is held by nobody any more is forgotten on both sides. Memory is sent as it is before anything
+//! where the source runs. What is not referenced any more is dropped on both sides. Memory is sent as it is before anything
 //! runs; addresses never travel: each side has its own.
 //!
 //! Whatever the bytes are, [`Reader`] makes an error of what does not fit together, and touches nothing outside what it made.
@@ -157,7 +157,7 @@ enum Made {
         kind: Number,
         raises: SourceId,
     },
-    /// Nobody holds these any more.
+    /// Objects that are not referenced any more.
     Forget {
         numbers: Vec<u64>,
     },
@@ -253,7 +253,7 @@ impl EventAs {
         }
     }
 
-    /// As an event here; `script` gives the script that was submitted under a number. None for an acknowledgement of one that nobody submitted,
+    /// As an event here; `script` gives the script that was submitted under a number. None for an acknowledgement of one that was never submitted,
     /// and for what only a host tells itself.
     pub fn event(self, script: impl FnOnce(u64) -> Option<Box<kernel::Script>>) -> Option<Event> {
         match self {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A device that one host runs and another one is about to take over, in one process.
 //!
-//! The heir has images of its own: it sees what the device read last, and what blocks store for it reaches nobody. When the host that
+//! The heir has images of its own: it sees what the device read last, and what blocks store for it has no effect. When the host that
 //! runs the device has ended, the heir's own source takes over driver and last outputs between two firings, and nothing was made safe
 //! in between.
 use crate::remote_device;

@@ -54,7 +54,7 @@ pub struct Heritage {
     times: Vec<(Arc<Process>, Arc<Process>, SourceId)>,
     devices: Vec<Arc<Device>>,
     ahead_ns: i64,
-    /// What is to be freed elsewhere. Never locked: a script is shared, this is not.
+    /// What another thread is to free. Never locked: a script is shared, this is not.
     left: Mutex<Vec<Box<dyn View>>>,
     is_done: Arc<AtomicBool>,
 }
@@ -113,7 +113,7 @@ impl Heritage {
         self.is_done.clone()
     }
 
-    /// Carries it out where no source has the devices: nobody else touches them.
+    /// Carries it out where no source has the devices, so that no other thread touches them.
     ///
     /// # Safety
     /// No kernel has `device` in its table, and the host of the device before has ended.

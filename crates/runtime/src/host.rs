@@ -72,7 +72,7 @@ struct BlackBox {
     left: usize,
 }
 
-// SAFETY: an address; its giver promised that nobody else writes there.
+// SAFETY: an address; the caller promised that nothing else writes there.
 unsafe impl Send for BlackBox {}
 
 impl BlackBox {
@@ -82,7 +82,7 @@ impl BlackBox {
     }
 }
 
-/// The least default time budget of a firing.
+/// Minimum of the default time budget of a firing.
 const BUDGET_MIN_NS: i64 = 100_000_000;
 
 impl Host {
@@ -179,10 +179,10 @@ impl Host {
     }
 
     /// From now on sources say in `memory` which step runs, one behind the other in the order in which they are made, each in
-    /// [`BLACK_BOX_LEN`] bytes: so that it can be read when this process is gone. Sources that find no room say it to nobody.
+    /// [`BLACK_BOX_LEN`] bytes: so that it can be read when this process is gone. Sources that find no room there keep it in memory of their own.
     ///
     /// # Safety
-    /// The memory is zero, starts on a cache line, stays as long as the process, and nobody else writes there.
+    /// The memory is zero, starts on a cache line, stays as long as the process, and nothing else writes there.
     pub unsafe fn set_black_box(&self, memory: *mut u8, len: usize) {
         *self.black_box.lock().expect("nobody panics with the lock held") = Some(BlackBox { memory, left: len / BLACK_BOX_LEN });
     }
@@ -259,7 +259,7 @@ impl Host {
         self.end(false);
     }
 
-    /// Stops all sources and joins the threads; the devices stay as they are, for an heir. Where nobody holds one any more it is safe and closed.
+    /// Stops all sources and joins the threads; the devices stay as they are, for an heir. A device without another holder is made safe and closed.
     pub fn leave(&self) {
         self.end(true);
     }

@@ -12,6 +12,7 @@ mod heritage;
 mod host;
 mod locked;
 mod relay;
+mod reminder;
 mod remote;
 pub mod remote_device;
 mod remote_sources;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Locks that nobody panics with.
+//! Locks of threads that do not panic while they hold one.
 use std::sync::{Mutex, MutexGuard};
 
 pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 use std::thread::JoinHandle;
 
-/// How often groups, of which nobody tells that they came, and rows that found no room are looked for, ns.
+/// Period at which it polls for groups, whose arrival is not signalled, and for rows that found no room, ns.
 const LOOK_NS: i64 = 1_000_000;
 
 /// Behind every source and before ordinary programs, where the right is given.

@@ -17,7 +17,7 @@ pub(crate) struct RemoteSources {
     last_way: AtomicU64,
     /// Processes with sources there.
     processes: Mutex<HashMap<u64, Reaching>>,
-    /// How many of them somebody held when they were looked through last.
+    /// Number of them that were referenced at the last search.
     held: AtomicUsize,
     /// What came from there: (order among the events of the host, event).
     told: Mutex<VecDeque<(u64, Event)>>,
@@ -126,7 +126,7 @@ impl RemoteSources {
     }
 }
 
-/// Below this many processes none is looked for that nobody holds.
+/// Below this number of processes it does not search for unreferenced ones.
 const PROCESSES_MIN: usize = 256;
 
 /// Whether both are one place.

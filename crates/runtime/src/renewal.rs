@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// One of the two steps.
 pub struct Renewal {
     device: Arc<Device>,
-    /// Whose driver it gets, and who gets that which it had. None where a record is played.
+    /// The device whose driver it gets, and which gets its own in return. None where a record is played.
     by: Option<Arc<Device>>,
     /// The device is no longer lost.
     is_open: bool,
@@ -46,7 +46,7 @@ impl Renewal {
         (Renewal { device: device.clone(), by: Some(empty), is_open: false, is_done }, retired)
     }
 
-    /// The driver of `fresh`, which nobody else has, serves the device from now on.
+    /// Lets the driver of `fresh`, which must have no other user, serve the device from now on.
     ///
     /// # Errors
     /// Its channels are others, in words.

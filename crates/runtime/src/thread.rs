@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A source under the monotonic clock: a thread that waits for its releases and requests.
+use crate::reminder::Reminder;
 use crate::rights;
 use kernel::clock::monotonic_ns;
 use kernel::counters::add;
@@ -29,8 +30,10 @@ pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
         None => software(&mut kernel, epoch_ns),
     }
     kernel.carry_out_all(monotonic_ns() - epoch_ns);
+    // From here on it reminds of nothing any more.
+    kernel.shared.supervisor.remind();
     if kernel.source.is_lost.load(Ordering::Acquire) {
-        // Its devices are safe. What a thread does at its end may need a lock that it holds itself: nobody waits for it.
+        // Its devices are safe. What a thread does at its end may need a lock that it holds itself, so its end is not waited for.
         loop {
             // SAFETY: a wait.
             unsafe { libc::pause() };
@@ -43,9 +46,10 @@ pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
 fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
     let mut next = (monotonic_ns() - epoch_ns) / period_ns + 1;
     kernel.firing = next as u64 - 1;
+    let mut reminder = Reminder::default();
     while !kernel.source.closing.load(Ordering::Acquire) {
         let release_ns = next * period_ns;
-        if !wait(kernel, epoch_ns, release_ns, spins) {
+        if !wait(kernel, &mut reminder, epoch_ns, release_ns, spins) {
             continue;
         }
         let now_ns = monotonic_ns() - epoch_ns;
@@ -64,12 +68,16 @@ fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
 
 /// Each request is one firing.
 fn software(kernel: &mut Kernel, epoch_ns: i64) {
+    let mut reminder = Reminder::default();
     while !kernel.source.closing.load(Ordering::Acquire) {
         let seen = kernel.source.bell().rings();
         let now_ns = monotonic_ns() - epoch_ns;
+        // Before anything is told anew: what was owed in an earlier firing may have been looked at since.
+        reminder.look(&kernel.shared.supervisor, now_ns);
         kernel.carry_out_all(now_ns);
+        let remind_ns = reminder.look(&kernel.shared.supervisor, now_ns);
         if kernel.source.requests.pending.load(Ordering::SeqCst) == 0 {
-            kernel.source.bell().sleep(seen, None);
+            kernel.source.bell().sleep(seen, remind_ns.map(|at_ns| epoch_ns + at_ns));
             continue;
         }
         let requested_ns = kernel.source.requests.since_ns.swap(now_ns as u64, Ordering::SeqCst) as i64;
@@ -87,16 +95,19 @@ fn fire(kernel: &mut Kernel, number: u64, release_ns: i64, now_ns: i64, epoch_ns
 }
 
 /// Waits for the release; carries out scripts meanwhile. False when it was woken before.
-fn wait(kernel: &mut Kernel, epoch_ns: i64, release_ns: i64, spins: bool) -> bool {
+fn wait(kernel: &mut Kernel, reminder: &mut Reminder, epoch_ns: i64, release_ns: i64, spins: bool) -> bool {
     let sleep_until_ns = release_ns - if spins { SPIN_NS } else { 0 };
     let seen = kernel.source.bell().rings();
     let now_ns = monotonic_ns() - epoch_ns;
+    // Before anything is told anew: what was owed in an earlier firing may have been looked at since.
+    reminder.look(&kernel.shared.supervisor, now_ns);
     if now_ns >= release_ns {
         return true;
     }
     kernel.carry_out_all(now_ns);
+    let remind_ns = reminder.look(&kernel.shared.supervisor, now_ns).unwrap_or(i64::MAX);
     if now_ns < sleep_until_ns {
-        kernel.source.bell().sleep(seen, Some(epoch_ns + sleep_until_ns));
+        kernel.source.bell().sleep(seen, Some(epoch_ns + sleep_until_ns.min(remind_ns)));
         return false;
     }
     while monotonic_ns() - epoch_ns < release_ns {

@@ -76,7 +76,7 @@ struct Scripts {
     last: u64,
     entries: VecDeque<Entry>,
     is_broken: bool,
-    /// Nobody takes what comes any more.
+    /// The reader is gone: what comes is dropped.
     is_abandoned: bool,
 }
 

@@ -8,7 +8,7 @@
 //! What was not chosen runs after it. So a preempted firing is exactly a stack of calls, and every interleaving at these points
 //! comes with some seed.
 //!
-//! A firing whose end lies behind the time to which the clock may go *stands*: its steps have run, and nobody sees anything of it until
+//! A firing whose end lies behind the time to which the clock may go *stands*: its steps have run, and nothing of it is visible until
 //! the clock comes to its end: its image is as it was before. Scripts for its source wait until then, but for readings, and so does what
 //! cannot preempt it.
 use kernel::Table;

@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, RwLock};
 use std::time::Duration;
 
-/// How often it looks: a tenth of the least default budget.
+/// Period of its looks: a tenth of the minimum default budget.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
 /// A priority above that of every source: a runaway block at a real-time priority must not keep the watchdog from its core.
 const PRIORITY: u8 = 99;
 
 pub(crate) struct Watchdog {
-    /// Whom it tells.
+    /// The host whose supervisor it wakes.
     shared: Arc<Shared>,
     sources: RwLock<Vec<Arc<Source>>>,
     closing: AtomicBool,

@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
-/// Errands at a time, those that nobody has asked about since they ended included.
+/// Maximum number of errands, including ended ones whose answer has not been taken.
 const ERRANDS_MAX: usize = 64;
 
 /// What is being carried out.
@@ -28,7 +28,7 @@ pub(crate) struct Errand {
 }
 
 impl Errands {
-    /// A new errand, and its number; where there are too many, those go whose answer nobody has taken.
+    /// Adds an errand and returns its number; where there are too many, ended ones whose answer was not taken are dropped.
     pub fn begin(&mut self, of: String, what: String) -> Result<(u64, Arc<Errand>), Refusals> {
         if self.out.len() >= ERRANDS_MAX {
             self.out.retain(|_, errand| !errand.is_over());

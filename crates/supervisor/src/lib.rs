@@ -9,6 +9,7 @@
 //! connections lie. `lifecycle`: a verb instance as it is kept. `observation`, `safety`, `remote`: the state of each of these. `carrying`:
 //! movements carried out. `core`: all of that under one lock. `protection`, `course`, `handover`: what happens to it. `calls`: what a
 //! programming system calls.
+mod attending;
 mod calls;
 mod carrying;
 mod copied;

@@ -53,7 +53,7 @@ impl<T> Precedence<T> {
         self.sound().expect("nobody panics while the supervisor works")
     }
 
-    /// The core, locked; none where somebody panicked with it.
+    /// The core, locked; none where a thread panicked while it held the lock.
     pub fn sound(&self) -> Option<Locked<'_, T>> {
         // Neither of these guards anything that a panic could leave half done.
         let turn = (!STOPS.get()).then(|| self.turn.lock().unwrap_or_else(PoisonError::into_inner));
@@ -62,7 +62,7 @@ impl<T> Precedence<T> {
         Some(Locked { core, _turn: turn })
     }
 
-    /// Whether somebody panicked with the core.
+    /// Whether a thread panicked while it held the core.
     pub fn is_poisoned(&self) -> bool {
         self.core.is_poisoned()
     }
@@ -86,7 +86,7 @@ impl<T> DerefMut for Locked<'_, T> {
 #[derive(Default)]
 pub(crate) struct Changes {
     count: AtomicU64,
-    /// How many wait: telling nobody would be a system call too.
+    /// Number of waiting threads: with none, `tell` saves the system call.
     waiting: AtomicUsize,
     asleep: Mutex<()>,
     told: Condvar,

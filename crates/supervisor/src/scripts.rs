@@ -4,19 +4,19 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What somebody waits for that a script brings.
+/// What the acknowledgement of a script brings about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Ticket(pub u64);
 
-/// Whose script it was that a kernel acknowledges.
+/// Owner of a submitted script.
 pub(crate) enum Purpose {
     /// Of this instance's sequence (the count tells a sequence that was given up).
     Sequence { instance: u64, epoch: u64 },
     /// A snapshot: the caller waits under this ticket.
     Read { ticket: Ticket },
-    /// Somebody waits for nothing but that.
+    /// A caller waits for the acknowledgement alone.
     Carried { done: Arc<AtomicBool> },
-    /// Nobody waits.
+    /// The acknowledgement has no effect.
     Nothing,
 }
 
@@ -29,13 +29,13 @@ impl Scripts {
         self.0.insert(script, purpose);
     }
 
-    /// Whose the acknowledged script was.
+    /// Removes the acknowledged script and returns its purpose.
     pub fn acknowledged(&mut self, script: u64) -> Purpose {
         self.0.remove(&script).unwrap_or(Purpose::Nothing)
     }
 
     /// What a script brings for this ticket is no longer waited for.
-    pub fn nobody_reads(&mut self, asked: Ticket) {
+    pub fn give_up(&mut self, asked: Ticket) {
         self.0.retain(|_, purpose| !matches!(purpose, Purpose::Read { ticket } if *ticket == asked));
     }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Waits of calls: for what kernels answer and what time brings. Under the virtual clock a wait moves time.
+use crate::attending::Attending;
 use crate::core::Core;
 use crate::protection::lost::{look_for_lost, next_answer};
 use crate::protection::stopping::watch_inputs;
@@ -17,13 +18,14 @@ impl Shared {
         slice: Duration,
         found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>,
     ) -> Result<Waited<T>, Refusals> {
-        self.wait_watchfully(Watchful::At, until_ns, slice, found)
+        self.wait_watchfully(Watchful::At, None, until_ns, slice, found)
     }
 
-    /// The same. `watchful`: when it looks by itself rather than sleeps.
+    /// The same. `watchful`: when it looks by itself rather than sleeps; `attending`: it does so in the supervisor's place, until it sleeps.
     pub fn wait_watchfully<T>(
         &self,
         watchful: Watchful,
+        mut attending: Option<Attending>,
         until_ns: Option<i64>,
         slice: Duration,
         mut found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>,
@@ -40,15 +42,16 @@ impl Shared {
             if core.drain() || came || core.observation.ended > 0 {
                 self.announce(&mut core);
             }
-            if let Some(result) = result {
-                return Ok(Waited::Done(result));
-            }
-            if until_ns.is_some_and(|until| self.host.now_ns() >= until) {
-                return Ok(Waited::TimedOut);
-            }
             let left = slice.saturating_sub(begun.elapsed());
-            if left.is_zero() {
-                return Ok(Waited::Slice);
+            let waited = match result {
+                Some(result) => Some(Waited::Done(result)),
+                None if until_ns.is_some_and(|until| self.host.now_ns() >= until) => Some(Waited::TimedOut),
+                None if left.is_zero() => Some(Waited::Slice),
+                None => None,
+            };
+            if let Some(waited) = waited {
+                attending.into_iter().for_each(|attending| attending.end(&core, seen.0));
+                return Ok(waited);
             }
             if self.is_virtual {
                 drop(core);
@@ -71,6 +74,9 @@ impl Shared {
             let now_ns = self.host.now_ns();
             if let Some(end_ns) = watchful.looks_until_ns(begun_ns, now_ns) {
                 // A kernel answers within microseconds: sooner than two threads wake up one after the other.
+                if attending.is_none() && matches!(watchful, Watchful::AtRelease(_)) {
+                    attending = Some(Attending::new(&core));
+                }
                 drop(core);
                 while self.signs() == seen && self.host.now_ns() < end_ns {
                     (0..PAUSES).for_each(|_| std::hint::spin_loop());
@@ -79,6 +85,7 @@ impl Shared {
             } else {
                 let next_ns = [until_ns, watchful.looks_next_ns(begun_ns, now_ns)].into_iter().flatten().min();
                 let by_clock = next_ns.map_or(left, |next| Duration::from_nanos(u64::try_from(next - now_ns).unwrap_or(0)));
+                attending.take().into_iter().for_each(|attending| attending.end(&core, seen.0));
                 self.changes.wait(core, left.min(by_clock));
                 core = self.locked();
                 look_for_lost(&mut core);

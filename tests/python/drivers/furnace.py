@@ -30,7 +30,7 @@ class Furnace(Driver):
         self.pid = os.getpid()
 
     def exchange(self) -> None:
-        for name in ("raises", "hangs", "lingers", "lies"):
+        for name in ("raises", "hangs", "pauses", "lingers", "lies"):
             if (Path(self.folder) / name).exists():
                 getattr(self, name)()
         self.exchanges += 1
@@ -66,6 +66,12 @@ class Furnace(Driver):
 
     def hangs(self) -> None:
         time.sleep(3600.0)
+
+    def pauses(self) -> None:
+        """Waits as long as it is told."""
+        (Path(self.folder) / "pausing").touch()
+        while (Path(self.folder) / "pauses").exists():
+            time.sleep(0.001)
 
     def lingers(self) -> None:
         """As one of a slow device does: it goes on until another process waits for it, or has opened the device all the same."""

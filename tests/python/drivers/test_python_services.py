@@ -117,6 +117,34 @@ def test_an_emergency_stop_brings_the_safe_state_and_lets_no_service_move(furnac
         assert (told("door"), told("safe")) == (1 + stops, stops), "once for each stop"
 
 
+def test_a_service_that_a_stop_overtakes_on_its_way_moves_nothing(tmp_path: Path) -> None:
+    with gpac.System("cell") as cell:
+        rtp = cell.processor("rtp0")
+        slow = rtp.timer("slow", period="2 ms", priority=50)
+        furnace = rtp.physical_device("furnace", gpac.drivers.python(FURNACE, folder=str(tmp_path), age_max="60 s"), exchange=slow)
+        (tmp_path / "pauses").touch()
+        until((tmp_path / "pausing").exists, "its process is in its exchange")
+        refused: list[str] = []
+
+        def call() -> None:
+            try:
+                furnace.services.open_door()
+            except gpac.Error as why:
+                refused.append(str(why))
+
+        calling = threading.Thread(target=call)
+        calling.start()
+        until(lambda: "service\n" in [comm.read_text() for comm in Path("/proc/self/task").glob("*/comm")], "it was let through")
+        cell.emergency_stop("somebody came in")
+        firings = cell.statistics["sources"][slow.name]["firings"]
+        until(lambda: cell.statistics["sources"][slow.name]["firings"] > firings + 1, "its source has seen the stop")
+        (tmp_path / "pauses").unlink()
+        calling.join()
+        assert "service 'open_door' moves the machine, and" in refused[0]
+        until(lambda: "safe" in (tmp_path / "told").read_text(), "it is in its safe state")
+        assert "door" not in (tmp_path / "told").read_text()
+
+
 def test_a_service_that_lasts_ends_with_its_device(tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(
         "import time\nfrom opengpac.driver import Driver, service\n\n\n"

@@ -293,6 +293,7 @@ impl Driver for CanOpen {
     }
 
     fn safe_state(&mut self) {
+        self.beside.shared.homes.rest();
         self.stations.iter_mut().for_each(Station::stop);
         if self.link.is_some() {
             self.send_idle();

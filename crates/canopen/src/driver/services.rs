@@ -80,7 +80,7 @@ pub struct Beside {
 }
 
 impl Beside {
-    fn carry_out(&self, service: &str, arguments: &Value) -> Result<Value, String> {
+    fn carry_out(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
         let node = self.shared.axis(arguments)?;
         match service {
             "save" => {
@@ -94,7 +94,8 @@ impl Beside {
                 Ok(Value::Null)
             }
             "home" | "reset_fault" if node >= self.axes => Err(format!("'{}' is a module: it has no axis", arguments["axis"].as_str().unwrap_or_default())),
-            "home" | "reset_fault" => self.shared.carry_out(service, arguments),
+            "home" => self.shared.home(arguments, is_stopped),
+            "reset_fault" => self.shared.carry_out(service, arguments),
             _ => self.object(node, service, arguments),
         }
     }
@@ -129,6 +130,10 @@ impl Beside {
 
 impl Services for Beside {
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
-        self.carry_out(service, arguments).map_err(|message| DeviceError { message })
+        self.carry_out(service, arguments, &|| false).map_err(|message| DeviceError { message })
+    }
+
+    fn call_moving(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
+        self.carry_out(service, arguments, is_stopped).map_err(|message| DeviceError { message })
     }
 }

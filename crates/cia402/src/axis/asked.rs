@@ -5,7 +5,7 @@ use crate::homing::Homed;
 use crate::objects::Entry;
 use device::{Kind, OptionWord, ServiceWord};
 use serde_json::Value;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 const OWN: &str = "as the drive has it";
@@ -46,25 +46,61 @@ pub enum Asked {
     NotExchanged,
     /// The device was lost or closed.
     Gone,
+    /// The device was brought to its safe state.
+    Stopped,
 }
 
 impl Asked {
     fn of(code: u8) -> Asked {
         use Asked::*;
-        const ALL: [Asked; 9] = [Nothing, Home, Stop, GoingOn, Attained, Failed, Engaged, NotExchanged, Gone];
+        const ALL: [Asked; 10] = [Nothing, Home, Stop, GoingOn, Attained, Failed, Engaged, NotExchanged, Gone, Stopped];
         ALL.get(usize::from(code)).copied().unwrap_or(Nothing)
     }
 }
 
-/// What each axis is asked.
+/// What each axis is asked. The service begins long before it asks: a safe state in between ends it, and what it asks behind one is not served.
 pub struct Homes {
     asked: Vec<AtomicU8>,
+    /// How many safe states there had been when the service began that asks.
+    begun: Vec<AtomicU64>,
+    /// How many safe states there have been.
+    rests: AtomicU64,
     scales: Vec<Scale>,
 }
 
+/// What a service is begun with: how many safe states there had been.
+#[derive(Clone, Copy, Debug)]
+pub struct Begun(u64);
+
 impl Homes {
     pub fn new(scales: Vec<Scale>) -> Homes {
-        Homes { asked: scales.iter().map(|_| AtomicU8::new(Asked::Nothing as u8)).collect(), scales }
+        Homes {
+            asked: scales.iter().map(|_| AtomicU8::new(Asked::Nothing as u8)).collect(),
+            begun: scales.iter().map(|_| AtomicU64::new(0)).collect(),
+            rests: AtomicU64::new(0),
+            scales,
+        }
+    }
+
+    /// Begins a homing, before anything is sent to the drive. `is_stopped`: whether an emergency stop is latched.
+    ///
+    /// # Errors
+    /// For people: one is.
+    pub fn begin(&self, is_stopped: &dyn Fn() -> bool) -> Result<Begun, String> {
+        // In this order: a stop that is latched behind the look has its safe state counted behind the number.
+        let rests = self.rests.load(Ordering::Acquire);
+        if is_stopped() { Err(device::under_a_stop("home").message) } else { Ok(Begun(rests)) }
+    }
+
+    /// The device is brought to its safe state: nobody is on the way home any more, and no homing that has begun asks for anything. Real-time safe.
+    pub fn rest(&self) {
+        self.rests.fetch_add(1, Ordering::AcqRel);
+        self.end_with(Asked::Stopped);
+    }
+
+    /// Whether what an axis is asked was asked by a service that a safe state has overtaken.
+    fn is_overtaken(&self, axis: usize) -> bool {
+        self.begun[axis].load(Ordering::Acquire) != self.rests.load(Ordering::Acquire)
     }
 
     /// What an axis is asked. Real-time safe.
@@ -80,6 +116,7 @@ impl Homes {
     /// Has an axis do what the service asks of it, and tells the service how far it is. Real-time safe.
     pub fn serve(&self, axis: usize, commander: &mut Commander, can_home: bool, is_engaged: bool) {
         match self.asked(axis) {
+            Asked::Home if self.is_overtaken(axis) => self.answer(axis, Asked::Stopped),
             Asked::Home if !can_home => self.answer(axis, Asked::NotExchanged),
             Asked::Home if is_engaged => self.answer(axis, Asked::Engaged),
             Asked::Home => {
@@ -101,9 +138,13 @@ impl Homes {
 
     /// Nobody is on the way home any more.
     pub fn end(&self) {
+        self.end_with(Asked::Gone);
+    }
+
+    fn end_with(&self, answer: Asked) {
         for axis in 0..self.asked.len() {
             if matches!(self.asked(axis), Asked::Home | Asked::GoingOn) {
-                self.answer(axis, Asked::Gone);
+                self.answer(axis, answer);
             }
         }
     }
@@ -138,7 +179,7 @@ impl Homes {
     ///
     /// # Errors
     /// For people: it is not home.
-    pub fn go(&self, axis: usize, arguments: &Value) -> Result<Value, String> {
+    pub fn go(&self, axis: usize, Begun(begun): Begun, arguments: &Value) -> Result<Value, String> {
         let timeout_s = arguments["timeout_s"].as_f64().unwrap_or(TIMEOUT_S);
         if !(timeout_s > 0.0 && timeout_s <= 3600.0) {
             return Err("timeout_s is above 0, at most 3600".to_owned());
@@ -146,6 +187,7 @@ impl Homes {
         if matches!(self.asked(axis), Asked::Home | Asked::GoingOn) {
             return Err("it is on its way home already".to_owned());
         }
+        self.begun[axis].store(begun, Ordering::Release);
         self.answer(axis, Asked::Home);
         let until = Instant::now() + Duration::from_secs_f64(timeout_s);
         loop {
@@ -154,6 +196,7 @@ impl Homes {
                 Asked::Failed => return Err("homing failed: the drive did not find home, has a fault, or was stopped; see its error and its method".to_owned()),
                 Asked::Engaged => return Err("it is engaged: disable it, then home it".to_owned()),
                 Asked::NotExchanged => return Err("its drive does not exchange its mode, 0x6060 and 0x6061; let the driver write the PDOs".to_owned()),
+                Asked::Stopped => return Err("homing was stopped: its device was brought to its safe state".to_owned()),
                 Asked::Gone => return Err("homing ended: the device was lost or closed".to_owned()),
                 Asked::Nothing | Asked::Stop => return Err("homing was ended".to_owned()),
                 Asked::Home | Asked::GoingOn if Instant::now() > until => {

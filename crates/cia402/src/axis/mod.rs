@@ -11,9 +11,11 @@ mod asked;
 mod channels;
 mod moved;
 mod options;
+#[cfg(test)]
+mod overtaken;
 mod services;
 
-pub use asked::{Asked, HOME, Homes};
+pub use asked::{Asked, Begun, HOME, Homes};
 pub use channels::part;
 pub use moved::{Axis, Measured};
 pub use options::{AxisOptions, Commanded, FIELDS, Unit, check, unknown};

@@ -115,12 +115,7 @@ impl<R: Reach> Shared<R> {
         let axis = self.axis(arguments)?;
         match service {
             "reset_fault" => self.resets[axis].store(true, Ordering::Relaxed),
-            "home" => {
-                for (of, value) in self.homes.objects(axis, arguments)? {
-                    self.on(axis, |reached| reached.download(axis, of, &value))?;
-                }
-                return self.homes.go(axis, arguments).map_err(|error| format!("{}: {error}", self.titles[axis]));
-            }
+            "home" => return self.home(arguments, &|| false),
             "read_object" => {
                 let of = entry(arguments)?;
                 return self.on(axis, |reached| reached.upload(axis, of)).map(|value| shown(&value));
@@ -131,6 +126,20 @@ impl<R: Reach> Shared<R> {
             }
         }
         Ok(Value::Null)
+    }
+
+    /// Carries out [`HOME`](super::HOME). `is_stopped`: whether an emergency stop is latched. One that is latched on the way ends it.
+    ///
+    /// # Errors
+    /// For people.
+    pub fn home(&self, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
+        let axis = self.axis(arguments)?;
+        let titled = |error| format!("{}: {error}", self.titles[axis]);
+        let begun = self.homes.begin(is_stopped).map_err(titled)?;
+        for (of, value) in self.homes.objects(axis, arguments)? {
+            self.on(axis, |reached| reached.download(axis, of, &value))?;
+        }
+        self.homes.go(axis, begun, arguments).map_err(titled)
     }
 
     /// Whether a fault of the axis is to be reset, asked once. Real-time safe.

@@ -51,7 +51,7 @@ pub struct By {
     pub who: String,
     /// As what; the call is made again as that.
     pub role: Role,
-    /// Name of the session whose the instance is; empty: nobody's, or that has been closed.
+    /// Name of the session that owns the instance; empty: none, or one that has been closed.
     pub session: String,
     /// s since 1970.
     pub time: f64,
@@ -81,7 +81,7 @@ pub enum Line {
     Stopped { reason: String },
     /// It is latched no longer.
     Reset {},
-    /// A session was closed in order: what it made is nobody's, and goes on.
+    /// A session was closed in order: what it made has no owner any more, and goes on.
     Closed { session: String },
 }
 

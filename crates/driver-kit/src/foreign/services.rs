@@ -2,7 +2,7 @@
 //! The services of a driver in C.
 use super::host::Host;
 use super::instance::Instance;
-use device::{DeviceError, Kind, ServiceWord, Services, check_service};
+use device::{DeviceError, Kind, ServiceWord, Services, check_service, under_a_stop};
 use serde_json::{Map, Value};
 use std::ffi::CString;
 use std::sync::atomic::Ordering;
@@ -18,6 +18,10 @@ pub(super) struct Calls {
 
 impl Services for Calls {
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        self.call_moving(service, arguments, &|| false)
+    }
+
+    fn call_moving(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
         let failed = |message: String| DeviceError { message };
         let checked = check_service(self.kind, self.services, service, arguments).map_err(|why| failed(why.to_string()))?;
         let at = self.services.iter().position(|word| word.name == service);
@@ -27,6 +31,10 @@ impl Services for Calls {
         let _held = self.instance.busy.lock().unwrap_or_else(PoisonError::into_inner);
         if self.instance.is_closed.load(Ordering::Acquire) {
             return Err(failed("the device is closed".to_owned()));
+        }
+        // It may have waited for another service.
+        if is_stopped() {
+            return Err(under_a_stop(service));
         }
         let mut host = Host::of(&self.defaults[index], &checked);
         // SAFETY: its own memory, as long as the instance lives; a host and a name that outlive the call.

@@ -10,7 +10,7 @@ use process_kit::{Child, UnixLink, connect, now_ns};
 use serde_json::Value;
 use std::io::ErrorKind;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -74,7 +74,7 @@ impl PlantProcess {
     /// With what the driver there carries out, and what it counts.
     pub fn serving(mut self, told: Told, link: Option<UnixLink>) -> PlantProcess {
         self.shape.counters = told.counters.len();
-        self.services = (!told.services.is_empty()).then(|| Arc::new(Asked { words: told.services, link: Mutex::new(link) }));
+        self.services = (!told.services.is_empty()).then(|| Arc::new(Asked { words: told.services, link: Mutex::new(link), rests: AtomicU64::new(0) }));
         self.counters = (!told.counters.is_empty()).then(|| Arc::new(Counters::new(told.counters)));
         self
     }
@@ -132,6 +132,7 @@ impl Driver for PlantProcess {
         };
         let region = Region::received(descriptor, self.shape).map_err(|error| fail(error.to_string()))?;
         let (commands, readings) = region.driver_ends();
+        self.services.iter().for_each(|services| services.rests.store(0, Ordering::Release));
         self.session = Some(Session { region, commands, readings, steps: 0, stepped_ns: None, ahead_ns: opened_ns - now_ns() });
         Ok(())
     }
@@ -179,7 +180,8 @@ impl Driver for PlantProcess {
             back[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
         }
         session.commands.publish();
-        session.region.rests().fetch_add(1, Ordering::Release);
+        let rests = session.region.rests().fetch_add(1, Ordering::Release) + 1;
+        self.services.iter().for_each(|services| services.rests.store(rests, Ordering::Release));
     }
 
     fn close(&mut self) {

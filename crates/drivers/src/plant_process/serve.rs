@@ -6,6 +6,7 @@ use super::words::{Answer, Ask, ChannelText, Described, Made, PlantState, age_of
 use device::{Driver, Slot};
 use interconnect::{Closed, TripleReader, TripleWriter};
 use process_kit::{Listener, UnixLink, inherited, now_ns};
+use serde_json::Value;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -259,11 +260,12 @@ impl Plant {
             Ask::Make(_) => Answer::Refused("a plant is made once".to_owned()),
             Ask::Describe => Answer::Described(Box::new(self.described.clone())),
             Ask::State => Answer::State(self.state()),
-            Ask::Serve(service, arguments) => match self.driver.services().map(|services| services.call(&service, &arguments)) {
-                Some(Ok(value)) => Answer::Served(value),
-                Some(Err(why)) => Answer::Refused(why.message),
-                None => Answer::Refused("it has no services".to_owned()),
-            },
+            Ask::Serve(service, arguments) => self.carry_out(&service, &arguments),
+            // The safe state was asked for since it was let through: what moves is not begun.
+            Ask::Move(service, _, rests) if self.rests() != Some(rests) => {
+                Answer::Refused(format!("service '{service}' moves the machine, and its device was brought to its safe state meanwhile"))
+            }
+            Ask::Move(service, arguments, _) => self.carry_out(&service, &arguments),
             Ask::Close => match &self.session {
                 Some(session) if session.holder != number => Answer::Refused("another driver has opened it".to_owned()),
                 _ => {
@@ -280,6 +282,19 @@ impl Plant {
             },
         };
         answer(link, &told, &[])
+    }
+
+    /// How often the driver that has opened it has asked for the safe state.
+    fn rests(&self) -> Option<u64> {
+        self.session.as_ref().map(|session| session.region.rests().load(Ordering::Acquire))
+    }
+
+    fn carry_out(&self, service: &str, arguments: &Value) -> Answer {
+        match self.driver.services().map(|services| services.call(service, arguments)) {
+            Some(Ok(value)) => Answer::Served(value),
+            Some(Err(why)) => Answer::Refused(why.message),
+            None => Answer::Refused("it has no services".to_owned()),
+        }
     }
 
     /// A new session, safe until commands come; the holder of the one before commands no more.

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The services of a driver that runs in a process of its own, over a link of their own.
 use super::words::{Answer, Ask};
-use device::{DeviceError, ServiceWord, Services};
+use device::{DeviceError, ServiceWord, Services, under_a_stop};
 use process_kit::UnixLink;
 use serde_json::Value;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -14,6 +15,8 @@ pub(super) struct Asked {
     pub words: &'static [ServiceWord],
     /// None once the device is closed.
     pub link: Mutex<Option<UnixLink>>,
+    /// How often the device was brought to its safe state since it was opened.
+    pub rests: AtomicU64,
 }
 
 impl Asked {
@@ -31,11 +34,25 @@ impl Services for Asked {
     }
 
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        self.ask(Ask::Serve(service.to_owned(), arguments.clone()))
+    }
+
+    fn call_moving(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
+        // In this order: a stop that is latched behind the look has its safe state counted behind the number.
+        let rests = self.rests.load(Ordering::Acquire);
+        if is_stopped() {
+            return Err(under_a_stop(service));
+        }
+        self.ask(Ask::Move(service.to_owned(), arguments.clone(), rests))
+    }
+}
+
+impl Asked {
+    fn ask(&self, ask: Ask) -> Result<Value, DeviceError> {
         let failed = |message: &str| DeviceError { message: message.to_owned() };
         // One at a time.
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(link) = &*link else { return Err(failed("the device is closed")) };
-        let ask = Ask::Serve(service.to_owned(), arguments.clone());
         let frame = serde_json::to_vec(&ask).expect("an ask has no map with keys that are no texts");
         link.send_with(&frame, &[], Some(LOOK)).map_err(|_| failed("its process is gone"))?;
         loop {

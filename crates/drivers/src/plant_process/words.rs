@@ -18,6 +18,8 @@ pub(super) enum Ask {
     State,
     /// A service of the driver, with arguments that were checked. It is carried out between two steps.
     Serve(String, Value),
+    /// One that moves the machine, where the safe state was asked for so often when it was let through.
+    Move(String, Value, u64),
 }
 
 /// What a plant was made from.

@@ -230,6 +230,7 @@ impl Driver for EtherCat {
     }
 
     fn safe_state(&mut self) {
+        self.beside.0.homes.rest();
         let Some(cycle) = &mut self.cycle else { return };
         for axis in &mut self.axes {
             axis.moved.commander.stop();

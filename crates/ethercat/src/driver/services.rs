@@ -31,4 +31,9 @@ impl Services for Beside {
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
         self.0.carry_out(service, arguments).map_err(|message| DeviceError { message })
     }
+
+    /// Its one service that moves is `home`.
+    fn call_moving(&self, _: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
+        self.0.home(arguments, is_stopped).map_err(|message| DeviceError { message })
+    }
 }

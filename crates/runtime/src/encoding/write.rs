@@ -32,7 +32,7 @@ struct Known {
     with: Vec<u64>,
 }
 
-/// Below this many objects none is looked for that nobody holds.
+/// Below this number of objects it does not search for unreferenced ones.
 const SWEEP_MIN: usize = 256;
 
 /// How the writer calls the code of a block.
@@ -77,7 +77,7 @@ impl Writer {
         self.known.is_empty()
     }
 
-    /// Tells the other side to forget what nobody holds here any more, once in a while.
+    /// Tells the other side, once in a while, to drop what is not referenced here any more.
     fn sweep(&mut self) {
         if self.known.len() < SWEEP_MIN.max(2 * self.swept) {
             return;

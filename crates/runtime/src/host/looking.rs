@@ -51,6 +51,17 @@ impl Host {
         }
     }
 
+    /// The calling thread polls in the supervisor's place until [`Host::stop_attending`]: what the kernels tell leaves the supervisor asleep,
+    /// for 1 ms at most.
+    pub fn attend(&self) {
+        self.shared.supervisor.attend();
+    }
+
+    /// Ends [`Host::attend`]. `seen`: what [`Host::rings`] gave before the last `poll` that found nothing; what came later wakes the supervisor.
+    pub fn stop_attending(&self, seen: u32) {
+        self.shared.supervisor.leave(seen);
+    }
+
     /// Wakes `park`, now or the next time.
     pub fn unpark(&self) {
         self.shared.supervisor.ring();
@@ -64,7 +75,7 @@ impl Host {
     }
 
     /// Virtual: sets the clock to the time of the next firing, if that is not after `limit_ns`, and runs that one firing (with
-    /// whatever preempts it). Nobody sees anything of a firing that ends behind `limit_ns` before the clock comes to its end. False if there
+    /// whatever preempts it). Nothing of a firing that ends behind `limit_ns` is visible before the clock comes to its end. False if there
     /// is none; the clock is then left as it is. Errs when more than 10,000 requested firings fall in one instant; the others are refused.
     pub fn fire_next(&self, limit_ns: i64) -> Result<bool, String> {
         guard::prepare_thread();
@@ -108,8 +119,8 @@ impl Host {
         self.source(source).statistics()
     }
 
-    /// From now on, and for `for_ns` at least, the probe visits the blocks of a source, one a firing. Several who look add nothing to
-    /// one: the latest end holds.
+    /// From now on, and for `for_ns` at least, the probe visits the blocks of a source, one a firing. Of several probes
+    /// the latest end holds.
     pub fn probe(&self, source: SourceId, for_ns: u64) {
         if let Some(remote) = self.remote(source) {
             remote.probe(source, for_ns);

@@ -18,7 +18,7 @@ impl Host {
         id
     }
 
-    /// Keeps the number of a source that nobody here needs to reach.
+    /// Reserves the number of a source that is not reached from this host.
     pub fn skip_source(&self, spec: SourceSpec) -> SourceId {
         self.reserve(spec)
     }
@@ -103,7 +103,7 @@ impl Host {
     /// What raises a source when a row has come to it from a remote source; off the real-time path.
     pub fn raiser_of(&self, reader: SourceId) -> Box<dyn Fn() + Send + Sync> {
         let (source, epoch_ns) = (self.sources().get(reader.0 as usize).cloned(), self.epoch_ns);
-        // Who commands may name a source that there is not: nobody is raised then.
+        // The commander may name a source that does not exist: then none is raised.
         let Some(source) = source else { return Box::new(|| ()) };
         Box::new(move || {
             if source.period_ns().is_none() {

@@ -47,7 +47,7 @@ impl System {
             companions: Mutex::new(Companions::default()),
             errands: Mutex::default(),
             guarded: Guarded::default(),
-            // SAFETY: `fd` was just made and belongs to nobody else.
+            // SAFETY: `fd` was just made and has no other owner.
             ended_fd: unsafe { OwnedFd::from_raw_fd(fd) },
         });
         shared.locked().safety.alarms.has_wall = !shared.is_virtual;
@@ -62,7 +62,7 @@ impl System {
         if self.shared.closed.swap(true, Ordering::AcqRel) {
             return;
         }
-        // Where the supervisor panicked there is nobody left to end anything: the kernels are stopped, devices are safe.
+        // After a panic of the supervisor nothing can be ended in order: the kernels are stopped, and the devices are safe.
         let is_orderly = !self.shared.core.is_poisoned();
         let begun = Instant::now();
         let late_ns = self.now_ns().saturating_add(WIND_DOWN_NS);

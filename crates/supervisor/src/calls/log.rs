@@ -5,7 +5,7 @@ use crate::protection::causes::alarm_recording;
 use crate::system::System;
 use model::refusal::Refusals;
 
-/// Commands that bring something to a stop: entering them into the log waits for nobody either.
+/// Commands that stop something: their log entry must not wait for other callers either.
 const STOPS: [&str; 5] = ["emergency_stop", "halt", "disable", "pause", "suspend"];
 
 impl System {

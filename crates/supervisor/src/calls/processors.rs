@@ -179,7 +179,7 @@ impl System {
         }
     }
 
-    /// Brings the code of a plan to where it runs; refuses one that would run where nobody is.
+    /// Brings the code of a plan to its processors; refuses a plan with a source whose processor is lost.
     pub(crate) fn send_code(&self, catalog: &Catalog, plan: &Plan, place: &Option<Place>) -> Result<(), Refusals> {
         let remote = self.shared.command(|core| {
             refuse_lost_plan(core, plan)?;

@@ -7,7 +7,7 @@ use runtime::trace::{CodeNames, Trace};
 use std::sync::Arc;
 
 impl System {
-    /// Makes a record from now on, of which somebody takes what comes ([`Trace::take`]). `names`: how code is called in it.
+    /// Starts a record, whose reader takes each part by [`Trace::take`]. `names`: names of code in the record.
     ///
     /// # Errors
     /// The system has sources already, or a record.

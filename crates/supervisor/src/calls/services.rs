@@ -16,19 +16,19 @@ impl System {
     /// Lets the driver of a physical device carry out a service. Returns the number of the errand, for [`System::served`]. While an emergency
     /// stop is latched, one that moves the device is refused.
     pub fn service(&self, device: &str, service: &str, arguments: Json) -> Result<u64, Refusals> {
-        let (beside, far) = {
+        let (beside, far, stop) = {
             let core = self.shared.locked();
             let physical = &core.registry.physical;
             let of = physical.get(device).ok_or_else(|| unknown("physical device", device, physical.keys().map(String::as_str)))?;
             if moves(&of.about, service) {
                 core.safety.emergency.refuse("ask for service", &format!("{device}.{service}"))?;
             }
-            (of.beside.clone(), core.remote.at(core.registry.source_name(of.source)).cloned())
+            (of.beside.clone(), core.remote.at(core.registry.source_name(of.source)).cloned(), core.safety.emergency.stop.clone())
         };
         let (number, errand) = self.errands().begin(format!("device '{device}'"), format!("service '{service}'"))?;
         let (name, service) = (device.to_owned(), service.to_owned());
         carry_out(&errand, move || match far {
-            None => beside.serve(&service, &arguments),
+            None => beside.serve(&service, &arguments, &|| stop.load(Ordering::Acquire)),
             Some(far) => far.service(&name, &service, &arguments.to_string()).map(|answer| serde_json::from_str(&answer).unwrap_or_default()),
         });
         Ok(number)

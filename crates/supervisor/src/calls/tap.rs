@@ -4,7 +4,7 @@
 //! | | the kernels | a tap |
 //! |---|---|---|
 //! | may hold up the other | never | never; under the virtual clock, if it asks for that, the passing of time |
-//! | a value is lost | never | where it is read too late: 2 s of firings wait for it, 256 at the least |
+//! | a value is lost | never | where it is read too late: 2 s of firings wait for it, at least 256 |
 //! | knows what was lost | | exactly, by channel, where its writer numbers its values |
 use crate::observation::inbox::{Inbox, Segment, TapChannel};
 use crate::observation::samples::{Known, Samples};

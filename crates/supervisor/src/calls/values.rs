@@ -130,11 +130,11 @@ fn blocks_on(core: &Core, source: SourceId) -> Vec<String> {
     found
 }
 
-/// Nobody waits for the snapshot any more: what comes of it is not kept.
+/// Discards the answer to a snapshot whose caller has given up waiting.
 pub(crate) fn forget_snapshot(core: &mut Core, snapshot: &Snapshot) {
     for (ticket, _) in &snapshot.asked {
         core.observation.reads.remove(ticket);
-        core.scripts.nobody_reads(*ticket);
+        core.scripts.give_up(*ticket);
     }
 }
 

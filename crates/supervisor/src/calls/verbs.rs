@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The verbs and blocks that there are, for somebody who looks for one or starts one by hand.
+//! Lists the verbs and blocks of the system, for a person who searches them or starts a verb by hand.
 use crate::observation::about::ModuleAbout;
 use crate::refuse::unknown;
 use crate::system::System;
@@ -38,7 +38,7 @@ pub enum VerbClass {
     ActsOnDevices,
 }
 
-/// What somebody who starts a verb is asked for.
+/// The inputs that a start of the verb asks for.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VerbForm {

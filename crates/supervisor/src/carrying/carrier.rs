@@ -51,7 +51,7 @@ impl Carrier<'_> {
         self.wiring.table_op(source, self.taps.rings(source))
     }
 
-    /// Swaps the tables of these sources; nobody waits for it.
+    /// Swaps the tables of these sources, without a wait for the acknowledgement.
     pub fn renew_tables(&mut self, sources: Vec<SourceId>) {
         for source in sources {
             let op = self.table_op(source);

@@ -20,7 +20,7 @@ impl Carrier<'_> {
         self.turn_where(svvs, writer, |_, _| true)
     }
 
-    /// Turns each follower once, with all that it follows of these SVVs where `turns` says so of the SVV and whom it follows.
+    /// Turns each follower once, with all that it follows of these SVVs where `turns` says so of the SVV and its writer.
     fn turn_where(&mut self, svvs: &[String], writer: u64, turns: impl Fn(&String, u64) -> bool) -> Vec<Movement> {
         let turned = |instance: &Instance| -> Vec<String> {
             svvs.iter().filter(|svv| instance.followed.get(*svv).is_some_and(|followed| turns(svv, *followed))).cloned().collect()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Claims: everything that a verb can write is its own from start to end, all or nothing. What another instance holds is refused,
 //! or, where the logical devices that it belongs to declare it, waited for in the order of the starts, or taken by aborting the
-//! holder. A start takes all that it needs at once, so nobody holds one thing while it waits for another: there is no deadlock.
+//! holder. A start takes all that it needs at once, so no start holds one thing while it waits for another: there is no deadlock.
 use crate::core::Core;
 use crate::course::of::Course;
 use crate::lifecycle::held::Held;

@@ -133,14 +133,14 @@ impl Core {
         };
         let about = instance.name.clone();
         let runs = matches!(instance.state(), State::Running | State::Suspended);
-        // Of an earlier generation it is recorded, never served: somebody else was faster.
+        // A condition of an earlier generation is recorded, never served: another one moved the process first.
         let acts = told.acted && runs && !instance.is_ending() && told.generation == instance.generation;
         self.observation.log.add(told.time_ns, if told.fault.is_some() { "fault" } else { "condition" }, &about, text.clone());
         let value = self.instances[&id].reported_value(block, told.item, &told.value);
         let message = if told.fault.is_some() { text } else { String::new() };
         let cause = Cause { condition: told.condition, block: block.map(|_| label.clone()), value, message, time_ns: told.time_ns, asked_for: false };
         if !acts {
-            // Somebody took the process where the kernel had entered the ending list already: that is where it is.
+            // The process was frozen after the kernel had entered the ending list: it is in the ending list.
             if runs && told.acted && told.stage.is_some_and(|stage| self.instances[&id].is_ending_unnoticed(stage)) {
                 self.course(id).concluded_by_kernel(told.source, cause, &told.captured);
             } else if runs && self.instances.get_mut(&id).is_some_and(|i| i.rests_at(block, told.item)) {
@@ -184,7 +184,7 @@ impl Core {
         if matches!(fault, Fault::Lost(_)) {
             self.safety.ended_for_good.insert(source, stopped.clone());
         }
-        // Who changed the floating-point state is not known for sure here: nobody's module is refused for it.
+        // Which block changed the floating-point state is not certain here: no module is refused for it.
         if let Some((module, text)) = culprit.filter(|_| *fault != Fault::Floats) {
             self.safety.poisoned.insert(module, format!("was stopped by a fault ({text})"));
         }

@@ -77,7 +77,7 @@ fn kept_blocks(from: &Instance, to: &Instance) -> Vec<Option<usize>> {
     to.plan.blocks.iter().enumerate().map(kept).collect()
 }
 
-/// Where the outputs of blocks that only the new verb has begin: at what flows, in the firing of the exchange, into whom they lead to. So
+/// Where the outputs of blocks that only the new verb has begin: at what flows, in the firing of the exchange, into their readers. So
 /// what is put into a wire goes on from what was on it, and its reader sees no jump. (The block, what flows, what begins there.)
 fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, Cell, Cell)> {
     let kept = kept_blocks(from, to);
@@ -115,7 +115,7 @@ fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, C
     found
 }
 
-/// Blocks that are put into a wire and have states of their own, in words: nobody has told these where to begin.
+/// Blocks that are put into a wire and have states of their own, in words: their initial states are not known.
 fn untold(from: &Instance, to: &Instance) -> String {
     let has_states = |block: &usize| to.installed.interfaces[*block].items.iter().any(|item| item.kind == Kind::State);
     let mut blocks: Vec<usize> = beginnings(from, to, to.installed.sources[0]).into_iter().map(|(block, ..)| block).filter(has_states).collect();
@@ -132,7 +132,7 @@ fn flows_into(from: &Instance, block: usize, item: usize, source: SourceId) -> O
     Some((from.installed.cell(cell, source)?, &from.plan.cells[cell].type_text))
 }
 
-/// Both lie in one source, the device is enabled and at rest in a command list, and nobody waits for the values of the old verb.
+/// Both lie in one source, the device is enabled and at rest in a command list, and no caller waits for the values of the old verb.
 fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, state: DeviceState, old: u64, new: u64) -> Result<(), Refusals> {
     let (from, to) = (&instances[&old], &instances[&new]);
     if state != DeviceState::Enabled || from.state() != State::Running || from.is_under_way() || from.leaving.departure.is_some() {

@@ -101,7 +101,7 @@ impl System {
         Ok(TakenOver { processors: taken_over })
     }
 
-    /// SVVs that nobody has written in this system have the values that went on there, everywhere.
+    /// Gives SVVs not yet written in this system the values that they have in the processor taken over, in every source.
     fn carry_values(&self, processor: &str) -> Result<(), Refusals> {
         let asked = self.shared.command(|core| Ok(ask_unwritten(core, processor)))?;
         let all_there = |core: &mut Core| Ok(asked.iter().all(|(ticket, _)| core.observation.reads.contains_key(ticket)).then_some(()));

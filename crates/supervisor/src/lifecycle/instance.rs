@@ -244,7 +244,7 @@ pub(crate) struct Instance {
     pub origin: Option<Origin>,
     /// Intervals that were set while it ran, until the next start: label → ns.
     pub tuned: Intervals,
-    /// Whom it follows: SVV → instance that writes it.
+    /// The instances that it follows: SVV → its writer.
     pub followed: IndexMap<String, u64>,
     pub life: Life,
     /// Number of its starts.

@@ -39,7 +39,7 @@ impl Log {
         self.add_of(time_ns, kind, about, text, "");
     }
 
-    /// An entry of something that somebody gave. A command that is under way has had an effect then, and comes before that.
+    /// Adds an entry made by a caller. A command under way has already had an effect by then, so its entry comes first.
     pub fn add_of(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>, who: &str) {
         self.enter_announced();
         self.push(time_ns, kind, about, text, who);

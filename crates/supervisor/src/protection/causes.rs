@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What raises an alarm: the end of a device's own verb that nobody asked for (active until the device is enabled or reset), a lost
+//! What raises an alarm: the end of a device's own verb without a command (active until the device is enabled or reset), a lost
 //! physical device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an end of
 //! another verb that is not normal (returned at once: the end is the event), a condition that names an alarm, and the programming system.
 //! Ends that follow from one of these have no alarm of their own, so that one cause is one line.
@@ -10,7 +10,7 @@ use crate::safety::alarms::{CURRENT_MAX, Cause, Raised, Severity};
 use model::plan::Plan;
 use model::refusal::Refusals;
 
-/// Ends that follow from something that has an alarm, or that somebody asked for.
+/// Ends that follow from something that has an alarm, or from a command.
 const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "device_disabled", "halted", "aborted"];
 
 /// Of those, what has an alarm of its own, which the fault of a logical device only repeats.
@@ -96,7 +96,7 @@ pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, blo
     alarm_returns(core, &code, &source);
 }
 
-/// A verb has ended otherwise than it should. `owner`: the device that it kept going, where nobody asked for that end.
+/// A verb has ended otherwise than it should. `owner`: the device that it kept going, where no command caused that end.
 pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>, has_own: bool) {
     let text = match (&report.block, report.message.is_empty()) {
         (_, false) => format!("'{}' ended with '{}': {}", report.instance, report.condition, report.message),

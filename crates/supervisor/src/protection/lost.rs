@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Lost processors: a source that does not acknowledge a script within its bound. For verbs with blocks there `processor_lost` comes: τ
-//! leads on to a list that runs on what is left, else they end; nobody waits for the source any more, until a reset.
+//! leads on to a list that runs on what is left, else they end; no wait includes the source any more, until a reset.
 use crate::core::Core;
 use crate::lifecycle::instance::Cause;
 use crate::observation::log::Log;
@@ -36,7 +36,7 @@ pub(crate) fn look_for_lost(core: &mut Core) {
     let now_ns = core.host.now_ns();
     let Some(at) = next_answer(core).filter(|at| *at <= now_ns) else { return };
     if now_ns - at > STOOD_STILL_NS {
-        // Nobody looked when it was time: this side stood still, and answers that came meanwhile are still on their way through it.
+        // This side stood still past the deadline: answers that came meanwhile are still on their way through it.
         core.instances.values_mut().filter(|i| i.work.outstanding > 0).for_each(|i| i.work.sent_ns = now_ns);
         return;
     }
@@ -52,7 +52,7 @@ fn give_up(core: &mut Core, source: SourceId) {
     processor_lost(core, source, &message);
 }
 
-/// Nobody runs the source any more, or nobody hears of it.
+/// The source does not run any more, or its processor cannot be reached.
 pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     core.safety.ended_for_good.remove(&source);
     if !core.safety.lost.insert(source) {
@@ -86,7 +86,7 @@ pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     gone.iter().for_each(|device| mark_lost(&mut core.registry, &mut core.observation.log, device, &message, time_ns));
 }
 
-/// Refuses a plan that would run where nobody is.
+/// Refuses a plan with a source whose processor is lost.
 pub(crate) fn refuse_lost_plan(core: &Core, plan: &Plan) -> Result<(), Refusals> {
     match plan.blocks.iter().filter_map(|block| core.registry.sources.get(&block.source)).find(|source| core.safety.lost.contains(source)) {
         None => Ok(()),

@@ -64,7 +64,7 @@ impl Registry {
         enabling.map(|device| device.state = DeviceState::Enabled).is_some()
     }
 
-    /// The verb that keeps a device going has ended; true where somebody asked for that.
+    /// The verb that keeps a device going has ended; true where that end was commanded.
     pub fn servo_ended(&mut self, device: &str) -> bool {
         let Some(record) = self.logical.get_mut(device) else { return true };
         let asked = record.state == DeviceState::Stopping;

@@ -11,7 +11,7 @@ pub(crate) struct SvvRecord {
     pub type_text: String,
     pub unit: String,
     pub size: usize,
-    /// Least and greatest value that the PS may store.
+    /// Minimum and maximum value that the PS may store.
     pub within: Option<(f64, f64)>,
     /// Where it lies in each image.
     pub cells: BTreeMap<SourceId, Cell>,
@@ -119,7 +119,7 @@ impl SvvRecord {
         self.past.stored_ns = now_ns;
         if self.past.history > 0 {
             let behind = self.home.and_then(|home| Some((home, self.past.rings.get(&home)?.reader().written())));
-            // A copy is made only where somebody is reading the history just then.
+            // A copy is made only while a reader holds the history.
             let stores = Arc::make_mut(&mut self.past.stores);
             stores.push_back(Stored { time_ns: now_ns, bytes: bytes.to_vec(), behind });
             let excess = stores.len().saturating_sub(self.past.history as usize);

@@ -46,7 +46,7 @@ impl Registry {
         svvs.filter(|svv| self.svvs.get(*svv).is_some_and(|record| record.bound > 1)).cloned().collect()
     }
 
-    /// Whom a new instance follows.
+    /// The writers that a new instance follows.
     pub fn followed(&self, plan: &Plan) -> IndexMap<String, u64> {
         let svvs = plan.blocks.iter().flat_map(|block| &block.external_drivers).map(|(_, svv)| svv);
         svvs.filter_map(|svv| Some((svv.clone(), self.driver_of(svv)?.instance))).collect()

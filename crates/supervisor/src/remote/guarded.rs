@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! This process itself, guarded: processors that are threads of it command devices too, and when it is gone, or stands still, nobody in it can
-//! make them safe. Guarded from the first device on that can be made safe from outside.
+//! This process itself, guarded: processors that are threads of it command devices too, which it cannot make safe once it is gone or stands
+//! still. The guard watches it from the first device on that can be made safe from outside.
 use device::SafeHandle;
 use kernel::SourceId;
 use rtp::{BEAT, Firings, Held, Holder, Places};
@@ -25,7 +25,7 @@ struct State {
     held: Mutex<BTreeMap<String, Box<dyn Held>>>,
     /// Sources that are threads here.
     sources: Mutex<Vec<SourceId>>,
-    /// How long a processor may stand still, where somebody said so.
+    /// How long a processor may stand still, where that was configured.
     lost_after: Mutex<BTreeMap<String, Duration>>,
     ends: AtomicBool,
 }

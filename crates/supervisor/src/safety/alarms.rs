@@ -166,7 +166,7 @@ impl Alarms {
         dropped
     }
 
-    /// The alarm that a person misses least: one that has returned before one that is active, a less severe one before others, the oldest.
+    /// The alarm to drop first: returned ones before active ones, then the least severe, then the oldest.
     fn drop_one(&mut self) -> Option<Alarm> {
         let least = (0..self.current.len()).min_by_key(|&at| (self.current[at].active, self.current[at].severity))?;
         let gone = self.current.remove(least);

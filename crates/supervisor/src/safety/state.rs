@@ -13,7 +13,7 @@ pub(crate) struct Safety {
     pub pause: Pause,
     pub modes: Modes,
     pub alarms: Alarms,
-    /// Sources that did not answer: nobody waits for them.
+    /// Sources that did not answer: no wait includes them.
     pub lost: HashSet<SourceId>,
     /// Sources that a test has cut off.
     pub cut_off: HashSet<SourceId>,

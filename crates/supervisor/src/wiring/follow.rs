@@ -44,7 +44,7 @@ pub(crate) fn due(registry: &Registry, plan: &Plan, activations: &[Arc<Activatio
     }
 }
 
-/// Activations of other instances in the same source that drive this one; of an SVV that nobody writes, one that is never on.
+/// Activations of other instances in the same source that drive this one; for an SVV without a writer, one that is never on.
 fn outside(registry: &Registry, plan: &Plan, gates: &[Gate], (activation, source): (usize, SourceId)) -> Vec<(Arc<Activation>, u32)> {
     let mut found: Vec<(Arc<Activation>, u32)> = Vec::new();
     for svv in plan.activations[activation].blocks.iter().flat_map(|block| driving_svvs(plan, *block)) {

@@ -143,8 +143,7 @@ impl Witness {
     }
 
     fn in_one(&self, application: &Application, limits: Limits) -> Result<Report, model::refusal::Refusals> {
-        let id = self.rig.system.perform(application, limits, |_, start| start())?;
-        match self.rig.system.performed(id, Duration::from_secs(60))? {
+        match self.rig.system.perform(application, limits, Duration::from_secs(60), |_, start| start())?.1 {
             Waited::Done(report) => Ok(report),
             _ => panic!("a call of at most some ms of virtual time took a minute"),
         }

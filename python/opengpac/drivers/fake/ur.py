@@ -87,7 +87,7 @@ class ur:
         self._woken, self._wakes = socket.socketpair()
         self._selector.register(self._woken, selectors.EVENT_READ)
         self._listeners: list[socket.socket] = []
-        self._peers: list[Peer] = []
+        self.peers: list[Peer] = []
         self._ends = False
         self.host = self._listen_anywhere() if host is None else self._listen(host)
         self._thread = threading.Thread(target=self._serve, name="fake ur", daemon=True)
@@ -185,7 +185,7 @@ class ur:
 
         def off() -> None:
             self.stop_by(NORMAL)
-            for peer in [*self._peers]:
+            for peer in [*self.peers]:
                 self._drop(peer)
             for listener in self._listeners:
                 self._selector.unregister(listener)
@@ -277,7 +277,7 @@ class ur:
 
     def send_packages(self, to: Peer | None = None) -> None:
         """Sends what each client of RTDE has asked for, or one of them."""
-        peers = [peer for peer in ([*self._peers] if to is None else [to]) if isinstance(peer, Rtde)]
+        peers = [peer for peer in ([*self.peers] if to is None else [to]) if isinstance(peer, Rtde)]
         values = self.values(any(peer.asks_pose for peer in peers))
         for peer in peers:
             peer.send_package(values)
@@ -359,7 +359,7 @@ class ur:
         return host
 
     def _drop(self, peer: Peer) -> None:
-        self._peers.remove(peer)
+        self.peers.remove(peer)
         self._selector.unregister(peer.socket)
         peer.socket.close()
 
@@ -373,7 +373,7 @@ class ur:
                 # Cycles that this machine was too slow for are not made up for.
                 due = max(due + CYCLE, time.monotonic() - 10 * CYCLE)
                 self.cycle()
-        for opened in [*self._listeners, *(peer.socket for peer in self._peers)]:
+        for opened in [*self._listeners, *(peer.socket for peer in self.peers)]:
             opened.close()
         self._selector.close()
 
@@ -392,7 +392,7 @@ class ur:
             except BlockingIOError:
                 return
             peer = data(self, connection)
-            self._peers.append(peer)
+            self.peers.append(peer)
             self._selector.register(connection, selectors.EVENT_READ, peer)
 
 

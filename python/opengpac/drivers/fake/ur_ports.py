@@ -6,23 +6,47 @@ from __future__ import annotations
 import contextlib
 import socket
 import struct
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Iterable, Sequence
+from typing import Any, ClassVar, Protocol
 
 from .rtde import message, packed, types_of, unpacked
-
-if TYPE_CHECKING:
-    from .ur import ur
 
 RTDE, DASHBOARD, SCRIPTS = (30004,), (29999,), (30001, 30002, 30003)
 
 _VERSION = (5, 12, 0, 1101319)
 
 
+class Controller(Protocol):
+    """What the ports need of the controller that they belong to."""
+
+    safety: int
+    mode: int
+    runtime: int
+    cycles: int
+    is_remote: bool
+
+    @property
+    def peers(self) -> Sequence[Peer]:
+        """All who are connected."""
+        ...
+
+    def unlock(self) -> None: ...
+
+    def switch_on(self) -> None: ...
+
+    def end_program(self) -> None: ...
+
+    def begin_program(self, text: str) -> None: ...
+
+    def send_packages(self, to: Peer | None = None) -> None: ...
+
+    def take(self, values: dict[str, Any]) -> None: ...
+
+
 class Peer:
     """One connection."""
 
-    def __init__(self, robot: ur, connection: socket.socket) -> None:
+    def __init__(self, robot: Controller, connection: socket.socket) -> None:
         self.robot, self.socket = robot, connection
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -58,7 +82,7 @@ class Peer:
 class Rtde(Peer):
     """A client of RTDE."""
 
-    def __init__(self, robot: ur, connection: socket.socket) -> None:
+    def __init__(self, robot: Controller, connection: socket.socket) -> None:
         super().__init__(robot, connection)
         self._outputs: list[str] = []
         self._inputs: dict[int, list[str]] = {}
@@ -113,7 +137,7 @@ class Rtde(Peer):
             self.robot.take(values)
 
     def _others(self) -> Iterable[Rtde]:
-        return (peer for peer in self.robot._peers if isinstance(peer, Rtde) and peer is not self)
+        return (peer for peer in self.robot.peers if isinstance(peer, Rtde) and peer is not self)
 
 
 def _names(contents: bytes) -> list[str]:
@@ -127,7 +151,7 @@ class Dashboard(Peer):
     _MODES: ClassVar = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}
     _SAFETY: ClassVar = {1: "NORMAL", 3: "PROTECTIVE_STOP", 7: "ROBOT_EMERGENCY_STOP"}
 
-    def __init__(self, robot: ur, connection: socket.socket) -> None:
+    def __init__(self, robot: Controller, connection: socket.socket) -> None:
         super().__init__(robot, connection)
         self.send(b"Connected: Universal Robots Dashboard Server\n")
 

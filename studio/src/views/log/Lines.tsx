@@ -1,27 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type KeyboardEvent, useEffect, useLayoutEffect, useRef, useState, useSyncExternalStore } from "react";
+import { type KeyboardEvent, memo, useCallback, useEffect, useLayoutEffect, useRef, useState, useSyncExternalStore } from "react";
+import type { Past } from "../../control/source";
 import { seconds } from "../../design/numbers";
-import { BAD_KINDS, type Line, WARN_KINDS } from "./lines";
+import { BAD_KINDS, type Line, linesUntil, WARN_KINDS } from "./lines";
+import { broughtIntoSight, rowsInSight, type Sight } from "./sight";
 
 /** The height of a line, px; where there is little room it has two rows. */
 const [WIDE, NARROW] = [24, 44];
-/** Lines drawn beyond what is seen. */
-const BEYOND = 20;
 
-/** The lines that are in sight, of as many as there are; follows the newest while its end is in sight. */
-export function Lines(props: { of: Line[]; chosen: string | null; choose: (line: Line) => void; still: boolean; passed: number | null }) {
-  const { of: lines, chosen, choose, passed } = props;
+/** The lines that are in sight, of as many as there are; follows the newest while its end is in sight, or the cursor of a recording. */
+export function Lines(props: { of: Line[]; chosen: string | null; choose: (line: Line) => void; still: boolean; past: Past | null }) {
+  const { of: lines, chosen, choose, past } = props;
+  const passed = usePassed(past, lines);
   // Of a recording the line at the cursor stays in sight, and not the newest one.
-  const still = props.still || passed !== null;
+  const still = props.still || past !== null;
   const LINE = useNarrow() ? NARROW : WIDE;
   const box = useRef<HTMLDivElement>(null);
-  const [sight, setSight] = useState({ top: 0, height: 600 });
+  const [sight, setSight] = useState<Sight>({ top: 0, height: 600 });
   const [following, setFollowing] = useState(true);
+  const [brought, setBrought] = useState<{ passed: number | null; line: number }>({ passed: null, line: LINE });
 
+  // Before anything is drawn, so that lines are drawn and laid out once where the cursor has jumped.
+  if (brought.passed !== passed || brought.line !== LINE) {
+    setBrought({ passed, line: LINE });
+    if (passed) setSight(broughtIntoSight(sight, passed - 1, lines.length, LINE));
+  }
+
+  const see = useCallback((there: HTMLElement) => {
+    const [top, height] = [there.scrollTop, there.clientHeight];
+    setSight((before) => (before.top === top && before.height === height ? before : { top, height }));
+  }, []);
   const look = () => {
     const there = box.current;
     if (!there) return;
-    setSight({ top: there.scrollTop, height: there.clientHeight });
+    see(there);
     setFollowing(there.scrollTop + there.clientHeight >= there.scrollHeight - LINE);
   };
 
@@ -30,26 +42,20 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
     if (following && !still && box.current) box.current.scrollTop = box.current.scrollHeight;
   }, [lines, following, still]);
 
+  // biome-ignore lint/correctness/useExhaustiveDependencies: where a person scrolls to, it is already
   useLayoutEffect(() => {
-    const there = box.current;
-    if (!there || passed === null || passed === 0) return;
-    const place = (passed - 1) * LINE;
-    if (place < there.scrollTop || place + LINE > there.scrollTop + there.clientHeight) {
-      there.scrollTop = place - there.clientHeight / 2;
-      setSight({ top: there.scrollTop, height: there.clientHeight });
-    }
+    if (passed !== null && box.current) box.current.scrollTop = sight.top;
   }, [passed, LINE]);
 
   useEffect(() => {
     const there = box.current;
     if (!there) return;
-    const resized = new ResizeObserver(() => setSight({ top: there.scrollTop, height: there.clientHeight }));
+    const resized = new ResizeObserver(() => see(there));
     resized.observe(there);
     return () => resized.disconnect();
-  }, []);
+  }, [see]);
 
-  const first = Math.max(0, Math.floor(sight.top / LINE) - BEYOND);
-  const last = Math.min(lines.length, Math.ceil((sight.top + sight.height) / LINE) + BEYOND);
+  const [first, last] = rowsInSight(sight, lines.length, LINE);
 
   const step = (event: KeyboardEvent) => {
     const by = { ArrowDown: 1, ArrowUp: -1 }[event.key];
@@ -68,25 +74,16 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
     <div className="panel lines" role="group" aria-label="Lines of the log" tabIndex={0} ref={box} onScroll={look} onKeyDown={step}>
       <div style={{ height: lines.length * LINE, position: "relative" }}>
         {lines.slice(first, last).map((line, index) => (
-          <button
+          <Row
             // biome-ignore lint/suspicious/noArrayIndexKey: a jump writes other words into the same elements, instead of making new ones
             key={index}
-            type="button"
-            tabIndex={-1}
-            className={`line ${LINE === NARROW ? "two" : ""} ${line.isEarlier ? "earlier" : ""} ${passed !== null && first + index >= passed ? "later" : ""} ${passed !== null && first + index === passed - 1 ? "present" : ""} ${BAD_KINDS.has(line.kind) ? "bad" : WARN_KINDS.has(line.kind) ? "warn" : ""}`}
-            aria-pressed={line.key === chosen}
-            style={{ top: (first + index) * LINE, height: LINE }}
-            onClick={() => choose(line)}
-          >
-            <span className="figures time">{seconds(line.time_s)}</span>
-            <span className="kind">{line.kind}</span>
-            <span className="about">{line.about}</span>
-            <span className="what">
-              {line.isEarlier && <span className="tag">earlier run</span>}
-              {line.times > 1 && <span className="tag">{line.times}×</span>} {line.text}
-              {line.who && <span className="quiet"> by {line.who}</span>}
-            </span>
-          </button>
+            of={line}
+            top={(first + index) * LINE}
+            height={LINE}
+            isChosen={line.key === chosen}
+            at={passed === null ? "" : first + index >= passed ? "later" : first + index === passed - 1 ? "present" : ""}
+            choose={choose}
+          />
         ))}
       </div>
       {!following && !still && (
@@ -101,6 +98,46 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
         </button>
       )}
     </div>
+  );
+}
+
+/** A line: `at` says on which side of the cursor of a recording it stands. */
+const Row = memo(function Row(props: {
+  of: Line;
+  top: number;
+  height: number;
+  isChosen: boolean;
+  at: "" | "later" | "present";
+  choose: (line: Line) => void;
+}) {
+  const { of: line, top, height } = props;
+  const tone = BAD_KINDS.has(line.kind) ? "bad" : WARN_KINDS.has(line.kind) ? "warn" : "";
+  return (
+    <button
+      type="button"
+      tabIndex={-1}
+      className={`line ${height === NARROW ? "two" : ""} ${line.isEarlier ? "earlier" : ""} ${props.at} ${tone}`}
+      aria-pressed={props.isChosen}
+      style={{ top, height }}
+      onClick={() => props.choose(line)}
+    >
+      <span className="figures time">{seconds(line.time_s)}</span>
+      <span className="kind">{line.kind}</span>
+      <span className="about">{line.about}</span>
+      <span className="what">
+        {line.isEarlier && <span className="tag">earlier run</span>}
+        {line.times > 1 && <span className="tag">{line.times}×</span>} {line.text}
+        {line.who && <span className="quiet"> by {line.who}</span>}
+      </span>
+    </button>
+  );
+});
+
+/** Of a recording: how many of the lines are not later than its cursor; null: the lines are those of now. */
+function usePassed(past: Past | null, lines: readonly Line[]): number | null {
+  return useSyncExternalStore(
+    (changed) => past?.cursor.watch(changed) ?? (() => undefined),
+    () => (past ? linesUntil(lines, past.cursor.get()) : null),
   );
 }
 

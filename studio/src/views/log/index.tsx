@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useEffect, useMemo, useState } from "react";
+import { useCallback, useMemo, useRef, useState, useSyncExternalStore } from "react";
 import { toNs } from "../../control/recorded/state";
-import type { Past } from "../../control/source";
+import type { Past, Topic } from "../../control/source";
+import type { Kept } from "../../control/topics";
 import { count } from "../../design/numbers";
 import { Empty, Refusals } from "../../design/parts";
 import { saveText } from "../../design/saveText";
-import { useControl, useTopic, useWatched } from "../../shell/context";
+import { useControl, useWatched } from "../../shell/context";
 import { useRoute } from "../../shell/route";
 import { LineDetail } from "./LineDetail";
 import { Lines } from "./Lines";
-import { asCsv, asJsonLines, BAD_KINDS, kindsOf, type Line, linesOf, linesUntil, shownLines, WARN_KINDS } from "./lines";
+import { asCsv, asJsonLines, BAD_KINDS, kindsOf, type Line, linesOf, shownLines, WARN_KINDS } from "./lines";
 import "./log.css";
 
 /** What happened: conditions, faults, transitions, ends with their reports, commands and who gave them. */
 export default function Log() {
   const control = useControl();
-  const log = useTopic(control.topics.log);
-  const ends = useTopic(control.topics.ends);
+  const { past } = control;
+  const log = useTold(control.topics.log, past);
+  const ends = useTold(control.topics.ends, past);
   const logTrouble = useWatched(control.topics.log.trouble);
   const endsTrouble = useWatched(control.topics.ends.trouble);
   const asked = useRoute().query.get("text");
@@ -24,15 +26,17 @@ export default function Log() {
   const [hidden, setHidden] = useState<ReadonlySet<string>>(new Set());
   const [paused, setPaused] = useState<Line[] | null>(null);
   const [chosen, setChosen] = useState<Line | null>(null);
-  // Of a recording the lines are the same wherever its cursor is.
-  const { past } = control;
-  const of = past ?? log;
-  // biome-ignore lint/correctness/useExhaustiveDependencies: see above
-  const latest = useMemo(() => linesOf(log, ends), [of, past ? log === null : ends]);
+  const latest = useMemo(() => linesOf(log, ends), [log, ends]);
   const lines = paused ?? latest;
   const kinds = useMemo(() => kindsOf(lines), [lines]);
   const shown = useMemo(() => shownLines(lines, { hidden, text }), [lines, hidden, text]);
-  const passed = useCursor(past, shown);
+  const choose = useCallback(
+    (line: Line) => {
+      setChosen(line);
+      past?.go(toNs(line.time_s));
+    },
+    [past],
+  );
   const dropped = (log?.dropped ?? 0) + (ends?.dropped ?? 0);
   const newer = latest.length - lines.length;
 
@@ -85,16 +89,7 @@ export default function Log() {
         <p className="dropped">{count(dropped)} entries were gone before they could be read: the system keeps the last 4,096.</p>
       )}
       {shown.length > 0 ? (
-        <Lines
-          of={shown}
-          chosen={chosen?.key ?? null}
-          choose={(line) => {
-            setChosen(line);
-            past?.go(toNs(line.time_s));
-          }}
-          still={paused !== null}
-          passed={passed}
-        />
+        <Lines of={shown} chosen={chosen?.key ?? null} choose={choose} still={paused !== null} past={past} />
       ) : lines.length > 0 ? (
         <Empty title="No line passes the filter">Show more kinds, or shorten the text.</Empty>
       ) : (
@@ -105,16 +100,15 @@ export default function Log() {
   );
 }
 
-/** Of a recording: how many of the lines are not later than its cursor; null: the lines are those of now. */
-function useCursor(past: Past | null, lines: readonly Line[]): number | null {
-  const [passed, setPassed] = useState<number | null>(null);
-  useEffect(() => {
-    if (!past) return setPassed(null);
-    const put = () => setPassed(linesUntil(lines, past.cursor.get()));
-    put();
-    return past.cursor.watch(put);
-  }, [past, lines]);
-  return passed;
+/** What was told so far; of a recording, all of it as it came first: wherever the cursor is, the lines are the same. */
+function useTold<T>(topic: Topic<Kept<T>>, past: Past | null): Kept<T> | null {
+  const first = useRef<{ of: Topic<Kept<T>>; told: Kept<T> } | null>(null);
+  return useSyncExternalStore(topic.watch, () => {
+    const told = topic.get();
+    if (!past || !told) return told;
+    if (first.current?.of !== topic) first.current = { of: topic, told };
+    return first.current.told;
+  });
 }
 
 function tone(kind: string): string {

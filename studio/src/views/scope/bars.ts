@@ -33,7 +33,8 @@ export class Bars {
     const present = this.#present();
     const stand = present === null ? -1 : this.#plot.placeOf(present);
     this.#stand.hidden = stand < 0 || stand > 1;
-    this.#stand.style.left = `${(stand * 100).toFixed(3)}%`;
+    // Moved, not laid out: a recording's cursor goes on while the screen behind it stays painted.
+    this.#stand.style.transform = `translateX(${(stand * (this.#plot.over?.clientWidth ?? 0)).toFixed(1)}px)`;
     const at = this.#cursors.get();
     this.#bars.forEach((bar, i) => {
       bar.hidden = at === null;

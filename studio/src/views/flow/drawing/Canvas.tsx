@@ -10,7 +10,7 @@ import {
   useReactFlow,
 } from "@xyflow/react";
 import "@xyflow/react/dist/style.css";
-import { type DragEvent, type ReactNode, useCallback, useMemo, useState } from "react";
+import { type DragEvent, memo, type ReactNode, useCallback, useMemo, useState } from "react";
 import { type BoxNode, BoxView } from "./BoxView";
 import { type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
 import { FIT, Overview, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
@@ -47,7 +47,7 @@ export interface CanvasProps {
 }
 
 /** A drawing that can be moved, zoomed, walked by keyboard (Tab, Enter, arrow keys), and where it is asked for, changed. */
-export function Canvas(props: CanvasProps) {
+export const Canvas = memo(function Canvas(props: CanvasProps) {
   const { drawing, places, chosen, choose, toggle, edit } = props;
   const flow = useReactFlow();
   const [moving, setMoving] = useState<ReadonlyMap<string, Place>>(new Map());
@@ -180,7 +180,7 @@ export function Canvas(props: CanvasProps) {
       </ReactFlow>
     </div>
   );
-}
+});
 
 // A wire can be drawn from either end.
 function endsOf(connection: Connection | Edge): { from: End; to: End } | null {

@@ -3,11 +3,12 @@ import type { Value } from "../../../control/shapes";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { portText } from "../drawing/drawing";
-import { removeBlock, renameBlock, setConstant } from "./change";
+import { removeBlock, renameBlock, setConstant, setMode } from "./change";
 import type { Draft } from "./definition";
-import { type Faces, type Item, itemsOf, modeText } from "./faces";
+import { type Faces, type Item, itemsOf, modeText, sideOf } from "./faces";
+import { ModeField } from "./ModeField";
 import { WireField } from "./WireField";
-import { constantOf } from "./written";
+import { constantOf, constantText } from "./written";
 
 /** A block of the draft: its label, its constants, its ports and conditions. */
 export function BoxPanel(props: {
@@ -62,8 +63,14 @@ export function BoxPanel(props: {
               <dd key={item.name} title={item.doc}>
                 {item.kind.replace("_", " ")}
                 {item.type_text && `, ${portText({ ...item, mode: item.kind === "condition" ? "" : modeText(item.mode) })}`}
+                <Wiring item={item} draft={draft} label={label} faces={faces} change={change} />
                 {(item.kind === "input" || item.kind === "output") && (
-                  <WireField draft={draft} label={label} port={item.name} side={item.kind} faces={faces} change={change} />
+                  <ModeField
+                    of={`${label}.${item.name}`}
+                    declared={modeText(item.mode)}
+                    mode={draft.of.modes?.[`${label}.${item.name}`]}
+                    put={(mode) => change(setMode(draft, `${label}.${item.name}`, mode))}
+                  />
                 )}
               </dd>,
             ])}
@@ -73,13 +80,19 @@ export function BoxPanel(props: {
   );
 }
 
+function Wiring(props: { item: Item; draft: Draft; label: string; faces: Faces; change: (draft: Draft) => void }) {
+  const { item, ...more } = props;
+  const side = sideOf(item);
+  return side && <WireField {...more} port={item.name} side={side} />;
+}
+
 function ConstantField(props: { item: Item; value: Value | undefined; commit: (value: Value | undefined) => void }) {
   const { item, value } = props;
   return (
     <div title={item.doc}>
       <TextField
         label={item.unit ? `${item.name} (${item.unit})` : item.name}
-        value={value === undefined ? "" : typeof value === "string" ? value : JSON.stringify(value)}
+        value={constantText(value)}
         placeholder="default"
         commit={(text) => {
           const read = constantOf(text, item.type_text);

@@ -9,6 +9,8 @@ import type { Drawing, End, Place, PortSide, Wire } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
 import { BoxPanel } from "./BoxPanel";
 import * as change from "./change";
+import { pasted } from "./clipboard";
+import { useCopyKeys } from "./copyKeys";
 import { UnreadDraft } from "./DraftBoundary";
 import { type Draft, setsOf } from "./definition";
 import { boundaryOf, drawnDraft, placeOf, portOf, type RefusedWire } from "./drawn";
@@ -31,7 +33,7 @@ export default function Editor() {
   const control = useLive();
   const { draft, file, change: put, place, open, back, again } = useDraft();
   useUndoKeys(back, again);
-  const { faces, trouble } = useFaces(control);
+  const { faces, device_types, trouble } = useFaces(control);
   const { findings, unanswered } = useFindings(control, draft);
   const [shown, setShown] = useState<Drawn>("flow");
   const [list, setList] = useState<string | null>(null);
@@ -47,7 +49,28 @@ export default function Editor() {
     [isPlaced, draft, faces, findings, refused],
   );
   const places = useMemo(() => placesOf(drawing.boxes, draft), [drawing, draft]);
-  const presentList = draft.kind === "verb" && list !== null && list in draft.of.command_lists ? list : null;
+  useCopyKeys({
+    draft,
+    labels:
+      chosen === null
+        ? Object.keys(draft.of.blocks)
+        : chosen.kind === "box" && Object.hasOwn(draft.of.blocks, chosen.id)
+          ? [chosen.id]
+          : [],
+    paste: (piece) => {
+      const made = pasted(draft, piece);
+      put(made.draft);
+      const [first] = made.labels;
+      if (first !== undefined && made.labels.length === 1) setChosen({ kind: "box", id: first });
+    },
+    remove: (labels) => {
+      // Where nothing is chosen all is copied, and nothing cut.
+      if (chosen === null) return;
+      put(labels.reduce(change.removeBlock, draft));
+      setChosen(null);
+    },
+  });
+  const presentList = draft.kind === "verb" && list !== null && Object.hasOwn(draft.of.command_lists, list) ? list : null;
 
   const add = useCallback(
     (block: string, at: Place) => {
@@ -183,16 +206,17 @@ export default function Editor() {
       )}
       <div className="side stack">
         <Findings texts={findings.map(about)} isEmpty={Object.keys(draft.of.blocks).length === 0} />
-        {chosen?.kind === "box" && chosen.id in draft.of.blocks && (
+        {chosen?.kind === "box" && Object.hasOwn(draft.of.blocks, chosen.id) && (
           <BoxPanel draft={draft} label={chosen.id} faces={faces} change={put} choose={(label) => setChosen({ kind: "box", id: label })} />
         )}
         {chosen?.kind === "box" && (
           <BoundaryPanel draft={draft} box={chosen.id} put={put} choose={(id) => setChosen({ kind: "box", id })} />
         )}
+        {chosen?.kind === "wire" && <CellPanel draft={draft} wire={drawing.wires.find((wire) => wire.id === chosen.id)} put={put} />}
         {presentList !== null && shown === "lists" && draft.kind === "verb" && (
-          <ListPanel draft={draft} list={presentList} findings={findings} change={put} />
+          <ListPanel draft={draft} list={presentList} findings={findings} change={put} choose={setList} />
         )}
-        {draft.kind === "verb" && <VerbPanel draft={draft} faces={faces} findings={findings} change={put} />}
+        {draft.kind === "verb" && <VerbPanel draft={draft} faces={faces} device_types={device_types} findings={findings} change={put} />}
         <Install draft={draft} faces={faces} isSound={findings.length === 0 && unanswered.length === 0} />
       </div>
     </div>
@@ -242,6 +266,19 @@ function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: Draft) =
         }}
       />
       <p className="quiet">{set.ports.length > 0 ? `binds ${set.ports.join(", ")}` : "binds nothing yet: draw a wire"}</p>
+    </Panel>
+  );
+}
+
+/** The cell of a wire that is chosen: its name. */
+function CellPanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void }) {
+  const { draft, wire, put } = props;
+  const ports = wire && setsOf(draft, "cells")[wire.cell];
+  if (!wire || !ports) return null;
+  return (
+    <Panel title={`Wire ${wire.cell}`}>
+      <TextField label="Cell" value={wire.cell} commit={(to) => put(change.renameSet(draft, "cells", wire.cell, to))} />
+      <p className="quiet">{ports.join(", ")}</p>
     </Panel>
   );
 }

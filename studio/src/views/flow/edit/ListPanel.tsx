@@ -5,13 +5,20 @@ import { TextField } from "../../../design/TextField";
 import { removeList, setInitial, setList } from "./change";
 import { type Command, type Draft, timeOrNull, type Verb } from "./definition";
 import { about, type Finding } from "./findings";
+import { renameList } from "./rename";
 import { everyOf, words } from "./written";
 
 const KINDS: Command["command"][] = ["install", "execute", "activate", "deactivate", "wait", "ready"];
 const EVERY_NS = 20_000_000;
 
 /** The commands of a list, in order. */
-export function ListPanel(props: { draft: Draft & { kind: "verb" }; list: string; findings: Finding[]; change: (draft: Draft) => void }) {
+export function ListPanel(props: {
+  draft: Draft & { kind: "verb" };
+  list: string;
+  findings: Finding[];
+  change: (draft: Draft) => void;
+  choose: (list: string) => void;
+}) {
   const { draft, list, change } = props;
   const commands = draft.of.command_lists[list]?.commands ?? [];
   const put = (next: Command[]) => change(setList(draft, list, next));
@@ -31,6 +38,15 @@ export function ListPanel(props: { draft: Draft & { kind: "verb" }; list: string
         </>
       }
     >
+      <TextField
+        label="Name"
+        value={list}
+        commit={(to) => {
+          if (to === "" || Object.hasOwn(draft.of.command_lists, to)) return to === "" ? "a name is needed" : `there is a '${to}' already`;
+          change(renameList(draft, list, to));
+          props.choose(to);
+        }}
+      />
       <ol className="stack">
         {commands.map((command, index) => (
           // biome-ignore lint/suspicious/noArrayIndexKey: a command is known by its place

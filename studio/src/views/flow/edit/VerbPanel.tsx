@@ -1,25 +1,63 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type ReactNode, useId } from "react";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
-import { freeName, setCondition, setInput, setList, setOutput, setTransition } from "./change";
-import type { Draft } from "./definition";
+import { freeName, setCondition, setInput, setList, setObject, setOutput, setTransition } from "./change";
+import type { Draft, Transition } from "./definition";
 import { type Faces, type Item, itemsOf } from "./faces";
-import { about, type Finding, ofCondition, ofOutput, ofParameter, ofTransition } from "./findings";
-import { constantOf, words } from "./written";
+import { type Finding, ofCondition, ofObject, ofOutput, ofParameter, ofTransition } from "./findings";
+import { Found, NamedPanel, type VerbDraft } from "./NamedPanel";
+import { renameCondition, renameInput, renameObject, renameOutput } from "./rename";
+import { WholePanel } from "./WholePanel";
+import { constantOf, constantText, withinOf, words } from "./written";
 
-type OfVerb = { draft: Draft & { kind: "verb" }; faces: Faces; findings: Finding[]; change: (draft: Draft) => void };
+type OfVerb = { draft: VerbDraft; faces: Faces; device_types: string[]; findings: Finding[]; change: (draft: Draft) => void };
+
+/** Written where a condition is a normal end that returns no output value. */
+const NONE = "nothing";
 
 /** What a verb has besides its blocks: lists, conditions, transitions, parameters, results. */
 export function VerbPanel(props: OfVerb) {
   return (
     <>
+      <Objects {...props} />
       <Lists {...props} />
       <Conditions {...props} />
       <Transitions {...props} />
       <Inputs {...props} />
       <Outputs {...props} />
+      <WholePanel draft={props.draft} change={props.change} />
     </>
+  );
+}
+
+function Objects(props: OfVerb) {
+  return (
+    <NamedPanel
+      {...props}
+      title="Objects"
+      one="object"
+      of={props.draft.of.objects ?? {}}
+      fresh={["joint", { device_type: props.device_types[0] ?? "", each: false }]}
+      set={setObject}
+      rename={renameObject}
+      choices={props.device_types}
+      found={(name) => ofObject(props.findings, name)}
+      fields={(object, put, list) => (
+        <>
+          <TextField
+            label="is a"
+            list={list}
+            placeholder="type of logical devices"
+            value={object.device_type}
+            commit={(device_type) => put({ ...object, device_type })}
+          />
+          <label className="row">
+            <input type="checkbox" checked={object.each} onChange={(event) => put({ ...object, each: event.target.checked })} />
+            several of them
+          </label>
+        </>
+      )}
+    />
   );
 }
 
@@ -48,6 +86,7 @@ function Conditions(props: OfVerb) {
       of={props.draft.of.conditions}
       fresh={["done", { on: [], returns: null, raises: false, during: [], priority: 0 }]}
       set={setCondition}
+      rename={renameCondition}
       choices={namesOf(props, (item) => item.kind === "condition")}
       found={(name) => ofCondition(props.findings, name)}
       fields={(condition, put, list) => (
@@ -61,18 +100,48 @@ function Conditions(props: OfVerb) {
           />
           <TextField
             label="returns"
-            placeholder="nothing"
-            value={(condition.returns ?? []).join(", ")}
-            commit={(text) => put({ ...condition, returns: text === "" ? null : words(text) })}
+            placeholder="no normal end; or nothing, or output values"
+            value={condition.returns?.length === 0 ? NONE : (condition.returns ?? []).join(", ")}
+            commit={(text) => put({ ...condition, returns: text === "" ? null : text === NONE ? [] : words(text) })}
           />
-          <label className="row">
-            <input
-              type="checkbox"
-              checked={Boolean(condition.raises)}
-              onChange={(event) => put({ ...condition, raises: event.target.checked })}
-            />
-            is an error{typeof condition.raises === "string" ? `: ${condition.raises}` : ""}
-          </label>
+          <TextField
+            label="during"
+            placeholder="every command list"
+            value={condition.during.join(", ")}
+            commit={(text) => put({ ...condition, during: words(text) })}
+          />
+          <TextField
+            label="priority"
+            value={String(condition.priority)}
+            commit={(text) => {
+              if (!/^-?\d+$/.test(text)) return `'${text}' is no priority: write a whole number`;
+              put({ ...condition, priority: Number(text) });
+            }}
+          />
+          <div className="row">
+            <label className="row">
+              <input
+                type="checkbox"
+                checked={Boolean(condition.raises)}
+                onChange={(event) => put({ ...condition, raises: event.target.checked })}
+              />
+              is an error
+            </label>
+            {Boolean(condition.raises) && (
+              <TextField
+                label="class"
+                placeholder="gpac.Terminated"
+                value={typeof condition.raises === "string" ? condition.raises : ""}
+                commit={(text) => put({ ...condition, raises: text === "" ? true : text })}
+              />
+            )}
+          </div>
+          <TextField
+            label="alarm"
+            placeholder="none"
+            value={condition.alarm ?? ""}
+            commit={(text) => put({ ...condition, alarm: text === "" ? null : text })}
+          />
         </>
       )}
     />
@@ -81,32 +150,48 @@ function Conditions(props: OfVerb) {
 
 function Transitions(props: OfVerb) {
   const { draft, change } = props;
-  if (draft.of.transitions.length === 0) return null;
+  const { transitions } = draft.of;
   const conditions = [...Object.keys(draft.of.conditions), "completed", "fault", "halted"];
+  const lists = Object.keys(draft.of.command_lists);
+  const [first, second = first] = lists;
+  const fresh = first !== undefined && second !== undefined && { from: first, condition: conditions[0] ?? "completed", to: second };
   return (
-    <Panel title="Transitions">
-      {draft.of.transitions.map((line, index) => (
-        // biome-ignore lint/suspicious/noArrayIndexKey: a transition is known by its place
-        <fieldset key={index} aria-label={`Transition from ${line.from} to ${line.to}`}>
-          <div className="row">
-            <span>{line.from}</span>
-            <select
-              aria-label="Condition"
-              value={line.condition}
-              onChange={(event) => change(setTransition(draft, index, { ...line, condition: event.target.value }))}
-            >
-              {[...new Set([line.condition, ...conditions])].map((name) => (
-                <option key={name}>{name}</option>
-              ))}
-            </select>
-            <span>→ {line.to}</span>
-            <button type="button" aria-label="Remove transition" onClick={() => change(setTransition(draft, index, null))}>
-              ×
-            </button>
-          </div>
-          <Found of={ofTransition(props.findings, line.from, line.condition)} />
-        </fieldset>
-      ))}
+    <Panel
+      title="Transitions"
+      end={
+        <button type="button" disabled={!fresh} onClick={() => fresh && change(setTransition(draft, transitions.length, fresh))}>
+          Add
+        </button>
+      }
+    >
+      {transitions.map((line, index) => {
+        const choice = (label: string, key: keyof Transition, of: string[]) => (
+          <select
+            aria-label={label}
+            value={line[key]}
+            onChange={(event) => change(setTransition(draft, index, { ...line, [key]: event.target.value }))}
+          >
+            {[...new Set([line[key], ...of])].map((name) => (
+              <option key={name}>{name}</option>
+            ))}
+          </select>
+        );
+        return (
+          // biome-ignore lint/suspicious/noArrayIndexKey: a transition is known by its place
+          <fieldset key={index} aria-label={`Transition from ${line.from} to ${line.to}`}>
+            <div className="row">
+              {choice("From", "from", lists)}
+              {choice("Condition", "condition", conditions)}
+              <span aria-hidden="true">→</span>
+              {choice("To", "to", lists)}
+              <button type="button" aria-label="Remove transition" onClick={() => change(setTransition(draft, index, null))}>
+                ×
+              </button>
+            </div>
+            <Found of={ofTransition(props.findings, line.from, line.condition)} />
+          </fieldset>
+        );
+      })}
     </Panel>
   );
 }
@@ -120,6 +205,7 @@ function Inputs(props: OfVerb) {
       of={props.draft.of.input_parameters}
       fresh={["goal", { targets: [], default: null, unit: "", tunable: false }]}
       set={setInput}
+      rename={renameInput}
       choices={namesOf(props, (item) => item.kind === "input" || item.kind === "parameter" || item.kind === "condition")}
       found={(name) => ofParameter(props.findings, name)}
       fields={(input, put, list) => (
@@ -134,11 +220,22 @@ function Inputs(props: OfVerb) {
           <TextField
             label="default"
             placeholder="none: must be given"
-            value={input.default === null ? "" : JSON.stringify(input.default)}
+            value={constantText(input.default)}
             commit={(text) => {
               const { value, wrong } = constantOf(text, "value");
               if (wrong !== null) return wrong;
               put({ ...input, default: value ?? null });
+            }}
+          />
+          <TextField label="unit" placeholder="of the port" value={input.unit} commit={(unit) => put({ ...input, unit })} />
+          <TextField
+            label="within"
+            placeholder="any value"
+            value={(input.within ?? []).join(", ")}
+            commit={(text) => {
+              const read = withinOf(text);
+              if (read.wrong !== undefined) return read.wrong;
+              put({ ...input, within: read.value });
             }}
           />
           <label className="row">
@@ -161,78 +258,12 @@ function Outputs(props: OfVerb) {
       of={props.draft.of.output_values}
       fresh={["result", ports[0] ?? "block.port"]}
       set={setOutput}
+      rename={renameOutput}
       choices={ports}
       found={(name) => ofOutput(props.findings, name)}
       fields={(port, put, list) => <TextField label="read from" list={list} value={port} commit={put} />}
     />
   );
-}
-
-/** What a verb has several of, each with a name: added, renamed, removed; what is wrong stands at each. */
-function NamedPanel<T>(props: {
-  title: string;
-  /** What one of them is called. */
-  one: string;
-  draft: Draft;
-  of: Record<string, T>;
-  /** One that is added: the name it gets where that is free. */
-  fresh: [string, T];
-  set: (draft: Draft, name: string, value: T | null) => Draft;
-  change: (draft: Draft) => void;
-  /** What its fields propose, under the id that they are given as `list`. */
-  choices: string[];
-  fields: (value: T, put: (value: T) => void, list: string) => ReactNode;
-  found: (name: string) => Finding[];
-}) {
-  const { draft, of, set, change } = props;
-  const list = useId();
-  const [wanted, fresh] = props.fresh;
-  const kind = props.one.charAt(0).toUpperCase() + props.one.slice(1);
-  return (
-    <Panel
-      title={props.title}
-      end={
-        <button type="button" onClick={() => change(set(draft, freeName(wanted, Object.keys(of)), fresh))}>
-          Add
-        </button>
-      }
-    >
-      {Object.keys(of).length > 0 && (
-        <datalist id={list}>
-          {props.choices.map((name) => (
-            <option key={name} value={name} />
-          ))}
-        </datalist>
-      )}
-      {Object.entries(of).map(([name, value]) => (
-        <fieldset key={name} aria-label={`${kind} ${name}`}>
-          <div className="row">
-            <TextField
-              label="Name"
-              value={name}
-              commit={(to) => {
-                if (to === "" || to in of) return to === "" ? "a name is needed" : `there is a '${to}' already`;
-                change(set(set(draft, name, null), to, value));
-              }}
-            />
-            <button type="button" aria-label={`Remove ${props.one} ${name}`} onClick={() => change(set(draft, name, null))}>
-              ×
-            </button>
-          </div>
-          {props.fields(value, (next) => change(set(draft, name, next)), list)}
-          <Found of={props.found(name)} />
-        </fieldset>
-      ))}
-    </Panel>
-  );
-}
-
-function Found(props: { of: Finding[] }) {
-  return props.of.map((finding) => (
-    <p key={finding.message} className="small" role="alert">
-      {about(finding)}
-    </p>
-  ));
 }
 
 function namesOf(props: OfVerb, wanted: (item: Item) => boolean): string[] {

@@ -24,6 +24,8 @@ export function otherEnds(draft: Draft, side: PortSide, answered: Answered[]): M
     const fits = set.kind === "instantiation_parameters" || set.kind === (side === "output" ? "outputs" : "inputs");
     if (fits && (set.ports.length === 0 || !refused.has(set.name))) ends.set(set.name, set);
   }
+  // A cell may have several writers, one in each command list.
+  if (side === "output") for (const set of allSets(draft)) if (set.kind === "cells") ends.set(`the cell ${set.name}`, set);
   return ends;
 }
 

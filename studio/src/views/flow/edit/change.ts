@@ -2,7 +2,7 @@
 // Changes of a draft, each a new draft: nothing of the one before is touched, so that it can be taken back.
 import type { Value } from "../../../control/shapes";
 import type { Place } from "../drawing/drawing";
-import type { BlockUse, Command, Draft, Graph, Layout, SetKind, Sets, Termination, Transition, Verb } from "./definition";
+import type { BlockUse, Command, Draft, Graph, Layout, Mode, SetKind, Sets, Termination, Transition, Verb, VerbObject } from "./definition";
 import { SET_KINDS, setsOf } from "./definition";
 import { type Faces, inner, sideOf, splitPort } from "./faces";
 
@@ -55,7 +55,12 @@ export function removeBlock(draft: Draft, label: string): Draft {
   const { [label]: _gone, ...blocks } = draft.of.blocks;
   const { [label]: _place, ...layout } = draft.of.layout;
   const isOf = (port: string) => splitPort(port, draft.of.blocks)[0] === label;
-  let next = with_(draft, { blocks, layout });
+  let next = with_(draft, {
+    blocks,
+    layout,
+    ...(draft.of.modes ? { modes: filtered(draft.of.modes, (port) => !isOf(port)) } : {}),
+  });
+  if (next.kind === "graph" && next.of.divide) next = with_(next, { divide: filtered(next.of.divide, (one) => one !== label) });
   for (const { kind, name, ports } of allSets(draft)) {
     const left = ports.filter((port) => !isOf(port));
     if (left.length < ports.length) next = setPorts(next, kind, name, left);
@@ -79,14 +84,19 @@ export function removeBlock(draft: Draft, label: string): Draft {
 
 /** Another label for a block; everything that names it follows. */
 export function renameBlock(draft: Draft, label: string, to: string): Draft {
-  if (to === label || to === "" || to in draft.of.blocks) return draft;
+  if (to === label || to === "" || Object.hasOwn(draft.of.blocks, to)) return draft;
   const renamed = (port: string) => {
     const [of, rest] = splitPort(port, draft.of.blocks);
     return of === label ? `${to}.${rest}` : port;
   };
   const keyed = <T>(map: Record<string, T>) =>
     Object.fromEntries(Object.entries(map).map(([name, value]) => [name === label ? to : name, value]));
-  let next = with_(draft, { blocks: keyed(draft.of.blocks), layout: keyed(draft.of.layout) });
+  let next = with_(draft, {
+    blocks: keyed(draft.of.blocks),
+    layout: keyed(draft.of.layout),
+    ...(draft.of.modes ? { modes: Object.fromEntries(Object.entries(draft.of.modes).map(([port, mode]) => [renamed(port), mode])) } : {}),
+  });
+  if (next.kind === "graph" && next.of.divide) next = with_(next, { divide: keyed(next.of.divide) });
   for (const kind of SET_KINDS[draft.kind])
     next = withSets(
       next,
@@ -107,6 +117,12 @@ export function renameBlock(draft: Draft, label: string, to: string): Draft {
     input_parameters: each(verb.input_parameters, (input) => ({ ...input, targets: input.targets.map(renamed) })),
     output_values: each(verb.output_values, renamed),
   });
+}
+
+/** A port's mode; undefined: what its block says. */
+export function setMode(draft: Draft, port: string, mode: Mode | undefined): Draft {
+  const rest = filtered(draft.of.modes ?? {}, (one) => one !== port);
+  return with_(draft, { modes: mode === undefined ? rest : { ...draft.of.modes, [port]: mode } });
 }
 
 export function setConstant(draft: Draft, label: string, name: string, value: Value | undefined): Draft {
@@ -235,12 +251,30 @@ export function setOutput(draft: Draft, name: string, port: string | null): Draf
   return with_(draft, { output_values: port ? { ...draft.of.output_values, [name]: port } : rest });
 }
 
+export function setObject(draft: Draft, name: string, object: VerbObject | null): Draft {
+  if (draft.kind !== "verb") return draft;
+  const rest = filtered(draft.of.objects ?? {}, (one) => one !== name);
+  return with_(draft, { objects: object ? { ...draft.of.objects, [name]: object } : rest });
+}
+
+/** What a verb says of itself as a whole: its ending, what happens when it is suspended or cut off. */
+export function setWhole(
+  draft: Draft,
+  whole: Partial<Pick<Verb, "ending" | "ending_limit_ns" | "suspend" | "if_cut_off" | "manual">>,
+): Draft {
+  return draft.kind === "verb" ? with_(draft, whole) : draft;
+}
+
 export function setText(draft: Draft, change: { name?: string; doc?: string }): Draft {
   return with_(draft, change);
 }
 
 function without(ports: string[], port: string): string[] {
   return ports.filter((one) => one !== port);
+}
+
+function filtered<T>(map: Record<string, T>, keep: (name: string) => boolean): Record<string, T> {
+  return Object.fromEntries(Object.entries(map).filter(([name]) => keep(name)));
 }
 
 function each<T, U>(map: Record<string, T>, change: (value: T) => U): Record<string, U> {

@@ -133,19 +133,40 @@ test("a definition that was changed takes its place, and all else of the file st
   expect(tree.verbs.move.doc).toBe("Moves.");
 });
 
-test("TOML that cannot be changed in place becomes JSON, and says so", () => {
-  const text = `format = "opengpac-definitions"
+const written = `format = "opengpac-definitions"
 version = 1
 [verbs.move.blocks]
 inner = "library.gain"
 [verbs.move.command_lists]
-start = [{ activate = "inner", every = "20 ms" }]
+start = [
+  { activate = "inner", every = "20 ms" }, # the gain
+  { execute = "inner" },
+]
+[[verbs.move.transitions]] # again
+from = "start"
+condition = "halted"
+to = "start"
 [[extra]]
 a = 1
 `;
-  const [move] = draftsOf(text);
+
+test("what a TOML file says in arrays, of tables too, stays where it is, and so does what is not drawn here", () => {
+  const [move] = draftsOf(written);
   if (move?.kind !== "verb") throw new Error("the verbs come first");
-  const saved = savedFile({ ...move, of: { ...move.of, doc: "Moves." } }, { name: "press.toml", text });
+  const commands = [...(move.of.command_lists.start?.commands ?? []), { command: "execute" as const, block: "inner" }];
+  const transitions = move.of.transitions.map((line) => ({ ...line, condition: "fault" }));
+  const of = { ...move.of, command_lists: { start: { commands } }, transitions };
+  const saved = savedFile({ kind: "verb", of }, { name: "press.toml", text: written });
+  expect(saved.name).toBe("press.toml");
+  expect(saved.text).toContain('  { activate = "inner", every = "20 ms" }, # the gain\n');
+  expect(saved.text).toContain('[[verbs.move.transitions]] # again\nfrom = "start"\ncondition = "fault"\n');
+  expect(saved.text).toContain("[[extra]]\na = 1\n");
+});
+
+test("TOML that cannot be changed in place becomes JSON, and says so", () => {
+  const [move] = draftsOf(written);
+  if (move?.kind !== "verb") throw new Error("the verbs come first");
+  const saved = savedFile({ ...move, of: { ...move.of, transitions: [] } }, { name: "press.toml", text: written });
   expect(saved.name).toBe("press.json");
   expect(saved.said).toContain("the comments of press.toml");
 });

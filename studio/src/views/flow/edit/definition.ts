@@ -15,6 +15,9 @@ export interface Layout {
   [what: string]: Place;
 }
 
+/** How a port's values and its block's invocations are related, where that is not what the block says. */
+export type Mode = "synchronous" | "asynchronous" | { ratio: number };
+
 export interface Graph {
   name: string;
   doc: string;
@@ -22,6 +25,9 @@ export interface Graph {
   inputs: Sets;
   outputs: Sets;
   cells: Sets;
+  modes?: Record<string, Mode>;
+  /** Blocks at a part of the rate of the whole. */
+  divide?: Record<string, number>;
   layout: Layout;
   [more: string]: unknown;
 }
@@ -43,6 +49,8 @@ export interface Termination {
   raises: boolean | string;
   during: string[];
   priority: number;
+  /** The code of an alarm that it raises. */
+  alarm?: string | null;
   [more: string]: unknown;
 }
 
@@ -57,6 +65,17 @@ export interface InputParameter {
   default: Value;
   unit: string;
   tunable: boolean;
+  /** Minimum and maximum value: numbers, or parameters of an object, `-arm.max_speed`. */
+  within?: [Bound, Bound] | null;
+  [more: string]: unknown;
+}
+
+export type Bound = number | string;
+
+/** A logical device that the verb acts on, or several of the type. */
+export interface VerbObject {
+  device_type: string;
+  each: boolean;
   [more: string]: unknown;
 }
 
@@ -64,6 +83,13 @@ export interface Verb {
   name: string;
   doc: string;
   blocks: Record<string, BlockUse>;
+  objects?: Record<string, VerbObject>;
+  modes?: Record<string, Mode>;
+  ending?: string | null;
+  ending_limit_ns?: number | null;
+  suspend?: unknown;
+  if_cut_off?: string | null;
+  manual?: boolean;
   instantiation_parameters: Sets;
   cells: Sets;
   input_parameters: Record<string, InputParameter>;
@@ -131,6 +157,7 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
       ...verb,
       // Files alone say it in words.
       ...(ending_limit === undefined ? {} : { ending_limit_ns: time(ending_limit) }),
+      ...(given.objects === undefined ? {} : { objects: mapped(given.objects, verbObject) }),
       instantiation_parameters: sets(given.instantiation_parameters),
       input_parameters: mapped(given.input_parameters, inputParameter),
       output_values: (given.output_values as Record<string, string> | undefined) ?? {},
@@ -169,6 +196,12 @@ function graphOf(name: string, written: unknown, graphs: Record<string, unknown>
   const draft = draftOf("graph", name, written, graphs);
   if (draft.kind !== "graph") throw new Error(`'${name}' is no graph`);
   return draft.of;
+}
+
+function verbObject(written: unknown, name: string): VerbObject {
+  if (typeof written === "string") return { device_type: written, each: false };
+  const given = object(written, `object '${name}'`);
+  return { ...given, device_type: text(given.device_type), each: given.each === true };
 }
 
 function inputParameter(written: unknown): InputParameter {

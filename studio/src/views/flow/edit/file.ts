@@ -58,6 +58,10 @@ function inToml(draft: Draft, file: OpenedFile, tree: Record<string, unknown>): 
 /** What a file says, with what has become another between two drafts of it. */
 function merged(said: unknown, was: unknown, is: unknown): unknown {
   if (same(was, is)) return said;
+  if (Array.isArray(said)) {
+    const [old, wanted] = [listOf(was), listOf(is)];
+    return old && wanted && old.length === said.length ? mergedList(said, old, wanted) : is;
+  }
   if (!isTable(said) || !isTable(was) || !isTable(is)) return is;
   const made: Record<string, unknown> = { ...said };
   for (const key of new Set([...Object.keys(was), ...Object.keys(is)])) {
@@ -65,6 +69,22 @@ function merged(said: unknown, was: unknown, is: unknown): unknown {
     else if (!same(was[key], is[key])) made[key] = merged(said[key], was[key], is[key]);
   }
   return made;
+}
+
+/** An array, or the commands of a command list, which a file may write as an array. */
+function listOf(value: unknown): unknown[] | null {
+  if (Array.isArray(value)) return value;
+  return isTable(value) && Object.keys(value).length === 1 && Array.isArray(value.commands) ? value.commands : null;
+}
+
+/** Of what is the same at the beginning and at the end stays what the file says, in short or long. */
+function mergedList(said: unknown[], was: unknown[], is: unknown[]): unknown[] {
+  const short = Math.min(was.length, is.length);
+  let first = 0;
+  while (first < short && same(was[first], is[first])) first += 1;
+  let behind = 0;
+  while (behind < short - first && same(was.at(-1 - behind), is.at(-1 - behind))) behind += 1;
+  return [...said.slice(0, first), ...is.slice(first, is.length - behind), ...said.slice(said.length - behind)];
 }
 
 function isTable(value: unknown): value is Record<string, unknown> {

@@ -39,7 +39,7 @@ export function about(finding: Finding): string {
   return finding.remedy ? `${finding.message}; ${finding.remedy}` : finding.message;
 }
 
-/** Findings about a command list, a condition, an input parameter, an output value or a transition. */
+/** Findings about a command list, a condition, an input parameter, an output value, an object or a transition. */
 export function ofList(findings: Finding[], list: string): Finding[] {
   return findings.filter((finding) => finding.where.some((where) => "list" in where && where.list === list));
 }
@@ -54,6 +54,10 @@ export function ofParameter(findings: Finding[], parameter: string): Finding[] {
 
 export function ofOutput(findings: Finding[], output: string): Finding[] {
   return findings.filter((finding) => finding.where.some((where) => "output" in where && where.output === output));
+}
+
+export function ofObject(findings: Finding[], object: string): Finding[] {
+  return findings.filter((finding) => finding.where.some((where) => "object" in where && where.object === object));
 }
 
 export function ofTransition(findings: Finding[], from: string, condition: string): Finding[] {

@@ -10,9 +10,10 @@ import { type Finding, findingsOf } from "./findings";
 /** How long nothing must change before the draft is checked, ms. */
 const PAUSE_MS = 250;
 
-/** The component data base of the system. */
-export function useFaces(control: Control): { faces: Faces; trouble: Refusal[] } {
+/** The component data base of the system, and its types of logical devices. */
+export function useFaces(control: Control): { faces: Faces; device_types: string[]; trouble: Refusal[] } {
   const [faces, setFaces] = useState<Faces>(new Map());
+  const [device_types, setTypes] = useState<string[]>([]);
   const [trouble, setTrouble] = useState<Refusal[]>([]);
   useEffect(() => {
     const asked = new AbortController();
@@ -22,9 +23,15 @@ export function useFaces(control: Control): { faces: Faces; trouble: Refusal[] }
         if (!asked.signal.aborted) setTrouble(refusalsOf(why));
       },
     );
+    control.look("names", {}, asked.signal).then(
+      (names) => setTypes(names.device_types),
+      (why) => {
+        if (!asked.signal.aborted) setTrouble(refusalsOf(why));
+      },
+    );
     return () => asked.abort();
   }, [control]);
-  return { faces, trouble };
+  return { faces, device_types, trouble };
 }
 
 /** Every installation check of the draft, made again a moment after each change. */

@@ -103,7 +103,57 @@ test("random changes say what they are to say, and leave every comment", () => {
   expect(kept).toBeGreaterThan(105);
 });
 
+const TABLES = `# Goes and comes.
+[verbs.v]
+initial = "near"
+
+[[verbs.v.transitions]]  # out
+from = "near"
+condition = "rose"   # it rose
+to = "far"
+
+[[verbs.v.transitions]]
+from = "far"
+condition = "fell"
+to = "near"
+
+[verbs.v.command_lists]
+near = [
+  { activate = "wave", every = "20 ms" },  # the wave
+  { activate = "side", every = "20 ms" },  # its side
+]
+far = []
+`;
+type Verbs = { verbs: { v: { transitions: Record<string, string>[]; command_lists: { near: Record<string, string>[] } } } };
+
+test("a value in an array of tables changes its line only; a table comes and goes with its heading", () => {
+  const line = changed((tree) => Object.assign((tree as unknown as Verbs).verbs.v.transitions[0] as object, { to: "end" }), TABLES);
+  expect(line.lines).toEqual([['to = "far"', 'to = "end"']]);
+  const { made } = changed(
+    (tree) => (tree as unknown as Verbs).verbs.v.transitions.push({ from: "near", condition: "lost", to: "far" }),
+    TABLES,
+  );
+  expect(made).toContain(
+    'to = "near"\n\n[[verbs.v.transitions]]\nfrom = "near"\ncondition = "lost"\nto = "far"\n\n[verbs.v.command_lists]',
+  );
+  const gone = changed((tree) => (tree as unknown as Verbs).verbs.v.transitions.splice(0, 1), TABLES).made;
+  expect(gone).toContain('initial = "near"\n\n[[verbs.v.transitions]]\nfrom = "far"');
+  expect(gone).not.toContain("it rose");
+});
+
+test("a value in the lines of an array changes its line only, and comments of the others stay", () => {
+  const near = (tree: unknown) => (tree as Verbs).verbs.v.command_lists.near;
+  const { lines } = changed((tree) => Object.assign(near(tree)[0] as object, { every: "10 ms" }), TABLES);
+  expect(lines).toEqual([
+    ['  { activate = "wave", every = "20 ms" },  # the wave', '  { activate = "wave", every = "10 ms" },  # the wave'],
+  ]);
+  const more = changed((tree) => near(tree).push({ execute: "x" }), TABLES).made;
+  expect(more).toContain('  { activate = "side", every = "20 ms" },\n  { execute = "x" },  # its side\n]');
+  const fewer = changed((tree) => near(tree).splice(0, 1), TABLES).made;
+  expect(fewer).toContain('near = [\n  { activate = "side", every = "20 ms" },  # its side\n]');
+});
+
 test("what it does not know is written anew", () => {
   const text = "[[rows]]\na = 1\n";
-  expect(patched(text, parse(text), { rows: [{ a: 2 }] })).toBeNull();
+  expect(patched(text, parse(text), { rows: 3 })).toBeNull();
 });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A TOML text in which some values are others: only their lines change, and comments, order and spaces stay.
 import { parse, stringify } from "smol-toml";
-import { mapOf, pathKey, type Spot } from "./tomlText";
+import { type Map_, mapOf, pathKey, type Spot } from "./tomlText";
 
 type Tree = Record<string, unknown>;
 
@@ -59,6 +59,12 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
       const spot = map.spots.get(pathKey(here));
       if (isTree(was) && isTree(is)) {
         if (!compare(here, was, is)) return false;
+      } else if (map.arrays.has(pathKey(here)) && Array.isArray(was) && Array.isArray(is)) {
+        const found = tablesEdits(text, map, here, was, is, compare);
+        if (!found) return false;
+        edits.push(...found);
+      } else if (spot && Array.isArray(was) && Array.isArray(is) && was.length > 0 && is.length > 0) {
+        if (!compareLists(here, was, is)) return false;
       } else if (was !== undefined && is !== undefined) {
         if (!spot) return false;
         edits.push({ from: spot.from, to: spot.to, text: valueText(is) });
@@ -75,6 +81,39 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
     );
     if (added) edits.push(added);
     return added !== null || fresh.length === 0;
+  };
+  /** The values of an array: those at its beginning and its end that are the same stay as they stand. */
+  const compareLists = (path: readonly string[], was: unknown[], is: unknown[]): boolean => {
+    const { first, old, wanted } = middleOf(was, is);
+    const at = (index: number) => map.spots.get(pathKey([...path, String(index)]));
+    for (const [index, value] of wanted.entries()) {
+      const [before, spot] = [old[index], at(first + index)];
+      if (index >= old.length) break;
+      if (!spot) return false;
+      if (same(before, value)) continue;
+      if (isTree(before) && isTree(value)) {
+        if (!compare([...path, String(first + index)], before, value)) return false;
+      } else if (Array.isArray(before) && Array.isArray(value) && before.length > 0 && value.length > 0) {
+        if (!compareLists([...path, String(first + index)], before, value)) return false;
+      } else edits.push({ from: spot.from, to: spot.to, text: valueText(value) });
+    }
+    for (let index = wanted.length; index < old.length; index += 1) {
+      const spot = at(first + index);
+      if (!spot) return false;
+      edits.push(removedValue(text, spot));
+    }
+    const more = wanted.slice(old.length).map(valueText);
+    if (more.length === 0) return true;
+    const [before, behind] = [at(first + old.length - 1), at(first + old.length)];
+    // In the lines of an array each value has its own, as far in as the one beside it.
+    if (before) {
+      const own = /(\r?\n[ \t]*)$/.exec(text.slice(0, before.from))?.[1] ?? " ";
+      edits.push({ from: before.to, to: before.to, text: more.map((value) => `,${own}${value}`).join("") });
+    } else if (behind) {
+      const own = /(\r?\n[ \t]*)$/.exec(text.slice(0, behind.from))?.[1] ?? " ";
+      edits.push({ from: behind.from, to: behind.from, text: more.map((value) => `${value},${own}`).join("") });
+    } else return false;
+    return true;
   };
   const addition = (path: readonly string[], lines: string[], isEmptied: boolean): Edit | null => {
     if (lines.length === 0) return null;
@@ -93,6 +132,69 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
     return { from: section.at, to: section.at, text: begins + lines.map((line) => line + newline).join("") };
   };
   return compare([], before, after) ? edits : null;
+}
+
+type Compare = (path: readonly string[], old: Tree, wanted: Tree) => boolean;
+
+/**
+ * The edits of an array of tables: those at its beginning and its end that are the same stay; of the others one after the other is
+ * compared, what is too many goes with its heading, what is missing gets one. Null where that cannot be done.
+ */
+function tablesEdits(text: string, map: Map_, path: readonly string[], was: unknown[], is: unknown[], compare: Compare): Edit[] | null {
+  const heading = map.arrays.get(pathKey(path))?.heading;
+  if (heading === undefined || !was.every(isTree) || !is.every(isTree) || is.length === 0) return null;
+  const edits: Edit[] = [];
+  const { first, old, wanted } = middleOf(was, is);
+  for (const [index, table] of wanted.entries()) {
+    const before = old[index];
+    if (before && !compare([...path, String(first + index)], before, table)) return null;
+  }
+  for (let index = wanted.length; index < old.length; index += 1) {
+    const place = placeOf(map, [...path, String(first + index)]);
+    if (!place) return null;
+    const blank = /^(?:[ \t]*\r?\n)*/.exec(text.slice(place.to))?.[0] ?? "";
+    edits.push({ from: place.from, to: place.to + blank.length, text: "" });
+  }
+  const more = wanted.slice(old.length);
+  const place = placeOf(map, [...path, String(Math.max(0, first + old.length - 1))]);
+  if (more.length === 0) return edits;
+  if (!place) return null;
+  const newline = text.includes("\r\n") ? "\r\n" : "\n";
+  const begins = place.to > 0 && text[place.to - 1] !== "\n" ? newline : "";
+  const tables = more.map((table) => [heading, ...Object.entries(table).map(([key, value]) => `${keyText(key)} = ${valueText(value)}`)]);
+  const at = first + old.length === 0 ? place.from : place.to;
+  const put = tables.map((lines) => lines.map((line) => line + newline).join(""));
+  edits.push({
+    from: at,
+    to: at,
+    text: at === place.from ? put.map((one) => one + newline).join("") : begins + put.map((one) => newline + one).join(""),
+  });
+  return edits;
+}
+
+/** What is not the same at the beginning and at the end of two lists: from where, and of each. */
+function middleOf<T>(was: readonly T[], is: readonly T[]): { first: number; old: T[]; wanted: T[] } {
+  const short = Math.min(was.length, is.length);
+  let first = 0;
+  while (first < short && same(was[first], is[first])) first += 1;
+  let behind = 0;
+  while (behind < short - first && same(was.at(-1 - behind), is.at(-1 - behind))) behind += 1;
+  return { first, old: was.slice(first, was.length - behind), wanted: is.slice(first, is.length - behind) };
+}
+
+/** A value of an array goes with its comma, and with its line where it has one. */
+function removedValue(text: string, spot: Spot): Edit {
+  const behind = /^[ \t]*,(?:[ \t]*(?:#[^\n]*)?(?=\r?\n))?/.exec(text.slice(spot.to))?.[0] ?? "";
+  const ahead = /\r?\n[ \t]*$/.exec(text.slice(0, spot.from))?.[0];
+  if (ahead !== undefined) return { from: spot.from - ahead.length, to: spot.to + behind.length, text: "" };
+  return removed(text, spot);
+}
+
+/** From the heading of a table to the end of its last line, and of the tables below it. */
+function placeOf(map: Map_, path: readonly string[]): { from: number; to: number } | null {
+  const own = [...map.sections.values()].filter((one) => path.every((key, index) => one.path[index] === key));
+  if (own.length === 0) return null;
+  return { from: Math.min(...own.map((one) => one.heading)), to: Math.max(...own.map((one) => one.at)) };
 }
 
 /** A key goes with its line, or with its comma. */

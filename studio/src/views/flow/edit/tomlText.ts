@@ -21,9 +21,17 @@ export interface Section {
   at: number;
 }
 
+/** An array of tables, each with a heading of its own: `[[verbs.swing.transitions]]`. Its tables are sections by their number, from 0. */
+export interface Tables {
+  /** The heading, as it stands in the text. */
+  heading: string;
+  count: number;
+}
+
 export interface Map_ {
   spots: ReadonlyMap<string, Spot>;
   sections: ReadonlyMap<string, Section>;
+  arrays: ReadonlyMap<string, Tables>;
 }
 
 /** What a path is called in the maps. */
@@ -31,7 +39,7 @@ export function pathKey(path: readonly string[]): string {
   return JSON.stringify(path);
 }
 
-/** Finds every key. The text has been read as TOML before; null for what this does not know (arrays of tables). */
+/** Finds every key. The text has been read as TOML before; null for what this does not know. */
 export function mapOf(text: string): Map_ | null {
   try {
     return new Scanner(text).all();
@@ -47,6 +55,7 @@ class Scanner {
   readonly #text: string;
   readonly #spots = new Map<string, Spot>();
   readonly #sections = new Map<string, Section>();
+  readonly #arrays = new Map<string, Tables>();
   #at = 0;
 
   constructor(text: string) {
@@ -58,11 +67,19 @@ class Scanner {
     let heading = 0;
     this.#sections.set(pathKey([]), { path: [], heading, at: 0 });
     for (this.#blank(); this.#at < this.#text.length; this.#blank()) {
-      if (this.#text.startsWith("[[", this.#at)) throw new Unknown();
-      if (this.#text[this.#at] === "[") {
+      if (this.#text.startsWith("[[", this.#at)) {
+        heading = this.#at;
+        this.#at += 2;
+        table = this.#element(this.#path());
+        this.#expect("]");
+        this.#expect("]");
+        this.#sections.set(pathKey(table), { path: table, heading, at: this.#lineEnd() });
+        const array = this.#arrays.get(pathKey(table.slice(0, -1)));
+        if (array) array.heading = this.#text.slice(heading, this.#at);
+      } else if (this.#text[this.#at] === "[") {
         heading = this.#at;
         this.#at += 1;
-        table = this.#path();
+        table = this.#inArrays(this.#path());
         this.#expect("]");
         this.#sections.set(pathKey(table), { path: table, heading, at: this.#lineEnd() });
       } else {
@@ -70,7 +87,28 @@ class Scanner {
         this.#sections.set(pathKey(table), { path: table, heading, at: this.#lineEnd() });
       }
     }
-    return { spots: this.#spots, sections: this.#sections };
+    return { spots: this.#spots, sections: this.#sections, arrays: this.#arrays };
+  }
+
+  /** The path of one more table of an array. */
+  #element(written: string[]): string[] {
+    const last = written.at(-1) as string;
+    const path = [...this.#inArrays(written.slice(0, -1)), last];
+    const array = this.#arrays.get(pathKey(path)) ?? { heading: "", count: 0 };
+    array.count += 1;
+    this.#arrays.set(pathKey(path), array);
+    return [...path, String(array.count - 1)];
+  }
+
+  /** A heading below an array of tables is of its last one. */
+  #inArrays(written: readonly string[]): string[] {
+    const path: string[] = [];
+    for (const key of written) {
+      path.push(key);
+      const array = this.#arrays.get(pathKey(path));
+      if (array) path.push(String(array.count - 1));
+    }
+    return path;
   }
 
   /** `key = value`. */
@@ -87,7 +125,7 @@ class Scanner {
   #value(path: readonly string[]): Spot["room"] {
     const first = this.#text[this.#at];
     if (first === "{") return this.#inlineTable(path);
-    if (first === "[") this.#array();
+    if (first === "[") this.#array(path);
     else if (first === '"' || first === "'") this.#string();
     else {
       const bare = /^[^\s,\]}#]+/.exec(this.#text.slice(this.#at, this.#at + 64));
@@ -114,21 +152,21 @@ class Scanner {
     return { at, isEmpty };
   }
 
-  #array(): void {
+  /** What stands in an array is known by its number, from 0. */
+  #array(path: readonly string[]): void {
     this.#at += 1;
+    let number = 0;
     for (this.#blank(); this.#text[this.#at] !== "]"; this.#blank()) {
-      if (this.#text[this.#at] === ",") this.#at += 1;
-      // What stands in an array has no path of its own: an array changes as a whole.
-      else this.#skipped();
+      if (this.#text[this.#at] === ",") {
+        this.#at += 1;
+        continue;
+      }
+      const [from, own] = [this.#at, [...path, String(number)]];
+      const room = this.#value(own);
+      this.#spots.set(pathKey(own), { from, to: this.#at, key_from: from, isInline: true, room });
+      number += 1;
     }
     this.#at += 1;
-  }
-
-  #skipped(): void {
-    const inner = new Scanner(this.#text);
-    inner.#at = this.#at;
-    inner.#value([]);
-    this.#at = inner.#at;
   }
 
   #string(): void {

@@ -2,6 +2,7 @@
 // What a person writes into the fields of the editor.
 import type { Value } from "../../../control/shapes";
 import { durationNs, type Read } from "../../../design/quantities";
+import type { Bound } from "./definition";
 
 /** The names in a text: "near.done, near.lost". */
 export function words(text: string): string[] {
@@ -11,11 +12,22 @@ export function words(text: string): string[] {
 /** What a person writes as a value of a type: a number, a truth, a list. Nothing is the default. */
 export function constantOf(text: string, type_text: string): { value: Value | undefined; wrong: string | null } {
   if (text === "") return { value: undefined, wrong: null };
+  // Several numbers need no brackets: 0, 0, 1.
+  const several = text.split(/,\s+/).map(Number);
+  if (several.length > 1 && several.every(Number.isFinite)) return { value: several, wrong: null };
   try {
     return { value: JSON.parse(text) as Value, wrong: null };
   } catch {
-    return { value: undefined, wrong: `'${text}' is no ${type_text}: write a number, true, false, or a list [1, 2]` };
+    return { value: undefined, wrong: `'${text}' is no ${type_text}: write a number, true, false, or several numbers: 1, 2` };
   }
+}
+
+/** The same as text: several numbers without brackets. */
+export function constantText(value: Value | undefined): string {
+  if (value === undefined || value === null) return "";
+  if (typeof value === "string") return value;
+  const isPlain = Array.isArray(value) && value.length > 1 && value.every((one) => typeof one === "number");
+  return isPlain ? value.join(", ") : JSON.stringify(value);
 }
 
 /** What a person writes as an interval, ns; null: none. */
@@ -23,4 +35,14 @@ export function everyOf(text: string): Read<number | null> {
   if (text === "") return { value: null };
   const read = durationNs(text);
   return read.wrong !== undefined || read.value > 0 ? read : { wrong: `'${text}' is no interval: it must be more than 0` };
+}
+
+/** The range of an input parameter: two numbers, or parameters of objects: "0, arm.max_speed". Nothing is no range. */
+export function withinOf(text: string): Read<[Bound, Bound] | null> {
+  if (text === "") return { value: null };
+  const ends = text.split(/[\s,]+/).filter(Boolean);
+  const [low, high] = ends.map((end): Bound => (Number.isFinite(Number(end)) ? Number(end) : end));
+  if (ends.length !== 2 || low === undefined || high === undefined)
+    return { wrong: `'${text}' is no range: write minimum and maximum: 0, 1 or 0, arm.max_speed` };
+  return { value: [low, high] };
 }

@@ -11,6 +11,8 @@ import { sourceColour } from "../drawing/sources";
 import { Details } from "./Details";
 import { drawn, graphsOf } from "./drawn";
 
+const NOTHING: Drawing = { boxes: [], wires: [] };
+
 /** The data flow of what is installed, with live values. */
 export function Installed() {
   const control = useControl();
@@ -129,16 +131,33 @@ function toggled(of: ReadonlySet<string>, name: string): ReadonlySet<string> {
   return next;
 }
 
+/** What a drawing was made of: an instance whose blocks and cells are the same is drawn the same, whatever its state. */
+interface Form {
+  names: string[];
+  parts: unknown[];
+  opened: ReadonlySet<string>;
+}
+
+function formOf(shown: InstalledInstance[], opened: ReadonlySet<string>): Form {
+  return { names: shown.map(({ name }) => name), parts: shown.flatMap(({ blocks, cells }) => [blocks, cells]), opened };
+}
+
+function isSameForm(one: Form | null, other: Form): boolean {
+  const same = (a: unknown[], b: unknown[]) => a.length === b.length && a.every((part, index) => part === b[index]);
+  return one !== null && one.opened === other.opened && same(one.names, other.names) && same(one.parts, other.parts);
+}
+
 /** The drawing, the same object as long as nothing of it has changed: states and lists change often, boxes and wires seldom. */
 function useDrawing(shown: InstalledInstance[], opened: ReadonlySet<string>): Drawing {
-  const [kept, setKept] = useState<{ text: string; drawing: Drawing }>({ text: "", drawing: { boxes: [], wires: [] } });
-  const next = useMemo(() => drawn(shown, opened), [shown, opened]);
-  const text = useMemo(() => JSON.stringify(next), [next]);
-  if (text !== kept.text) {
-    setKept({ text, drawing: next });
-    return next;
-  }
-  return kept.drawing;
+  const [kept, setKept] = useState<{ form: Form | null; text: string; drawing: Drawing }>({ form: null, text: "", drawing: NOTHING });
+  const form = formOf(shown, opened);
+  if (isSameForm(kept.form, form)) return kept.drawing;
+  const next = drawn(shown, opened);
+  // Of the running system all that is installed comes anew with each change: what is told again is drawn the same.
+  const text = JSON.stringify(next);
+  const drawing = text === kept.text ? kept.drawing : next;
+  setKept({ form, text, drawing });
+  return drawing;
 }
 
 interface Arranged {

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A homing that a stop overtakes: its drive takes its time for the objects that it is sent, and the stop comes meanwhile.
+use super::asked::Asked;
+use super::services::{Reach, Shared};
+use crate::commander::{Commander, Scale};
+use crate::homing::Homed;
+use crate::objects::Entry;
+use crate::states::Mode;
+use serde_json::{Value, json};
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+const SCALE: Scale = Scale { mode: Mode::Position, counts: 1000.0, offset: 0.0, speed_max: 1.0, rated_torque: 1.0 };
+
+/// A drive that says that an object has come, and takes it when it is let.
+struct Held {
+    came: Sender<()>,
+    takes: Receiver<()>,
+}
+
+impl Reach for Held {
+    fn upload(&mut self, _: usize, _: Entry) -> Result<Vec<u8>, String> {
+        Err("nothing is read".to_owned())
+    }
+
+    fn download(&mut self, _: usize, _: Entry, _: &[u8]) -> Result<(), String> {
+        self.came.send(()).map_err(|gone| gone.to_string())?;
+        self.takes.recv().map_err(|gone| gone.to_string())
+    }
+}
+
+/// An axis and its cycle.
+struct Rig {
+    shared: Shared<Held>,
+    came: Receiver<()>,
+    takes: Sender<()>,
+}
+
+impl Rig {
+    fn new() -> Rig {
+        let (came, takes) = (channel(), channel());
+        let shared = Shared::new("the bus", [("x".to_owned(), "axis 'x'".to_owned(), SCALE)].into_iter());
+        shared.reach(Held { came: came.0, takes: takes.1 });
+        Rig { shared, came: came.1, takes: takes.0 }
+    }
+
+    /// What a driver does for its safe state.
+    fn rest(&self, commander: &mut Commander) {
+        self.shared.homes.rest();
+        commander.stop();
+    }
+
+    /// What it does in each write.
+    fn write(&self, commander: &mut Commander) -> Homed {
+        self.shared.homes.serve(0, commander, true, false);
+        commander.homed()
+    }
+
+    /// Asks for a homing, does `meanwhile` while its object is on the way, then writes until the service has answered.
+    fn home(&self, meanwhile: impl FnOnce(&mut Commander)) -> (Result<Value, String>, Homed) {
+        let (mut commander, shared) = (Commander::new(SCALE, None), &self.shared);
+        let answer = std::thread::scope(|scope| {
+            let asked = scope.spawn(|| shared.carry_out("home", &json!({ "axis": "x", "method": 35, "timeout_s": 3600 })));
+            self.came.recv().expect("an object comes");
+            meanwhile(&mut commander);
+            self.takes.send(()).expect("it waits for it");
+            while !asked.is_finished() {
+                if self.write(&mut commander) == Homed::GoingOn {
+                    self.shared.homes.answer(0, Asked::Attained);
+                }
+                std::thread::yield_now();
+            }
+            asked.join().expect("it does not panic")
+        });
+        (answer, commander.homed())
+    }
+}
+
+fn stopped() -> Result<Value, String> {
+    Err("axis 'x': homing was stopped: its device was brought to its safe state".to_owned())
+}
+
+#[test]
+fn nothing_comes_between_and_it_begins() {
+    let (answer, homed) = Rig::new().home(|_| ());
+    assert_eq!((answer, homed), (Ok(Value::Null), Homed::GoingOn));
+}
+
+#[test]
+fn a_safe_state_between_the_first_object_and_the_question_keeps_it_from_beginning() {
+    let rig = Rig::new();
+    assert_eq!(rig.home(|commander| rig.rest(commander)), (stopped(), Homed::No));
+    assert_eq!(rig.home(|_| ()).0, Ok(Value::Null), "the next one is another");
+}
+
+#[test]
+fn so_does_one_with_writes_behind_it() {
+    let rig = Rig::new();
+    let homed = rig.home(|commander| {
+        rig.rest(commander);
+        rig.write(commander);
+        rig.write(commander);
+    });
+    assert_eq!(homed, (stopped(), Homed::No));
+}
+
+#[test]
+fn what_was_asked_and_not_yet_served_is_dropped() {
+    let rig = Rig::new();
+    let (mut commander, homes) = (Commander::new(SCALE, None), &rig.shared.homes);
+    let begun = homes.begin(&|| false).expect("no stop is latched");
+    std::thread::scope(|scope| {
+        let asked = scope.spawn(move || homes.go(0, begun, &json!({})));
+        while homes.asked(0) != Asked::Home {
+            std::thread::yield_now();
+        }
+        rig.rest(&mut commander);
+        assert_eq!(rig.write(&mut commander), Homed::No);
+        let stopped = asked.join().expect("it does not panic");
+        assert_eq!(stopped, Err("homing was stopped: its device was brought to its safe state".to_owned()));
+    });
+}
+
+#[test]
+fn one_that_comes_to_a_latched_stop_sends_nothing() {
+    let rig = Rig::new();
+    let refused = rig.shared.home(&json!({ "axis": "x", "method": 35 }), &|| true);
+    assert_eq!(refused, Err(format!("axis 'x': {}", device::under_a_stop("home").message)));
+    assert!(rig.came.try_recv().is_err(), "its drive is sent nothing");
+}
+
+#[test]
+fn a_stop_between_the_number_and_the_look_is_seen_by_one_of_both() {
+    let rig = Rig::new();
+    let mut commander = Commander::new(SCALE, None);
+    let begun = rig.shared.homes.begin(&|| {
+        rig.shared.homes.rest();
+        false
+    });
+    let (answer, homes) = (begun.expect("the stop was reset already"), &rig.shared.homes);
+    std::thread::scope(|scope| {
+        let asked = scope.spawn(move || homes.go(0, answer, &json!({})));
+        while !asked.is_finished() {
+            assert_eq!(rig.write(&mut commander), Homed::No);
+        }
+        assert!(asked.join().expect("it does not panic").is_err_and(|why| why.starts_with("homing was stopped")));
+    });
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+import { type ReactNode, useId } from "react";
+import { Panel } from "../../../design/parts";
+import { TextField } from "../../../design/TextField";
+import { freeName } from "./change";
+import type { Draft } from "./definition";
+import { about, type Finding } from "./findings";
+
+export type VerbDraft = Draft & { kind: "verb" };
+
+/** What a verb has several of, each with a name: added, renamed, removed; what is wrong stands at each. */
+export function NamedPanel<T>(props: {
+  title: string;
+  /** What one of them is called. */
+  one: string;
+  draft: VerbDraft;
+  of: Record<string, T>;
+  /** One that is added: the name it gets where that is free. */
+  fresh: [string, T];
+  set: (draft: Draft, name: string, value: T | null) => Draft;
+  /** Everything that names it follows. */
+  rename: (draft: VerbDraft, name: string, to: string) => Draft;
+  change: (draft: Draft) => void;
+  /** What its fields propose, under the id that they are given as `list`. */
+  choices: string[];
+  fields: (value: T, put: (value: T) => void, list: string) => ReactNode;
+  found: (name: string) => Finding[];
+}) {
+  const { draft, of, set, change } = props;
+  const list = useId();
+  const [wanted, fresh] = props.fresh;
+  const kind = props.one.charAt(0).toUpperCase() + props.one.slice(1);
+  return (
+    <Panel
+      title={props.title}
+      end={
+        <button type="button" onClick={() => change(set(draft, freeName(wanted, Object.keys(of)), fresh))}>
+          Add
+        </button>
+      }
+    >
+      {Object.keys(of).length > 0 && (
+        <datalist id={list}>
+          {props.choices.map((name) => (
+            <option key={name} value={name} />
+          ))}
+        </datalist>
+      )}
+      {Object.entries(of).map(([name, value]) => (
+        <fieldset key={name} aria-label={`${kind} ${name}`}>
+          <div className="row">
+            <TextField
+              label="Name"
+              value={name}
+              commit={(to) => {
+                if (to === "" || Object.hasOwn(of, to)) return to === "" ? "a name is needed" : `there is a '${to}' already`;
+                change(props.rename(draft, name, to));
+              }}
+            />
+            <button type="button" aria-label={`Remove ${props.one} ${name}`} onClick={() => change(set(draft, name, null))}>
+              ×
+            </button>
+          </div>
+          {props.fields(value, (next) => change(set(draft, name, next)), list)}
+          <Found of={props.found(name)} />
+        </fieldset>
+      ))}
+    </Panel>
+  );
+}
+
+export function Found(props: { of: Finding[] }) {
+  return props.of.map((finding) => (
+    <p key={finding.message} className="small" role="alert">
+      {about(finding)}
+    </p>
+  ));
+}

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useRef } from "react";
+import { copied, type Piece, pieceOf, textOf } from "./clipboard";
+import type { Draft } from "./definition";
+
+/** What copying and pasting act on. */
+export interface Copying {
+  draft: Draft;
+  /** The blocks that are copied. */
+  labels: string[];
+  paste: (piece: Piece) => void;
+  remove: (labels: string[]) => void;
+}
+
+/** Ctrl+C, Ctrl+X and Ctrl+V of blocks, by way of the clipboard: into another draft or tab too. In a field they are the field's. */
+export function useCopyKeys(of: Copying): void {
+  const latest = useRef(of);
+  latest.current = of;
+  useEffect(() => {
+    const isText = (event: ClipboardEvent) =>
+      event.target instanceof HTMLInputElement || event.target instanceof HTMLTextAreaElement || !document.getSelection()?.isCollapsed;
+    const copy = (event: ClipboardEvent) => {
+      const { draft, labels, remove } = latest.current;
+      if (isText(event) || labels.length === 0 || !event.clipboardData) return;
+      event.clipboardData.setData("text/plain", textOf(copied(draft, labels)));
+      event.preventDefault();
+      if (event.type === "cut") remove(labels);
+    };
+    const paste = (event: ClipboardEvent) => {
+      const piece = isText(event) ? null : pieceOf(event.clipboardData?.getData("text/plain") ?? "");
+      if (!piece) return;
+      event.preventDefault();
+      latest.current.paste(piece);
+    };
+    document.addEventListener("copy", copy);
+    document.addEventListener("cut", copy);
+    document.addEventListener("paste", paste);
+    return () => {
+      document.removeEventListener("copy", copy);
+      document.removeEventListener("cut", copy);
+      document.removeEventListener("paste", paste);
+    };
+  }, []);
+}

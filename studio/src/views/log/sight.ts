@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which of many rows of one height are seen.
+
+/** What is seen of the rows, px: from where, and how much. */
+export interface Sight {
+  top: number;
+  height: number;
+}
+
+/** Rows drawn beyond what is seen. */
+const BEYOND = 6;
+
+/** The rows that are drawn: from the first, up to but not including the second. */
+export function rowsInSight(sight: Sight, rows: number, row_px: number): [number, number] {
+  const first = Math.max(0, Math.floor(sight.top / row_px) - BEYOND);
+  return [first, Math.min(rows, Math.ceil((sight.top + sight.height) / row_px) + BEYOND)];
+}
+
+/** What is seen once a row is: the same where it is seen already, else with the row in the middle. */
+export function broughtIntoSight(sight: Sight, row: number, rows: number, row_px: number): Sight {
+  const place = row * row_px;
+  if (place >= sight.top && place + row_px <= sight.top + sight.height) return sight;
+  const top = Math.min(place - sight.height / 2, rows * row_px - sight.height);
+  return { ...sight, top: Math.max(0, Math.round(top)) };
+}

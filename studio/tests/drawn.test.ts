@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// Verbs of the docs are drawn in the editor from nothing, in forms and without a word of JSON, and are equal to those of Python.
+import { execFileSync } from "node:child_process";
+import { copyFileSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import type { Browser, Locator, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { axeFindings, browse, goTo, LOOKS, type Opened, open, PYTHON, type Running, run, SURROUNDINGS, shoot } from "./running";
+
+let running: Running;
+let browser: Browser;
+let opened: Opened;
+let folder: string;
+
+beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "studio-drawn-"));
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "drawn_cell.py"), "--edit"), browse(false)]);
+  opened = await open(browser, running.url, { width: 1440, height: 1400, scheme: "light" });
+});
+
+afterAll(async () => {
+  await browser?.close();
+  await running?.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+async function enter(of: Page | Locator, label: string, text: string): Promise<void> {
+  const field = of.getByLabel(label, { exact: true });
+  await field.fill(text);
+  await field.press("Enter");
+}
+
+const panelOf = (page: Page, title: string) =>
+  page.locator("section.panel").filter({ has: page.getByRole("heading", { name: title, exact: true }) });
+
+/** Adds a block under a label, with constants. */
+async function block(page: Page, component: string, label: string, constants: Record<string, string> = {}): Promise<void> {
+  await page.locator(`[data-component="${component}"]`).click();
+  const panel = panelOf(page, component.split(".")[1] ?? "");
+  await enter(panel, "Label", label);
+  for (const [name, value] of Object.entries(constants)) await enter(panelOf(page, label), name, value);
+  await page.locator(`[data-box="${label}"]`).waitFor();
+}
+
+async function choose(page: Page, box: string): Promise<void> {
+  await page.locator(`[data-box="${box}"] strong`).click();
+  await panelOf(page, box).waitFor();
+}
+
+/** Draws a wire by the keyboard; `from` and `to` are ports or boundaries: the panel of the block has them. */
+async function wire(page: Page, label: string, field: string, other: string): Promise<void> {
+  await choose(page, label);
+  const choice = page.getByLabel(field, { exact: true });
+  await choice.focus();
+  await choice.locator("option", { hasText: other }).first().waitFor({ state: "attached" });
+  await choice.selectOption(other);
+}
+
+/** Names the cell of a wire that is chosen. */
+async function nameCell(page: Page, before: string, to: string): Promise<void> {
+  await page.locator(`.react-flow__edge[aria-label^="${before}: "]`).first().focus();
+  await page.keyboard.press("Enter");
+  await enter(panelOf(page, `Wire ${before}`), "Cell", to);
+}
+
+async function parameter(page: Page, name: string): Promise<void> {
+  await page.getByRole("button", { name: "Add instantiation parameter" }).click();
+  await choose(page, "instantiation");
+  await enter(panelOf(page, "instantiation"), "Name", name);
+  await panelOf(page, name).waitFor();
+}
+
+/** Adds one of what a verb has several of, and fills its fields. */
+async function add(page: Page, title: string, one: string, fresh: string, name: string, fields: Record<string, string>): Promise<void> {
+  const panel = panelOf(page, title);
+  await panel.getByRole("button", { name: "Add", exact: true }).click();
+  const made = panel.getByRole("group", { name: `${one} ${fresh}`, exact: true });
+  if (name !== fresh) await enter(made, "Name", name);
+  const named = panel.getByRole("group", { name: `${one} ${name}`, exact: true });
+  for (const [label, text] of Object.entries(fields)) await enter(named, label, text);
+}
+
+/** The commands of the list that is chosen: all of them are activated at an interval. */
+async function activate(page: Page, list: string, blocks: string[], every: string): Promise<void> {
+  await page.locator(`[data-list="${list}"]`).click();
+  const panel = panelOf(page, `Command list ${list}`);
+  for (const [index, label] of blocks.entries()) {
+    await panel.getByRole("button", { name: "Add command" }).click();
+    await panel.getByLabel(`Command ${index + 1}: block`).selectOption(label);
+    const command = panel.getByRole("group", { name: `Command ${index + 1}`, exact: true });
+    if ((await command.getByLabel("every").inputValue()) !== every) await enter(command, "every", every);
+  }
+}
+
+async function rename(page: Page, list: string, to: string): Promise<void> {
+  await page.locator(`[data-list="${list}"]`).click();
+  await enter(panelOf(page, `Command list ${list}`), "Name", to);
+  await page.locator(`[data-list="${to}"]`).waitFor();
+}
+
+async function begin(page: Page, name: string): Promise<void> {
+  await page.getByRole("button", { name: "New verb" }).click();
+  await enter(page, "Verb", name);
+}
+
+async function save(page: Page, name: string): Promise<void> {
+  await expect.poll(() => panelOf(page, "Checks").textContent(), { timeout: 9000 }).toContain("all hold");
+  const saved = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Save file" }).click();
+  copyFileSync(await (await saved).path(), join(folder, `${name}.json`));
+}
+
+test("swing, the first verb of the README", async () => {
+  const { page } = opened;
+  await expect.poll(() => running.said()).toContain("the modules are there");
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await begin(page, "swing");
+  await block(page, "library.signal_generator", "wave", { shape: "1" });
+  await block(page, "library.time_limit", "clock");
+  await add(page, "Objects", "Object", "joint", "joint", { "is a": "robot_joint" });
+  await parameter(page, "joint.commanded");
+  await wire(page, "wave", "Wire wave.y to", "joint.commanded");
+  const inputs = { amplitude: "wave.amplitude", frequency: "wave.frequency", seconds: "clock.limit" };
+  for (const [name, port] of Object.entries(inputs))
+    await add(page, "Input parameters", "Input parameter", "goal", name, { "stored in": port });
+  await add(page, "Output values", "Output value", "result", "commanded", { "read from": "wave.y" });
+  await add(page, "Conditions", "Condition", "done", "over", { is: "clock.expired", returns: "commanded" });
+  await page.getByRole("button", { name: "Command lists" }).click();
+  await activate(page, "start", ["wave", "clock"], "20 ms");
+  await page.getByRole("button", { name: "Data flow", exact: true }).click();
+  await save(page, "swing");
+});
+
+test("guarded_move, with two writers of a cell, modes, and a transition", async () => {
+  const { page, errors } = opened;
+  await begin(page, "guarded_move");
+  await enter(page, "is for", "Moves the tool along a line until it meets a force, and slows to a stop.");
+  await block(page, "library.read_vector", "sensor");
+  await block(page, "library.force_guard", "guard");
+  await block(page, "glide.glide", "glide");
+  await block(page, "glide.brake", "brake");
+  await block(page, "tool_line.tool_line", "line");
+  await page.getByRole("button", { name: "Arrange" }).click();
+  await wire(page, "glide", "Wire glide.along to", "brake.was_along");
+  await wire(page, "glide", "Wire glide.along to", "line.along");
+  await wire(page, "brake", "Wire brake.along to", "the cell along");
+  await wire(page, "sensor", "Wire sensor.y to", "guard.force");
+  await nameCell(page, "y", "sensed_force");
+  await wire(page, "glide", "Wire glide.rate to", "brake.was_rate");
+  await parameter(page, "arm.commanded");
+  await wire(page, "line", "Wire line.start from", "arm.commanded");
+  await wire(page, "line", "Wire line.setpoint to", "arm.commanded");
+  await page.getByLabel("Mode of line.along").selectOption("asynchronous");
+  await parameter(page, "force");
+  await wire(page, "sensor", "Wire sensor.channel from", "force");
+  await parameter(page, "magnitude");
+  await wire(page, "guard", "Wire guard.magnitude to", "magnitude");
+  await add(page, "Objects", "Object", "joint", "arm", { "is a": "robot_joint" });
+  await panelOf(page, "Objects").getByLabel("several of them").check();
+  const inputs = {
+    distance: ["glide.distance", ""],
+    direction: ["line.direction", "0.0, 0.0, 1.0"],
+    speed: ["glide.speed", "0.03"],
+    force_max: ["guard.above", "5.0"],
+    deceleration: ["brake.deceleration", "0.5"],
+  };
+  for (const [name, [port = "", value = ""]] of Object.entries(inputs)) {
+    const fields: Record<string, string> = value === "" ? { "stored in": port } : { "stored in": port, default: value };
+    await add(page, "Input parameters", "Input parameter", "goal", name, fields);
+  }
+  const outputs = { met: "brake.began", stopped_at: "brake.along", force_met: "guard.above" };
+  for (const [name, port] of Object.entries(outputs))
+    await add(page, "Output values", "Output value", "result", name, { "read from": port });
+  await page.getByRole("button", { name: "Command lists" }).click();
+  await rename(page, "start", "go");
+  await activate(page, "go", ["sensor", "guard", "glide", "line"], "1 ms");
+  await panelOf(page, "Command lists").getByRole("button", { name: "Add", exact: true }).click();
+  await rename(page, "list", "stop");
+  await activate(page, "stop", ["sensor", "guard", "brake", "line"], "1 ms");
+  await add(page, "Conditions", "Condition", "done", "contact", { is: "guard.above", during: "go", priority: "1" });
+  await add(page, "Conditions", "Condition", "done", "stopped", {
+    is: "brake.stopped",
+    returns: "met, stopped_at, force_met",
+    during: "stop",
+  });
+  await add(page, "Conditions", "Condition", "done", "arrived", { is: "glide.there", returns: "nothing", during: "go" });
+  await panelOf(page, "The whole").getByLabel("begins with").selectOption("go");
+  await panelOf(page, "Transitions").getByRole("button", { name: "Add", exact: true }).click();
+  const line = panelOf(page, "Transitions").getByRole("group");
+  await line.getByLabel("Condition").selectOption("contact");
+  for (const look of LOOKS) {
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
+    await shoot(page, `drawn-${look.width}-${look.scheme}`);
+    expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);
+  }
+  await save(page, "guarded_move");
+  expect(errors).toEqual([]);
+});
+
+test("what was drawn is equal to what Python has", () => {
+  const said = execFileSync(PYTHON, [join(import.meta.dirname, "drawn.py"), folder], { env: SURROUNDINGS }).toString();
+  expect(said).toContain("swing is equal");
+  expect(said).toContain("guarded_move is equal");
+});
