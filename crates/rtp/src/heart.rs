@@ -20,8 +20,8 @@ pub const BEAT: Duration = Duration::from_millis(20);
 const STUCK_NS: i64 = 1_000_000_000;
 const STUCK_PERIODS: i64 = 10;
 
-/// Runs the heart of a processor until that ends. When the guard that watched it is gone, every output is safe from the next firing on, and
-/// the heart stops.
+/// Runs the heart of a processor until that ends. Where neither the guard nor the supervisor watches it any more, every output is safe from
+/// the next firing on, and the heart stops.
 pub(crate) fn run(shared: &Shared, terms: &Terms) {
     runtime::take_for_heart();
     let mut firings = Firings::default();
