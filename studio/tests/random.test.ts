@@ -39,6 +39,8 @@ async function begin(page: Page, isVerb: boolean): Promise<string> {
   if (isVerb) {
     await page.getByLabel("Open a verb of the system").focus();
     await page.getByLabel("Open a verb of the system").selectOption("sway");
+    // The round before may have left the drawing of command lists open.
+    await page.locator(".flow.editing").getByRole("button", { name: "Data flow", exact: true }).click();
     await page.locator('[data-box="side"]').waitFor();
   } else {
     await page.getByRole("button", { name: "New graph" }).click();
