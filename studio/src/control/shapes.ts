@@ -1820,7 +1820,7 @@ export interface StreamFrame {
   unsubscribe?: string | null;
   /** Of `svvs` and `scope`: which. */
   names?: string[];
-  /** How often it is looked, ms of the wall clock, 10 at the least; of `statistics` and `installed` 100, of `scope` 1,000 at the most. */
+  /** How often it is looked, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000. */
   every_ms?: number;
   /** Of `svvs`: bytes in base64 instead of values. */
   raw?: boolean;
@@ -2054,7 +2054,7 @@ export interface Verb {
 /** The paper's two classes of verbs. */
 export type VerbClass = "acts on devices" | "supports devices";
 
-/** What somebody who starts a verb is asked for. */
+/** The inputs that a start of the verb asks for. */
 export interface VerbForm {
   name: string;
   doc: string;
