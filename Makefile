@@ -110,7 +110,7 @@ BESIDE := lint test-doc test-outside test-loom build-sanitizer test-studio
 test: setup-checked
 	@$(MAKE) --no-print-directory build-tests
 	@mkdir -p out; rm -f out/*.log; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & beside=$$!; trap "kill $$beside" INT TERM; \
-	$(MAKE) --no-print-directory -k test-rust simulated test-python test-browser test-wheel; first=$$?; \
+	OPENGPAC_EXAMPLES=$(CURDIR)/target/checked/examples $(MAKE) --no-print-directory -k test-rust simulated test-python test-browser test-wheel; first=$$?; \
 	wait $$beside; second=$$?; cat out/beside.log; \
 	$(MAKE) --no-print-directory test-sanitizer; third=$$?; \
 	$(BIN)/python tests/closing.py out/rust.log out/pytest.log out/beside.log; \
