@@ -76,6 +76,8 @@ def test_r049_nothing_of_an_invocation_is_seen_while_it_goes_on(threads: Rig) ->
     assert seen["looked"].value >= 100 and (seen["early"].value, seen["torn"].value) == (0, 0)
 
 
+# Its block keeps a core at a real-time priority for seconds: two at once would leave nothing to the tests beside them.
+@pytest.mark.alone
 def test_r049_a_value_that_cannot_be_read_for_long_names_the_block_that_is_at_work(threads: Rig) -> None:
     work, let_go, values, seen = held_and_looks(threads)
     work.request()
@@ -88,6 +90,8 @@ def test_r049_a_value_that_cannot_be_read_for_long_names_the_block_that_is_at_wo
     threads.until(lambda: values["a"].value == 1, "it has returned")
 
 
+# Its block keeps a core at a real-time priority for seconds: two at once would leave nothing to the tests beside them.
+@pytest.mark.alone
 def test_r103_the_supervisor_answers_while_an_invocation_goes_on_at_its_own_processor(threads: Rig) -> None:
     work, let_go, _, seen = held_and_looks(threads)
     assert threads.cell.names["supervisor"] == "rtp0"
