@@ -122,13 +122,15 @@ class Entry:
     model: Callable[[], Model] | None
     skipping: Callable[[Found], bool] | None
     """Of a graph whose values go by numbers of invocations: what holds too where releases were skipped."""
+    begins_later: bool = False
+    """Its reader goes by the number at which it began: where the network kept its start from coming, the run is another program's."""
 
 
 def graph(
-    model: Callable[[], Model] | None = None, skipping: Callable[[Found], bool] | None = None
+    model: Callable[[], Model] | None = None, skipping: Callable[[Found], bool] | None = None, begins_later: bool = False
 ) -> Callable[[Callable[[Stage], Graph]], Entry]:
     """Makes an entry of a function; its name is the function's."""
-    return lambda make: Entry(make.__name__, make, model, skipping)
+    return lambda make: Entry(make.__name__, make, model, skipping, begins_later)
 
 
 def verb_of(stage: Stage, name: str, made: Graph) -> tuple[gpac.Verb[..., Any], dict[str, gpac.Source]]:

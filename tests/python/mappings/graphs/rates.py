@@ -84,7 +84,7 @@ def _read_by_number(found: Found) -> bool:
     return _rise([j for _, j in read]) and _stay([u for u, _ in read]) and all(j % 1 == 0 and u <= most(j) for u, j in read)
 
 
-@graph(lambda: {"y": [1e6 * max(0, j // 5 - 1) + j for j in range(LENGTH)]}, skipping=_read_by_number)
+@graph(lambda: {"y": [1e6 * max(0, j // 5 - 1) + j for j in range(LENGTH)]}, skipping=_read_by_number, begins_later=True)
 def ratio_input_from_another_timer(stage: Stage) -> Graph:
     """A slow processor's values by number in a fast one: invocation j has value j // 5 - 1."""
     return Graph(
