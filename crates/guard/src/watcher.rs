@@ -20,8 +20,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// How long the guard may stand still. It outranks everything where it has the rights, so the bound of its silence is for machines that do not
 /// give them.
 const GUARD: Bounds = Bounds { silent_ns: 1_000_000_000, stopped_ns: 100_000_000 };
-/// The guard is to say what it saw: only where it does not, the watcher does.
-const SAID_NS: i64 = 200_000_000;
+/// The guard is to say what it saw, which may be why it ended the process: only where it has not for so long, the watcher does.
+const SAID_NS: i64 = 1_000_000_000;
 /// Below the guard, above the plants and every kernel.
 const PRIORITY: i32 = 98;
 
@@ -140,8 +140,8 @@ impl Watcher {
             let leads = !self.serves(now_ns);
             let seen = locked(&self.wards).look(leads, now_ns);
             for loss in seen.into_iter().filter_map(|seen| if let Seen::Lost(loss) = seen { Some(loss) } else { None }) {
-                // Why it stood still, only who ended it can say.
-                let due_ns = if loss.cause == Cause::Died { now_ns + SAID_NS } else { now_ns };
+                // Why a process was ended, only who ended it can say.
+                let due_ns = if loss.cause == Cause::Died && !leads { now_ns + SAID_NS } else { now_ns };
                 said.push((due_ns, loss));
             }
             said.retain(|(due_ns, loss): &(i64, Loss)| {

@@ -74,6 +74,14 @@ impl Belongings {
         Ok(())
     }
 
+    /// Beats, or says which timer keeps the heart from it.
+    pub fn beat(&self, stuck: Option<usize>) {
+        self.heart.hold_up(stuck);
+        if stuck.is_none() {
+            self.heart.beat();
+        }
+    }
+
     /// Rests for so long, or until the supervisor is dying: then true, once.
     pub fn rests(&self, span: Duration) -> bool {
         let locked = || self.watched.lock().expect("nobody panics with the lock held");

@@ -15,7 +15,7 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
 /// How long the guard may take to say what it saw of a process that has ended.
-const SAID: Duration = Duration::from_secs(1);
+const SAID: Duration = Duration::from_secs(2);
 
 /// Between two looks at whether a process is still there.
 const LOOK: Duration = Duration::from_secs(1);

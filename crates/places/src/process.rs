@@ -39,7 +39,7 @@ pub fn processor() -> Result<(), String> {
     let (looking, resting) = (belongings.clone(), belongings.clone());
     let terms = Terms {
         device: Arc::new(move |device, is_open| hand_over(&holding.handles(), device, is_open)),
-        beat: Arc::new(move || beating.heart.beat()),
+        beat: Arc::new(move |stuck| beating.beat(stuck)),
         unwatched: Arc::new(move |patience| looking.is_unwatched(patience)),
         rests: Arc::new(move |span| resting.rests(span)),
         leaves: true,

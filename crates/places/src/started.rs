@@ -78,6 +78,7 @@ impl Places {
             return Ok(None);
         };
         let Waiting { link, guard, process, heart } = waiting;
+        let its_heart = same(&heart)?;
         let child = Child::adopt(process.try_clone().map_err(text)?).map_err(text)?;
         let (handles, handles_there) = UnixLink::pair().map_err(text)?;
         let near: Box<dyn Ends> = Box::new(SharedMemory::new(&self.system, self.run).map_err(text)?);
@@ -102,7 +103,7 @@ impl Places {
         adopting::say(&link, &Enter { run: self.run, guard, is_unguarded }, &brings)?;
         self.telling.tell("processor", name, format!("process {} of it has lost its system, and is to be taken over", child.pid()));
         let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
-        let running = Arc::new(Process { child, guarded, black_box, socket });
+        let running = Arc::new(Process { child, guarded, heart: its_heart, black_box, socket });
         Ok(Some(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: true }))
     }
 }
@@ -149,9 +150,10 @@ impl rtp::Places for Places {
         }
         let child = launch.start().map_err(text)?;
         let watched = Watched { process: child.descriptor().map_err(text)?, heart, lost_after: bounds.lost_after };
+        let heart = same(&watched.heart)?;
         let guarded = self.guarding.watch(&self.commands.guard, name, watched, &Arc::new(handles))?;
         let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
-        let running = Arc::new(Process { child, guarded, black_box, socket });
+        let running = Arc::new(Process { child, guarded, heart, black_box, socket });
         Ok(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: false })
     }
 
@@ -164,9 +166,15 @@ impl rtp::Places for Places {
     }
 }
 
+/// The heart, once more. Errors: no descriptors left, in words.
+fn same(heart: &Heartbeat) -> Result<Heartbeat, String> {
+    Heartbeat::received(heart.descriptor().map_err(text)?).map_err(text)
+}
+
 struct Process {
     child: Child,
     guarded: Guarded,
+    heart: Heartbeat,
     black_box: process_kit::SharedMemory,
     /// Where a new supervisor would find it.
     socket: Option<PathBuf>,
@@ -207,6 +215,10 @@ impl Running for Process {
         // The step is the first half; no loop ran where none was started.
         let step = word as u32;
         (step != NO_STEP && started != 0).then_some(step)
+    }
+
+    fn stuck(&self) -> Option<usize> {
+        self.heart.held_up_by()
     }
 
     fn ending(&self) {

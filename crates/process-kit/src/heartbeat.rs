@@ -5,9 +5,10 @@ use std::io;
 use std::os::fd::OwnedFd;
 use std::sync::atomic::Ordering;
 
-/// The beats, and who the canary is.
-const LEN: usize = 16;
+/// The beats, who the canary is, and what keeps the heart from beating.
+const LEN: usize = 24;
 const CANARY: usize = 8;
+const HELD_UP: usize = 16;
 
 /// One process's heartbeat, in shared memory. It is watched from its first beat on.
 #[derive(Debug)]
@@ -58,6 +59,17 @@ impl Heartbeat {
     /// Says who it is.
     pub fn set_canary(&self, who: u64) {
         self.memory.word(CANARY).store(who, Ordering::Release);
+    }
+
+    /// What keeps it from beating, by a number from 0 on that its process and who watches it agree on; none where nothing does.
+    pub fn held_up_by(&self) -> Option<usize> {
+        let word = self.memory.word(HELD_UP).load(Ordering::Acquire);
+        usize::try_from(word).ok()?.checked_sub(1)
+    }
+
+    /// Says what keeps it from beating, or that nothing does any more.
+    pub fn hold_up(&self, by: Option<usize>) {
+        self.memory.word(HELD_UP).store(by.map_or(0, |number| number as u64 + 1), Ordering::Release);
     }
 
     /// A descriptor of it, for the process that beats or one that watches.

@@ -3,8 +3,8 @@
 //! writer or disk. Whether anybody hears what is told is nothing to it. A remote processor has one, and a program whose processors are
 //! threads.
 //!
-//! It runs above every kernel where the rights are given: whoever takes the cores from ordinary threads for half a second, here or in another
-//! program, does not make a process look frozen whose kernels fire.
+//! It runs above every kernel where the rights are given, so that a process whose kernels fire does not look frozen when something else, here
+//! or in another program, takes the cores from ordinary threads for half a second.
 use crate::service::Terms;
 use crate::shared::{Shared, locked};
 use kernel::SourceId;
@@ -32,8 +32,8 @@ pub(crate) fn run(shared: &Shared, terms: &Terms) {
             return;
         }
         let sources = locked(&shared.sources).clone();
-        if firings.serve(&shared.host, &sources) && shared.leads.load(Ordering::Acquire) {
-            (terms.beat)();
+        if shared.leads.load(Ordering::Acquire) {
+            (terms.beat)(firings.stuck(&shared.host, &sources));
         }
         if (terms.rests)(BEAT) {
             // Its link breaks only when its memory has been put away.
@@ -47,19 +47,22 @@ pub(crate) fn run(shared: &Shared, terms: &Terms) {
 pub struct Firings(HashMap<SourceId, (u64, i64)>);
 
 impl Firings {
-    /// True while every timer of these fires: one that a fault stopped has said so, and counts as serving.
-    pub fn serve(&mut self, host: &Host, sources: &[SourceId]) -> bool {
+    /// The place among these of the first timer that does not fire any more; none while all serve. One that a fault stopped has said so, and
+    /// counts as serving.
+    pub fn stuck(&mut self, host: &Host, sources: &[SourceId]) -> Option<usize> {
         let now_ns = host.now_ns();
-        let mut serves = true;
-        for source in sources {
+        let mut stuck = None;
+        for (place, source) in sources.iter().enumerate() {
             let Some(period_ns) = host.period_ns(*source) else { continue };
             let statistics = host.statistics(*source);
             let seen = self.0.entry(*source).or_insert((statistics.firings, now_ns));
             if seen.0 != statistics.firings || statistics.stopped {
                 *seen = (statistics.firings, now_ns);
             }
-            serves &= now_ns - seen.1 <= STUCK_NS.max(STUCK_PERIODS * period_ns);
+            if now_ns - seen.1 > STUCK_NS.max(STUCK_PERIODS * period_ns) {
+                stuck = stuck.or(Some(place));
+            }
         }
-        serves
+        stuck
     }
 }

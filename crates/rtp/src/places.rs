@@ -104,6 +104,11 @@ pub trait Running: Send + Sync {
         None
     }
 
+    /// The place, by the same order, of the timer that kept its heart from beating when that was looked at; none where none did.
+    fn stuck(&self) -> Option<usize> {
+        None
+    }
+
     /// It is about to be told to end.
     fn ending(&self) {}
 

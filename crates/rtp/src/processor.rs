@@ -331,13 +331,10 @@ impl Processor {
                 return answer.ok_or_else(|| "it gave no answer".to_owned());
             }
             let left = until.saturating_duration_since(Instant::now());
-            if !self.is_up() {
+            let is_gone = !self.is_up();
+            if is_gone || left.is_zero() {
                 answers.remove(&ticket);
-                return Err(self.gone());
-            }
-            if left.is_zero() {
-                answers.remove(&ticket);
-                return Err(format!("'{}' has not answered for {} s", self.name, limit.as_secs()));
+                return Err(if is_gone { self.gone() } else { format!("'{}' has not answered for {} s", self.name, limit.as_secs()) });
             }
             answers = self.answered.wait_timeout(answers, left.min(LOOK)).expect("nobody panics with the lock held").0;
         }

@@ -22,6 +22,10 @@ pub type OnDevice = Arc<dyn Fn(&Device, bool) + Send + Sync>;
 /// longer.
 pub type Unwatched = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
+/// Called every 20 ms with the place of the timer, by the order in which the sources here were made, that does not fire any more; none while all
+/// serve.
+pub type Beats = Arc<dyn Fn(Option<usize>) + Send + Sync>;
+
 /// Rests for so long; true: who commands is dying, and will say nothing any more.
 pub type Rests = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
@@ -45,9 +49,9 @@ pub struct Terms {
     pub epoch: Arc<dyn Fn(i64) -> i64 + Send + Sync>,
     /// Told of each device that is opened (`true`) or closed.
     pub device: OnDevice,
-    /// Called as long as the kernels here serve, every 20 ms.
-    pub beat: Arc<dyn Fn() + Send + Sync>,
-    /// Whether the guard that watched it is gone; false where it needs none.
+    /// What the heart says.
+    pub beat: Beats,
+    /// Whether guard and supervisor both stand still; false where nobody needs to watch it.
     pub unwatched: Unwatched,
     /// How the heart rests between two beats.
     pub rests: Rests,
@@ -84,7 +88,7 @@ impl Service {
 impl Terms {
     /// Without a guard.
     pub fn new(probe: Probe) -> Terms {
-        let (epoch, device, beat) = (Arc::new(|epoch_ns| epoch_ns), Arc::new(|_: &Device, _: bool| {}), Arc::new(|| {}));
+        let (epoch, device, beat) = (Arc::new(|epoch_ns| epoch_ns), Arc::new(|_: &Device, _: bool| {}), Arc::new(|_| {}));
         Terms { probe, epoch, device, beat, unwatched: Arc::new(|_| false), rests: Arc::new(rest), leaves: false }
     }
 }

@@ -59,7 +59,7 @@ impl Link for Still {
     }
 }
 
-fn terms(beat: impl Fn() + Send + Sync + 'static) -> Terms {
+fn terms(beat: impl Fn(Option<usize>) + Send + Sync + 'static) -> Terms {
     Terms { beat: Arc::new(beat), ..Terms::new(Probe::of(Vec::<OsString>::new())) }
 }
 
@@ -71,7 +71,7 @@ fn a_side_that_takes_nothing_does_not_stop_the_heart() {
     let serving = std::thread::spawn(move || {
         rtp::serve(
             &commands,
-            Service::new(terms(move || {
+            Service::new(terms(move |_| {
                 // The counter may have seen enough.
                 let _counted = beats.send(());
             })),
@@ -90,7 +90,7 @@ fn a_side_that_says_nothing_for_its_patience_is_lost() {
     let link = Still::after(&[Order::Patience { ms: 0, silence_ms: 200 }]);
     let commands: Arc<dyn Link> = link.clone();
     let (ended, told) = channel();
-    std::thread::spawn(move || ended.send(rtp::serve(&commands, Service::new(terms(|| ())))).is_ok());
+    std::thread::spawn(move || ended.send(rtp::serve(&commands, Service::new(terms(|_| ())))).is_ok());
     told.recv_timeout(NET).expect("it ends by itself").unwrap();
     assert!(link.state.lock().unwrap().is_closed, "so that the other side learns of it when it goes on");
 }
@@ -101,7 +101,7 @@ fn a_process_that_nobody_watches_any_more_stops_its_heart() {
     let commands: Arc<dyn Link> = link.clone();
     let (says, said) = channel();
     let also = says.clone();
-    let beat = move || also.send("beat").expect("the test is there");
+    let beat = move |_| also.send("beat").expect("the test is there");
     let unwatched = move |patience: Duration| {
         assert_eq!(patience, Duration::from_secs(60));
         says.send("alone").expect("the test is there");

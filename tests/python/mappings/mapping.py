@@ -71,20 +71,25 @@ class MappedSystem(gpac.System):
 FAULTY = {"kind": "message", "seed": 7, "delay_ns": [0, 100_000], "drop": 0.02, "repeat": 0.02, "reorder": 0.02, "corrupt": 0.01}
 """A message link that loses, delays, repeats, reorders and corrupts."""
 
+PATIENT = {"lost_after": "10 s"}
+"""What goes on in a process is tested here, not how soon it counts as lost: a shared machine may hold it up for longer than by default."""
+
+IN_A = {"process": "cell-a", **PATIENT}
+
 MAPPINGS = {
     mapping.name: mapping
     for mapping in (
         Realization("virtual", "virtual", {"seed": 1}),
         Realization("message", "virtual", {"seed": 1, "interconnect": FAULTY}),
         Realization("threads", "monotonic"),
-        Realization("processes", "monotonic", processors=({"process": True},)),
-        Realization("shared", "monotonic", processors=({"process": "cell-a"}, {"process": "cell-a"}, {"process": "cell-b"})),
-        Realization("mixture", "monotonic", processors=({}, {"process": True})),
+        Realization("processes", "monotonic", processors=({"process": True, **PATIENT},)),
+        Realization("shared", "monotonic", processors=(IN_A, IN_A, {"process": "cell-b", **PATIENT})),
+        Realization("mixture", "monotonic", processors=({}, {"process": True, **PATIENT})),
     )
 }
 
 HOSTS = Realization("hosts", "monotonic", processors=({}, {"host": "cell-b"}), host="cell-b")
 """The first a thread, the others threads of a process that has joined: over the network of this machine."""
 
-EVERYWHERE = Realization("everywhere", "monotonic", processors=({}, {"process": True}, {"host": "cell-b"}), host="cell-b")
+EVERYWHERE = Realization("everywhere", "monotonic", processors=({}, {"process": True, **PATIENT}, {"host": "cell-b"}), host="cell-b")
 """A thread, a process, and threads of a process that has joined: all three ways at once, and that from a process to another host."""

@@ -48,7 +48,10 @@ impl Processor {
 
     fn reason(&self) -> String {
         let running = locked(&self.running).clone();
-        running.map_or_else(|| "the link to it broke".to_owned(), |running| format!("its process {}", running.cause()))
+        let Some(running) = running else { return "the link to it broke".to_owned() };
+        let stuck = running.stuck().and_then(|place| locked(&self.sources).iter().filter(|(.., here)| *here).nth(place).map(|(_, spec, _)| spec.name.clone()));
+        let stuck = stuck.map(|name| format!(": timer '{name}' did not fire any more")).unwrap_or_default();
+        format!("its process {}{stuck}", running.cause())
     }
 
     fn lose(&self, host: &Weak<Host>, why: &str) {

@@ -75,7 +75,7 @@ impl Guarded {
                 let mut firings = Firings::default();
                 while !state.ends.load(Ordering::Acquire) {
                     let sources = locked(&state.sources).clone();
-                    if firings.serve(&host, &sources) {
+                    if firings.stuck(&host, &sources).is_none() {
                         locked(&state.held).values().for_each(|held| held.beat());
                     }
                     std::thread::park_timeout(BEAT);

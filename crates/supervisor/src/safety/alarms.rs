@@ -166,10 +166,10 @@ impl Alarms {
         dropped
     }
 
-    /// The alarm to drop first: returned ones before active ones, then the least severe, then the oldest.
+    /// Drops one alarm and returns it: returned ones before active ones, of those the mildest, of those the oldest.
     fn drop_one(&mut self) -> Option<Alarm> {
-        let least = (0..self.current.len()).min_by_key(|&at| (self.current[at].active, self.current[at].severity))?;
-        let gone = self.current.remove(least);
+        let mildest = (0..self.current.len()).min_by_key(|&at| (self.current[at].active, self.current[at].severity))?;
+        let gone = self.current.remove(mildest);
         self.dropped += 1;
         self.archive(gone.clone());
         Some(gone)
