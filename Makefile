@@ -27,7 +27,9 @@ MINUTES ?= 120
 # Processes of pytest: more than processors, as most tests wait for what happens in real time.
 WORKERS ?= $(shell echo $$(($$(nproc) + 2)))
 IDLE := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0)
-WORKSPACE := --workspace --features bindings/hosts --profile checked --quiet
+# Clippy compiles the workspace for the tests: one pass instead of a build and a check, and the lints find it done.
+LINTED := --config 'build.rustc-workspace-wrapper="clippy-driver"'
+WORKSPACE := --workspace --features bindings/hosts --profile checked --quiet $(LINTED)
 # The package's extension as it is installed now: one of these two stamps stands, never both.
 RELEASE := $(VENV)/release
 CHECKED := $(VENV)/checked
@@ -86,7 +88,7 @@ $(RELEASE): $(RUST) pyproject.toml $(VENV)/builds
 
 $(CHECKED): $(RUST) pyproject.toml $(VENV)/builds
 	@rm -f $(RELEASE)
-	$(MATURIN) develop $(UV) --profile checked --quiet --features hosts
+	$(MATURIN) develop $(UV) --profile checked --quiet --features hosts $(LINTED)
 	touch $@
 
 page: $(PAGE)
@@ -122,7 +124,7 @@ test-fast: setup-checked
 
 lint: setup-checked
 	cargo fmt --all --check
-	cargo clippy $(WORKSPACE) --all-targets -- -D warnings
+	$(BIN)/python tests/lints.py cargo test $(WORKSPACE) --tests --examples --no-run
 	cargo clippy -p places --profile checked --quiet -- -D warnings
 	$(BIN)/ruff check python tests examples bench packaging
 	$(BIN)/pyright
@@ -130,7 +132,7 @@ lint: setup-checked
 # The package's extension comes first, of the same features: nothing is built twice. The example is that of tests/python/test_bench.py.
 build-tests: setup-checked
 	cargo test $(WORKSPACE) --tests --no-run
-	cargo build -p runtime -p bindings --features bindings/hosts --profile checked --quiet --example bench
+	cargo build -p runtime -p bindings --features bindings/hosts --profile checked --quiet $(LINTED) --example bench
 
 test-rust: setup-checked
 	@mkdir -p out
@@ -151,7 +153,7 @@ simulated:
 	target/checked/simulate --seconds $(or $(SIMULATE_SECONDS),60) $(if $(SIMULATE_FIRST),--first $(SIMULATE_FIRST))
 
 simulate:
-	cargo build --profile checked --quiet -p simulator
+	cargo build --profile checked --quiet $(LINTED) -p simulator
 	target/checked/simulate $(if $(SEED),--seed $(SEED) --story,$(if $(SEEDS),--seeds $(SEEDS),--seconds $$((60 * $(or $(MINUTES),10)))) $(if $(FIRST),--first $(FIRST)))
 
 test-loom:
@@ -192,7 +194,7 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/shift.py
 	$(BIN)/python tests/faults/sixteen.py
 	$(BIN)/python tests/faults/stopping.py
-	cargo build --profile checked -p bindings --features hosts
+	cargo build --profile checked $(LINTED) -p bindings --features hosts
 	$(BIN)/python tests/faults/replays.py --also target/checked/lib_native.so
 	OPENGPAC_PARTITIONS_S=1,3,10,30 cargo test -p hosts --release --test namespaces -- --nocapture
 	cd studio && npm run --silent test:faults
@@ -213,7 +215,7 @@ wheel: $(VENV)/builds $(PAGE)
 # The same with what the tests were built from.
 test-wheel: setup-checked
 	@rm -rf target/wheels/checked
-	$(MATURIN) build --profile checked --quiet --features hosts --out target/wheels/checked
+	$(MATURIN) build --profile checked --quiet --features hosts $(LINTED) --out target/wheels/checked
 	$(BIN)/python packaging/wheel.py target/wheels/checked/*.whl target/wheels/tried
 	$(PYTHON) packaging/try_wheel.py target/wheels/tried/*.whl
 

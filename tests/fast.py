@@ -16,8 +16,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-CARGO = ("-p", "bindings", "--features", "bindings/hosts", "--profile", "checked", "--quiet")
-"""With `bindings` every crate has the features with which it was built for the package: dependencies are not built again."""
+LINTED = ("--config", 'build.rustc-workspace-wrapper="clippy-driver"')
+CARGO = ("-p", "bindings", "--features", "bindings/hosts", "--profile", "checked", "--quiet", *LINTED)
+"""With `bindings` every crate has the features with which it was built for the package, and its compiler: nothing is built again."""
 
 SUITE = ["tests/python/conformance"]
 IN_VIRTUAL_TIME = "not threads and not processes and not shared and not mixture and not real"
@@ -80,8 +81,8 @@ def commands(crates: list[str], files: list[str]) -> list[list[str]]:
     if checked:
         found.append(["pyright", *checked])
     if packages:
-        found.append(["cargo", "clippy", *packages, *CARGO, "--all-targets", "--", "-D", "warnings"])
-        found.append(["cargo", "test", *packages, *CARGO, "--tests"])
+        test = ["cargo", "test", *packages, *CARGO, "--tests"]
+        found += [["python", "tests/lints.py", *test, "--no-run"], test]
     if tests or on_them:
         found.append(["pytest", "-q", *dict.fromkeys([*tests, *on_them])])
     if packages or checked:
@@ -100,7 +101,7 @@ def main() -> None:
     files = [] if crates else changed()
     begin = time.monotonic()
     for command in commands(crates or crates_of(files), files):
-        if command[0] in ("pytest", "ruff", "pyright"):
+        if command[0] in ("python", "pytest", "ruff", "pyright"):
             command = [str(Path(sys.executable).parent / command[0]), *command[1:]]
         if Path(command[0]).name == "pytest":
             command = [*command, "-n", "3", "--dist", "worksteal"]
