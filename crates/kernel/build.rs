@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compiles the guard, the one part of the kernel in C: `sigsetjmp` may not be called from Rust.
+//! Compiles the containment, the one part of the kernel in C: `sigsetjmp` may not be called from Rust.
 fn main() {
-    let sources = ["src/guard.c", "src/foreign.c"];
+    let sources = ["src/containment.c", "src/foreign.c"];
     sources.iter().chain(&["src/foreign.h"]).for_each(|source| println!("cargo::rerun-if-changed={source}"));
-    cc::Build::new().files(sources).flag("-ffp-contract=off").warnings(true).opt_level(2).compile("opengpac_guard");
+    cc::Build::new().files(sources).flag("-ffp-contract=off").warnings(true).opt_level(2).compile("opengpac_containment");
 }

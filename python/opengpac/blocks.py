@@ -160,7 +160,9 @@ class Block(Shown, FunctionBlock):
 class BlockUse(Declared):
     """A block or graph with constants, not yet labelled. Made by calling one: `lib.lowpass(alpha=0.3)`.
 
-    `block` is the block or graph, `constants` are the values by the names of its items, `place` the line of the program.
+    `block` is the block or graph. `constants` are values by the names of its inputs and parameters: numbers, sequences of the item's
+    shape, structs as tuples or dicts; a number is in the item's unit, a string brings its own, `"20 ms"`. `place` is the line of the
+    program. A name that the block does not have raises `CallError` at once; types, ranges and units are checked at installation.
     """
 
     def __init__(self, block: Block | Graph, constants: Mapping[str, Any], place: Place | None = None) -> None:

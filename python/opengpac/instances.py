@@ -33,8 +33,13 @@ _read = json.JSONDecoder().raw_decode
 class VerbInstance(Shown, Declared, Generic[R]):
     """A verb applied to its arguments. Awaitable; a context manager that halts and deletes it at the end.
 
-    Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which may be started many times. `identity` is its
-    number in the system.
+    Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which may be started many times.
+
+    `verb` is what was applied, `system` where it runs, and `identity` its number there, which no later instance gets.
+
+    Its life is created → running ⇄ suspended → ended, again and again with `start`, until it is deleted. A method that its state does
+    not allow raises `InvalidState` and changes nothing; one that needs a device that is not enabled raises `NotEnabled`, one that
+    would write what another instance claims `SecondWriter`, and a start during a latched stop `EmergencyStopped`.
     """
 
     def __init__(self, verb: Verb[..., R], system: System, identity: int, objects: Mapping[str, Any], once: bool) -> None:

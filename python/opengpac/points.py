@@ -63,10 +63,17 @@ class Point(Mapping[str, float]):
 class Points(MutableMapping[str, Point]):
     """The taught points of a file: `points = gpac.Points("points.toml", arm)`, `points.teach("pick")`, `points["pick"]`.
 
-    `path` is a TOML file, `arm` the arm that is taught. The file says of which arm they are: its joints, their units, and what
-    identifies its model; one of another arm is refused, unless `any_model=True`. Each change is written at once, whole or not at all;
-    changes that an editor made meanwhile are read first. It is made by the first change. Several threads of a program may use one
-    `Points`.
+    A mapping of names (any text that is not empty) to `Point`: a position for each joint, in rad, or m for a sliding joint.
+
+    `path` is a TOML file, which the first change makes. `arm` is the arm that is taught, a group of joints or one joint; without it a
+    method is given one. The file says whose points they are: joints, units, and what identifies the model; `any_model=True` takes the
+    points of another model with the same joints.
+
+    Each change is written at once, whole or not at all, and changes that an editor made meanwhile are read first. Several threads of a
+    program may use one `Points`.
+
+    Raises `FileFailed` for a file that cannot be read, written or understood, with its line, `ValueRefused` for points of another
+    arm, and `UnknownName` for a point or joint that is not there.
     """
 
     def __init__(self, path: str | os.PathLike[str], arm: Group[Any] | LogicalDevice | None = None, *, any_model: bool = False) -> None:

@@ -28,7 +28,15 @@ class Report(Shown):
 
     Made by the end of a verb instance: what a call returns, and `vi.report`.
 
-    `started` and `ended` are times of the system's clock.
+    - `condition`: the termination condition, of the verb or of the system (`completed`, `halted`, `fault`, …); `normal` says whether
+      it counts as a good end, `message` what a fault said, and is empty otherwise.
+    - `time`: how long it ran, in s; `started` and `ended` are times of the system's clock, in s.
+    - `value`: what the condition reported, of its type (a number, an array, a record), or None. `others` are the conditions that came
+      in the same firing and moved nothing.
+    - `outputs`: what the condition returns, by name. A scalar is a number, an array a NumPy array of the port's shape, a struct a
+      record, each in the port's unit. An output of that name is an attribute too.
+    - `verb`, `instance`, `command_list`, `block`: where it ended; `block` is the label of the block that reported, or None.
+    - `start`: which start of the instance it was, from 1.
 
     Derive from it to give a verb's outputs types: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.
     """

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A function block instance as the kernel sees it: memory with an entry.
-use crate::guard::trust;
+use crate::containment::trust;
 use crate::memory::Cell;
 use crate::probe::{BlockTimes, Times};
 use opengpac::abi::{Descriptor, Header, Item, NONE, flag, kind};

@@ -139,7 +139,7 @@ impl Kernel {
         self.write_row(now_ns);
         let (declared, some_without) = self.table.budget_ns;
         let default = if some_without { self.budget_ns } else { 0 };
-        self.source.guard.set_budget(default.max(declared as i64));
+        self.source.containment.set_budget(default.max(declared as i64));
     }
 
     /// One operation, of a script or a reaction.

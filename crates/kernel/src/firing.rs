@@ -3,11 +3,11 @@
 //! devices, publish connections, serve conditions.
 use crate::block::{Block, BlockId};
 use crate::clock::monotonic_ns;
+use crate::containment;
 use crate::counters::add;
 use crate::device::Device;
 use crate::event::Event;
 use crate::floats;
-use crate::guard;
 use crate::phase::Paced;
 use crate::preempt::{Never, Preempt};
 use crate::schedule::Due;
@@ -199,7 +199,7 @@ impl Kernel {
                 self.raised = true;
             }
         }
-        if let Some(ended) = steps::guarded(self, started_ns, now_ns, preempt) {
+        if let Some(ended) = steps::contained(self, started_ns, now_ns, preempt) {
             self.stop(ended, now_ns);
             return false;
         }
@@ -368,13 +368,13 @@ impl Kernel {
     #[cold]
     fn lose_source(&mut self, step: u32) {
         self.source.is_lost.store(true, Ordering::Release);
-        if guard::is_retiring() {
-            self.source.guard.retire(step);
+        if containment::is_retiring() {
+            self.source.containment.retire(step);
             for device in &self.table.devices {
                 // SAFETY: this is the kernel of the device's source.
                 unsafe { device.safe_state() };
             }
-            guard::end_process();
+            containment::end_process();
         }
     }
 }

@@ -6,7 +6,7 @@
 //! invocation: a change is a fault of that block, which leaves everything as it was. What is found at the end of a firing only stops the source before
 //! anything is published; from then on every block of this process is called through [`run`], so that the next change has a name.
 use crate::block::Block;
-use crate::guard::Call;
+use crate::containment::Call;
 use crate::memory::Cell;
 use opengpac::Invocation;
 use opengpac::abi::{Header, Run, mark, outcome};
@@ -31,7 +31,7 @@ const WATCHED: u64 = 1 << 62;
 /// A block whose invocations are looked at one by one.
 #[repr(C)]
 pub(crate) struct Watched {
-    /// Where the guard finds whether the block may be ended: the address of its header, and [`WATCHED`].
+    /// Where the containment finds whether the block may be ended: the address of its header, and [`WATCHED`].
     header: u64,
     call: Call,
     /// What it may store, with the instance itself first.

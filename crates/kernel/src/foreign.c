@@ -69,7 +69,7 @@ int foreign_is_ours(uintptr_t place)
     return 0;
 }
 
-void opengpac_guard_trust(const void *address)
+void opengpac_containment_trust(const void *address)
 {
     if (foreign_is_ours((uintptr_t)address))
         return;

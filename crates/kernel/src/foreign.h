@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whose code a signal has interrupted: guard.c asks, foreign.c knows.
+// Whose code a signal has interrupted: containment.c asks, foreign.c knows.
 #ifndef OPENGPAC_FOREIGN_H
 #define OPENGPAC_FOREIGN_H
 #include <stdint.h>
 
 // Takes the code of the object that holds `address` for the blocks' own: it may be left at any instruction. Not in a handler.
-void opengpac_guard_trust(const void *address);
+void opengpac_containment_trust(const void *address);
 
 // Looks up what `foreign_is_harmless` needs. Not in a handler.
 void foreign_prepare(void);

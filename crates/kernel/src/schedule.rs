@@ -74,7 +74,7 @@ impl Activation {
         Self::with_budget(due, stamp, None)
     }
 
-    /// The same with a declared time budget, in ns of real time, for a firing of its steps: the guard ends a firing that takes
+    /// The same with a declared time budget, in ns of real time, for a firing of its steps: the containment ends a firing that takes
     /// longer. Without one: ten periods of the source and at least 100 ms (1 s under the virtual clock).
     pub fn with_budget(due: Due, stamp: Option<Cell>, budget_ns: Option<u64>) -> Arc<Activation> {
         if let Some(stamp) = &stamp {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One source as all threads see it, and what the sources of a host share.
 use crate::bell::Bell;
+use crate::containment::Containment;
 use crate::counters::{Counters, Statistics};
 use crate::event::Listener;
-use crate::guard::Guard;
 use crate::script::Mailbox;
 use crate::source::{Requests, SourceId, SourceKind, SourceSpec};
 use crate::tape::Tape;
@@ -39,7 +39,7 @@ pub struct Source {
     pub is_told_deaf: AtomicBool,
     /// Set by `Host::restart`, taken by the kernel.
     pub restarting: AtomicBool,
-    pub guard: Guard,
+    pub containment: Containment,
     /// Until when the probe visits its blocks, on CLOCK_MONOTONIC.
     pub probe_until_ns: AtomicI64,
     pub counters: Counters,
@@ -50,7 +50,7 @@ pub struct Source {
 }
 
 impl Source {
-    pub fn new(id: SourceId, spec: SourceSpec, listener: Listener, guard: Guard, tape: Option<Arc<dyn Tape>>) -> Source {
+    pub fn new(id: SourceId, spec: SourceSpec, listener: Listener, containment: Containment, tape: Option<Arc<dyn Tape>>) -> Source {
         Source {
             id,
             spec,
@@ -63,7 +63,7 @@ impl Source {
             is_deaf: AtomicBool::new(false),
             is_told_deaf: AtomicBool::new(false),
             restarting: AtomicBool::new(false),
-            guard,
+            containment,
             probe_until_ns: AtomicI64::new(i64::MIN),
             counters: Counters::default(),
             rights_missing: Mutex::new(Vec::new()),

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The step loop: the hot one, and the careful one that a firing goes over to when a step has faulted.
 #![allow(clippy::needless_borrow, reason = "behind a raw pointer the compiler asks for the borrow to be seen")]
+use crate::containment::{OUTSIDE, Over, budget_signal};
 use crate::counters::add;
 use crate::event::Fault;
 use crate::floats;
-use crate::guard::{OUTSIDE, Over, budget_signal};
 use crate::phase::{Paced, stores};
 use crate::preempt::Preempt;
 use crate::schedule::Activation;
@@ -15,7 +15,7 @@ use opengpac::floats::Words;
 use std::ffi::c_void;
 use std::sync::atomic::Ordering;
 
-/// How a guarded loop ended before its end.
+/// How a contained loop ended before its end.
 pub(crate) struct Ended {
     /// Whose fault it is.
     pub(crate) step: u32,
@@ -72,12 +72,12 @@ struct Frame<'a, P> {
 
 /// Runs the steps that are due. `started_ns` of CLOCK_MONOTONIC, for the budget.
 #[inline]
-pub(crate) fn guarded<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: i64, preempt: &P) -> Option<Ended> {
-    let guard = &raw const kernel.source.guard;
+pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: i64, preempt: &P) -> Option<Ended> {
+    let containment = &raw const kernel.source.containment;
     let probes = started_ns < kernel.source.probe_until_ns.load(Ordering::Relaxed);
     let mut frame = Frame { kernel, now_ns, probes, preempt };
-    // SAFETY: the guard lives as long as the kernel's source; the body keeps nothing that must be dropped.
-    let ended = unsafe { (*guard).run(body::<P>, (&raw mut frame).cast::<c_void>(), started_ns) };
+    // SAFETY: the containment lives as long as the kernel's source; the body keeps nothing that must be dropped.
+    let ended = unsafe { (*containment).run(body::<P>, (&raw mut frame).cast::<c_void>(), started_ns) };
     let changed = changed(&kernel.table);
     ended.map(|over| Ended { step: over.step, at: over.at, result: ended_by(&over), is_lost: over.is_lost }).or(changed)
 }
@@ -97,14 +97,14 @@ fn answerable(table: &Table) -> Option<Ended> {
     blocks.max().map(|(_, index)| Ended { step: index as u32, at: None, result: FLOATS, is_lost: false })
 }
 
-/// What the guard runs. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what
+/// What the containment runs. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what
 /// was reported before must then be in memory.
 unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
-    // SAFETY: `guarded` passes its own frame.
+    // SAFETY: `contained` passes its own frame.
     unsafe {
         let frame = frame.cast::<Frame<P>>();
         let (kernel, now_ns, probes, preempt) = ((*frame).kernel, (*frame).now_ns, (*frame).probes, (*frame).preempt);
-        (&(*kernel).source).guard.set_calls((&(*kernel).table).calls.as_ptr());
+        (&(*kernel).source).containment.set_calls((&(*kernel).table).calls.as_ptr());
         if (*kernel).careful {
             careful(kernel, 0, now_ns, probes, preempt);
         } else if probes {
@@ -113,7 +113,7 @@ unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
         } else {
             hot::<P, false>(kernel, now_ns, OUTSIDE, preempt);
         }
-        (&(*kernel).source).guard.step().write_volatile(OUTSIDE);
+        (&(*kernel).source).containment.step().write_volatile(OUTSIDE);
     }
 }
 
@@ -125,7 +125,7 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
     // SAFETY: the lengths are those of the table's own vectors, which do not change during a firing.
     unsafe {
         let table = &raw mut *(*kernel).table;
-        let step = (&(*kernel).source).guard.step();
+        let step = (&(*kernel).source).containment.step();
         let (calls, due) = ((&(*table).calls).as_ptr(), (&(*table).due).as_ptr());
         let (strips, count) = ((&(*table).strips).as_ptr(), (&(*table).strips).len());
         for strip in 0..count {
@@ -217,7 +217,7 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probe
     // SAFETY: as for `hot`.
     unsafe {
         let table = &raw mut *(*kernel).table;
-        let step = (&(*kernel).source).guard.step();
+        let step = (&(*kernel).source).containment.step();
         // Only an execute is careful from its first step on.
         let execute = from == 0;
         for index in from..(&(*table).steps).len() as u32 {

@@ -3,10 +3,10 @@
 use crate::aside::{Appends, Aside, Copies, append, copy};
 use crate::block::{Block, BlockId};
 use crate::clock::monotonic_ns;
+use crate::containment::{Call, OUTSIDE};
 use crate::device::Device;
 use crate::edge::Edge;
 use crate::floats::{self, Watched};
-use crate::guard::{Call, OUTSIDE};
 use crate::memory::{Cell, Span, spans};
 use crate::phase::Paced;
 use crate::process::Process;
@@ -111,7 +111,7 @@ pub struct ColdStep {
 #[derive(Clone, Copy)]
 pub(crate) struct Report {
     pub(crate) step: u32,
-    /// As `abi::outcome` says, or, ended by the guard, `SIGNAL`.
+    /// As `abi::outcome` says, or, ended by the containment, `SIGNAL`.
     pub(crate) result: u64,
     pub(crate) now_ns: i64,
 }

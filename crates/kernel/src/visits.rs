@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which block of a table the probe visits in a firing.
-use crate::guard::OUTSIDE;
+use crate::containment::OUTSIDE;
 
 /// Where the probe goes in a table.
 #[derive(Default)]

@@ -80,7 +80,7 @@ struct Alarm(libc::timer_t);
 
 impl Alarm {
     fn new() -> Alarm {
-        // The first real-time signal that somebody handles, from where the guard looks for one.
+        // The first real-time signal that somebody handles, from where the containment looks for one.
         let taken = |signal: i32| unsafe {
             let mut present: libc::sigaction = std::mem::zeroed();
             libc::sigaction(signal, std::ptr::null(), &mut present);

@@ -16,14 +16,14 @@ use crate::virtual_clock::Virtual;
 use crate::watchdog::Watchdog;
 use interconnect::Carrier;
 use kernel::clock::monotonic_ns;
+use kernel::containment::BLACK_BOX_LEN;
 use kernel::event::telling;
-use kernel::guard::BLACK_BOX_LEN;
 use kernel::script::Submission;
 use kernel::shared::Shared;
 use kernel::shared::Source;
 use kernel::state::Kernel;
 use kernel::tape::Tape;
-use kernel::{BlockTimes, Event, Inbound, Op, Outbound, Script, SourceId, SourceKind, SourceSpec, Statistics, guard};
+use kernel::{BlockTimes, Event, Inbound, Op, Outbound, Script, SourceId, SourceKind, SourceSpec, Statistics, containment};
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
 use std::sync::mpsc::channel;
@@ -65,7 +65,7 @@ unsafe impl Send for Host {}
 /// A thread of the host, and the source that it serves, where it serves one.
 type Running = (Option<Arc<Source>>, JoinHandle<()>);
 
-/// Memory for guards that others read.
+/// Memory for containments that others read.
 struct BlackBox {
     memory: *mut u8,
     /// Places from there on.
@@ -76,9 +76,9 @@ struct BlackBox {
 unsafe impl Send for BlackBox {}
 
 impl BlackBox {
-    fn guard(&self, budget_ns: i64) -> guard::Guard {
+    fn containment(&self, budget_ns: i64) -> containment::Containment {
         // SAFETY: the promise of `set_black_box`, and each place is given once.
-        unsafe { guard::Guard::at(self.memory, budget_ns) }
+        unsafe { containment::Containment::at(self.memory, budget_ns) }
     }
 }
 
@@ -93,7 +93,7 @@ impl Host {
 
     /// The same with an epoch of its own, ns of CLOCK_MONOTONIC: that of the host whose sources some of these are. Nothing under the virtual clock.
     pub fn since(clock: ClockKind, carrier: Box<dyn Carrier>, epoch_ns: i64) -> Host {
-        guard::install();
+        containment::install();
         let (epoch_ns, executor) = match clock {
             ClockKind::Monotonic => (epoch_ns, None),
             ClockKind::Virtual { seed } => (0, Some(Mutex::new(Virtual::new(seed)))),
@@ -153,12 +153,12 @@ impl Host {
             (None, SourceKind::Software) => BUDGET_MIN_NS,
         };
         let (teller, listener) = telling(id);
-        let guard = self.black_box().map_or_else(|| guard::Guard::new(budget_ns), |place| place.guard(budget_ns));
+        let containment = self.black_box().map_or_else(|| containment::Containment::new(budget_ns), |place| place.containment(budget_ns));
         let tape = match self.trace.get() {
             Some(trace) => Some(trace.tape(id, &spec)),
             None => self.plays.load(Ordering::Acquire).then(SourceTape::playing),
         };
-        let source = Arc::new(Source::new(id, spec, listener, guard, tape.clone().map(|tape| tape as Arc<dyn Tape>)));
+        let source = Arc::new(Source::new(id, spec, listener, containment, tape.clone().map(|tape| tape as Arc<dyn Tape>)));
         let kernel = Kernel::new(source.clone(), self.shared.clone(), teller, 0, budget_ns);
         match &self.executor {
             Some(executor) => executor.lock().expect("nobody panics with the lock held").add(kernel, self.now_ns()),
@@ -204,7 +204,7 @@ impl Host {
         if let Some(trace) = self.trace.get() {
             trace.broken(&format!("source '{}' runs in another process or on another host", spec.name));
         }
-        sources.push(Arc::new(Source::new(id, spec, listener, guard::Guard::new(0), None)));
+        sources.push(Arc::new(Source::new(id, spec, listener, containment::Containment::new(0), None)));
         id
     }
 

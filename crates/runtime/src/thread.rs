@@ -3,8 +3,8 @@
 use crate::reminder::Reminder;
 use crate::rights;
 use kernel::clock::monotonic_ns;
+use kernel::containment;
 use kernel::counters::add;
-use kernel::guard;
 use kernel::preempt::Never;
 use kernel::state::Kernel;
 use std::hint::spin_loop;
@@ -21,7 +21,7 @@ const SPIN_PERIOD_MIN_NS: i64 = 10 * SPIN_NS;
 pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     let (missing, real_time) = rights::take(&kernel.source.spec);
     *kernel.source.rights_missing.lock().expect("nobody panics with the lock held") = missing;
-    guard::prepare_thread();
+    containment::prepare_thread();
     // The maker of the source may have given up waiting.
     let _told = ready.send(());
     let spins = real_time && kernel.source.spec.core.is_some() && kernel.source.period_ns().is_some_and(|period| period >= SPIN_PERIOD_MIN_NS);

@@ -247,7 +247,7 @@ impl Virtual {
             }
         }
         if let Some(outer) = outer {
-            outer.member.source.guard.excuse(monotonic_ns() - started_ns);
+            outer.member.source.containment.excuse(monotonic_ns() - started_ns);
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::rights;
 use kernel::shared::Shared;
 use kernel::shared::Source;
-use kernel::{clock::monotonic_ns, guard};
+use kernel::{clock::monotonic_ns, containment};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, RwLock};
 use std::time::Duration;
@@ -30,11 +30,11 @@ impl Watchdog {
 
     /// One that takes no signal cannot be ended. A process that was started for its processors ends with it, and its guard makes its outputs safe.
     fn look(&self, source: &Source, now_ns: i64) {
-        if source.guard.watch(now_ns) && !source.is_deaf.swap(true, Ordering::AcqRel) {
-            if guard::is_retiring() {
-                guard::end_process();
+        if source.containment.watch(now_ns) && !source.is_deaf.swap(true, Ordering::AcqRel) {
+            if containment::is_retiring() {
+                containment::end_process();
             }
-            source.guard.demote();
+            source.containment.demote();
             self.shared.supervisor.ring();
         }
     }

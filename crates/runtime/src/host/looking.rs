@@ -78,7 +78,7 @@ impl Host {
     /// whatever preempts it). Nothing of a firing that ends behind `limit_ns` is visible before the clock comes to its end. False if there
     /// is none; the clock is then left as it is. Errs when more than 10,000 requested firings fall in one instant; the others are refused.
     pub fn fire_next(&self, limit_ns: i64) -> Result<bool, String> {
-        guard::prepare_thread();
+        containment::prepare_thread();
         let executor = self.executor();
         loop {
             let firing = executor.next();

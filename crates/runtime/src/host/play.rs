@@ -5,7 +5,7 @@ use crate::trace::Taped;
 use crate::trace::tape::{SourceTape, Stretch};
 use interconnect::{Full, Receiver, Sender};
 use kernel::clock::monotonic_ns;
-use kernel::guard::prepare_thread;
+use kernel::containment::prepare_thread;
 use kernel::preempt::Never;
 use kernel::script::Submission;
 use kernel::state::Kernel;

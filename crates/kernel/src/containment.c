@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The guard: runs a step loop so that a signal inside block code ends the loop, not the process.
+// Containment: runs a step loop so that a signal inside block code ends the loop, not the process.
 //
 // One `sigsetjmp` a firing (5 ns; no signal mask is saved: what handlers block is let through again after a jump). The
-// kernel writes `step` before each call of a block; it is GUARD_OUTSIDE while no block runs. Guards of one thread nest where the
+// kernel writes `step` before each call of a block; it is OUTSIDE_BLOCKS while no block runs. Containments of one thread nest where the
 // virtual clock preempts: `outer` is the one below.
 //
 // An invocation stores all of its outputs or none. A signal that its entry can wait for (a spent budget) ends it only while it is marked as
@@ -22,7 +22,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#define GUARD_OUTSIDE UINT32_MAX
+#define OUTSIDE_BLOCKS UINT32_MAX
 #define RUNNING ((uint64_t)1 << 63) // abi.rs: in the first word of an instance
 #define WATCHED ((uint64_t)1 << 62) // floats.rs: the rest of that word is the address of the instance
 
@@ -33,7 +33,7 @@ typedef struct {
     const void *invocation;
 } opengpac_call;
 
-typedef struct opengpac_guard {
+typedef struct opengpac_containment {
     volatile uint32_t step;
     volatile uint32_t armed;
     volatile int64_t started_ns; // 0: no loop runs
@@ -45,11 +45,11 @@ typedef struct opengpac_guard {
     volatile uint32_t handling; // a handler of ours runs for it: what interrupts that is not what it looks at
     volatile int64_t foreign_ns; // since when it is led out of foreign code; 0: it is not
     volatile uint32_t steps, steps_seen;
-    struct opengpac_guard *outer;
+    struct opengpac_containment *outer;
     sigjmp_buf place;
-} opengpac_guard;
+} opengpac_containment;
 
-static _Thread_local opengpac_guard *volatile current __attribute__((tls_model("initial-exec")));
+static _Thread_local opengpac_containment *volatile current __attribute__((tls_model("initial-exec")));
 static struct sigaction earlier[NSIG];
 static volatile sig_atomic_t passed_on[NSIG];
 static int budget_signal;
@@ -71,38 +71,38 @@ static sigset_t of_time(void)
     return signals;
 }
 
-size_t opengpac_guard_size(void)
+size_t opengpac_containment_size(void)
 {
-    return sizeof(opengpac_guard);
+    return sizeof(opengpac_containment);
 }
 
 // Runs `body(argument)`. 0 when it returned, else the signal that ended it.
-int opengpac_guard_run(opengpac_guard *guard, void (*body)(void *), void *argument, int64_t started_ns)
+int opengpac_containment_run(opengpac_containment *containment, void (*body)(void *), void *argument, int64_t started_ns)
 {
-    guard->outer = current;
-    guard->step = GUARD_OUTSIDE;
-    guard->late = guard->lost = guard->heard = guard->handling = 0;
-    guard->foreign_ns = 0;
-    guard->started_ns = started_ns;
-    int ended_by = sigsetjmp(guard->place, 0);
+    containment->outer = current;
+    containment->step = OUTSIDE_BLOCKS;
+    containment->late = containment->lost = containment->heard = containment->handling = 0;
+    containment->foreign_ns = 0;
+    containment->started_ns = started_ns;
+    int ended_by = sigsetjmp(containment->place, 0);
     if (ended_by == 0) {
-        guard->armed = 1;
-        current = guard;
+        containment->armed = 1;
+        current = containment;
         body(argument);
     } else {
         // Out of a handler, in which they wait.
         sigset_t waiting = of_time();
         pthread_sigmask(SIG_UNBLOCK, &waiting, NULL);
     }
-    guard->armed = 0;
-    guard->started_ns = 0;
-    current = guard->outer;
+    containment->armed = 0;
+    containment->started_ns = 0;
+    current = containment->outer;
     return ended_by;
 }
 
-static int is_in_a_block(const opengpac_guard *guard)
+static int is_in_a_block(const opengpac_containment *containment)
 {
-    return guard && guard->armed && guard->step != GUARD_OUTSIDE;
+    return containment && containment->armed && containment->step != OUTSIDE_BLOCKS;
 }
 
 // The end of the process while a block runs is not without a word. The thread is called as its source is.
@@ -151,12 +151,12 @@ enum { STEPS_MAX = 50 * 1000, WAIT_MAX_NS = 300 * 1000 * 1000 };
 // Something was left in code that may hold a lock: at its end the process must not wait for it.
 static volatile sig_atomic_t untrusted;
 
-static void leave(opengpac_guard *guard, int number, int is_lost)
+static void leave(opengpac_containment *containment, int number, int is_lost)
 {
     if (is_lost)
         untrusted = 1;
-    guard->lost = is_lost;
-    siglongjmp(guard->place, number);
+    containment->lost = is_lost;
+    siglongjmp(containment->place, number);
 }
 
 // True where what was interrupted at `place` may be left.
@@ -166,96 +166,96 @@ static int may_be_left(uintptr_t place)
 }
 
 // A block has done what no block may.
-static void faulted(opengpac_guard *guard, int number, siginfo_t *what, const void *context)
+static void faulted(opengpac_containment *containment, int number, siginfo_t *what, const void *context)
 {
     uintptr_t place = foreign_place(context);
     if (number == SIGSEGV || number == SIGBUS)
         place = foreign_caller(context, place, what->si_addr);
-    leave(guard, number, !may_be_left(place));
+    leave(containment, number, !may_be_left(place));
 }
 
 // The invocation that runs has stored nothing so far.
-static int may_be_ended(const opengpac_guard *guard)
+static int may_be_ended(const opengpac_containment *containment)
 {
-    uint64_t mark = *guard->calls[guard->step].instance;
+    uint64_t mark = *containment->calls[containment->step].instance;
     if (mark & WATCHED)
         mark = *(const volatile uint64_t *)(uintptr_t)(mark & ~WATCHED);
     return (mark & RUNNING) != 0;
 }
 
 // One instruction further on the way out of foreign code.
-static void stepped(opengpac_guard *guard, void *context)
+static void stepped(opengpac_containment *containment, void *context)
 {
-    if (!is_in_a_block(guard) || !may_be_ended(guard)) {
-        guard->foreign_ns = 0;
+    if (!is_in_a_block(containment) || !may_be_ended(containment)) {
+        containment->foreign_ns = 0;
         foreign_step(context, 0);
     } else if (foreign_is_ours(foreign_place(context))) {
-        leave(guard, budget_signal, 0);
-    } else if (guard->steps++ >= STEPS_MAX) {
-        leave(guard, budget_signal, 1);
+        leave(containment, budget_signal, 0);
+    } else if (containment->steps++ >= STEPS_MAX) {
+        leave(containment, budget_signal, 1);
     }
 }
 
 static void fault(int number, siginfo_t *what, void *context)
 {
-    opengpac_guard *guard = current;
+    opengpac_containment *containment = current;
     // Of a handler: the stack that it walked up is not one.
-    if (is_in_a_block(guard) && guard->handling && what->si_code > 0)
-        leave(guard, number, 1);
-    if (guard)
-        guard->handling = 1;
-    if (number == SIGTRAP && what->si_code == TRAP_TRACE && guard && guard->foreign_ns) {
-        stepped(guard, context);
-        guard->handling = 0;
+    if (is_in_a_block(containment) && containment->handling && what->si_code > 0)
+        leave(containment, number, 1);
+    if (containment)
+        containment->handling = 1;
+    if (number == SIGTRAP && what->si_code == TRAP_TRACE && containment && containment->foreign_ns) {
+        stepped(containment, context);
+        containment->handling = 0;
         return;
     }
-    if (is_in_a_block(guard)) {
+    if (is_in_a_block(containment)) {
         if (what->si_code > 0)
-            faulted(guard, number, what, context);
+            faulted(containment, number, what, context);
         // By itself, as abort() and raise() do; what another thread or process sends is not a fault of the block.
         if (what->si_code == SI_TKILL && what->si_pid == getpid() && !foreign_is_ours(foreign_place(context))) {
             int is_harmless = may_be_left(foreign_place(context));
             if (is_harmless || number == SIGABRT)
-                leave(guard, number, !is_harmless);
+                leave(containment, number, !is_harmless);
         }
     }
-    if (guard)
-        guard->handling = 0;
+    if (containment)
+        containment->handling = 0;
     pass_on(number, what, context);
 }
 
 // The budget is spent: the block that runs now is late. It is ended unless it stores, or is in foreign code.
-static void is_late(opengpac_guard *guard, void *context)
+static void is_late(opengpac_containment *containment, void *context)
 {
-    if (!guard->late)
-        guard->late = guard->step + 1;
-    if (!may_be_ended(guard))
+    if (!containment->late)
+        containment->late = containment->step + 1;
+    if (!may_be_ended(containment))
         return;
     if (may_be_left(foreign_place(context)))
-        leave(guard, budget_signal, 0);
-    if (!guard->foreign_ns) {
-        guard->steps = 0;
-        guard->foreign_ns = time_ns();
-    } else if (guard->steps == guard->steps_seen && time_ns() - guard->foreign_ns > WAIT_MAX_NS) {
-        leave(guard, budget_signal, 1);
+        leave(containment, budget_signal, 0);
+    if (!containment->foreign_ns) {
+        containment->steps = 0;
+        containment->foreign_ns = time_ns();
+    } else if (containment->steps == containment->steps_seen && time_ns() - containment->foreign_ns > WAIT_MAX_NS) {
+        leave(containment, budget_signal, 1);
     }
-    guard->steps_seen = guard->steps;
+    containment->steps_seen = containment->steps;
     foreign_step(context, 1);
 }
 
 // The watchdog sends this signal to the thread of a loop that is too old. It may come late, so it looks for itself.
 static void budget(int number, siginfo_t *what, void *context)
 {
-    opengpac_guard *guard = current;
-    if (guard)
-        guard->heard = 1;
-    if (is_in_a_block(guard) && !guard->handling && guard->started_ns && (number == SIGXCPU || time_ns() - guard->started_ns > guard->budget_ns)) {
-        guard->handling = 1;
-        is_late(guard, context);
-        guard->handling = 0;
+    opengpac_containment *containment = current;
+    if (containment)
+        containment->heard = 1;
+    if (is_in_a_block(containment) && !containment->handling && containment->started_ns && (number == SIGXCPU || time_ns() - containment->started_ns > containment->budget_ns)) {
+        containment->handling = 1;
+        is_late(containment, context);
+        containment->handling = 0;
     }
     // RLIMIT_RTTIME ran out on a thread that is none of ours.
-    if (number == SIGXCPU && !guard)
+    if (number == SIGXCPU && !containment)
         pass_on(number, what, context);
 }
 
@@ -286,12 +286,12 @@ static int put_in_front(int number, void (*handler)(int, siginfo_t *, void *), i
 
 // Installs the handlers, or puts them in front again where somebody else's have come before them (a crash reporter that was
 // switched on later). One thread at a time. Gives the signal of a spent budget, or -1.
-int opengpac_guard_install(void)
+int opengpac_containment_install(void)
 {
     static const int faults[] = {SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT};
     if (!budget_signal) {
         foreign_prepare();
-        opengpac_guard_trust(opengpac_guard_install);
+        opengpac_containment_trust(opengpac_containment_install);
         on_exit(at_exit, NULL);
     }
     // The first real-time signal that nobody has taken.

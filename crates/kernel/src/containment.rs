@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The guard's face: a step loop that a signal inside block code ends, and the stack that its handlers run on.
+//! The face of containment: a step loop that a signal inside block code ends, and the stack that its handlers run on.
 use opengpac::abi::{Invocation, Run};
 use std::cell::Cell;
 use std::ffi::{c_int, c_void};
@@ -7,7 +7,7 @@ use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
 
-/// One call of the hot loop: 24 bytes, read by `guard.c` too. The first word of each instance says whether it may be ended: `abi::RUNNING`.
+/// One call of the hot loop: 24 bytes, read by `containment.c` too. The first word of each instance says whether it may be ended: `abi::RUNNING`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Call {
@@ -16,7 +16,7 @@ pub struct Call {
     pub invocation: *const Invocation,
 }
 
-/// One source's guard. The first fields are shared with `guard.c`; the jump buffer follows, in memory of C's size.
+/// One source's containment. The first fields are shared with `containment.c`; the jump buffer follows, in memory of C's size.
 #[repr(C)]
 struct Shared {
     step: AtomicU32,
@@ -30,10 +30,10 @@ struct Shared {
 }
 
 unsafe extern "C" {
-    fn opengpac_guard_size() -> usize;
-    fn opengpac_guard_run(guard: *mut Shared, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> c_int;
-    fn opengpac_guard_install() -> c_int;
-    fn opengpac_guard_trust(address: *const c_void);
+    fn opengpac_containment_size() -> usize;
+    fn opengpac_containment_run(containment: *mut Shared, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> c_int;
+    fn opengpac_containment_install() -> c_int;
+    fn opengpac_containment_trust(address: *const c_void);
 }
 
 /// `step` while no block runs.
@@ -53,8 +53,8 @@ pub struct Over {
     pub is_lost: bool,
 }
 
-/// Guards the step loop of one source. Its thread runs it; the watchdog reads how old the loop is.
-pub struct Guard {
+/// Contains faults of blocks in the step loop of one source. Its thread runs it; the watchdog reads how old the loop is.
+pub struct Containment {
     shared: *mut Shared,
     /// Of memory of its own; none where it lies in a black box.
     words: Option<usize>,
@@ -94,52 +94,52 @@ pub fn end_process() -> ! {
 }
 
 // SAFETY: the shared fields are atomic; the jump buffer is touched by the thread that runs the loop alone.
-unsafe impl Send for Guard {}
+unsafe impl Send for Containment {}
 // SAFETY: as for `Send`.
-unsafe impl Sync for Guard {}
+unsafe impl Sync for Containment {}
 
-impl Guard {
-    pub fn new(budget_ns: i64) -> Guard {
+impl Containment {
+    pub fn new(budget_ns: i64) -> Containment {
         // SAFETY: a constant.
-        let words = unsafe { opengpac_guard_size() }.div_ceil(size_of::<u128>());
+        let words = unsafe { opengpac_containment_size() }.div_ceil(size_of::<u128>());
         let shared = Box::leak(vec![0u128; words].into_boxed_slice()).as_mut_ptr().cast::<Shared>();
         // SAFETY: all zeroes is a valid `Shared`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
-        Guard::of(shared, Some(words))
+        Containment::of(shared, Some(words))
     }
 
     /// The same in memory that others read when this process is gone: [`BLACK_BOX_LEN`] bytes at `memory`, on a cache line, zero, for as long as the
-    /// guard lives.
+    /// containment lives.
     ///
     /// # Safety
     /// Nobody else writes there.
-    pub unsafe fn at(memory: *mut u8, budget_ns: i64) -> Guard {
+    pub unsafe fn at(memory: *mut u8, budget_ns: i64) -> Containment {
         // SAFETY: a constant.
-        assert!(unsafe { opengpac_guard_size() } <= BLACK_BOX_LEN, "a guard fits into its place in a black box");
+        assert!(unsafe { opengpac_containment_size() } <= BLACK_BOX_LEN, "a containment fits into its place in a black box");
         let shared = memory.cast::<Shared>();
         // SAFETY: the caller's word; all zeroes is a valid `Shared`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
-        Guard::of(shared, None)
+        Containment::of(shared, None)
     }
 
-    fn of(shared: *mut Shared, words: Option<usize>) -> Guard {
-        Guard { shared, words, thread: AtomicPtr::new(ptr::null_mut()), unheard: AtomicU32::new(0), retires: AtomicU32::new(0) }
+    fn of(shared: *mut Shared, words: Option<usize>) -> Containment {
+        Containment { shared, words, thread: AtomicPtr::new(ptr::null_mut()), unheard: AtomicU32::new(0), retires: AtomicU32::new(0) }
     }
 
     fn shared(&self) -> &Shared {
-        // SAFETY: it lives as long as the guard.
+        // SAFETY: it lives as long as the containment.
         unsafe { &*self.shared }
     }
 
     /// Runs `body(argument)`. `None` if it returned in time, else how it ended.
     ///
     /// # Safety
-    /// `body` keeps nothing on its stack that must be dropped while [`Guard::enter`] has a step set: a signal jumps over it.
+    /// `body` keeps nothing on its stack that must be dropped while [`Containment::enter`] has a step set: a signal jumps over it.
     pub unsafe fn run(&self, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> Option<Over> {
         // SAFETY: an identity.
         self.thread.store(unsafe { libc::pthread_self() } as *mut c_void, Ordering::Relaxed);
-        // SAFETY: the caller's word for `body`; the guard is run by one thread at a time.
-        let ended_by = unsafe { opengpac_guard_run(self.shared, body, argument, started_ns) };
+        // SAFETY: the caller's word for `body`; the containment is run by one thread at a time.
+        let ended_by = unsafe { opengpac_containment_run(self.shared, body, argument, started_ns) };
         let late = self.shared().late.load(Ordering::Relaxed).checked_sub(1);
         let at = (ended_by != 0).then(|| self.shared().step.load(Ordering::Relaxed));
         let is_lost = self.shared().lost.load(Ordering::Relaxed) != 0;
@@ -215,7 +215,7 @@ impl Guard {
     }
 }
 
-impl Drop for Guard {
+impl Drop for Containment {
     fn drop(&mut self) {
         if let Some(words) = self.words {
             // SAFETY: leaked in `new` with the same length.
@@ -228,7 +228,7 @@ impl Drop for Guard {
 pub fn trust(run: Run) {
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers may read what it adds to.
-    unsafe { opengpac_guard_trust(run as *const c_void) };
+    unsafe { opengpac_containment_trust(run as *const c_void) };
 }
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -248,7 +248,7 @@ static BUDGET_SIGNAL: AtomicI32 = AtomicI32::new(0);
 pub fn install() -> i32 {
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers of others are called for what is not ours.
-    let signal = unsafe { opengpac_guard_install() };
+    let signal = unsafe { opengpac_containment_install() };
     assert!(signal > 0, "the fault handlers cannot be installed: no real-time signal is free");
     BUDGET_SIGNAL.store(signal, Ordering::Relaxed);
     signal
