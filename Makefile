@@ -190,6 +190,7 @@ faults: setup-hosts $(VENV)/tests
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
 	$(BIN)/python tests/faults/ur_peer.py
 	$(BIN)/python tests/faults/driver_kills.py
+	$(BIN)/python tests/faults/io_module.py
 	$(BIN)/python tests/faults/peers.py
 	$(BIN)/python tests/faults/shift.py
 	$(BIN)/python tests/faults/sixteen.py

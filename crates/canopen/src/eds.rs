@@ -137,7 +137,7 @@ impl Eds {
         }
         let rest = text.replace("$nodeid", "");
         let rest = rest.trim_matches('+');
-        Some(i64::from(node) + if rest.is_empty() { 0 } else { signed(rest)? })
+        i64::from(node).checked_add(if rest.is_empty() { 0 } else { signed(rest)? })
     }
 
     /// The objects that a PDO carries as the device comes: `mapping` is 0x1600 to 0x1603 or 0x1A00 to 0x1A03.

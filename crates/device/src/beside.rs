@@ -50,7 +50,7 @@ impl Beside {
         let Some(services) = &self.services else {
             return Err(Unserved::Failed(format!("driver '{}' declares service '{service}', and carries out none", self.kind)));
         };
-        let moves = words.iter().any(|word| word.name == service && word.moves);
+        let moves = services.is_told_of_stops(service) || words.iter().any(|word| word.name == service && word.moves);
         let served = if moves { services.call_moving(service, &checked, is_stopped) } else { services.call(service, &checked) };
         served.map_err(|why| Unserved::Failed(why.message))
     }

@@ -27,13 +27,18 @@ pub trait Services: Send + Sync {
         None
     }
 
+    /// Whether a service is carried out by [`Services::call_moving`] although it is not declared to move the device: its arguments decide.
+    fn is_told_of_stops(&self, _service: &str) -> bool {
+        false
+    }
+
     /// Carries out a service that the driver declares, with arguments that were checked against its declaration. It may wait.
     ///
     /// # Errors
     /// What the device or the driver refuses, for people.
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError>;
 
-    /// Carries out a service that moves the device. `is_stopped`: whether an emergency stop is latched; `safe_state` is called after it says so.
+    /// Carries out a service that moves the device, or is told of stops. `is_stopped`: whether an emergency stop is latched; `safe_state` is called after it says so.
     ///
     /// A stop may come while it is under way. One that asks something of the next `write` counts the calls of `safe_state`: it takes their number,
     /// looks at `is_stopped`, and `write` begins nothing that was asked under another number. Default: a look, then [`Services::call`].

@@ -152,6 +152,10 @@ fn objects_are_read_and_written_beside_the_cycle() {
     rig.exchange(&[]).unwrap();
     call(&*services, "write_object", json!({ "axis": "y", "index": 0x6065, "value": 777, "bits": 32 })).unwrap();
     assert_eq!(read(0x6065).unwrap()["number"], 777);
+    let word = json!({ "axis": "y", "index": 0x6040, "value": 15, "bits": 16 });
+    assert!(services.is_told_of_stops("write_object"));
+    let stopped = services.call_moving("write_object", &word, &|| true).unwrap_err().message;
+    assert_eq!(stopped, "axis 'y': object 0x6040:0 is its control word, and an emergency stop is latched: remove its cause and reset it first");
     assert_eq!(read(0x5555).unwrap_err(), "axis 'y': object 0x5555:0: the subdevice aborted with 0x06020000, the object does not exist");
     let wrong = call(&*services, "read_object", json!({ "axis": "z", "index": 1 })).unwrap_err();
     assert_eq!(wrong, "there is no axis 'z'; the axes are x, y");

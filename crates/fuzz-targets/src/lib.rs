@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What reads bytes that others wrote, one function each: a fuzzer may give it any bytes, and it neither panics nor takes for good
 //! what it would say differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and change it at random.
+mod canopen;
 mod control;
 mod definitions;
 mod ethercat;
@@ -28,6 +29,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("journal", journal::journal),
     ("recordings", recordings::recordings),
     ("control", control::control),
+    ("canopen", canopen::canopen),
     ("ethercat", ethercat::ethercat),
     ("modbus", drivers::any_bytes::modbus),
     ("servos", drivers::any_bytes::servos),

@@ -121,6 +121,11 @@ fn every_target_is_tested_and_has_a_corpus() {
 }
 
 #[test]
+fn canopen_holds() {
+    hold("canopen", CHANGED);
+}
+
+#[test]
 fn ethercat_holds() {
     hold("ethercat", CHANGED);
 }

@@ -115,7 +115,7 @@ crate-type = ["cdylib"]
 
 
 def crate(name: str) -> dict[str, str]:
-    """The files of a crate that is a driver in Rust, by their paths. It needs no other crate: two of them are the interface."""
+    """The files of a crate that is a driver in Rust, by their paths. It needs no other crate: all but `lib.rs` are the interface."""
     sources = {path.name: path.read_text() for path in sorted((Path(__file__).parent / "rust").glob("*.rs"))}
     texts = {f"src/{file}": text.replace("{name}", name) if file == "lib.rs" else text for file, text in sources.items()}
     return {"Cargo.toml": _MANIFEST.format(name=name), **texts}

@@ -160,6 +160,19 @@ def test_terminals_of_a_module_are_inputs_and_outputs_of_a_cell(terminals: fake.
     assert (there.outputs[2], there.analog_outputs) == (True, [100]), "safe"
 
 
+def test_while_an_emergency_stop_is_latched_only_settings_are_written(cell: gpac.System) -> None:
+    with fake.canopen({"name": "x", "node": NODE, "watchdog": False}) as bus:
+        joint(cell, bus.interface)
+        write = cell.physical_devices["line"].services.write_object
+        write(axis="x", index=0x6060, value=8, bits=8)
+        cell.emergency_stop("tried")
+        write(axis="x", index=0x6065, value=777, bits=32)
+        with pytest.raises(gpac.Error, match="object 0x6040:0 is its control word, and an emergency stop is latched"):
+            write(axis="x", index=0x6040, value=15, bits=16)
+        cell.reset()
+        write(axis="x", index=0x6040, value=6, bits=16)
+
+
 def test_an_eds_file_that_another_program_wrote_names_the_objects(bus: fake.CanOpenBus, cell: gpac.System, tmp_path: Path) -> None:
     path = tmp_path / "drive.eds"
     objects = dictionary(NODE)

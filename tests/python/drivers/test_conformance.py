@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import subprocess
 from pathlib import Path
 
 import pytest
 
+import opengpac as gpac
 from kit_of_drivers import checked
 from opengpac.cli import main
 
@@ -21,6 +23,13 @@ def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder of the test, for files and for what is compiled."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
+
+
+def build(crate: str) -> None:
+    """Builds a crate, whose compiler has nothing to say of it."""
+    words = ["cargo", "build", "--release", "--quiet", "--offline"]
+    built = subprocess.run(words, cwd=crate, capture_output=True, text=True, check=False)
+    assert (built.returncode, built.stderr) == (0, "")
 
 
 def test_a_driver_that_is_begun_passes(capsys: pytest.CaptureFixture[str]) -> None:
@@ -46,11 +55,34 @@ def test_a_driver_in_rust_that_is_begun_is_built_and_passes(capsys: pytest.Captu
     assert main(["new", "driver", "axis", "--in", "rust"]) == 0
     assert main(["new", "driver", "axis", "--in", "rust"]) == 1, "it is not overwritten"
     assert len(Path("axis/src/lib.rs").read_text().splitlines()) <= 60
-    built = subprocess.run(["cargo", "build", "--release", "--quiet", "--offline"], cwd="axis", capture_output=True, text=True, check=False)
-    assert (built.returncode, built.stderr) == (0, "")
+    build("axis")
     capsys.readouterr()
     assert main(["driver", "check", "axis/target/release/libaxis.so", "gain=2", "--exchanges", "5000"]) == 0
     assert ", 0 failed, " in capsys.readouterr().out
+
+
+def test_a_driver_in_rust_has_services_counters_and_a_scan(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", "driver", "turntable", "--in", "rust"]) == 0
+    source = (EXAMPLES / "turntable.rs").read_text()
+    assert len(source.splitlines()) <= 60
+    Path("turntable/src/lib.rs").write_text(source)
+    build("turntable")
+    path = "turntable/target/release/libturntable.so"
+    capsys.readouterr()
+    assert main(["driver", "check", path, "gain=2", "--exchanges", "5000"]) == 0
+    assert ", 0 failed, " in capsys.readouterr().out
+    turntable = gpac.drivers.load(path)
+    assert [each["options"] for each in gpac.drivers.scan(turntable().kind)] == [{"gain": 2.0}]
+    with gpac.System("line", clock="virtual") as cell:
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        table = fast.processor.physical_device("table", turntable(), exchange=fast)
+        cell.advance("10 ms")
+        table.services.call_here(position="90 deg")
+        assert table.services.place() == pytest.approx(math.pi / 2)
+        assert table.counters["exchanges"] >= 10
+    with pytest.raises(gpac.Error, match="option 'gain': -1 is not above 0"), gpac.System("line", clock="virtual") as cell:
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        fast.processor.physical_device("table", turntable(gain=-1.0), exchange=fast)
 
 
 def test_the_interface_in_rust_is_the_one_of_this_system() -> None:

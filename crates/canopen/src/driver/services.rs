@@ -4,7 +4,7 @@ use crate::client::Client;
 use crate::eds::Eds;
 use crate::nmt::Command;
 use cia402::Entry;
-use cia402::axis::{HOME, RESET_FAULT, Reach, Shared};
+use cia402::axis::{HOME, RESET_FAULT, Reach, Shared, is_told_of_stops};
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
 use serde_json::Value;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub const SERVICES: [ServiceWord; 6] = [
     },
     ServiceWord {
         name: "write_object",
-        doc: "writes an object of a node",
+        doc: "writes an object of a node; while an emergency stop is latched, none that moves it or says how it stops",
         arguments: &[
             NODE,
             INDEX,
@@ -95,18 +95,18 @@ impl Beside {
             }
             "home" | "reset_fault" if node >= self.axes => Err(format!("'{}' is a module: it has no axis", arguments["axis"].as_str().unwrap_or_default())),
             "home" => self.shared.home(arguments, is_stopped),
-            "reset_fault" => self.shared.carry_out(service, arguments),
-            _ => self.object(node, service, arguments),
+            "reset_fault" => self.shared.carry_out(service, arguments, is_stopped),
+            _ => self.object(node, service, arguments, is_stopped),
         }
     }
 
     /// Reads or writes an object, which may be named as its EDS file names it.
-    fn object(&self, node: usize, service: &str, arguments: &Value) -> Result<Value, String> {
+    fn object(&self, node: usize, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
         let Some(name) = arguments["object"].as_str() else {
             if arguments["index"].is_null() {
                 return Err("give an index, or with an EDS file an object by its name".to_owned());
             }
-            return self.shared.carry_out(service, arguments);
+            return self.shared.carry_out(service, arguments, is_stopped);
         };
         let Some(eds) = &self.data_sheets[node] else {
             return Err(format!("object '{name}' is known by a name only from an EDS file: give the node one (option eds), or the object's index"));
@@ -117,7 +117,7 @@ impl Beside {
         if arguments["bits"].is_null() {
             arguments["bits"] = object.kind.bits().map_or(Value::Null, Value::from);
         }
-        let mut answer = self.shared.carry_out(service, &arguments)?;
+        let mut answer = self.shared.carry_out(service, &arguments, is_stopped)?;
         if let (Some(number), Some(bits)) = (answer["number"].as_u64(), object.kind.bits())
             && object.kind.is_signed()
         {
@@ -129,6 +129,10 @@ impl Beside {
 }
 
 impl Services for Beside {
+    fn is_told_of_stops(&self, service: &str) -> bool {
+        is_told_of_stops(service)
+    }
+
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
         self.carry_out(service, arguments, &|| false).map_err(|message| DeviceError { message })
     }

@@ -7,6 +7,7 @@
 //! | [`Axis`] | its channels and what its drive is told |
 //! | [`Homes`], [`Asked`] | homing: what the service asks of the cycle, and how it waits |
 //! | [`Shared`], [`Reach`] | services beside the cycle: objects, faults, homing |
+//! | [`held`] | objects that are not written while an emergency stop is latched |
 mod asked;
 mod channels;
 mod moved;
@@ -14,9 +15,11 @@ mod options;
 #[cfg(test)]
 mod overtaken;
 mod services;
+mod stopped;
 
 pub use asked::{Asked, Begun, HOME, Homes};
 pub use channels::part;
 pub use moved::{Axis, Measured};
 pub use options::{AxisOptions, Commanded, FIELDS, Unit, check, unknown};
-pub use services::{AXIS, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, entry};
+pub use services::{AXIS, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, entry, is_told_of_stops};
+pub use stopped::held;

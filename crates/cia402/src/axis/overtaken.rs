@@ -7,6 +7,7 @@ use crate::homing::Homed;
 use crate::objects::Entry;
 use crate::states::Mode;
 use serde_json::{Value, json};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 const SCALE: Scale = Scale { mode: Mode::Position, counts: 1000.0, offset: 0.0, speed_max: 1.0, rated_torque: 1.0 };
@@ -59,7 +60,7 @@ impl Rig {
     fn home(&self, meanwhile: impl FnOnce(&mut Commander)) -> (Result<Value, String>, Homed) {
         let (mut commander, shared) = (Commander::new(SCALE, None), &self.shared);
         let answer = std::thread::scope(|scope| {
-            let asked = scope.spawn(|| shared.carry_out("home", &json!({ "axis": "x", "method": 35, "timeout_s": 3600 })));
+            let asked = scope.spawn(|| shared.carry_out("home", &json!({ "axis": "x", "method": 35, "timeout_s": 3600 }), &|| false));
             self.came.recv().expect("an object comes");
             meanwhile(&mut commander);
             self.takes.send(()).expect("it waits for it");
@@ -126,6 +127,40 @@ fn one_that_comes_to_a_latched_stop_sends_nothing() {
     let refused = rig.shared.home(&json!({ "axis": "x", "method": 35 }), &|| true);
     assert_eq!(refused, Err(format!("axis 'x': {}", device::under_a_stop("home").message)));
     assert!(rig.came.try_recv().is_err(), "its drive is sent nothing");
+}
+
+#[test]
+fn under_a_latched_stop_an_object_that_moves_is_not_written_and_a_setting_is() {
+    let rig = Rig::new();
+    let write = |index: u16, is_stopped: bool| {
+        let arguments = json!({ "axis": "x", "index": index, "value": 15, "bits": 16 });
+        rig.shared.carry_out("write_object", &arguments, &|| is_stopped)
+    };
+    let refused = "axis 'x': object 0x6040:0 is its control word, and an emergency stop is latched: remove its cause and reset it first";
+    assert_eq!(write(0x6040, true), Err(refused.to_owned()));
+    assert!(rig.came.try_recv().is_err(), "its drive is sent nothing");
+    for (index, is_stopped) in [(0x6065, true), (0x6040, false)] {
+        rig.takes.send(()).expect("it waits for it");
+        assert_eq!(write(index, is_stopped), Ok(Value::Null));
+        rig.came.recv().expect("an object comes");
+    }
+}
+
+#[test]
+fn a_stop_that_is_latched_while_an_object_waits_for_another_is_seen() {
+    let rig = Rig::new();
+    let (shared, is_stopped) = (&rig.shared, AtomicBool::new(false));
+    let word = json!({ "axis": "x", "index": 0x6040, "value": 15, "bits": 16 });
+    std::thread::scope(|scope| {
+        let first = scope.spawn(|| shared.carry_out("write_object", &word, &|| false));
+        rig.came.recv().expect("the first one has the way to the drives");
+        let second = scope.spawn(|| shared.carry_out("write_object", &word, &|| is_stopped.load(Ordering::Acquire)));
+        is_stopped.store(true, Ordering::Release);
+        rig.takes.send(()).expect("it waits for it");
+        assert_eq!(first.join().expect("it does not panic"), Ok(Value::Null));
+        assert!(second.join().expect("it does not panic").is_err_and(|why| why.contains("an emergency stop is latched")));
+    });
+    assert!(rig.came.try_recv().is_err(), "nothing more was sent");
 }
 
 #[test]

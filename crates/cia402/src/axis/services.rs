@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a driver of axes does beside its cycle: objects of its drives, faults, homing.
 use super::asked::Homes;
+use super::stopped::held;
 use crate::commander::Scale;
 use crate::objects::Entry;
 use device::{Kind, OptionWord, ServiceWord};
@@ -22,7 +23,7 @@ pub const READ_OBJECT: ServiceWord = ServiceWord {
 
 pub const WRITE_OBJECT: ServiceWord = ServiceWord {
     name: "write_object",
-    doc: "writes an object of a drive",
+    doc: "writes an object of a drive; while an emergency stop is latched, none that moves it or says how it stops",
     arguments: &[
         AXIS,
         INDEX,
@@ -36,6 +37,11 @@ pub const WRITE_OBJECT: ServiceWord = ServiceWord {
 
 pub const RESET_FAULT: ServiceWord =
     ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None, moves: false };
+
+/// Whether a service looks for emergency stops itself: `write_object`, of which only some objects are refused under one.
+pub fn is_told_of_stops(service: &str) -> bool {
+    service == WRITE_OBJECT.name
+}
 
 /// What reaches the objects of the drives, beside the cycle. An axis is its place among those of the driver.
 pub trait Reach: Send {
@@ -107,22 +113,26 @@ impl<R: Reach> Shared<R> {
         self.names.iter().position(|of| of == name).ok_or_else(|| format!("there is no axis '{name}'; the axes are {}", self.names.join(", ")))
     }
 
-    /// Carries out [`READ_OBJECT`], [`WRITE_OBJECT`], [`RESET_FAULT`] or [`HOME`](super::HOME).
+    /// Carries out [`READ_OBJECT`], [`WRITE_OBJECT`], [`RESET_FAULT`] or [`HOME`](super::HOME). `is_stopped`: whether an emergency stop is latched.
     ///
     /// # Errors
     /// For people.
-    pub fn carry_out(&self, service: &str, arguments: &Value) -> Result<Value, String> {
+    pub fn carry_out(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
         let axis = self.axis(arguments)?;
         match service {
             "reset_fault" => self.resets[axis].store(true, Ordering::Relaxed),
-            "home" => return self.home(arguments, &|| false),
+            "home" => return self.home(arguments, is_stopped),
             "read_object" => {
                 let of = entry(arguments)?;
                 return self.on(axis, |reached| reached.upload(axis, of)).map(|value| shown(&value));
             }
             _ => {
                 let (of, value) = (entry(arguments)?, value(arguments)?);
-                self.on(axis, |reached| reached.download(axis, of, &value))?;
+                self.on(axis, |reached| {
+                    // Behind what others wait for too: it may have been latched meanwhile.
+                    may_be_written(of, is_stopped)?;
+                    reached.download(axis, of, &value)
+                })?;
             }
         }
         Ok(Value::Null)
@@ -145,6 +155,15 @@ impl<R: Reach> Shared<R> {
     /// Whether a fault of the axis is to be reset, asked once. Real-time safe.
     pub fn resets(&self, axis: usize) -> bool {
         self.resets[axis].swap(false, Ordering::Relaxed)
+    }
+}
+
+fn may_be_written(of: Entry, is_stopped: &dyn Fn() -> bool) -> Result<(), String> {
+    match held(of) {
+        Some(what) if is_stopped() => {
+            Err(format!("object {:#06x}:{} is {what}, and an emergency stop is latched: remove its cause and reset it first", of.index, of.sub))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -2,7 +2,7 @@
 //! What the driver does beside its cycle.
 use crate::main_device::{Bus, Mailbox};
 use cia402::Entry;
-use cia402::axis::{HOME, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT};
+use cia402::axis::{HOME, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, is_told_of_stops};
 use device::{DeviceError, ServiceWord, Services};
 use serde_json::Value;
 
@@ -28,12 +28,15 @@ impl Reach for Mailboxes {
 pub(super) struct Beside(pub Shared<Mailboxes>);
 
 impl Services for Beside {
-    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
-        self.0.carry_out(service, arguments).map_err(|message| DeviceError { message })
+    fn is_told_of_stops(&self, service: &str) -> bool {
+        is_told_of_stops(service)
     }
 
-    /// Its one service that moves is `home`.
-    fn call_moving(&self, _: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
-        self.0.home(arguments, is_stopped).map_err(|message| DeviceError { message })
+    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        self.call_moving(service, arguments, &|| false)
+    }
+
+    fn call_moving(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, DeviceError> {
+        self.0.carry_out(service, arguments, is_stopped).map_err(|message| DeviceError { message })
     }
 }

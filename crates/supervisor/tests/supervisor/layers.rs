@@ -58,7 +58,24 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("simulator", &["opengpac", "device", "model", "interconnect", "kernel", "runtime", "guard", "drivers", "api", "supervisor", "control"]),
     (
         "fuzz-targets",
-        &["drivers", "ethercat", "opengpac", "model", "mcap", "interconnect", "kernel", "runtime", "modules", "library", "rtp", "control", "api", "supervisor"],
+        &[
+            "drivers",
+            "canopen",
+            "cia402",
+            "ethercat",
+            "opengpac",
+            "model",
+            "mcap",
+            "interconnect",
+            "kernel",
+            "runtime",
+            "modules",
+            "library",
+            "rtp",
+            "control",
+            "api",
+            "supervisor",
+        ],
     ),
 ];
 

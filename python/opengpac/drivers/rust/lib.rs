@@ -1,4 +1,4 @@
-//! One axis that follows its effort, x' = gain u: change it to yours. `opengpac_driver.rs` and `abi.rs` stay as they are.
+//! One axis that follows its effort, x' = gain u: change it to yours. The other files of this folder stay as they are.
 #[allow(dead_code)]
 mod abi;
 mod opengpac_driver;

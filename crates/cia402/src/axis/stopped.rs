@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Objects that are not written while an emergency stop is latched: what moves a machine, and what a node does of a stop.
+use crate::objects::Entry;
+
+/// A drive of a device with several has its objects so many behind those of the one before it.
+const OF_A_DRIVE: u16 = 0x800;
+
+/// What an object is that must stay as it is while an emergency stop is latched; none: a setting, which may be written.
+///
+/// By CiA 301, 401, 402 and ETG.1000. Objects of a vendor (0x2000 to 0x5FFF) are settings here: nobody but the vendor knows what they do.
+pub fn held(of: Entry) -> Option<&'static str> {
+    match of.index {
+        0x1016 | 0x1029 => Some("what it does without its controller"),
+        0x1400..=0x17FF | 0x1C12 => Some("what its process data are"),
+        0x6000..=0x9FFF => of_a_drive(0x6000 + (of.index - 0x6000) % OF_A_DRIVE),
+        _ => None,
+    }
+}
+
+fn of_a_drive(index: u16) -> Option<&'static str> {
+    match index {
+        0x6040 => Some("its control word"),
+        0x6060 => Some("its mode"),
+        0x6042 | 0x6071 | 0x607A | 0x60FF => Some("its target"),
+        0x60B0..=0x60B2 => Some("an offset of its target"),
+        0x60FE | 0x6200..=0x63FF | 0x6411..=0x6444 => Some("its outputs, where a brake may be"),
+        0x6007 | 0x605A..=0x605E | 0x6084 | 0x6085 | 0x60C6 => Some("how it stops"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(index: u16) -> Option<&'static str> {
+        held(Entry { index, sub: 0 })
+    }
+
+    #[test]
+    fn what_moves_and_what_stops_is_held_of_every_drive_of_a_device() {
+        for drive in 0..8 {
+            assert_eq!(at(0x6040 + drive * OF_A_DRIVE), Some("its control word"));
+            assert_eq!(at(0x60FE + drive * OF_A_DRIVE), Some("its outputs, where a brake may be"));
+            assert_eq!(at(0x605A + drive * OF_A_DRIVE), Some("how it stops"));
+        }
+        assert_eq!((at(0x1600), at(0x1016)), (Some("what its process data are"), Some("what it does without its controller")));
+    }
+
+    #[test]
+    fn settings_and_objects_of_a_vendor_are_not() {
+        assert_eq!([0x1010, 0x1017, 0x1A00, 0x2000, 0x5FFF, 0x6065, 0x6098, 0x6410, 0xA000].map(at), [None; 9]);
+    }
+}

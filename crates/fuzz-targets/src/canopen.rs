@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+//! CANopen: frames of a socket, answers of SDO servers, data sheets and an emulated bus, of any bytes.
+use canopen::eds::Eds;
+use canopen::emulator::{Bus, NodeOptions, Terminals};
+use canopen::frame::{self, Came, FRAME_LEN, Frame};
+use canopen::message;
+use canopen::sdo::{Answered, Transfer};
+use cia402::Entry;
+
+/// The longest value that is written here.
+const VALUE_MAX: usize = 64;
+
+/// The first byte says what the others are.
+pub(crate) fn canopen(bytes: &[u8]) {
+    match bytes.split_first() {
+        Some((0, rest)) => socket(rest),
+        Some((1, rest)) => answers(rest),
+        Some((2, rest)) => data_sheet(rest),
+        Some((_, rest)) => bus(rest),
+        None => {}
+    }
+}
+
+/// What is read as a frame is written as the same one.
+fn socket(bytes: &[u8]) {
+    for piece in bytes.chunks(FRAME_LEN) {
+        let Came::Frame(read) = frame::read(piece) else { continue };
+        assert_eq!(frame::read(&read.encoded()), Came::Frame(read));
+        let _ = message::read(&read);
+    }
+}
+
+/// A length and a value that is written, then answers to it and to a reading, 8 bytes each. A transfer that is over stays so.
+fn answers(bytes: &[u8]) {
+    let Some((len, rest)) = bytes.split_first() else { return };
+    let (value, answers) = rest.split_at(rest.len().min(usize::from(*len) % VALUE_MAX));
+    let of = Entry { index: 0x1008, sub: 0 };
+    for (mut transfer, _) in [Transfer::upload(of), Transfer::download(of, value)] {
+        let mut is_over = false;
+        for answer in answers.as_chunks::<8>().0 {
+            let answered = transfer.answer(answer);
+            assert!(!is_over || matches!(answered, Answered::Strange | Answered::Aborted(_)), "{answered:?} behind the end");
+            is_over |= matches!(answered, Answered::Done(_) | Answered::Aborted(_) | Answered::Broken(_));
+        }
+    }
+}
+
+/// Each object of a data sheet is found at its entry.
+fn data_sheet(bytes: &[u8]) {
+    let Ok(eds) = Eds::read(bytes) else { return };
+    for (of, object) in eds.objects() {
+        assert_eq!(eds.object(of).map(|found| &found.name), Some(&object.name));
+        let _ = (eds.named(&object.name), eds.default_of(of, 5));
+    }
+    let _ = (eds.mapping(0x1600, 5), eds.mapping(0x1A00, 127));
+}
+
+/// Frames of an identifier, a length and data on a bus with a drive and a module, a millisecond between them.
+fn bus(bytes: &[u8]) {
+    let drive = NodeOptions { name: "x".into(), node: 5, ..NodeOptions::default() };
+    let module =
+        NodeOptions { name: "io".into(), node: 7, module: Some(Terminals { inputs: 8, outputs: 8, ..Terminals::default() }), ..NodeOptions::default() };
+    let mut bus = Bus::new(&[drive, module]);
+    for piece in bytes.chunks(11) {
+        let [low, high, len, data @ ..] = piece else { break };
+        bus.take(&Frame::new(u16::from_le_bytes([*low, *high]), &data[..data.len().min(usize::from(*len) % 9)]));
+        bus.go_on(1_000_000);
+        while let Some(said) = bus.said() {
+            assert_ne!(frame::read(&said), Came::Strange, "a node says what CANopen has");
+        }
+    }
+    let _ = bus.show();
+}
