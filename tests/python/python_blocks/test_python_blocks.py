@@ -153,3 +153,45 @@ def test_without_numba_one_line_says_what_to_install(tmp_path: Path, monkeypatch
     with pytest.raises(gpac.DefinitionError, match=r"numba, which is not installed.*; pip install 'opengpac\[numba\]'") as refused:
         _defined(tmp_path / "p.py", HEAD + "def f(u: U, y: Y):\n    y = u\n")
     assert "\n" not in str(refused.value)
+
+
+def _gain(path: Path, by: str) -> gpac.PythonBlock[...]:
+    return _defined(path, HEAD + f"def gain(u: U, y: Y):\n    y = {by} * u\n")["gain"]
+
+
+def test_a_function_defined_again_redefines_the_block_once_no_instance_runs(tmp_path: Path) -> None:
+    cell = gpac.System("cell", clock="virtual")
+    cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+    u, y = cell.svv("u", initial=1.0), cell.svv("y")
+
+    def verb(gain: gpac.PythonBlock[...]) -> gpac.Verb[..., Any]:
+        return gpac.Verb("v", blocks={"gain": gain}, modes={"gain.u": "asynchronous"},
+            instantiation_parameters={"u": "gain.u", "y": "gain.y"}, command_lists={"start": [activate("gain", every="1 ms")]})  # fmt: skip
+
+    with verb(_gain(tmp_path / "p.py", "2.0")).asynch(u, y):
+        again = _gain(tmp_path / "p.py", "3.0")
+        cell.advance("5 ms")
+        assert y.value == 2.0 and again.run(u=1.0).y == [3.0]
+        with pytest.raises(gpac.InUse, match="halt 'v#1' first"):
+            verb(again).new_instance(u, cell.svv("z"))
+    with verb(again).asynch(u, y):
+        cell.advance("5 ms")
+        assert y.value == 3.0
+
+
+def test_a_record_keeps_the_compiled_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
+    gain = _gain(tmp_path / "p.py", "0.3")
+    cell = gpac.System("cell", clock="virtual")
+    recording = cell.record(tmp_path / "run.mcap", replay=True)
+    cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+    verb = gpac.Verb("v", blocks={"noise": lib.noise(seed=3), "gain": gain, "clock": lib.time_limit(limit=0.02)},
+        cells={"u": ["noise.y", "gain.u"]}, instantiation_parameters={"y": "gain.y"},
+        command_lists={"start": [activate("gain"), activate("noise", every="1 ms"), activate("clock", every="1 ms")]},
+        conditions={"over": on("clock.expired", returns=[])})  # fmt: skip
+    with cell:
+        verb(cell.svv("y"))
+        recording.stop()
+    Path(gain.module).unlink()
+    again = gpac.replay(tmp_path / "run.mcap", show=["y"], trust=True)
+    assert again.difference is None and again.svvs["y"], again
