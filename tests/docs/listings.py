@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import linecache
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -73,6 +74,8 @@ class Program:
         if "program" in listing.words:
             self.close()
         self.names.setdefault("__name__", "__main__")
+        # As a notebook does: what asks for the source of a function finds it.
+        linecache.cache[listing.file] = (len(listing.text), None, listing.text.splitlines(keepends=True), listing.file)
         code = compile(listing.text, listing.file, "exec")
         raises = listing.words.get("raises")
         with contextlib.redirect_stdout(io.StringIO()) as out:

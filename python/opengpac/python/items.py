@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The items of a function's signature, or what is wrong with it."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, NoReturn, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from ..errors import DefinitionError, UnitMismatch
+from ..places import Place
+from .words import Condition, Input, Invocation, Output, State, Word
+
+PYTHON = {float: "double", int: "int64_t", bool: "bool"}
+WIDTHS = {"double": "float64", "float": "float32", "bool": "bool_"} | {
+    f"{sign}int{bits}_t": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
+}
+"""C types of elements, and what NumPy and numba call them."""
+
+_RESERVED = (
+    "self report OK FAULT in out auto break case char const continue default do double else enum extern float for goto if inline int long "
+    "register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true false asm"
+)
+RESERVED = frozenset(_RESERVED.split())
+
+_TYPE = re.compile(r"\s*(\w+)\s*((?:\[\s*\d+\s*\])*)\s*")
+
+
+@dataclass(frozen=True)
+class Item:
+    """One argument: its `word`, the C `element` type, `shape` (of an array), and `default` in the form of C, or None."""
+
+    name: str
+    word: Word | Condition
+    element: str
+    shape: tuple[int, ...]
+    default: str | None
+    line: int
+
+    @property
+    def type(self) -> str:
+        """The C type, without the elements of a history."""
+        history = self.word.history if isinstance(self.word, Input) else 0
+        return self.element + "".join(f"[{n}]" for n in (self.shape[1:] if history else self.shape))
+
+    @property
+    def written(self) -> bool:
+        """Whether the function may change it."""
+        return isinstance(self.word, Output | State | Condition)
+
+
+class Refusing:
+    """Refuses parts of a function by their line."""
+
+    def __init__(self, file: str, name: str) -> None:
+        self.file = file
+        self.name = name
+
+    def __call__(self, line: int, message: str, remedy: str, kind: type[DefinitionError | UnitMismatch] = DefinitionError) -> NoReturn:
+        raise kind(f"block '{self.name}': {message}", remedy=remedy, place=Place(self.file, line)) from None
+
+
+def items_of(function: Callable[..., Any], tree: ast.FunctionDef, refusing: Refusing) -> tuple[list[Item], str | None]:
+    """The items of a function, and the name of its argument for the invocation."""
+    lines = {a.arg: a.lineno for a in [*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs]}
+    for star in (tree.args.vararg, tree.args.kwarg):
+        if star:
+            refusing(star.lineno, f"'*{star.arg}' is no item of a block", "name each input, output, parameter and state")
+    try:
+        hints = get_type_hints(function, include_extras=True)
+    except (NameError, AttributeError, TypeError) as why:
+        refusing(tree.lineno, f"its annotations cannot be read: {why}", "use names of the module's own level in annotations")
+    items: list[Item] = []
+    invocation = None
+    for name, formal in inspect.signature(function).parameters.items():
+        if hints.get(name) is Invocation:
+            invocation = name
+            continue
+        items.append(_item(name, hints.get(name), formal.default, lines[name], refusing))
+    if not any(isinstance(item.word, Output | Condition) for item in items):
+        refusing(tree.lineno, "it has neither an output nor a condition", 'declare one: y: Annotated[float, Output("what it is")]')
+    if len(items) > 32:
+        refusing(items[32].line, f"it has {len(items)} items, and a block has at most 32", 'put several into an array, type="double[6]"')
+    return items, invocation
+
+
+def _item(name: str, hint: Any, default: Any, line: int, refusing: Refusing) -> Item:
+    if hint is None:
+        refusing(line, f"argument '{name}' has no annotation", f'write {name}: Annotated[float, Input("what it is", "unit")]')
+    words = [a for a in get_args(hint)[1:] if isinstance(a, Word | Condition)] if get_origin(hint) is Annotated else []
+    if len(words) != 1 or type(words[0]) is Word:
+        refusing(
+            line,
+            f"the annotation of '{name}' does not say once whether it is an input, output, state, parameter or condition",
+            f'write {name}: Annotated[float, Input("what it is", "unit")]',
+        )
+    if name in RESERVED or name.startswith(("opengpac", "OG_", "_")):
+        refusing(line, f"'{name}' is a word of C or of OpenGPAC", f"choose another name, for example '{name.strip('_')}_value'")
+    word = words[0]
+    element, shape = _type_of(name, word, get_args(hint)[0], line, refusing)
+    if isinstance(word, Input):
+        _check_mode(name, word, line, refusing)
+        if word.history:
+            shape = (word.history, *shape)
+    if isinstance(word, Output) and word.ratio < 0:
+        refusing(line, f"the ratio of '{name}' is {word.ratio}", "give 1 or more")
+    return Item(name, word, element, shape, _default(name, word, element, shape, default, line, refusing), line)
+
+
+def _type_of(name: str, word: Word | Condition, python: Any, line: int, refusing: Refusing) -> tuple[str, tuple[int, ...]]:
+    if isinstance(word, Condition):
+        if python is not bool:
+            refusing(line, f"condition '{name}' is annotated as {getattr(python, '__name__', python)}", "annotate it as bool")
+        return "bool", ()
+    remedy = 'annotate it as float, int or bool, or as numpy.ndarray with type="double[6]"'
+    text = word.type or PYTHON.get(python) if not isinstance(python, list) else word.type
+    if not text:
+        refusing(line, f"the type of '{name}' is {getattr(python, '__name__', python)}, which no port has", remedy)
+    found = _TYPE.fullmatch(text)
+    if found is None or found[1] not in WIDTHS:
+        refusing(line, f"the type of '{name}' is '{text}'", f"give one of {', '.join(WIDTHS)}, or an array of one, 'double[6]'")
+    shape = tuple(int(n) for n in re.findall(r"\d+", found[2]))
+    if 0 in shape:
+        refusing(line, f"the type of '{name}' is '{text}', which has no elements", "give each length as 1 or more")
+    return found[1], shape
+
+
+def _check_mode(name: str, word: Input, line: int, refusing: Refusing) -> None:
+    if word.mode not in ("synchronous", "asynchronous"):
+        refusing(line, f"the mode of input '{name}' is '{word.mode}'", "give 'synchronous' or 'asynchronous', or ratio=n")
+    if word.ratio < 0 or not 0 <= word.history <= 4096:
+        refusing(line, f"input '{name}' has ratio={word.ratio}, history={word.history}", "give a ratio of 1 or more, a history up to 4096")
+    if (word.ratio > 0) + (word.history > 0) + (word.mode == "asynchronous") > 1:
+        refusing(line, f"input '{name}' has more than one of ratio, history and mode", "give one of them; a history is asynchronous")
+
+
+def _default(
+    name: str, word: Word | Condition, element: str, shape: tuple[int, ...], default: Any, line: int, refusing: Refusing
+) -> str | None:
+    if default is inspect.Parameter.empty:
+        return None
+    if isinstance(word, Output) or (isinstance(word, Condition) and default is not False):
+        refusing(line, f"'{name}' has a default, which an output or condition does not take", "leave it out; a State has an initial value")
+    if isinstance(word, Input) and (word.ratio or word.history):
+        refusing(line, f"input '{name}' has a default, which one with a ratio or history does not take", "leave it out")
+    try:
+        values = np.asarray(default)
+    except ValueError:
+        values = np.asarray(None)
+    kinds = {"bool": "b", "double": "iuf", "float": "iuf"}.get(element, "iu")
+    if values.dtype.kind not in kinds or (values.shape not in ((), shape)):
+        type_text = element + "".join(f"[{n}]" for n in shape)
+        refusing(line, f"the default of '{name}' is {default!r}, and its type is {type_text}", f"give a value of {type_text}")
+    if element not in ("double", "float", "bool"):
+        limits = np.iinfo(WIDTHS[element])
+        if values.size and (int(values.min()) < limits.min or int(values.max()) > limits.max):
+            refusing(line, f"the default of '{name}' is {default!r}, beyond {element}", f"give {limits.min} to {limits.max}")
+    if not all(math.isfinite(v) for v in values.ravel()):
+        refusing(line, f"the default of '{name}' is {default!r}", "give finite numbers")
+    flat = np.broadcast_to(values, shape).ravel().tolist()
+    texts = [str(v).lower() if element == "bool" else repr(float(v)) if element in ("double", "float") else str(v) for v in flat]
+    return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A block's function as numba compiles it: what it writes becomes an array of one element, read at the start and stored at each end."""
+
+from __future__ import annotations
+
+import ast
+import copy
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from .items import Item
+
+INVOCATION = ("number", "time_ns", "now_ns")
+"""What an invocation's argument becomes, each with this prefix: `opengpac_number`."""
+
+
+def cell(name: str) -> str:
+    """The array that scalar `name` comes from and goes to."""
+    return f"opengpac_cell_{name}"
+
+
+def rewritten(tree: ast.FunctionDef, items: list[Item], invocation: str | None, names: Mapping[str, Any], file: str) -> Callable[..., None]:
+    """The function that is compiled. Every line of it is the user's."""
+    made = copy.deepcopy(tree)
+    made.decorator_list, made.returns = [], None
+    arguments = [cell(i.name) if i.written and not i.shape else i.name for i in items] + [f"opengpac_{name}" for name in INVOCATION]
+    made.args = ast.arguments(posonlyargs=[], args=[ast.arg(a) for a in arguments], kwonlyargs=[], kw_defaults=[], defaults=[])
+    scalars = [i.name for i in items if i.written and not i.shape]
+    first = ast.parse("\n".join(f"{name} = {cell(name)}[0]" for name in scalars)).body
+    ends = ast.parse("\n".join([*(f"{cell(name)}[0] = {name}" for name in scalars), "return"])).body
+    body = _Ends(ends, invocation).through(made.body)
+    made.body = [_at(s, tree.lineno) for s in first] + body + [_at(s, tree.body[-1].end_lineno or tree.lineno) for s in ends]
+    module = ast.fix_missing_locations(ast.Module([made], []))
+    space = dict(names)
+    exec(compile(module, file, "exec", dont_inherit=True), space)
+    return space[tree.name]
+
+
+def _at(statement: ast.stmt, line: int) -> ast.stmt:
+    copied = copy.deepcopy(statement)
+    for node in ast.walk(copied):
+        if hasattr(node, "lineno"):
+            node.lineno = node.end_lineno = line  # type: ignore[attr-defined]
+    return copied
+
+
+class _Ends(ast.NodeTransformer):
+    """Puts the stores before each `return`, and the words of an invocation where its attributes are."""
+
+    def __init__(self, ends: list[ast.stmt], invocation: str | None) -> None:
+        self._ends = ends
+        self._invocation = invocation
+
+    def through(self, body: list[ast.stmt]) -> list[ast.stmt]:
+        new: list[ast.stmt] = []
+        for statement in body:
+            result = self.visit(statement)
+            new.extend(result if isinstance(result, list) else [result])
+        return new
+
+    def visit_Return(self, node: ast.Return) -> list[ast.stmt]:
+        return [_at(s, node.lineno) for s in self._ends]
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        if not isinstance(node.value, ast.Name) or node.value.id != self._invocation:
+            return self.generic_visit(node)
+        text = "opengpac_time_ns * 1e-9" if node.attr == "time" else f"opengpac_{node.attr}"
+        made = ast.parse(text, mode="eval").body
+        for part in ast.walk(made):
+            ast.copy_location(part, node)
+        return made
