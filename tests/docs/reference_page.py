@@ -33,6 +33,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Recordings and replay": ("opengpac", "Recording open_recording Recorded replay Replay Difference"),
     "Definitions in files": ("opengpac", "load save DefinitionFile"),
     "Blocks and graphs": ("opengpac", "Block BlockUse Occurrence Reference Graph ratio"),
+    "Learned policies": ("opengpac", "policy Policy Term"),
     "Verbs": ("opengpac", "Verb verb VerbInstance Report Terminated"),
     "Tables of a verb": ("opengpac", "each input required on Termination holding Holding"),
     "Commands of a list": ("opengpac", "activate execute deactivate wait install ready interval Interval Command"),
