@@ -80,7 +80,7 @@ def test_what_is_left_out_is_read_from_the_file(tmp_path: Path) -> None:
     reference, before, wanted = ReferenceEvaluator(str(file)), np.zeros(3), []
     for k in range(6):
         observed = np.concatenate([q[max(k - 1, 0)] - POSE, q[k] - POSE, dq[k], before]).astype(np.float32)
-        before = reference.run(None, {"obs": observed[None]})[0][0]
+        before = np.asarray(reference.run(None, {"obs": observed[None]})[0])[0]  # pyright: ignore[reportArgumentType]
         wanted.append(before * [0.25, 0.25, 0.5] + POSE)
     assert trial.fault is None
     np.testing.assert_allclose(trial.target, wanted, atol=1e-5)
@@ -136,9 +136,11 @@ def test_joints_bound_in_another_order_are_refused(tmp_path: Path) -> None:
     cell.close()
 
 
-def test_stale_inputs_are_a_condition(tmp_path: Path) -> None:
-    policy = gpac.policy(identity(tmp_path / "same.onnx", 2), age_max="50 ms")
-    assert {"stale"} == set(policy.conditions) and "observed" in policy.inputs
+def test_inputs_that_are_stale_or_beyond_the_range_are_conditions(tmp_path: Path) -> None:
+    meant = {"obs": Term("q", size=2, within=(-1.0, 1.0))}
+    policy = gpac.policy(identity(tmp_path / "same.onnx", 2), meant, every="20 ms", age_max="50 ms")
+    trial = policy.run(every="20 ms", q=[[0, 0], [0, 2], [0, 0], [0, 0], [0, 0]], observed=0)
+    assert trial.conditions == [(1, "out_of_distribution", 1), (3, "stale", 60_000_000), (4, "stale", 80_000_000)]
 
 
 def _network(tmp_path: Path, **changed: object) -> Path:
