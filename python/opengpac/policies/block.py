@@ -48,13 +48,13 @@ def policy(
     shapes: Mapping[str, Sequence[int]] | None = None,
     doc: str = "",
 ) -> Policy:
-    """A network as a function block: its ONNX file becomes C that is built into the system, with no library behind it.
+    """A network as a function block: the ONNX file at `path` becomes C that is built into the system, with no library behind it.
 
     `inputs` and `outputs` say what the network's inputs and outputs are made of: name → `gpac.Term`s in their order, or the unit of a
     port of that name; without them each is a port of pure numbers. `every` is the interval that it was trained for: another one is
     refused. `age_max` gives the block an input `observed`, the time of what it sees, and the condition `stale`. `states` feeds outputs
     back, `{"h_in": "h_out"}`. `shapes` are those of inputs whose shape the file leaves open. `name` is the block's, that of the file
-    unless given.
+    unless given, `doc` its description.
 
     Raises `ModuleError` with the node's name for an operator, shape or opset that is not supported, and with both ends where the
     declaration and the file differ. `cell.download("policy.onnx")` takes a file without a declaration, or `Policy.file`.

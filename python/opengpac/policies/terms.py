@@ -39,7 +39,8 @@ class Term(_Term):
     ends of `clip` are one number or one for each element, in the port's `unit`; left out they are taken from the file where that has
     them. `within` is the range of the values that the network was trained with: one beyond it is `out_of_distribution`, and the network
     gets the end of the range. `history` values are given one after the other, oldest first. `observation` is the trainer's name, the
-    port's unless given. `previous` instead of a port: that output of the network as it was in the invocation before.
+    port's unless given. `previous` instead of a port: that output of the network as it was in the invocation before. `doc` describes the
+    port. A `synchronous` port makes the block due when its writer has a new value; else it reads the newest one.
     """
 
     port: str = ""
