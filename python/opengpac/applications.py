@@ -11,6 +11,7 @@ from .arguments import argument_json, systems_in
 from .errors import CallError, Error, UnknownName, did_you_mean, refuse
 from .groups import Group
 from .places import here
+from .policies.meant import check_order
 from .quantities import duration_ns
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ def bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, A
 
 def application_json(verb: Verb[..., Any], bound: BoundArguments) -> dict[str, Any]:
     """A verb applied to its objects and instantiation arguments."""
+    check_order(verb, bound.arguments)
     return {**applied(verb, arguments_json(verb, bound.arguments)), "place": here().json()}
 
 

@@ -52,6 +52,7 @@ from .modules import Module, StructType
 from .parameters import each, input, required
 from .physical import Channel, Part, PhysicalDevice
 from .points import Point, Points
+from .policies import Policy, Term, policy
 from .processors import Processor
 from .python import PythonBlock, block
 from .quantities import Quantity, deg
@@ -80,11 +81,11 @@ __all__ = [
     "CoverError", "DefinitionError", "DefinitionFile", "DeviceFailed", "Difference", "EmergencyStopped", "Error", "FileFailed", "Frame",
     "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState", "LimitExceeded", "LogicalDevice", "Module",
     "ModuleError", "NotAllowed", "NotCommanding", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice",
-    "PlacementError", "Point", "Points", "Pose", "Predicate", "Processor", "PythonBlock", "Quantity", "Recorded", "Recording", "Reference",
-    "Replay", "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot", "Source", "StructType", "Studio", "SynchronousCycle",
-    "System", "TakenOver", "TakenProcessor", "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "Unreachable",
-    "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "block",
-    "cell", "compose", "connect", "deactivate", "deg", "drivers",
-    "each", "execute", "holding", "input", "install", "interval", "library", "load", "motion", "on", "open_recording", "parameter",
-    "ratio", "ready", "replay", "required", "robots", "save", "svv", "together", "verb", "wait",
+    "PlacementError", "Point", "Points", "Policy", "Pose", "Predicate", "Processor", "PythonBlock", "Quantity", "Recorded", "Recording",
+    "Reference", "Replay", "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot", "Source", "StructType", "Studio",
+    "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Term", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
+    "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "block", "cell", "compose",
+    "connect", "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "load", "motion",
+    "on", "open_recording", "parameter", "policy", "ratio", "ready", "replay", "required", "robots", "save", "svv", "together", "verb",
+    "wait",
 ]  # fmt: skip

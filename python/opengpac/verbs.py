@@ -23,6 +23,7 @@ from .given import all_taking
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
 from .places import Place, here
+from .policies.meant import check_rates
 from .processors import system_of
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import Report
@@ -319,6 +320,7 @@ class Verb(VerbTables, Declared, Generic[P, R]):
         return f"verb '{self.name}'"
 
     def _check_form(self) -> None:
+        check_rates(self.blocks, self.command_lists)
         for name, targets in self.output_values.items():
             if len(targets) != 1:
                 refuse(

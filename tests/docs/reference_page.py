@@ -34,6 +34,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Definitions in files": ("opengpac", "load save DefinitionFile"),
     "Blocks and graphs": ("opengpac", "Block BlockUse Occurrence Reference Graph ratio block PythonBlock"),
     "Items of a block in Python": ("opengpac.python", "Input Output State Parameter Condition Invocation"),
+    "Learned policies": ("opengpac", "policy Policy Term"),
     "Verbs": ("opengpac", "Verb verb VerbInstance Report Terminated"),
     "Tables of a verb": ("opengpac", "each input required on Termination holding Holding"),
     "Commands of a list": ("opengpac", "activate execute deactivate wait install ready interval Interval Command"),

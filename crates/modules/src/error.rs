@@ -34,6 +34,8 @@ pub enum LoadError {
     CannotBuild(BuildError),
     #[error("'{}' is no file that blocks come from: give {known}", path.display())]
     Unknown { path: PathBuf, known: String },
+    #[error("policy '{}' is refused: {what}", path.display())]
+    Network { path: PathBuf, what: String },
     /// The words of a backend of another crate.
     #[error("{0}")]
     Failed(String),

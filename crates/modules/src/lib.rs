@@ -7,6 +7,7 @@ mod backend;
 mod error;
 mod folder;
 mod native;
+mod onnx;
 mod registry;
 mod source;
 

@@ -2,12 +2,12 @@
 //! The code backends of this process, and which of them a file is for.
 use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
 use crate::error::LoadError;
-use crate::{native, source};
+use crate::{native, onnx, source};
 use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 
 /// Every backend of this crate.
-static ALL: [&dyn Backend; 2] = [&source::Sources, &native::SharedObjects];
+static ALL: [&dyn Backend; 3] = [&source::Sources, &onnx::Policies, &native::SharedObjects];
 /// Those of other crates.
 static REGISTERED: RwLock<Vec<&'static dyn Backend>> = RwLock::new(Vec::new());
 

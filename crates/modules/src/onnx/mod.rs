@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Learned policies: an ONNX file of fixed shapes becomes C of ours, which is built like any other source. Weights are constants, scratch lies on
+//! the stack within a bound, and nothing of any library of networks is there at run time.
+mod block;
+mod meaning;
+mod metadata;
+mod network;
+mod operators;
+mod program;
+mod proto;
+mod value;
+
+use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
+use crate::error::LoadError;
+use crate::folder::Folder;
+use crate::source;
+use meaning::Meaning;
+use std::path::Path;
+
+/// The backend.
+pub(crate) struct Policies;
+
+impl Backend for Policies {
+    fn describe(&self) -> Description {
+        Description { kind: "a policy", endings: &["onnx"] }
+    }
+
+    fn is_source(&self) -> bool {
+        true
+    }
+
+    /// A message of protobuf has no mark at its start: the name of the file tells.
+    fn probe(&self, _bytes: &[u8]) -> bool {
+        false
+    }
+
+    fn load_bytes(&self, path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
+        let text = translate(path, &bytes).map_err(|what| LoadError::Network { path: path.to_path_buf(), what })?;
+        let unwritable = |error: std::io::Error| LoadError::Unreadable { path: std::env::temp_dir(), what: error.to_string() };
+        let folder = Folder::new().map_err(unwritable)?;
+        let written = folder.path().join("policy.c");
+        std::fs::write(&written, text).map_err(unwritable)?;
+        let mut module = source::Sources.load(&written, options)?;
+        module.path = path.to_path_buf();
+        module.name = stem(path);
+        Ok(module)
+    }
+}
+
+/// The C source of a policy's block.
+///
+/// # Errors
+/// What is wrong with the file or its declaration, with the node's name and what to do.
+fn translate(path: &Path, bytes: &[u8]) -> Result<String, String> {
+    let (model, file) = network::decode(bytes)?;
+    let mut meaning = Meaning::read(&file)?;
+    let network = network::read(&model, &meaning.shapes)?;
+    meaning.complete(&network)?;
+    metadata::compare(&mut meaning, &file)?;
+    let name = if meaning.name.is_empty() { stem(path).replace(['-', '.', ' '], "_") } else { meaning.name.clone() };
+    block::source(&meaning, &network, &name)
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default()
+}

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reads an ONNX file and translates its nodes one after the other.
+use super::operators::translate;
+use super::program::Program;
+use super::proto::{self, Graph, Model, Node, ValueInfo};
+use super::value::{Content, Value, fixed};
+use prost::Message;
+use std::collections::{BTreeMap, HashMap};
+
+/// Versions of the operators that are known.
+const OPSETS: std::ops::RangeInclusive<i64> = 7..=28;
+
+/// A network whose steps are known.
+pub struct Network {
+    pub inputs: Vec<(String, Vec<usize>)>,
+    pub outputs: Vec<(String, Vec<usize>)>,
+    pub program: Program,
+}
+
+/// Reads the file; its metadata too, where a declaration of ours may lie.
+///
+/// # Errors
+/// The bytes are no ONNX model.
+pub fn decode(bytes: &[u8]) -> Result<(Model, BTreeMap<String, String>), String> {
+    let model = Model::decode(bytes).map_err(|error| format!("it is damaged, or no ONNX file ({error}): export it again"))?;
+    let metadata = model.metadata.iter().map(|entry| (entry.key.clone(), entry.value.clone())).collect();
+    Ok((model, metadata))
+}
+
+/// Translates a model. `shapes` are those that the user gives to inputs whose shape the file leaves open.
+///
+/// # Errors
+/// What is not supported, with the node's name and what to do.
+pub fn read(model: &Model, shapes: &BTreeMap<String, Vec<i64>>) -> Result<Network, String> {
+    let graph = model.graph.as_ref().ok_or("it has no graph: it is damaged, or no ONNX file; export it again")?;
+    let opset = model.opset_import.iter().find(|opset| matches!(opset.domain.as_str(), "" | "ai.onnx")).map(|opset| opset.version);
+    let opset = opset.ok_or("it names no version of the operators (opset): export it again")?;
+    if !OPSETS.contains(&opset) {
+        return Err(format!("it is of opset {opset}, those supported are {} to {}: export it with opset_version=17", OPSETS.start(), OPSETS.end()));
+    }
+    let mut values: HashMap<String, Value> = HashMap::new();
+    for tensor in &graph.initializer {
+        let value = Value::of(tensor).map_err(|what| format!("initializer '{}': {what}", tensor.name))?;
+        values.insert(tensor.name.clone(), value);
+    }
+    let mut program = Program::default();
+    let inputs = enter_inputs(graph, shapes, &mut values, &mut program)?;
+    for (at, node) in graph.node.iter().enumerate() {
+        let named = if node.name.is_empty() { format!("node {at}") } else { format!("node '{}'", node.name) };
+        enter(node, opset, &mut values, &mut program).map_err(|what| format!("{named} ({}): {what}", node.op_type))?;
+    }
+    let outputs = leave(graph, &values, &mut program)?;
+    Ok(Network { inputs, outputs, program })
+}
+
+fn enter_inputs(
+    graph: &Graph,
+    shapes: &BTreeMap<String, Vec<i64>>,
+    values: &mut HashMap<String, Value>,
+    program: &mut Program,
+) -> Result<Vec<(String, Vec<usize>)>, String> {
+    let mut inputs = Vec::new();
+    let open: Vec<&ValueInfo> = graph.input.iter().filter(|input| !values.contains_key(&input.name)).collect();
+    if let Some(unknown) = shapes.keys().find(|name| open.iter().all(|input| input.name != **name)) {
+        return Err(format!("it has no input '{unknown}', for which a shape is given; its inputs are {}", names(open.iter().map(|i| i.name.as_str()))));
+    }
+    for input in open {
+        let shape = shape_of(input, shapes.get(&input.name)).map_err(|what| format!("input '{}': {what}", input.name))?;
+        let value = program.value(&shape);
+        let name = program.name(&value)?;
+        program.step(&[&value], format!("memcpy({name}, in{}, {});", inputs.len(), value.len() * 4));
+        values.insert(input.name.clone(), value);
+        inputs.push((input.name.clone(), shape));
+    }
+    Ok(inputs)
+}
+
+fn shape_of(input: &ValueInfo, given: Option<&Vec<i64>>) -> Result<Vec<usize>, String> {
+    let tensor = input.r#type.as_ref().and_then(|of| of.tensor.as_ref()).ok_or("it is no tensor: only tensors are supported")?;
+    if tensor.element != proto::FLOAT {
+        return Err(format!("its elements are {}: export the network with 32-bit floats", proto::type_name(tensor.element)));
+    }
+    let dims = tensor.shape.as_ref().map(|shape| &shape.dim[..]);
+    if let Some(given) = given {
+        let fits =
+            dims.is_none_or(|dims| dims.len() == given.len() && dims.iter().zip(given).all(|(d, g)| d.value == 0 || !d.symbol.is_empty() || d.value == *g));
+        if !fits {
+            return Err(format!("the shape {given:?} that is given for it does not fit the file's"));
+        }
+        return fixed(given);
+    }
+    let dims = dims.ok_or_else(|| format!("it has no shape: give it, shapes={{'{}': (1, ...)}}", input.name))?;
+    if let Some(open) = dims.iter().position(|dim| !dim.symbol.is_empty()) {
+        let (of, rank) = (&dims[open].symbol, dims.len());
+        return Err(format!(
+            "its dimension {open} of {rank} is dynamic ('{of}'): export the network with fixed shapes, or give them, shapes={{'{}': (1, ...)}}",
+            input.name
+        ));
+    }
+    fixed(&dims.iter().map(|dim| dim.value).collect::<Vec<_>>())
+}
+
+fn enter(node: &Node, opset: i64, values: &mut HashMap<String, Value>, program: &mut Program) -> Result<(), String> {
+    let find = |name: &String| match (name.as_str(), values.get(name)) {
+        ("", _) => Ok(None),
+        (_, Some(value)) => Ok(Some(value.clone())),
+        _ => Err(format!("it reads '{name}', which no node before it gives: the file is damaged")),
+    };
+    let inputs = node.input.iter().map(find).collect::<Result<Vec<_>, _>>()?;
+    let outputs = translate(node, inputs, opset, program)?;
+    if outputs.len() < node.output.len() {
+        return Err(format!("it has {} outputs, {} are supported", node.output.len(), outputs.len()));
+    }
+    values.extend(node.output.iter().cloned().zip(outputs).filter(|(name, _)| !name.is_empty()));
+    Ok(())
+}
+
+fn leave(graph: &Graph, values: &HashMap<String, Value>, program: &mut Program) -> Result<Vec<(String, Vec<usize>)>, String> {
+    let mut outputs = Vec::new();
+    for output in &graph.output {
+        let value = values.get(&output.name).ok_or_else(|| format!("no node gives its output '{}': the file is damaged", output.name))?;
+        if let Content::Ints(_) = value.content {
+            return Err(format!("its output '{}' is of integers: take it out of the outputs", output.name));
+        }
+        let name = program.name(value)?;
+        program.step(&[value], format!("memcpy(out{}, {name}, {});", outputs.len(), value.len() * 4));
+        outputs.push((output.name.clone(), value.shape.clone()));
+    }
+    if outputs.is_empty() {
+        return Err("it has no output: the file is damaged".to_string());
+    }
+    Ok(outputs)
+}
+
+/// Names for a sentence.
+pub fn names<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Operators that compute each element from those at its place.
+use super::movement::moved;
+use super::{Call, Made, Operator};
+use crate::onnx::value::{Content, Value, broadcast, spread};
+
+pub fn find(operator: &str) -> Option<Operator> {
+    Some(match operator {
+        "Relu" | "Tanh" | "Sigmoid" | "Softplus" | "Softsign" | "Exp" | "Log" | "Sqrt" | "Abs" | "Neg" | "Reciprocal" | "Floor" | "Ceil" | "Sin" | "Cos"
+        | "Erf" | "HardSwish" | "Mish" | "Swish" => plain,
+        "LeakyRelu" | "Elu" | "Selu" | "Celu" | "ThresholdedRelu" | "HardSigmoid" | "Gelu" => shaped,
+        "Clip" => clip,
+        "Add" | "Sub" | "Mul" | "Div" | "Pow" | "PRelu" | "Min" | "Max" | "Sum" | "Mean" => combined,
+        _ => return None,
+    })
+}
+
+fn plain(call: &mut Call) -> Made {
+    let e = match call.node.op_type.as_str() {
+        "Relu" => "relu(X)",
+        "Tanh" => "hyperbolic_tangent(X)",
+        "Sigmoid" => "sigmoid(X)",
+        "Softplus" => "softplus(X)",
+        "Softsign" => "softsign(X)",
+        "Exp" => "exponential(X)",
+        "Log" => "LANES(X, logf)",
+        "Sqrt" => "root(X)",
+        "Abs" => "magnitude(X)",
+        "Neg" => "-X",
+        "Reciprocal" => "1.0f / X",
+        "Floor" => "LANES(X, floorf)",
+        "Ceil" => "LANES(X, ceilf)",
+        "Sin" => "LANES(X, sinf)",
+        "Cos" => "LANES(X, cosf)",
+        "Erf" => "LANES(X, erff)",
+        "HardSwish" => "X * hard_sigmoid(X, 1.0f / 6.0f, 0.5f)",
+        "Mish" => "X * hyperbolic_tangent(softplus(X))",
+        _ => return shaped(call),
+    };
+    mapped(call, e)
+}
+
+fn shaped(call: &mut Call) -> Made {
+    let alpha = |default: f32| format!("{:e}f", call.float("alpha", default));
+    let e = match call.node.op_type.as_str() {
+        "LeakyRelu" => format!("leaky(X, all({}))", alpha(0.01)),
+        "Elu" => format!("elu(X, {})", alpha(1.0)),
+        "Celu" => format!("celu(X, {})", alpha(1.0)),
+        "Selu" => format!("selu(X, {}, {:e}f)", alpha(1.673_263_2), call.float("gamma", 1.050_701)),
+        "ThresholdedRelu" => format!("pick(X > all({}), X, all(0))", alpha(1.0)),
+        "HardSigmoid" => format!("hard_sigmoid(X, {}, {:e}f)", alpha(0.2), call.float("beta", 0.5)),
+        "Swish" => format!("X * sigmoid({} * X)", alpha(1.0)),
+        _ if call.text("approximate", "none") == "tanh" => "gelu_tanh(X)".to_string(),
+        _ => "gelu(X)".to_string(),
+    };
+    mapped(call, &e)
+}
+
+fn clip(call: &mut Call) -> Made {
+    let end = |at: usize, attribute: &str, default: f32| -> Result<f32, String> {
+        Ok(match call.known_floats(at, attribute)? {
+            Some(floats) => *floats.first().ok_or("a bound is empty")?,
+            None => call.float(attribute, default),
+        })
+    };
+    let (least, most) = (end(1, "min", f32::MIN)?, end(2, "max", f32::MAX)?);
+    mapped(call, &format!("clip(X, {least:e}f, {most:e}f)"))
+}
+
+/// Applies an expression of `X` to each element.
+fn mapped(call: &mut Call, expression: &str) -> Made {
+    let x = call.input(0)?;
+    let made = call.program.value(&x.shape);
+    let (to, from) = (call.program.name(&made)?, call.program.name(&x)?);
+    let e = expression.replace('X', &format!("AT({from})"));
+    call.program.step(&[&made, &x], format!("EACH({}, {to}, {e});", x.len()));
+    Ok(vec![made])
+}
+
+fn combined(call: &mut Call) -> Made {
+    let operator = call.node.op_type.clone();
+    if call.opset < 7 && call.node.attribute.iter().any(|a| a.name == "broadcast") {
+        return Err("it spreads its operands by the rule before opset 7: export the network with a newer opset".to_string());
+    }
+    let mut made = call.input(0)?;
+    for at in 1..call.inputs.len() {
+        let next = call.input(at)?;
+        made = pair(call, &operator, &made, &next)?;
+    }
+    if operator == "Mean" {
+        let share = Value::floats(vec![], vec![call.inputs.len() as f32]);
+        made = pair(call, "Div", &made, &share)?;
+    }
+    Ok(vec![made])
+}
+
+/// One operator of two operands, spread to a common shape.
+pub fn pair(call: &mut Call, operator: &str, a: &Value, b: &Value) -> Result<Value, String> {
+    let shape = broadcast(&a.shape, &b.shape)?;
+    if let (Content::Ints(x), Content::Ints(y)) = (&a.content, &b.content) {
+        return integers(operator, x, y, (&a.shape, &b.shape), shape);
+    }
+    let full = |call: &mut Call, x: &Value| if x.shape == shape { Ok(x.clone()) } else { moved(call.program, x, shape.clone(), spread(&x.shape, &shape)) };
+    let (a, b) = (full(call, a)?, full(call, b)?);
+    let made = call.program.value(&shape);
+    let (to, x, y) = (call.program.name(&made)?, call.program.name(&a)?, call.program.name(&b)?);
+    let (x, y) = (format!("AT({x})"), format!("AT({y})"));
+    let e = match operator {
+        "Add" | "Sum" | "Mean" => format!("{x} + {y}"),
+        "Sub" => format!("{x} - {y}"),
+        "Mul" => format!("{x} * {y}"),
+        "Div" => format!("{x} / {y}"),
+        "Pow" => format!("LANES2({x}, {y}, powf)"),
+        "PRelu" => format!("leaky({x}, {y})"),
+        "Min" => format!("smaller({x}, {y})"),
+        _ => format!("larger({x}, {y})"),
+    };
+    call.program.step(&[&made, &a, &b], format!("EACH({}, {to}, {e});", made.len()));
+    Ok(made)
+}
+
+/// Arithmetic of shapes, carried out now.
+fn integers(operator: &str, x: &[i64], y: &[i64], from: (&[usize], &[usize]), shape: Vec<usize>) -> Result<Value, String> {
+    let (at_x, at_y) = (spread(from.0, &shape), spread(from.1, &shape));
+    let compute = |(&i, &j): (&usize, &usize)| match (operator, x[i], y[j]) {
+        ("Add", a, b) => a.checked_add(b),
+        ("Sub", a, b) => a.checked_sub(b),
+        ("Mul", a, b) => a.checked_mul(b),
+        ("Div", a, b) => a.checked_div(b),
+        ("Min", a, b) => Some(a.min(b)),
+        ("Max", a, b) => Some(a.max(b)),
+        _ => None,
+    };
+    let ints: Option<Vec<i64>> = at_x.iter().zip(&at_y).map(compute).collect();
+    Ok(Value::ints(shape, ints.ok_or("it computes with integers in a way that is not supported")?))
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Operators that make one element of many along some dimensions.
+use super::movement::transposed;
+use super::{Call, Made, axes};
+
+pub fn reduce(call: &mut Call) -> Made {
+    let x = call.input(0)?;
+    let rank = x.shape.len();
+    let keep = call.int("keepdims", 1) != 0;
+    let nothing = call.int("noop_with_empty_axes", 0) != 0;
+    let given = call.known_ints(1, "axes")?.unwrap_or_default();
+    if given.is_empty() && nothing {
+        return Ok(vec![x]);
+    }
+    let gone = if given.is_empty() { (0..rank).collect() } else { axes(&given, rank)? };
+    let kept: Vec<usize> = (0..rank).filter(|i| !gone.contains(i)).collect();
+    let len: usize = gone.iter().map(|&i| x.shape[i]).product();
+    let count: usize = kept.iter().map(|&i| x.shape[i]).product();
+    if len == 0 {
+        return Err("it reduces no elements".to_string());
+    }
+    let shape =
+        if keep { (0..rank).map(|i| if gone.contains(&i) { 1 } else { x.shape[i] }).collect() } else { kept.iter().map(|&i| x.shape[i]).collect::<Vec<_>>() };
+    let rows = transposed(call.program, &x, &[kept, gone].concat())?;
+    let made = call.program.value(&shape);
+    let (y, from) = (call.program.name(&made)?, call.program.name(&rows)?);
+    let (start, add, end) = match call.node.op_type.as_str() {
+        "ReduceMean" => ("0", "a += v", format!("a / {len}.0f")),
+        "ReduceSum" => ("0", "a += v", "a".to_string()),
+        "ReduceSumSquare" => ("0", "a += v * v", "a".to_string()),
+        "ReduceL2" => ("0", "a += v * v", "sqrtf(a)".to_string()),
+        "ReduceMax" => ("-__builtin_inff()", "a = v > a ? v : a", "a".to_string()),
+        _ => ("__builtin_inff()", "a = v < a ? v : a", "a".to_string()),
+    };
+    let text = format!(
+        "for (int o = 0; o < {count}; o++) {{ float a = {start}; for (int j = 0; j < {len}; j++) {{ float v = {from}[o * {len} + j]; {add}; }} {y}[o] = {end}; }}"
+    );
+    call.program.step(&[&made, &rows], text);
+    Ok(vec![made])
+}

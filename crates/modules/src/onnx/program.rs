@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a network becomes: steps in C, constants, and buffers that share one scratch memory.
+use super::value::{Content, Value};
+use std::fmt::Write;
+use std::rc::Rc;
+
+/// Lanes of the vectors that kernels work on: buffers and constants are padded to a multiple.
+pub const LANES: usize = 8;
+/// Steps of one function in C.
+const STEPS_EACH: usize = 32;
+/// The most scratch of one invocation; it lies on the stack of the processor's thread.
+const SCRATCH_BYTES_MAX: usize = 256 << 10;
+/// The most constants: what is larger does not fit a firing, and takes a compiler too long.
+const CONSTANTS_MAX: usize = 4 << 20;
+
+struct Buffer {
+    len: usize,
+    first: usize,
+    last: usize,
+}
+
+/// Steps in order. `Program::value` makes buffers, `step` says what fills them.
+#[derive(Default)]
+pub struct Program {
+    buffers: Vec<Buffer>,
+    steps: Vec<String>,
+    constants: Vec<Rc<[f32]>>,
+    tables: Vec<Vec<usize>>,
+}
+
+impl Program {
+    /// A new buffer of this shape.
+    pub fn value(&mut self, shape: &[usize]) -> Value {
+        self.buffers.push(Buffer { len: shape.iter().product(), first: usize::MAX, last: 0 });
+        Value { shape: shape.to_vec(), content: Content::Buffer(self.buffers.len() - 1) }
+    }
+
+    /// How C names the elements of a value; of integers, which exist at translation only, an error.
+    pub fn name(&mut self, value: &Value) -> Result<String, String> {
+        match &value.content {
+            Content::Buffer(number) => Ok(format!("b{number}")),
+            Content::Floats(floats) => Ok(self.constant(floats)),
+            Content::Ints(_) => Err("an input is of integers: only shapes, axes and indices may be".to_string()),
+        }
+    }
+
+    fn constant(&mut self, floats: &Rc<[f32]>) -> String {
+        let known = self.constants.iter().position(|known| Rc::ptr_eq(known, floats));
+        let number = known.unwrap_or_else(|| {
+            self.constants.push(floats.clone());
+            self.constants.len() - 1
+        });
+        format!("c{number}")
+    }
+
+    /// Constants that no tensor of the file is: packed weights.
+    pub fn packed(&mut self, floats: Vec<f32>) -> String {
+        self.constant(&floats.into())
+    }
+
+    /// A table of indices.
+    pub fn table(&mut self, indices: Vec<usize>) -> String {
+        self.tables.push(indices);
+        format!("t{}", self.tables.len() - 1)
+    }
+
+    /// Appends a step in C that reads and fills these values.
+    pub fn step(&mut self, values: &[&Value], text: String) {
+        let at = self.steps.len();
+        for value in values {
+            if let Content::Buffer(number) = value.content {
+                let buffer = &mut self.buffers[number];
+                buffer.first = buffer.first.min(at);
+                buffer.last = buffer.last.max(at);
+            }
+        }
+        self.steps.push(text);
+    }
+
+    /// The offset of each buffer in the scratch, and its size: a buffer takes the first gap among those that live when it does.
+    fn placed(&self) -> Result<(Vec<usize>, usize), String> {
+        let mut offsets: Vec<usize> = Vec::new();
+        let mut size = 0;
+        for (i, buffer) in self.buffers.iter().enumerate() {
+            let padded = |len: usize| len.div_ceil(LANES) * LANES;
+            let mut taken: Vec<(usize, usize)> = (0..i)
+                .filter(|&j| self.buffers[j].first <= buffer.last && buffer.first <= self.buffers[j].last)
+                .map(|j| (offsets[j], offsets[j] + padded(self.buffers[j].len)))
+                .collect();
+            taken.sort_unstable();
+            let mut at = 0;
+            for (start, end) in taken {
+                if at + padded(buffer.len) <= start {
+                    break;
+                }
+                at = at.max(end);
+            }
+            offsets.push(at);
+            size = size.max(at + padded(buffer.len));
+        }
+        if size * 4 > SCRATCH_BYTES_MAX {
+            return Err(format!(
+                "it needs {} kB of scratch, {} kB is the most: run a network of this size in a process",
+                size * 4 / 1024,
+                SCRATCH_BYTES_MAX / 1024
+            ));
+        }
+        Ok((offsets, size.max(LANES)))
+    }
+
+    /// The C of constants and tables.
+    ///
+    /// # Errors
+    /// There are too many weights.
+    pub fn constants(&self) -> Result<String, String> {
+        let all: usize = self.constants.iter().map(|floats| floats.len()).sum();
+        if all > CONSTANTS_MAX {
+            return Err(format!("it has {all} weights, {CONSTANTS_MAX} is the most in a firing: run a network of this size in a process"));
+        }
+        let mut text = String::new();
+        for (i, floats) in self.constants.iter().enumerate() {
+            let _ = write!(text, "static const float c{i}[{}] __attribute__((aligned(64))) = {{", floats.len().max(1).div_ceil(LANES) * LANES);
+            floats.iter().for_each(|x| literal(&mut text, *x));
+            text.push_str(if floats.is_empty() { "0};\n" } else { "};\n" });
+        }
+        for (i, table) in self.tables.iter().enumerate() {
+            let _ = write!(text, "static const uint32_t t{i}[{}] = {{", table.len().max(1));
+            for index in table {
+                let _ = write!(text, "{index},");
+            }
+            text.push_str(if table.is_empty() { "0};\n" } else { "};\n" });
+        }
+        Ok(text)
+    }
+
+    /// The C of the function `network`. Its steps lie in functions of `STEPS_EACH`: a compiler takes more than twice the time for one of twice
+    /// the length.
+    ///
+    /// # Errors
+    /// It needs too much scratch.
+    pub fn function(&self, parameters: &str, arguments: &str) -> Result<String, String> {
+        let (offsets, size) = self.placed()?;
+        let mut text = String::new();
+        for (part, steps) in self.steps.chunks(STEPS_EACH).enumerate() {
+            let _ = writeln!(text, "TARGET void PART({part})({parameters}, float *scratch) {{");
+            for (i, (buffer, at)) in self.buffers.iter().zip(&offsets).enumerate() {
+                if buffer.first < (part + 1) * STEPS_EACH && buffer.last >= part * STEPS_EACH {
+                    let _ = writeln!(text, "    float *const b{i} = scratch + {at};");
+                }
+            }
+            for step in steps {
+                let _ = writeln!(text, "    {step}");
+            }
+            text.push_str("}\n");
+        }
+        let _ = writeln!(text, "TARGET void network({parameters}) {{\n    float scratch[{size}] __attribute__((aligned(64))) = {{0}};");
+        for part in 0..self.steps.len().div_ceil(STEPS_EACH) {
+            let _ = writeln!(text, "    PART({part})({arguments}, scratch);");
+        }
+        text.push_str("}\n");
+        Ok(text)
+    }
+}
+
+fn literal(text: &mut String, x: f32) {
+    let _ = match x {
+        _ if x == f32::INFINITY => write!(text, "__builtin_inff(),"),
+        _ if x == f32::NEG_INFINITY => write!(text, "-__builtin_inff(),"),
+        _ => write!(text, "{x:e}f,"),
+    };
+}

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`gpac.policy`: the block of a network. The real-time system's backend for ONNX files translates the network; here its declaration
+is written into a copy of the file, so that downloads, daemons, recordings and replay take the two together."""
+
+from __future__ import annotations
+
+import atexit
+import functools
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..blocks import Block
+from ..checks import without_system
+from ..errors import CallError, DefinitionError, refuse
+from ..quantities import Quantity, optional_ns
+from .terms import Terms, terms_json
+
+_KEY = "opengpac.policy"
+
+
+class Policy(Block):
+    """The block of a network. Made by `gpac.policy`; `file` is the ONNX file with its declaration, `period_ns` its rate, or None, and
+    `names` the names of the elements of each port that has them."""
+
+    def __init__(self, interface: Mapping[str, Any], file: Path, declaration: Mapping[str, Any]) -> None:
+        super().__init__(interface, str(file))
+        self.file = file
+        self.period_ns: int | None = declaration["period_ns"]
+        terms = [term for side in ("inputs", "outputs") for of in declaration[side].values() for term in of]
+        self.names: dict[str, list[str]] = {term["port"]: term["names"] for term in terms if term["names"]}
+
+
+def policy(
+    path: str | os.PathLike[str],
+    inputs: Mapping[str, Terms] | None = None,
+    outputs: Mapping[str, Terms] | None = None,
+    *,
+    name: str | None = None,
+    every: Quantity | None = None,
+    age_max: Quantity | None = None,
+    states: Mapping[str, str] | None = None,
+    shapes: Mapping[str, Sequence[int]] | None = None,
+    doc: str = "",
+) -> Policy:
+    """A network as a function block: the ONNX file at `path` becomes C that is built into the system, with no library behind it.
+
+    `inputs` and `outputs` say what the network's inputs and outputs are made of: name → `gpac.Term`s in their order, or the unit of a
+    port of that name; without them each is a port of pure numbers. `every` is the interval that it was trained for: another one is
+    refused. `age_max` gives the block an input `observed`, the time of what it sees, and the condition `stale`. `states` feeds outputs
+    back, `{"h_in": "h_out"}`. `shapes` are those of inputs whose shape the file leaves open. `name` is the block's, that of the file
+    unless given, `doc` its description.
+
+    Raises `ModuleError` with the node's name for an operator, shape or opset that is not supported, and with both ends where the
+    declaration and the file differ. `cell.download("policy.onnx")` takes a file without a declaration, or `Policy.file`.
+    """
+    source = Path(path).expanduser().absolute()
+    if not source.is_file():
+        refuse(CallError, f"there is no file '{source}'")
+    declaration: dict[str, Any] = {
+        "name": name or "".join(c if c.isalnum() else "_" for c in source.stem), "doc": doc,
+        "period_ns": optional_ns(every, "the interval of the policy"), "age_max_ns": optional_ns(age_max, "age_max of the policy"),
+        "inputs": terms_json(inputs, "input"), "outputs": terms_json(outputs, "output"),
+        "states": dict(states or {}), "shapes": {key: [int(d) for d in shape] for key, shape in (shapes or {}).items()},
+    }  # fmt: skip
+    ports = [term["port"] for side in ("inputs", "outputs") for of in declaration[side].values() for term in of if term["port"]]
+    for port in ports:
+        if ports.count(port) > 1:
+            refuse(DefinitionError, f"policy '{declaration['name']}' has two ports '{port}'", "give each a name of its own")
+    content = source.read_bytes() + _entry(_KEY, json.dumps(declaration))
+    file = _folder() / f"{declaration['name']}-{hashlib.sha256(content).hexdigest()[:12]}.onnx"
+    if not file.exists():
+        file.write_bytes(content)
+    return Policy(_described(file)[0], file, declaration)
+
+
+@functools.cache
+def _described(file: Path) -> list[dict[str, Any]]:
+    module = file.stem.replace("-", "_")
+    return without_system().enter_module(module, str(file))
+
+
+@functools.cache
+def _folder() -> Path:
+    """The declared files of this process, gone with it."""
+    folder = Path(tempfile.mkdtemp(prefix="opengpac-policies-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def _entry(key: str, value: str) -> bytes:
+    """An entry of ONNX's `metadata_props` (field 14) as bytes: a protobuf message is extended by what is appended to it."""
+    pair = b"".join(bytes([tag]) + _length(text.encode()) for tag, text in ((0x0A, key), (0x12, value)))
+    return b"\x72" + _length(pair)
+
+
+def _length(content: bytes) -> bytes:
+    """The content with its length before it, seven bits a byte."""
+    size, head = len(content), bytearray()
+    while size > 0x7F:
+        head.append(size & 0x7F | 0x80)
+        size >>= 7
+    return bytes(head) + bytes([size]) + content

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a part of a network's input or output means: `gpac.Term("q", names=joints, unit="rad", offset=default_pose)`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..errors import DefinitionError, refuse
+
+Numbers: TypeAlias = "float | Sequence[float] | np.ndarray"
+Terms: TypeAlias = "str | Term | Sequence[Term]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Term:
+    size: int | None = None
+    unit: str = ""
+    names: Sequence[str] = ()
+    scale: Numbers | None = None
+    offset: Numbers | None = None
+    clip: tuple[Numbers, Numbers] | None = None
+    within: tuple[Numbers, Numbers] | None = None
+    history: int = 1
+    observation: str = ""
+    synchronous: bool = False
+    doc: str = ""
+
+
+@dataclass(frozen=True)
+class Term(_Term):
+    """Consecutive elements of a network's input or output that are one port of its block, and what they mean.
+
+    An input is x = scale · clip(port - offset), an output port = clip(scale · y + offset): the order of Isaac Lab and mjlab. `names` are
+    those of its elements, joints in their order; `size` their number where no list says it. `scale`, `offset` (a default pose) and the
+    ends of `clip` are one number or one for each element, in the port's `unit`; left out they are taken from the file where that has
+    them. `within` is the range of the values that the network was trained with: one beyond it is `out_of_distribution`, and the network
+    gets the end of the range. `history` values are given one after the other, oldest first. `observation` is the trainer's name, the
+    port's unless given. `previous` instead of a port: that output of the network as it was in the invocation before. `doc` describes the
+    port. A `synchronous` port makes the block due when its writer has a new value; else it reads the newest one.
+    """
+
+    port: str = ""
+    previous: str = ""
+
+    def json(self) -> dict[str, Any]:
+        """The form that the backend takes."""
+        size = self._size()
+        pair = lambda ends: None if ends is None else [_list(end, size, self.port) for end in ends]  # noqa: E731
+        return {
+            "port": self.port, "size": size, "unit": self.unit, "doc": self.doc, "observation": self.observation,
+            "names": [str(name) for name in self.names], "scale": _list(self.scale, size, self.port),
+            "offset": _list(self.offset, size, self.port), "clip": pair(self.clip), "within": pair(self.within),
+            "history": self.history, "previous": self.previous, "mode": "synchronous" if self.synchronous else "asynchronous",
+        }  # fmt: skip
+
+    def _size(self) -> int:
+        if bool(self.port) == bool(self.previous):
+            refuse(DefinitionError, f"{self!r} has {'both' if self.port else 'neither'} a port and a previous output", "give one of them")
+        if self.history < 1:
+            refuse(DefinitionError, f"the history of '{self.port}' is {self.history}", "give the number of values, at least 1")
+        if self.size is not None:
+            return self.size
+        if self.names:
+            return len(self.names)
+        lists = [self.scale, self.offset, *(self.clip or ()), *(self.within or ())]
+        return next((len(np.atleast_1d(x)) for x in lists if x is not None and np.ndim(x) == 1), 0)
+
+
+def _list(given: Numbers | None, size: int, port: str) -> list[float] | None:
+    if given is None:
+        return None
+    numbers = np.atleast_1d(np.asarray(given, dtype=float))
+    if np.isnan(numbers).any() or numbers.ndim != 1:
+        refuse(DefinitionError, f"the numbers {given!r} of '{port}' are not a list of numbers")
+    if np.ndim(given) == 0 and size == 0:
+        refuse(DefinitionError, f"nothing says how many elements '{port}' has", "give size= or names=")
+    return [float(x) for x in (np.repeat(numbers, size) if np.ndim(given) == 0 else numbers)]
+
+
+def terms_json(given: Mapping[str, Terms] | None, side: str) -> dict[str, list[dict[str, Any]]]:
+    """`inputs=` or `outputs=`: name of the network's → its terms. Text is the unit of a port of that name."""
+    made: dict[str, list[dict[str, Any]]] = {}
+    for name, terms in (given or {}).items():
+        terms = Term(name, unit=terms) if isinstance(terms, str) else terms
+        listed = [terms] if isinstance(terms, Term) else list(terms)
+        for term in listed:
+            if not isinstance(term, Term):
+                refuse(DefinitionError, f"{side} '{name}' of the policy has {term!r}", "give gpac.Term(port, …), or a list of them")
+        made[name] = [term.json() for term in listed]
+    return made

@@ -1,0 +1,167 @@
+"""The node tests of the onnx package, for every operator that is said to be supported: many nodes in one block, for few compilations."""
+
+import importlib
+import re
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import onnx
+import pytest
+from onnx import TensorProto, helper, numpy_helper
+from onnx.backend.test.case import node as node_tests
+
+import opengpac as gpac
+
+OPERATORS = Path(__file__).parents[3] / "docs" / "policies.md"
+
+AT_RUN_TIME = {"Gemm", "MatMul", "LayerNormalization", "PRelu", "Sub"}
+"""Operators that are tried a second time with every input as a value at run time: those that are translated otherwise, and one for all."""
+
+REFUSED = {
+    "bidirectional": "needs values from the future",
+    "reverse": "needs values from the future",
+    "peepholes": "peepholes",
+    "training": "is for training",
+    "mask": "a mask is for training",
+    "_bfloat16": "other elements than 32-bit floats",
+    "_e8m0": "other elements than 32-bit floats",
+    "FLOAT16": "other elements than 32-bit floats",
+    "_float32_int64": "other elements than 32-bit floats",
+    "_float32_int32": "other elements than 32-bit floats",
+    "_to_": "a cast to other elements than 32-bit floats",
+    "seq_length": "sequence_lens",
+    "seq_lens": "sequence_lens",
+    "zero_size": "no elements",
+    "empty": "no elements",
+    "reshape_allowzero": "no elements",
+    "slice_start_out_of_bounds": "no elements",
+}
+"""Parts of the names of tests that are not for policies, with the reason."""
+
+
+@dataclass
+class Case:
+    name: str
+    model: onnx.ModelProto
+    inputs: list[np.ndarray]
+    outputs: list[np.ndarray]
+    constant: bool
+
+
+def supported() -> set[str]:
+    """The operators that the page lists."""
+    table = OPERATORS.read_text().split("<!-- operators -->")[1]
+    return set(re.findall(r"`([A-Z]\w+)`", table))
+
+
+def _collected() -> list[Any]:
+    """The node tests in the files of these operators: to make all of the package's takes nine seconds."""
+    words = {re.sub(r"[^a-z]", "", operator.lower()) for operator in supported()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # the infinities of their test values
+        for file in Path(node_tests.__file__).parent.glob("*.py"):
+            if re.sub(r"[^a-z0-9]", "", file.stem) in (words | {"reducel2", "batchnorm"}) - {"cast"}:
+                importlib.import_module(f"{node_tests.__name__}.{file.stem}")
+    return sorted(node_tests._NodeTestCases, key=lambda case: case.name)
+
+
+def cases() -> Iterator[Case]:
+    known = supported()
+    for test in _collected():
+        if any(part in test.name for part in REFUSED):
+            continue
+        model = test.model
+        operators = {node.op_type for node in model.graph.node}
+        if not operators <= known or any(node.domain for node in model.graph.node):
+            continue
+        inputs, outputs = ([np.asarray(x) for x in side] for side in test.data_sets[0])
+        if not inputs or any(x.dtype != np.float32 for x in outputs) or inputs[0].dtype != np.float32 or not outputs[0].size:
+            continue
+        if any(x.dtype not in (np.float32, np.int64) for x in inputs):
+            continue
+        yield Case(test.name, model, inputs, outputs, True)
+        if len(inputs) > 1 and operators <= AT_RUN_TIME and all(x.dtype == np.float32 for x in inputs):
+            yield Case(f"{test.name} (at run time)", model, inputs, outputs, False)
+
+
+def joined(group: list[Case], opset: int) -> tuple[onnx.ModelProto, np.ndarray]:
+    """One network that has all of them: each takes its inputs from one long vector, and gives its outputs into another."""
+    nodes, initializers, given, results, at = [], [], [], [], 0
+    for i, case in enumerate(group):
+        names = {}
+        for j, (info, value) in enumerate(zip(case.model.graph.input, case.inputs, strict=True)):
+            name = names[info.name] = f"{i}_{info.name}"
+            if value.dtype != np.float32 or (j > 0 and case.constant):
+                initializers.append(numpy_helper.from_array(value, name))
+                continue
+            given.append(value.ravel())
+            for key, ints in (("from", [at]), ("to", [at + value.size]), ("shape", value.shape)):
+                initializers.append(numpy_helper.from_array(np.array(ints, dtype=np.int64), f"{name}_{key}"))
+            nodes.append(helper.make_node("Slice", ["x", f"{name}_from", f"{name}_to"], [f"{name}_flat"], name=f"{case.name}: slice"))
+            nodes.append(helper.make_node("Reshape", [f"{name}_flat", f"{name}_shape"], [name], name=f"{case.name}: reshape"))
+            at += value.size
+        for tensor in case.model.graph.initializer:
+            kept = onnx.TensorProto()
+            kept.CopyFrom(tensor)
+            kept.name = names[tensor.name] = f"{i}_{tensor.name}"
+            initializers.append(kept)
+        for node in case.model.graph.node:
+            copied = onnx.NodeProto()
+            copied.CopyFrom(node)
+            copied.name = case.name
+            copied.ClearField("input")
+            copied.ClearField("output")
+            copied.input.extend(f"{i}_{name}" if name else "" for name in node.input)
+            copied.output.extend(f"{i}_{name}" if name else "" for name in node.output)
+            nodes.append(copied)
+        for output in case.model.graph.output:
+            results.append(f"{i}_{output.name}_flat")
+            nodes.append(helper.make_node("Reshape", [f"{i}_{output.name}", "all"], [results[-1]], name=f"{case.name}: result"))
+    initializers.append(numpy_helper.from_array(np.array([-1], dtype=np.int64), "all"))
+    nodes.append(helper.make_node("Concat", results, ["y"], axis=0, name="results"))
+    total = sum(x.size for case in group for x in case.outputs)
+    graph = helper.make_graph(
+        nodes,
+        "many",
+        [helper.make_tensor_value_info("x", TensorProto.FLOAT, [at])],
+        [helper.make_tensor_value_info("y", TensorProto.FLOAT, [total])],
+        initializers,
+    )
+    return helper.make_model(graph, opset_imports=[helper.make_opsetid("", opset)]), np.concatenate(given)
+
+
+def _groups() -> dict[int, list[Case]]:
+    groups: dict[int, list[Case]] = {}
+    for case in cases():
+        opset = max(entry.version for entry in case.model.opset_import if not entry.domain)
+        groups.setdefault(opset, []).append(case)
+    return groups
+
+
+def test_every_operator_gives_what_the_node_tests_say(tmp_path: Path) -> None:
+    compared, seen = 0, set()
+    for opset, group in _groups().items():
+        model, given = joined(group, opset)
+        file = tmp_path / f"nodes_{opset}.onnx"
+        onnx.save(model, file)
+        result = gpac.policy(file).run(x=given[None, :])
+        assert result.fault is None, result.fault
+        y, at = np.asarray(result.y)[0], 0
+        for case in group:
+            for wanted in case.outputs:
+                got = y[at : at + wanted.size].reshape(wanted.shape)
+                at += wanted.size
+                np.testing.assert_allclose(got, wanted, rtol=2e-5, atol=1e-5, err_msg=case.name)
+            seen |= {node.op_type for node in case.model.graph.node}
+            compared += 1
+    assert compared > 250
+    # Their tests have no floats at the first input, or there are none.
+    assert supported() - seen <= {"Cast", "ConstantOfShape", "Expand", "Shape", "Constant"}, supported() - seen
+
+
+if __name__ == "__main__":
+    pytest.main([__file__])
