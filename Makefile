@@ -191,6 +191,7 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/ur_peer.py
 	$(BIN)/python tests/faults/driver_kills.py
 	$(BIN)/python tests/faults/io_module.py
+	OPENGPAC_NODES=all $(BIN)/python -m pytest -q tests/python/policies/test_nodes.py
 	$(BIN)/python tests/faults/peers.py
 	$(BIN)/python tests/faults/shift.py
 	$(BIN)/python tests/faults/sixteen.py

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`action_chunk` plays chunks without a step of position or velocity, whatever the inference takes, and beside SciPy's spline."""
 
 import numpy as np

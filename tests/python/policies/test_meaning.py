@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a network's numbers mean is said, read from the file, and compared: faults of meaning are refused with both ends."""
 
 from pathlib import Path

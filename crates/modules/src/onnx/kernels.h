@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of learned policies. A product runs over its outputs, eight of them a vector, and adds in the order of its inputs: no compiler has to
-// reassociate, and every machine gives the same bits. Functions without exact rounding are polynomials here, for the same reason.
+// reassociate, and every processor gives the same bits. Exponentials are polynomials here, for the same reason; logarithms, sines, powers and erf are
+// the C library's, and have its bits.
 #include <math.h>
 #include <string.h>
 
