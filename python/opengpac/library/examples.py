@@ -21,6 +21,7 @@ _LINE = "planned = lib.line_planner.run(chain=arm.chain, start=[0.5, 0.5], goal=
 _POLYLINE = "planned = lib.polyline_planner.run(chain=arm.chain, start=[0.5, 0.5], poses=np.tile(tool.pose[0], (64, 1)))"
 
 _WRITTEN = {
+    "action_chunk": ["lib.action_chunk.run(n=3, actions=[0.0, 0.1, 0.2], number=1, observed=0, present=0.0)"],
     "forward_kinematics": [_ARM, "lib.forward_kinematics.run(chain=arm.chain, q=[0.5, 0.7])"],
     "jacobian": [_ARM, "lib.jacobian.run(chain=arm.chain, q=[0.5, 0.7])"],
     "payload_effort": [_ARM, "lib.payload_effort.run(chain=arm.chain, q=[0.5, 0.7], mass=2.0)"],

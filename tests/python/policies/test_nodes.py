@@ -148,7 +148,10 @@ def _groups() -> dict[int, list[Case]]:
 
 
 def share(group: list[Case]) -> list[Case]:
-    """All of them where `OPENGPAC_NODES=all`, as in `make faults`; else a third, another one each day: the C compiler takes half a minute for all."""
+    """All of them where `OPENGPAC_NODES=all`, as in `make faults`; else a third, another one each day.
+
+    The C compiler takes half a minute for all.
+    """
     return group if ALL else group[date.today().toordinal() % SHARES :: SHARES]
 
 
