@@ -16,6 +16,9 @@
         def safe_state(self): ...
         def close(self): ...
 
+        @classmethod
+        def scan(cls, **options): ...
+
         @service
         def calibrate(self, at: float = Option("the temperature that it has", unit="K")) -> None:
             "Takes the present temperature for this one."
@@ -33,7 +36,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, overload
 
 from . import _native
-from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
+from .errors import CallError, DefinitionError, DeviceFailed, did_you_mean, refusals, refuse
 
 __all__ = ["Channel", "Counter", "Driver", "Option", "Service", "counter", "read", "service", "write"]
 
@@ -245,6 +248,15 @@ class Driver:
         """What the class and its bases declare of that kind, by name."""
         return {n: m for base in reversed(cls.__mro__) for n, m in vars(base).items() if isinstance(m, kind)}
 
+    @classmethod
+    def scan(cls, **options: Any) -> Sequence[Mapping[str, Any]]:
+        """Looks for devices that the class could open; nothing moves. `options` are those of the class, checked, that say where to look.
+
+        Returns what is found, `{"what": "a thermometer, number 4711", "options": {"port": "/dev/ttyS0"}}` each. Most buses can be asked;
+        a class that cannot look leaves it as it is.
+        """
+        raise NotImplementedError(f"{cls.__name__} has no scan()")
+
     def open(self) -> None:
         """Opens the device; called once. What it raises is why it cannot be opened."""
 
@@ -265,13 +277,37 @@ def services_of(kind: type[Driver]) -> dict[str, Service]:
     return {name: made for name, made in found.items() if isinstance(made, Service)}
 
 
+def scanned(kind: type[Driver], options: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The devices that a class finds. Refused: it cannot look, an option that it does not have, an answer that is none."""
+    name = kind.__name__
+    if not _scans(kind):
+        refuse(CallError, f"driver '{name}' cannot look for devices", "its manual says which options open one; def scan(cls) lets it look")
+    declared = kind.members(_Option)
+    for wrong in options.keys() - declared.keys():
+        refuse(CallError, f"driver {name} has no option '{wrong}'", did_you_mean(wrong, declared))
+    given = {n: declared[n].taken(_annotated(kind, n), value, f"option '{n}' of driver {name}") for n, value in options.items()}
+    try:
+        found = [{"what": str(device["what"]), "options": dict(device["options"])} for device in kind.scan(**given)]
+    except (KeyError, TypeError, ValueError) as why:
+        remedy = 'answer a list of {"what": text, "options": {name: value}}'
+        refuse(DeviceFailed, f"what the scan of driver {name} answers is none: {type(why).__name__}: {why}", remedy)
+    except Exception as why:
+        refuse(DeviceFailed, f"driver {name} cannot look for devices: {type(why).__name__}: {why}")
+    return found
+
+
+def _scans(kind: type[Driver]) -> bool:
+    return kind.scan.__func__ is not Driver.scan.__func__  # type: ignore[attr-defined]
+
+
 def about(kind: type[Driver]) -> dict[str, Any]:
-    """What a driver declares, as manuals have it: `doc`, `options`, `services`, `counters`."""
+    """What a driver declares, as manuals have it: `doc`, `options`, `services`, `counters`, `scans`."""
     return {
         "doc": (inspect.getdoc(kind) or "").partition("\n")[0].rstrip("."),
         "options": [option.about(name, _annotated(kind, name)) for name, option in kind.members(_Option).items()],
         "services": [made.about() for made in services_of(kind).values()],
         "counters": [made.about() for made in kind.members(Counter).values()],
+        "scans": _scans(kind),
     }
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from . import drivers
-from .drivers.catalog import Found, on_host_of, searched
+from .drivers.catalog import Found, is_file, manuals, on_host_of, searched
 from .errors import CallError, did_you_mean, refuse
 from .quantities import duration_ns
 from .remote.calls import Remote
@@ -23,13 +23,13 @@ def add_to(commands: Any) -> None:
     """Adds the two commands."""
     of_drivers = commands.add_parser("drivers", help="the drivers that there are, and what they declare")
     of_drivers.add_argument("action", nargs="?", choices=["list", "show"], default="list")
-    of_drivers.add_argument("names", nargs="*", metavar="NAME")
+    of_drivers.add_argument("names", nargs="*", metavar="NAME|FILE")
     of_drivers.set_defaults(run=_drivers)
     devices = commands.add_parser("devices", help="physical devices").add_subparsers(required=True, metavar="WHAT")
     scan = devices.add_parser("scan", help="find devices that a driver could open; nothing moves")
     scan.add_argument("--on", metavar="URL", help="look on the host of this daemon, or of the one of this name: a URL like unix:///run/cell.sock")
     scan.add_argument("--token", help="of a daemon on a port; default: OPENGPAC_TOKEN")
-    scan.add_argument("kind", nargs="?", help="the driver, else all that can look")
+    scan.add_argument("kind", metavar="NAME|FILE", nargs="?", help="the driver, or the file of one; else all that can look")
     scan.add_argument("options", nargs=argparse.REMAINDER, metavar="--OPTION VALUE", help="options of the driver that say where to look")
     scan.set_defaults(run=_scan)
 
@@ -42,12 +42,15 @@ def _drivers(given: argparse.Namespace) -> int:
         print("say which: opengpac drivers show mujoco", file=sys.stderr)
         return 1
     for name in given.names:
-        print(drivers.show(name))
+        for manual in manuals(name):
+            print(manual)
     return 0
 
 
 def _scan(given: argparse.Namespace) -> int:
-    where = options(given.options, drivers.show(given.kind).options) if given.kind else {}
+    if given.on and given.kind and is_file(given.kind):
+        refuse(CallError, f"the driver of '{given.kind}' looks on the host that has the file", "run the command there, without --on")
+    where = options(given.options, [option for manual in manuals(given.kind) for option in manual.options]) if given.kind else {}
     found = drivers.scan(given.kind, **where) if given.on is None else _found_on(given, where)
     print(found)
     return 0 if found or not found.problems else 1

@@ -69,7 +69,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Drivers": (
         "opengpac.drivers",
-        "mujoco loopback scripted plant_process python ethercat canopen ur modbus modbus_server text feetech dynamixel load list show scan "
+        "mujoco loopback scripted plant_process python ethercat canopen ur modbus modbus_server text feetech dynamixel load list show manuals scan "
         "Driver Drivers Manual Manuals Found",
     ),
 }

@@ -1,26 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Drivers that come from files, and options that are checked before anything is opened.
 use crate::convert::{from_json, to_json};
+use device::Manual;
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// The declarations in a file of drivers: `{"drivers": […]}`, or `{"problem": text}`.
+/// The manuals of a file of drivers: `{"drivers": […]}`, or `{"problem": text}`.
 #[pyfunction]
 pub fn load_drivers(py: Python<'_>, file: PathBuf) -> PyResult<String> {
     to_json(&match py.detach(|| drivers::load(&file)) {
-        Ok(found) => json!({ "drivers": found.into_iter().map(declared).collect::<Vec<_>>() }),
+        Ok(found) => json!({ "drivers": found.into_iter().map(Manual::from).collect::<Vec<_>>() }),
         Err(why) => json!({ "problem": why.to_string() }),
     })
-}
-
-fn declared(of: &'static device::Declaration) -> Value {
-    let options = device::options_of(of);
-    let options = options.iter().map(|word| {
-        let kind = format!("{:?}", word.kind).to_lowercase();
-        json!({ "name": word.name, "kind": kind, "unit": word.unit, "default": word.default, "doc": word.doc })
-    });
-    json!({ "name": of.kind, "doc": of.doc, "options": options.collect::<Vec<_>>() })
 }
 
 /// What is wrong with the options of a driver; none: nothing.

@@ -5,7 +5,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from .canopen import canopen
-from .catalog import Found, Manual, Manuals, list, scan, show
+from .catalog import Found, Manual, Manuals, list, manuals, scan, show
 from .driver import UNLIMITED as UNLIMITED
 from .driver import Driver
 from .ethercat import ethercat
@@ -34,6 +34,7 @@ __all__ = [
     "list",
     "load",
     "loopback",
+    "manuals",
     "modbus",
     "modbus_server",
     "mujoco",

@@ -5,14 +5,19 @@ from __future__ import annotations
 
 import builtins
 import json
+import os
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 from .. import _native
-from ..driver import about as declared
-from ..errors import DeviceFailed, Error, UnknownName, did_you_mean, refusals, refuse
+from .. import driver as written
+from ..driver_process import loaded
+from ..errors import CallError, DeviceFailed, Error, UnknownName, did_you_mean, refusals, refuse
 from ..quantities import duration_text
 from ..tables import Shown, Table, Tables
+from .in_python import where
+from .loading import load
 
 Look = Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]]
 """Lets a driver look for devices: its kind and options to what each is and the options that open it."""
@@ -21,8 +26,10 @@ Look = Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]]
 class Manual(Shown):
     """What a driver declares: `kind`, `doc`, `class_`, `options`, `safe_state`, `services`, `counters`, `rights`, `scans`."""
 
-    def __init__(self, about: Mapping[str, Any]) -> None:
+    def __init__(self, about: Mapping[str, Any], source: str | None = None) -> None:
         self.about = about
+        self.source: str = source or about["kind"]
+        """By which it is shown and looks for devices: its kind, or the file that it comes from."""
         self.kind: str = about["kind"]
         self.doc: str = about["doc"]
         self.class_: str = about["class"]
@@ -43,7 +50,7 @@ class Manual(Shown):
         yield f"opening waits for its device: {duration_text(waits)}" if waits else "its device is there when it is opened, or refused"
         yield f"lost: told within {duration_text(lost)}" if lost else "lost: told by the next exchange"
         yield f"rights: {'; '.join(self.rights) or 'none beyond those of the user'}"
-        yield f"looks for devices: {f'opengpac devices scan {self.kind}' if self.scans else 'no'}"
+        yield f"looks for devices: {f'opengpac devices scan {self.source}' if self.scans else 'no'}"
 
     def __str__(self) -> str:
         return repr(self._table())
@@ -109,41 +116,70 @@ def list() -> Manuals:
 def show(kind: str) -> Manual:
     """What a driver declares: options with units and defaults, class, safe state, services, counters, rights.
 
-    `kind` may be the file of a driver in Python, `"thermometer.py"`, or `"package.module:Class"`.
+    `kind` may also be a file: of a driver in Python, `"thermometer.py"` or `"package.module:Class"`, or one that `gpac.drivers.load` takes,
+    `"conveyor.c"`. A file with several drivers has a manual each: `manuals` gives all of them.
     """
-    if kind.endswith(".py") or ":" in kind:
-        return _of_class(kind)
+    found = manuals(kind)
+    if len(found) != 1:
+        refuse(CallError, f"'{kind}' has {len(found)} drivers: {', '.join(m.kind for m in found)}", "ask for their manuals()")
+    return found[0]
+
+
+def manuals(kind: str) -> Manuals:
+    """The manual of a driver, or those of each driver in a file or folder. It has what `show` takes."""
     known = {manual.kind: manual for manual in list()}
-    if kind not in known:
+    if kind in known:
+        return Manuals([known[kind]])
+    if not is_file(kind):
         refuse(UnknownName, f"there is no driver '{kind}'", did_you_mean(kind, known))
-    return known[kind]
+    if _is_class(kind):
+        return Manuals([_of_class(kind, known["python"].about)])
+    return Manuals(Manual(about, kind) for _, about in load(kind).manuals)
 
 
-def _of_class(source: str) -> Manual:
-    """The manual of a driver in Python: what its class declares, and what holds for all of them."""
-    from ..driver_process import loaded
-    from .in_python import where
+def is_file(kind: str) -> bool:
+    """Whether this says where a driver is, and not which of those that are known."""
+    return _is_class(kind) or bool(Path(kind).suffix) or (Path(kind).is_dir() and all(kind != manual.kind for manual in list()))
 
+
+def _is_class(source: str) -> bool:
+    return source.endswith(".py") or (":" in source and os.sep not in source)
+
+
+def _class_of(source: str) -> type[written.Driver]:
     given = where(source, None)
     try:
-        made = loaded(given.get("path"), given.get("module"), given.get("class"))
+        return loaded(given.get("path"), given.get("module"), given.get("class"))
     except Error:
         raise
     except Exception as why:
         refuse(DeviceFailed, f"'{source}' cannot be loaded: {type(why).__name__}: {why}", "mend it first")
-    general = show("python").about
+
+
+def _of_class(source: str, general: Mapping[str, Any]) -> Manual:
+    """The manual of a driver in Python: what its class declares, and what holds for all of them."""
+    made = _class_of(source)
     beside = [option for option in general["options"] if option["name"] in ("period_ns", "age_max_ns", "timeout_ns")]
-    about = declared(made)
-    return Manual({**general, **about, "kind": made.__name__, "options": [*about["options"], *beside]})
+    about = written.about(made)
+    return Manual({**general, **about, "kind": made.__name__, "options": [*about["options"], *beside]}, source)
 
 
 def scan(kind: str | None = None, **options: Any) -> Found:
     """Looks for devices that a driver could open; nothing moves. `options` say where to look, as those that open one.
 
-    Without a kind every driver that can look does; what keeps one from it is in `problems` of the answer. It looks on this host;
-    `cell.scan_devices(kind)` on that of a remote system.
+    Without a kind every driver that can look does; what keeps one from it is in `problems` of the answer. `kind` may be a file, as for
+    `show`. It looks on this host; `cell.scan_devices(kind)` on that of a remote system.
     """
-    return searched(_here, kind, options)
+    return searched(_here, kind, options) if kind is None or not is_file(kind) else _in_file(kind, options)
+
+
+def _in_file(source: str, options: Mapping[str, Any]) -> Found:
+    if _is_class(source):
+        made = _class_of(source)
+        return Found([{"driver": made.__name__, **device} for device in written.scanned(made, options)], {})
+    declared = [*load(source).manuals]
+    looking = [(kind, about) for kind, about in declared if about["scans"]] or declared[:1]
+    return Found([{"driver": about["kind"], **device} for kind, about in looking for device in _here(kind, options)], {})
 
 
 def _here(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]]:

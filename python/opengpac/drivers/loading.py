@@ -60,6 +60,11 @@ class Drivers:
         """The manual of each driver: what it drives, and its options."""
         return "\n".join(_manual(declared) for _, declared in self._kinds.values())
 
+    @property
+    def manuals(self) -> Iterator[tuple[str, Mapping[str, Any]]]:
+        """The kind by which the core knows each driver, and what it declares."""
+        return iter(self._kinds.values())
+
     def _made(self, name: str, options: Mapping[str, Any]) -> Driver:
         kind, declared = self._kinds[name]
         words = {word["name"]: word for word in declared["options"]}
@@ -92,7 +97,7 @@ def _option(words: Mapping[str, dict[str, Any]], name: str, value: Any) -> tuple
 
 
 def _manual(declared: Mapping[str, Any]) -> str:
-    lines = [f"{declared['name']}: {declared['doc']}"]
+    lines = [f"{declared['kind']}: {declared['doc']}"]
     for word in declared["options"]:
         unit = f" [{word['unit']}]" if word["unit"] else ""
         default = "needed" if word["default"] is None else f"else {word['default']}"
@@ -117,7 +122,7 @@ def load(path: str | os.PathLike[str]) -> Drivers:
     for file in files:
         kept = _kept(file)
         for declared in _declared(kept, file):
-            name = declared["name"]
+            name = declared["kind"]
             if name in kinds:
                 refuse(ModuleError, f"driver '{name}' is in two files of '{asked}'", "leave one out")
             kinds[name] = f"{name}@{kept}", declared

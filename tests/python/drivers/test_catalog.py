@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import opengpac as gpac
@@ -92,3 +94,63 @@ def test_a_driver_that_fails_to_look_keeps_no_other_from_it(monkeypatch: pytest.
     assert [*found] == [{"driver": "b", "what": "a device", "options": {"port": 1}}]
     assert found.problems == {"a": "the line is in use"}
     assert str(found).splitlines()[:2] == ["1 device found", "a: the line is in use"]
+
+
+LAMPS = """
+from opengpac.driver import Driver, Option, write
+
+
+class Lamps(Driver):
+    "Lamps on a line."
+
+    line: str = Option("the line")
+    count: int = Option("how many there are", 4)
+
+    lit = write("double")
+
+    @classmethod
+    def scan(cls, line="a", count=0):
+        ANSWER
+
+    def exchange(self): ...
+"""
+
+
+def lamps(folder: Path, answer: str) -> str:
+    file = folder / f"lamps_{len([*folder.iterdir()])}.py"
+    file.write_text(LAMPS.replace("ANSWER", answer))
+    return str(file)
+
+
+def test_the_driver_of_a_file_is_shown_and_looks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = lamps(tmp_path, 'return [{"what": f"{count} lamps", "options": {"line": line, "count": count}}]')
+    found = gpac.drivers.scan(file, line="b", count=2)
+    assert found == [{"driver": "Lamps", "what": "2 lamps", "options": {"line": "b", "count": 2}}]
+    assert f"looks for devices: opengpac devices scan {file}" in str(gpac.drivers.show(file))
+    assert main(["devices", "scan", file, "--line", "c", "--count", "3"]) == 0
+    assert '{"line": "c", "count": 3}' in capsys.readouterr().out
+
+    conveyor = str(Path(__file__).parents[3] / "examples" / "drivers" / "conveyor.c")
+    assert main(["drivers", "show", conveyor]) == 0
+    shown = capsys.readouterr().out
+    assert "conveyor: A conveyor" in shown and "place" in shown and "looks for devices: no" in shown
+    assert [manual.kind for manual in gpac.drivers.manuals(conveyor)] == ["conveyor"]
+    assert main(["devices", "scan", conveyor]) == 1
+    assert "driver 'conveyor' cannot look for devices" in capsys.readouterr().err
+
+
+def test_a_scan_in_python_that_fails_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(gpac.DeviceFailed, match="driver Lamps cannot look for devices: OSError: the line is cut"):
+        gpac.drivers.scan(lamps(tmp_path, 'raise OSError("the line is cut")'))
+    with pytest.raises(gpac.DeviceFailed, match="what the scan of driver Lamps answers is none: KeyError: 'options'"):
+        gpac.drivers.scan(lamps(tmp_path, 'return [{"what": "a lamp"}]'))
+    file = lamps(tmp_path, "return []")
+    with pytest.raises(gpac.CallError, match="did you mean 'count'"):
+        gpac.drivers.scan(file, coutn=1)
+    with pytest.raises(gpac.CallError, match="give int: how many"):
+        gpac.drivers.scan(file, count="many")
+    without = str(Path(__file__).parent / "furnace.py")
+    with pytest.raises(gpac.CallError, match="driver 'Furnace' cannot look for devices"):
+        gpac.drivers.scan(without)
+    assert main(["devices", "scan", "--on", "unix:///run/cell.sock", file]) == 1
+    assert "looks on the host that has the file" in capsys.readouterr().err
