@@ -69,8 +69,8 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Drivers": (
         "opengpac.drivers",
-        "mujoco loopback scripted plant_process python ethercat canopen ur modbus modbus_server text feetech dynamixel load list show manuals scan "
-        "Driver Drivers Manual Manuals Found",
+        "mujoco loopback scripted plant_process python ethercat canopen ur modbus modbus_server text feetech dynamixel load list show "
+        "manuals scan Driver Drivers Manual Manuals Found",
     ),
 }
 """Title → the module, and its names in the order of the page."""
