@@ -204,6 +204,8 @@ test("pictures at every width, light and dark", { timeout: 2 * TIME }, async () 
 
 test("a graph as a block is drawn within, and a port that disappears there is named at its wire", { timeout: TIME }, async () => {
   const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
   await page.getByRole("button", { name: "New graph" }).click();
   await named(page, "Graph", "outer");
   await page.locator('[data-component="library.gain"]').click();
@@ -244,6 +246,8 @@ test("a graph as a block is drawn within, and a port that disappears there is na
 
 test("a wire that is dropped on nothing offers what fits; what is drawn is found by a few letters", { timeout: TIME }, async () => {
   const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
   await page.getByRole("button", { name: "New graph" }).click();
   await page.locator('[data-component="library.signal_generator"]').click();
   await page.locator('[data-component="library.logic_not"]').click();
@@ -289,6 +293,36 @@ test("a wire that is dropped on nothing offers what fits; what is drawn is found
   await page.setViewportSize({ width: LOOKS[0]?.width ?? 1440, height: LOOKS[0]?.height ?? 900 });
   await page.keyboard.press("Control+f");
   await find.waitFor();
+  expect(errors).toEqual([]);
+});
+
+test("a block is placed on an interrupt source by dragging it there, or at its side", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  await page.getByRole("button", { name: "By source" }).click();
+  const region = page.locator('[data-region="rtp0.slow"]');
+  await region.waitFor();
+  await chosen(page, "gain");
+  const runsOn = page.getByLabel("runs on");
+  expect(await runsOn.inputValue()).toBe("");
+  const [from, to] = await Promise.all([page.locator('[data-box="gain"] strong').boundingBox(), region.boundingBox()]);
+  if (!from || !to) throw new Error("the block and the source are to be seen");
+  await page.mouse.move(from.x + 5, from.y + 5);
+  await page.mouse.down();
+  await page.mouse.move(to.x + 20, to.y + to.height / 2, { steps: 6 });
+  await page.mouse.up();
+  await expect.poll(() => runsOn.inputValue(), { timeout: PATIENCE_MS }).toBe("rtp0.slow");
+  await page.getByRole("button", { name: "Undo" }).click();
+  await expect.poll(() => runsOn.inputValue(), { timeout: PATIENCE_MS }).toBe("");
+  await runsOn.selectOption("rtp0.fast");
+  const fast = page.locator('[data-region="rtp0.fast"]');
+  const isIn = async () => {
+    const [box, ground] = await Promise.all([page.locator('[data-box="gain"]').boundingBox(), fast.boundingBox()]);
+    return box !== null && ground !== null && box.x > ground.x && box.x < ground.x + ground.width;
+  };
+  await expect.poll(isIn, { timeout: PATIENCE_MS }).toBe(true);
+  expect(await axeFindings(page)).toEqual([]);
+  await shoot(page, "by-source");
+  await page.getByRole("button", { name: "By source" }).click();
   expect(errors).toEqual([]);
 });
 

@@ -20,8 +20,13 @@ export function Choices(props: { label: string; choices: Choice[]; empty: string
   const list = useId();
   const field = useRef<HTMLInputElement>(null);
   const hits = useMemo(() => foundChoices(typed, choices).slice(0, SHOWN_MAX), [typed, choices]);
-  useEffect(() => field.current?.focus({ preventScroll: true }), []);
-  useEffect(() => document.getElementById(`${list}-${at}`)?.scrollIntoView({ block: "nearest" }), [list, at]);
+  useEffect(() => {
+    field.current?.focus({ preventScroll: true });
+  }, []);
+  useEffect(() => {
+    // Where it answers with a promise, that is no end of the effect.
+    document.getElementById(`${list}-${at}`)?.scrollIntoView({ block: "nearest" });
+  }, [list, at]);
   const press = (event: KeyboardEvent) => {
     if (event.key === "ArrowDown" || event.key === "ArrowUp") {
       event.preventDefault();
