@@ -200,8 +200,42 @@ test("guarded_move, with two writers of a cell, modes, and a transition", async 
   expect(errors).toEqual([]);
 });
 
+test("press, made of a verb of a file and one of the system, as superstates", async () => {
+  const { page, errors } = opened;
+  execFileSync(PYTHON, [join(import.meta.dirname, "drawn.py"), folder, "approach"], { env: SURROUNDINGS });
+  await page.locator('input[type="file"]').setInputFiles(join(folder, "approach.json"));
+  await page.getByRole("button", { name: "New composition" }).click();
+  await enter(page, "Composition", "press");
+  await enter(page, "is for", "Presses: fast to where the part is, slowly on to the depth.");
+  await page.locator('[data-verb="approach"]').click();
+  await page.locator('[data-part="approach"]').waitFor();
+  await page.getByLabel("Add a verb of the system").focus();
+  await page.getByLabel("Add a verb of the system").selectOption("insert");
+  // From part to part with the mouse; the arrow has the condition that ends the first one.
+  const port = (part: string, side: string) => page.locator(`[data-part="${part}"] > .react-flow__handle.${side}:not(.back)`);
+  await page.locator('[data-list="insert.start"]').waitFor();
+  await port("approach", "source").dragTo(port("insert", "target"));
+  await page.locator(".route-label").getByText("there").first().waitFor();
+  for (const [part, name] of [
+    ["approach", "contact"],
+    ["insert", "depth"],
+  ] as const) {
+    await page.locator(`[data-part="${part}"] strong`).click();
+    await enter(panelOf(page, `Part ${part}`), "input to", name);
+  }
+  for (const look of LOOKS) {
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
+    await shoot(page, `composed-${look.width}-${look.scheme}`);
+    expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);
+  }
+  await save(page, "press");
+  expect(errors).toEqual([]);
+});
+
 test("what was drawn is equal to what Python has", () => {
   const said = execFileSync(PYTHON, [join(import.meta.dirname, "drawn.py"), folder], { env: SURROUNDINGS }).toString();
   expect(said).toContain("swing is equal");
   expect(said).toContain("guarded_move is equal");
+  expect(said).toContain("press is equal");
 });

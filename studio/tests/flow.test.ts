@@ -202,6 +202,138 @@ test("pictures at every width, light and dark", { timeout: 2 * TIME }, async () 
   expect(errors).toEqual([]);
 });
 
+test("a graph as a block is drawn within, and a port that disappears there is named at its wire", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.getByRole("button", { name: "New graph" }).click();
+  await named(page, "Graph", "outer");
+  await page.locator('[data-component="library.gain"]').click();
+  await page.getByRole("button", { name: "an empty graph" }).click();
+  await page.locator('[data-box="graph"] strong').dblclick();
+  const where = page.getByRole("navigation", { name: "Where in the drawing" });
+  await where.getByText("graph", { exact: true }).waitFor();
+  await page.locator('[data-component="library.lowpass"]').click();
+  await page.getByRole("button", { name: "Add output" }).click();
+  await chosen(page, "lowpass");
+  await wired(page, "Wire lowpass.y to", "output");
+  await where.getByRole("button", { name: "outer" }).click();
+  await chosen(page, "gain");
+  await wired(page, "Wire gain.u from", "graph.output");
+  await page.locator('.react-flow__edge[aria-label^="output: "]').waitFor({ state: "attached" });
+
+  // Enter chooses, and opens what is chosen.
+  await page.locator('.react-flow__node[data-id="graph"]').focus();
+  await page.keyboard.press("Enter");
+  await page.getByRole("button", { name: "Open graph", exact: true }).waitFor();
+  await page.locator('.react-flow__node[data-id="graph"]').focus();
+  await page.keyboard.press("Enter");
+  await where.getByText("graph", { exact: true }).waitFor();
+  await chosen(page, "output");
+  await named(page, "Name", "z");
+  await where.getByRole("button", { name: "outer" }).click();
+  await page.locator('[data-port="graph.z"]').waitFor();
+  await page.locator('[data-box="graph"]').getByRole("button", { name: "Open graph graph" }).click();
+  await chosen(page, "z");
+  await page.keyboard.press("Delete");
+  await page.locator('[data-box="z"]').waitFor({ state: "detached" });
+  await where.getByRole("button", { name: "outer" }).click();
+  await page.locator(".wire-label.wrong").getByText("'z'").first().waitFor();
+  expect(await axeFindings(page)).toEqual([]);
+  await shoot(page, "nested");
+  expect(errors).toEqual([]);
+});
+
+test("a wire that is dropped on nothing offers what fits; what is drawn is found by a few letters", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.getByRole("button", { name: "New graph" }).click();
+  await page.locator('[data-component="library.signal_generator"]').click();
+  await page.locator('[data-component="library.logic_not"]').click();
+  const begin = await middle(page, "signal_generator.y");
+  await page.mouse.move(begin.x, begin.y);
+  await page.mouse.down();
+  await page.mouse.move(begin.x + 60, begin.y + 90, { steps: 4 });
+  await page.mouse.move(begin.x + 30, begin.y + 140, { steps: 4 });
+  await page.mouse.up();
+  const offer = page.getByRole("dialog");
+  const field = offer.getByRole("combobox");
+  await field.fill("logic");
+  // Of a bool nothing is offered for a double.
+  await expect
+    .poll(() => offer.getByRole("option").allTextContents(), { timeout: PATIENCE_MS })
+    .not.toContainEqual(expect.stringContaining("logic_not.u"));
+  await field.fill("lowpass.u");
+  await offer.getByRole("option").first().getByText("lowpass.u").waitFor();
+  expect(await axeFindings(page)).toEqual([]);
+  await field.press("Enter");
+  await page.locator('[data-box="lowpass"]').waitFor();
+  await page.locator('.react-flow__edge[aria-label*="from y to u"]').waitFor({ state: "attached" });
+  // By the keyboard alone: from the port of the chosen block.
+  await page.getByRole("button", { name: "New block at lowpass.y" }).press("Enter");
+  await field.fill("gain.u");
+  await offer.getByRole("option").first().getByText("gain.u").waitFor();
+  await field.press("Enter");
+  await page.locator('[data-box="gain"]').waitFor();
+
+  await page.locator("h1").click();
+  await page.keyboard.press("/");
+  const find = page.getByLabel("Find in the drawing");
+  await find.fill("lowp");
+  await find.press("Enter");
+  await page.locator('.react-flow__node.selected[data-id="lowpass"]').waitFor();
+  await page.getByText(/^1 of \d+: lowpass/).waitFor();
+  await find.press("Enter");
+  await page.getByText(/^2 of \d+: /).waitFor();
+  await page.setViewportSize({ width: 390, height: 844 });
+  expect(await axeFindings(page)).toEqual([]);
+  expect(await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth)).toBe(0);
+  await find.press("Escape");
+  await page.setViewportSize({ width: LOOKS[0]?.width ?? 1440, height: LOOKS[0]?.height ?? 900 });
+  await page.keyboard.press("Control+f");
+  await find.waitFor();
+  expect(errors).toEqual([]);
+});
+
+test("a block is placed on an interrupt source by dragging it there, or at its side", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  await page.getByRole("button", { name: "By source" }).click();
+  const region = page.locator('[data-region="rtp0.slow"]');
+  await region.waitFor();
+  await chosen(page, "gain");
+  const runsOn = page.getByLabel("runs on");
+  expect(await runsOn.inputValue()).toBe("");
+  const [from, to] = await Promise.all([page.locator('[data-box="gain"] strong').boundingBox(), region.boundingBox()]);
+  if (!from || !to) throw new Error("the block and the source are to be seen");
+  await page.mouse.move(from.x + 5, from.y + 5);
+  await page.mouse.down();
+  await page.mouse.move(to.x + 20, to.y + to.height / 2, { steps: 6 });
+  await page.mouse.up();
+  await expect.poll(() => runsOn.inputValue(), { timeout: PATIENCE_MS }).toBe("rtp0.slow");
+  await page.getByRole("button", { name: "Undo" }).click();
+  await expect.poll(() => runsOn.inputValue(), { timeout: PATIENCE_MS }).toBe("");
+  await runsOn.selectOption("rtp0.fast");
+  const fast = page.locator('[data-region="rtp0.fast"]');
+  const isIn = async () => {
+    const [box, ground] = await Promise.all([page.locator('[data-box="gain"]').boundingBox(), fast.boundingBox()]);
+    return box !== null && ground !== null && box.x > ground.x && box.x < ground.x + ground.width;
+  };
+  await expect.poll(isIn, { timeout: PATIENCE_MS }).toBe(true);
+  expect(await axeFindings(page)).toEqual([]);
+  await shoot(page, "by-source");
+  await page.getByRole("button", { name: "By source" }).click();
+  expect(errors).toEqual([]);
+});
+
+/** Draws a wire by the keyboard, to what the system says fits. */
+async function wired(page: Page, field: string, other: string): Promise<void> {
+  const choice = page.getByLabel(field, { exact: true });
+  await choice.focus();
+  await choice.locator("option", { hasText: other }).first().waitFor({ state: "attached" });
+  await choice.selectOption(other);
+}
+
 async function named(page: Page, label: string, text: string): Promise<void> {
   const field = page.getByLabel(label, { exact: true });
   await field.fill(text);

@@ -48,6 +48,7 @@ const KEYS = [
   "Control+z",
   "Control+z",
   "Control+y",
+  "Control+f",
 ];
 const COPYING = ["Control+a", "Control+c", "Control+v", "Control+x", "Control+d"];
 
@@ -139,7 +140,10 @@ export async function act(page: Page, random: () => number): Promise<string> {
     await page.keyboard.press(key);
     return `press ${key}`;
   }
-  if (kind < 0.79) return await click(`${EDITOR} .react-flow__node`);
+  if (kind < 0.75) return await click(`${EDITOR} .react-flow__node`);
+  // Into a graph, and the way back; what a wire that leads to nothing is offered; what was sought.
+  if (kind < 0.77) return await click(`${EDITOR} .box .opens`);
+  if (kind < 0.79) return await click(`${EDITOR} .way button, ${EDITOR} .offer [role="option"], ${EDITOR} .find-corner button`);
   if (kind < 0.82) return await click(`${EDITOR} .react-flow__edge-interaction`);
   if (kind < 0.88) {
     const at = await spot(page, `${EDITOR} .react-flow__node`, part);

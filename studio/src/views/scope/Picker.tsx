@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { type KeyboardEvent, useEffect, useId, useMemo, useRef, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
+import { found } from "../../design/fuzzy";
 import { Refusals } from "../../design/parts";
 import { useControl, useTopic, useWatched } from "../../shell/context";
-import { found } from "./fuzzy";
 import type { Scope } from "./scope";
 import { withChannel } from "./setup";
 

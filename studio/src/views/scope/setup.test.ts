@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { found, score } from "./fuzzy";
+import { found, score } from "../../design/fuzzy";
 import { colourOf, patternOf } from "./looks";
 import { channelsOf, checked, EMPTY, fromLink, type Setup, toLink, traceId, withChannel, withFormula } from "./setup";
 

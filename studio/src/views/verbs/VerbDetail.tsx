@@ -9,7 +9,7 @@ import { lastTransition, useHappened } from "./happened";
 import { Instances } from "./Instances";
 import { Reports } from "./Reports";
 import { StartForm } from "./StartForm";
-import { StateDiagram } from "./StateDiagram";
+import { StatesCanvas } from "./StatesCanvas";
 import { shapeOfDefinition, shapeOfInstance } from "./shape";
 
 /** One verb: its diagram, its instances, the form that starts another one, how instances came where they are. */
@@ -19,7 +19,7 @@ export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInsta
   const { form, refusals } = useForm(verb.name);
   const shown =
     instances.find((one) => one.name === props.chosen) ?? instances.find((one) => one.state === "running") ?? instances.at(-1) ?? null;
-  const shape = useMemo(() => (shown ? shapeOfInstance(shown) : shapeOfDefinition(form?.defined)), [shown, form]);
+  const shape = useMemo(() => (shown ? shapeOfInstance(shown, form?.defined.parts) : shapeOfDefinition(form?.defined)), [shown, form]);
   const happened = useHappened(shown?.name ?? null);
   const last = shown && shown.state !== "created" ? lastTransition(happened) : null;
   const [first, ...more] = verb.doc.split(/\n\s*\n/);
@@ -45,7 +45,7 @@ export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInsta
       <div className="verb-columns">
         <Panel title={shown ? `Command lists of ${shown.name}` : "Command lists"} end={runs && <Tag tone="accent">{shown.list} runs</Tag>}>
           {shape ? (
-            <StateDiagram shape={shape} present={runs ? shown.list : null} last={last} />
+            <StatesCanvas shape={shape} present={runs ? shown.list : null} last={last} />
           ) : (
             <p className="quiet">Waiting for its definition…</p>
           )}

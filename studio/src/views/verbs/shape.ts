@@ -3,17 +3,28 @@
 import type { InstalledInstance } from "../../control/shapes";
 import { period } from "../../design/numbers";
 
+/** What a composed verb is made of: a state that has others within. */
+export interface Superstate {
+  name: string;
+  /** The verb that it was made from; empty where that is not known. */
+  about: string;
+  within: string | null;
+}
+
 export interface Shape {
-  lists: { name: string; commands: string[] }[];
+  lists: { name: string; commands: string[]; part: string | null }[];
+  parts: Superstate[];
   conditions: { name: string; of: string[]; raises: boolean; during: string[] }[];
   transitions: { from: string; condition: string; to: string }[];
   initial: string;
   ending: string | null;
 }
 
-export function shapeOfInstance(instance: InstalledInstance): Shape {
+/** `parts`: what its verb is made of; where that is not known, the names of its lists say it. */
+export function shapeOfInstance(instance: InstalledInstance, parts: Parts | undefined): Shape {
+  const names = instance.lists.map((list) => list.name);
   return {
-    lists: instance.lists,
+    ...withParts(instance.lists, parts ?? Object.fromEntries(names.flatMap(prefixes).map((name) => [name, { verb: "" }]))),
     conditions: instance.conditions.map(({ name, of, raises, during }) => ({ name, of, raises, during })),
     transitions: instance.transitions,
     initial: instance.initial,
@@ -31,7 +42,11 @@ interface Command {
   time_ns?: number | null;
 }
 
+/** Of a composed verb: its parts by label, and those of its parts. */
+export type Parts = Record<string, { verb: string }>;
+
 interface Definition {
+  parts?: Parts;
   command_lists?: Record<string, { commands: Command[] }>;
   initial?: string | null;
   ending?: string | null;
@@ -43,11 +58,13 @@ interface Definition {
 export function shapeOfDefinition(defined: unknown): Shape | null {
   const definition = defined as Definition | null;
   if (!definition || typeof definition !== "object" || !definition.command_lists) return null;
+  const isComposed = Object.keys(definition.parts ?? {}).length > 0;
   const lists = Object.entries(definition.command_lists).map(([name, list]) => ({ name, commands: list.commands.map(commandText) }));
   return {
-    lists,
-    conditions: Object.entries(definition.conditions ?? {}).map(([name, { on, raises, during }]) => ({
-      name,
+    ...withParts(lists, definition.parts ?? {}),
+    conditions: Object.entries(definition.conditions ?? {}).map(([key, { on, raises, during }]) => ({
+      // In a composed verb a key has the label of its part; transitions and reports have the name alone.
+      name: isComposed ? (key.split(".").at(-1) ?? key) : key,
       of: on ?? [],
       raises: Boolean(raises),
       during: typeof during === "string" ? [during] : (during ?? []),
@@ -56,6 +73,23 @@ export function shapeOfDefinition(defined: unknown): Shape | null {
     initial: definition.initial ?? lists[0]?.name ?? "",
     ending: definition.ending ?? null,
   };
+}
+
+/** Lists with the parts that they are in; parts that have no list of their own are left out. */
+export function withParts(lists: { name: string; commands: string[] }[], parts: Parts): Pick<Shape, "lists" | "parts"> {
+  const innermost = (name: string) => prefixes(name).findLast((prefix) => Object.hasOwn(parts, prefix)) ?? null;
+  const inParts = lists.map((list) => ({ ...list, part: innermost(list.name) }));
+  const isUsed = (name: string) => lists.some((list) => list.name.startsWith(`${name}.`));
+  const superstates = Object.entries(parts)
+    .filter(([name]) => isUsed(name))
+    .map(([name, { verb }]) => ({ name, about: verb, within: innermost(name) }));
+  return { lists: inParts, parts: superstates };
+}
+
+/** "a" and "a.b" of "a.b.c". */
+function prefixes(name: string): string[] {
+  const words = name.split(".");
+  return words.slice(1).map((_, at) => words.slice(0, at + 1).join("."));
 }
 
 /** A command in the words of the system. */
@@ -78,11 +112,10 @@ export interface Arrow {
 /** The arrows: the transitions, and of each list the conditions that end the verb there. Those of one pair are one arrow. */
 export function arrowsOf(shape: Shape): Arrow[] {
   const arrows = new Map<string, Arrow>();
-  const add = (from: string, to: string | null, name: string) => {
-    const key = `${from} ${to ?? ""}`;
+  const add = (from: string, to: string | null, name: string, raises = false) => {
+    const key = `${from}\n${to ?? ""}`;
     const arrow = arrows.get(key) ?? { from, to, conditions: [] };
     arrows.set(key, arrow);
-    const raises = to === null && (shape.conditions.find((one) => one.name === name)?.raises ?? false);
     if (!arrow.conditions.some((one) => one.name === name)) arrow.conditions.push({ name, raises });
   };
   for (const { from, condition, to } of shape.transitions) add(from, to, condition);
@@ -92,7 +125,7 @@ export function arrowsOf(shape: Shape): Arrow[] {
       if (condition.of.length === 0) continue;
       if (condition.during.length > 0 && !condition.during.includes(list)) continue;
       if (shape.transitions.some((one) => one.from === list && one.condition === condition.name)) continue;
-      add(list, null, condition.name);
+      add(list, null, condition.name, condition.raises);
     }
   }
   return [...arrows.values()];

@@ -6,29 +6,72 @@ import { type Arrow, arrowsOf, type Shape } from "./shape";
 
 export const START = "(start)";
 export const END = "(end)";
-const LETTER = 6.7;
+/** What stands behind the name of the list that runs at every end. */
+export const ENDING = " (at every end)";
+const PART = "part:";
+const LETTER = 6.8;
 const LINE = 15;
 const TITLE = 22;
+
+export interface LaidBox {
+  name: string;
+  kind: "list" | "part" | "start" | "end";
+  /** The part that it is in; its place is from the corner of that one. */
+  within: string | null;
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
 
 export interface Laid {
   width: number;
   height: number;
-  boxes: { name: string; x: number; y: number; width: number; height: number }[];
+  /** A part before what is in it. */
+  boxes: LaidBox[];
   arrows: { arrow: Arrow; path: string; label: { x: number; y: number } | null }[];
 }
 
-/** The graph that is laid out: a box for each list, as large as its text; the start and the end; labels beside the arrows. */
+/** What a list is called in its part. */
+export function shortName(name: string, part: string | null): string {
+  return part === null ? name : name.slice(part.length + 1);
+}
+
+/** The graph that is laid out: a box for each list, as large as its text, in that of its part; start and end; labels beside the arrows. */
 export function graphOf(shape: Shape): { graph: ElkNode; arrows: Arrow[] } {
-  const arrows: Arrow[] = [{ from: START, to: shape.initial, conditions: [] }, ...arrowsOf(shape)];
-  const boxes = shape.lists.map((list) => ({
-    id: list.name,
-    width: Math.max(list.name.length * 8 + 24, ...list.commands.map((text) => text.length * LETTER + 20), 90),
-    height: TITLE + list.commands.length * LINE + 8,
-  }));
+  const known = new Set([...shape.lists, ...shape.parts].map(({ name }) => name).concat(START));
+  // While one is drawn, a transition may name a list that is gone.
+  const arrows = [{ from: START, to: shape.initial, conditions: [] }, ...arrowsOf(shape)].filter(
+    ({ from, to }: Arrow) => known.has(from) && (to === null || known.has(to)),
+  );
+  const listOf = (list: Shape["lists"][number]): ElkNode => {
+    const letters = shortName(list.name, list.part).length + (list.name === shape.ending ? ENDING.length : 0);
+    return {
+      id: list.name,
+      width: Math.max(letters * 8 + 24, ...list.commands.map((text) => text.length * LETTER + 22), 90),
+      height: TITLE + list.commands.length * LINE + 8,
+    };
+  };
+  const within = (part: string | null): ElkNode[] => [
+    ...shape.parts
+      .filter((one) => one.within === part)
+      .map((one) => ({
+        id: partId(one.name),
+        children: within(one.name),
+        layoutOptions: {
+          "elk.padding": "[top=34,left=14,bottom=14,right=14]",
+          "elk.nodeSize.constraints": "MINIMUM_SIZE",
+          "elk.nodeSize.minimum": `(${(one.name.length + one.about.length) * 8 + 40}, 60)`,
+        },
+      })),
+    ...shape.lists.filter((list) => list.part === part).map(listOf),
+  ];
+  const lists = new Set(shape.lists.map((list) => list.name));
+  const idOf = (name: string) => (name === START || name === END || lists.has(name) ? name : partId(name));
   const edges = arrows.map((arrow, index) => ({
     id: String(index),
-    sources: [arrow.from],
-    targets: [arrow.to ?? END],
+    sources: [idOf(arrow.from)],
+    targets: [idOf(arrow.to ?? END)],
     labels:
       arrow.conditions.length === 0
         ? []
@@ -42,6 +85,8 @@ export function graphOf(shape: Shape): { graph: ElkNode; arrows: Arrow[] } {
     layoutOptions: {
       "elk.algorithm": "layered",
       "elk.direction": "DOWN",
+      "elk.hierarchyHandling": "INCLUDE_CHILDREN",
+      "elk.json.edgeCoords": "ROOT",
       "elk.edgeRouting": "ORTHOGONAL",
       "elk.layered.spacing.nodeNodeBetweenLayers": "34",
       "elk.spacing.nodeNode": "40",
@@ -53,7 +98,11 @@ export function graphOf(shape: Shape): { graph: ElkNode; arrows: Arrow[] } {
       "elk.layered.cycleBreaking.strategy": "MODEL_ORDER",
       "elk.padding": "[top=6,left=6,bottom=6,right=6]",
     },
-    children: [{ id: START, width: 12, height: 12, layoutOptions: { "elk.layered.layering.layerConstraint": "FIRST" } }, ...boxes, ...ends],
+    children: [
+      { id: START, width: 12, height: 12, layoutOptions: { "elk.layered.layering.layerConstraint": "FIRST" } },
+      ...within(null),
+      ...ends,
+    ],
     edges,
   };
   return { graph, arrows };
@@ -69,13 +118,7 @@ export async function layOut(shape: Shape): Promise<Laid> {
   return {
     width: laid.width ?? 0,
     height: laid.height ?? 0,
-    boxes: (laid.children ?? []).map((box) => ({
-      name: box.id,
-      x: box.x ?? 0,
-      y: box.y ?? 0,
-      width: box.width ?? 0,
-      height: box.height ?? 0,
-    })),
+    boxes: boxesOf(laid.children ?? [], null),
     arrows: (laid.edges ?? []).flatMap((edge) => {
       const arrow = arrows[Number(edge.id)];
       const section = edge.sections?.[0];
@@ -90,6 +133,19 @@ export async function layOut(shape: Shape): Promise<Laid> {
       ];
     }),
   };
+}
+
+function boxesOf(nodes: ElkNode[], within: string | null): LaidBox[] {
+  return nodes.flatMap(({ id, x = 0, y = 0, width = 0, height = 0, children }) => {
+    const isPart = id.startsWith(PART);
+    const name = isPart ? id.slice(PART.length) : id;
+    const kind = isPart ? "part" : id === START ? "start" : id === END ? "end" : "list";
+    return [{ name, kind, within, x, y, width, height }, ...boxesOf(children ?? [], name)];
+  });
+}
+
+function partId(name: string): string {
+  return `${PART}${name}`;
 }
 
 /** A line through points, its corners rounded. */

@@ -10,14 +10,19 @@ import {
   useReactFlow,
 } from "@xyflow/react";
 import "@xyflow/react/dist/style.css";
-import { type DragEvent, memo, type ReactNode, useCallback, useMemo, useState } from "react";
+import { type DragEvent, type KeyboardEvent, memo, type ReactNode, useCallback, useMemo, useRef, useState } from "react";
 import { type BoxNode, BoxView } from "./BoxView";
 import { type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
+import { Find } from "./Find";
 import { FIT, Overview, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
+import { type RegionNode, RegionView } from "./RegionView";
+import type { Region } from "./regions";
 import { useSlices } from "./slices";
 import { type WireEdge, WireView } from "./WireView";
 
-const boxViews = { box: BoxView };
+const boxViews = { box: BoxView, region: RegionView };
+/** No region has the name of a box. */
+const REGION = "region\n";
 const wireViews = { wire: WireView };
 
 /** What is chosen. */
@@ -30,6 +35,8 @@ export interface CanvasProps {
   choose: (chosen: Chosen) => void;
   /** Opens or closes a nested graph. */
   toggle?: (box: string) => void;
+  /** Grounds behind the boxes: interrupt sources. */
+  regions?: Region[] | undefined;
   /** Shown anew as a whole when this changes: another graph. */
   of: string;
   edit?: {
@@ -40,6 +47,8 @@ export interface CanvasProps {
     isPossible: (from: End, to: End) => boolean;
     /** Somebody let go of a wire at a port where it is not possible. */
     refuse: (from: End, to: End) => void;
+    /** Somebody let go of a wire where nothing is; `seen`: from the corner of the canvas, px. */
+    dangle: (from: End & { side: PortSide }, at: Place, seen: Place) => void;
     remove: (boxes: string[], wires: string[]) => void;
     drop: (what: string, at: Place) => void;
   };
@@ -48,10 +57,11 @@ export interface CanvasProps {
 
 /** A drawing that can be moved, zoomed, walked by keyboard (Tab, Enter, arrow keys), and where it is asked for, changed. */
 export const Canvas = memo(function Canvas(props: CanvasProps) {
-  const { drawing, places, chosen, choose, toggle, edit } = props;
+  const { drawing, places, chosen, choose, toggle, edit, regions } = props;
   const flow = useReactFlow();
   const [moving, setMoving] = useState<ReadonlyMap<string, Place>>(new Map());
   const isEdited = edit !== undefined;
+  const canvas = useRef<HTMLDivElement>(null);
   // A box that is neither chosen nor moved stays the same object, and is not drawn again.
   const laid = useMemo(
     () =>
@@ -76,6 +86,26 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
       }),
     [laid, moving, chosen],
   );
+  const grounds = useMemo(
+    () =>
+      (regions ?? []).map(
+        (region): RegionNode => ({
+          id: `${REGION}${region.source ?? ""}`,
+          type: "region",
+          position: { x: region.x, y: region.y },
+          width: region.width,
+          height: region.height,
+          data: { region },
+          zIndex: -1,
+          draggable: false,
+          selectable: false,
+          focusable: false,
+          connectable: false,
+          deletable: false,
+        }),
+      ),
+    [regions],
+  );
   const wires = useMemo(
     () =>
       drawing.wires.map(
@@ -99,7 +129,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
   useFitting(props.of, drawing.boxes, places);
 
   const onNodesChange = useCallback(
-    (changes: NodeChange<BoxNode>[]) => {
+    (changes: NodeChange<BoxNode | RegionNode>[]) => {
       for (const change of changes) {
         if (change.type === "select" && change.selected) choose({ kind: "box", id: change.id });
         if (change.type !== "position" || !change.position || !edit) continue;
@@ -128,10 +158,31 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
     const at = flow.screenToFlowPosition({ x: event.clientX, y: event.clientY });
     edit.drop(what, { x: Math.round(at.x), y: Math.round(at.y) });
   };
+  const open = (id: string) => {
+    if (drawing.boxes.find((box) => box.id === id)?.opens) toggle?.(id);
+  };
+  /** Enter opens what is chosen already: the first one chooses. */
+  const press = (event: KeyboardEvent) => {
+    const box = (event.target as HTMLElement).closest<HTMLElement>(".react-flow__node");
+    if (event.key === "Enter" && event.target === box && chosen?.kind === "box" && box?.dataset.id === chosen.id) open(chosen.id);
+  };
+  const dangle = (event: MouseEvent | TouchEvent, from: HandleAt) => {
+    const [side, port] = split(from.id);
+    const point = "changedTouches" in event ? event.changedTouches[0] : event;
+    const frame = canvas.current?.getBoundingClientRect();
+    if (!edit || !point || !frame || (event.target as Element | null)?.closest?.(".react-flow__node")) return;
+    const at = flow.screenToFlowPosition({ x: point.clientX, y: point.clientY });
+    edit.dangle(
+      { box: from.nodeId, port, side: side === "input" ? "input" : "output" },
+      { x: Math.round(at.x), y: Math.round(at.y) },
+      { x: point.clientX - frame.x, y: point.clientY - frame.y },
+    );
+  };
   return (
-    <div className="canvas" data-testid="canvas">
-      <ReactFlow<BoxNode, WireEdge>
-        nodes={useSlices(nodes)}
+    // biome-ignore lint/a11y/noStaticElementInteractions: the boxes in it have the focus
+    <div className="canvas" data-testid="canvas" ref={canvas} onKeyDown={press}>
+      <ReactFlow<BoxNode | RegionNode, WireEdge>
+        nodes={[...grounds, ...useSlices(nodes)]}
         edges={useSlices(edges)}
         nodeTypes={boxViews}
         edgeTypes={wireViews}
@@ -140,6 +191,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         onEdgesChange={(changes) => {
           for (const change of changes) if (change.type === "select" && change.selected) choose({ kind: "wire", id: change.id });
         }}
+        onNodeDoubleClick={(_, node) => open(node.id)}
         onPaneClick={() => choose(null)}
         onConnect={(connection) => {
           const ends = endsOf(connection);
@@ -149,10 +201,11 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
           const [side, port] = split(start.handleId);
           if (start.nodeId) edit?.begin({ box: start.nodeId, port, side: side === "input" ? "input" : "output" });
         }}
-        onConnectEnd={(_, state) => {
+        onConnectEnd={(event, state) => {
           const ends = state.fromHandle && state.toHandle ? endsOf(asConnection(state.fromHandle, state.toHandle)) : null;
           if (ends && state.isValid === false) edit?.refuse(ends.from, ends.to);
           edit?.begin(null);
+          if (state.fromHandle && !state.toHandle) dangle(event, state.fromHandle);
         }}
         isValidConnection={isValid}
         onDelete={({ nodes: boxes, edges: wires }) =>
@@ -176,6 +229,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         <Background gap={20} />
         <Controls showInteractive={false} fitViewOptions={FIT} aria-label="Zoom" />
         <Overview boxes={drawing.boxes} places={places} />
+        <Find drawing={drawing} places={places} choose={choose} />
         {props.children}
       </ReactFlow>
     </div>

@@ -3,10 +3,12 @@ import type { Value } from "../../../control/shapes";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { portText } from "../drawing/drawing";
-import { removeBlock, renameBlock, setConstant, setMode } from "./change";
+import { freeName, removeBlock, renameBlock, setConstant, setDivide, setMode } from "./change";
 import type { Draft } from "./definition";
 import { type Faces, type Item, itemsOf, modeText, sideOf } from "./faces";
 import { ModeField } from "./ModeField";
+import { ownGraph } from "./nested";
+import type { Begun } from "./offered";
 import { WireField } from "./WireField";
 import { constantOf, constantText } from "./written";
 
@@ -17,6 +19,16 @@ export function BoxPanel(props: {
   faces: Faces;
   change: (draft: Draft) => void;
   choose: (label: string) => void;
+  /** Offers what a wire from a port may lead to. */
+  offer: (from: Begun) => void;
+  /** Goes into a graph. */
+  enter: (label: string) => void;
+  /** Names that graphs have, for one that becomes a use's own. */
+  graphs: string[];
+  /** Interrupt sources of the system, and that on which it is to run; null: where a start says. */
+  sources: string[];
+  source: string | null;
+  runOn: (source: string | null) => void;
 }) {
   const { draft, label, faces, change } = props;
   const use = draft.of.blocks[label];
@@ -24,6 +36,7 @@ export function BoxPanel(props: {
   const items = itemsOf(use, faces);
   const set = items.filter((item) => item.kind === "parameter" || item.kind === "size" || (item.kind === "input" && item.has_default));
   const name = "subroutine" in use.block ? use.block.subroutine : `graph ${use.block.graph.name}`;
+  const graphName = "graph" in use.block ? use.block.graph.name : "";
   const doc = "subroutine" in use.block ? faces.get(use.block.subroutine)?.doc : use.block.graph.doc;
   return (
     <Panel
@@ -47,6 +60,38 @@ export function BoxPanel(props: {
         <p className="quiet">
           {name}. {doc}
         </p>
+        {props.sources.length > 0 && (
+          <label className="row">
+            <span className="quiet">runs on</span>
+            <select value={props.source ?? ""} onChange={(event) => props.runOn(event.target.value || null)}>
+              <option value="">where a start says</option>
+              {[...new Set([...(props.source === null ? [] : [props.source]), ...props.sources])].map((name) => (
+                <option key={name}>{name}</option>
+              ))}
+            </select>
+          </label>
+        )}
+        {"graph" in use.block && (
+          <div className="row">
+            <button type="button" onClick={() => props.enter(label)}>
+              Open graph
+            </button>
+            <button type="button" onClick={() => change(ownGraph(draft, label, freeName(graphName, props.graphs)))}>
+              Make its own
+            </button>
+          </div>
+        )}
+        {draft.kind === "graph" && (
+          <TextField
+            label="once in"
+            placeholder="1 invocation"
+            value={draft.of.divide?.[label] === undefined ? "" : String(draft.of.divide[label])}
+            commit={(text) => {
+              if (text !== "" && !/^[1-9]\d*$/.test(text)) return `'${text}' is no number of invocations: write a whole number from 1`;
+              change(setDivide(draft, label, text === "" ? undefined : Number(text)));
+            }}
+          />
+        )}
         {set.map((item) => (
           <ConstantField
             key={item.name}
@@ -63,7 +108,7 @@ export function BoxPanel(props: {
               <dd key={item.name} title={item.doc}>
                 {item.kind.replace("_", " ")}
                 {item.type_text && `, ${portText({ ...item, mode: item.kind === "condition" ? "" : modeText(item.mode) })}`}
-                <Wiring item={item} draft={draft} label={label} faces={faces} change={change} />
+                <Wiring item={item} draft={draft} label={label} faces={faces} change={change} offer={props.offer} />
                 {(item.kind === "input" || item.kind === "output") && (
                   <ModeField
                     of={`${label}.${item.name}`}
@@ -80,7 +125,14 @@ export function BoxPanel(props: {
   );
 }
 
-function Wiring(props: { item: Item; draft: Draft; label: string; faces: Faces; change: (draft: Draft) => void }) {
+function Wiring(props: {
+  item: Item;
+  draft: Draft;
+  label: string;
+  faces: Faces;
+  change: (draft: Draft) => void;
+  offer: (from: Begun) => void;
+}) {
   const { item, ...more } = props;
   const side = sideOf(item);
   return side && <WireField {...more} port={item.name} side={side} />;

@@ -3,12 +3,21 @@ import { useId, useMemo, useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
 import { useLive } from "../../../shell/context";
-import { type Draft, draftOf, newGraph, newVerb } from "./definition";
+import { type Drawn, draftOf, newComposition, newGraph, newVerb, type Part, withoutSources } from "./definition";
 import { besides, download, draftsOf, savedFile } from "./file";
 import type { OpenedFile } from "./history";
 
+/** The verbs and compositions of a file, or of what is drawn: what a new composition can be made of. */
+function partsAt(draft: Drawn, found: Drawn[]): Record<string, Part> {
+  const parts = found.flatMap((one): [string, Part][] => {
+    if (one.kind === "graph") return [];
+    return [[one.of.name, one.kind === "verb" ? one : { kind: "composition", of: one.of }]];
+  });
+  return { ...(draft.kind === "composition" ? draft.made_of : {}), ...Object.fromEntries(parts) };
+}
+
 /** New, open, save; and a verb that is in the system, to begin with. */
-export function FileTools(props: { draft: Draft; file: OpenedFile | null; open: (draft: Draft, file: OpenedFile | null) => void }) {
+export function FileTools(props: { draft: Drawn; file: OpenedFile | null; open: (draft: Drawn, file: OpenedFile | null) => void }) {
   const control = useLive();
   const [said, setSaid] = useState<string | null>(null);
   const [verbs, setVerbs] = useState<string[] | null>(null);
@@ -32,12 +41,24 @@ export function FileTools(props: { draft: Draft; file: OpenedFile | null; open: 
     setWrong([]);
     try {
       const { defined } = await control.look("verb_form", { name });
-      props.open(draftOf("verb", name, defined), null);
+      props.open(draftOf("verb", name, withoutSources(defined)), null);
     } catch (why) {
       setWrong(refusalsOf(why));
     }
   };
   const found = useMemo(() => (props.file ? draftsOf(props.file.text) : []), [props.file]);
+  /** To another definition of the file. What was changed of this one stays in the file that is saved then. */
+  const change = (wanted: string) => {
+    if (!props.file) return;
+    setWrong([]);
+    try {
+      const { name, text } = savedFile(props.draft, props.file);
+      const chosen = draftsOf(text).find((draft) => `${draft.kind} ${draft.of.name}` === wanted);
+      if (chosen) props.open(chosen, { name, text });
+    } catch (why) {
+      setWrong(refusalsOf(why));
+    }
+  };
   const save = () => {
     setWrong([]);
     try {
@@ -56,6 +77,13 @@ export function FileTools(props: { draft: Draft; file: OpenedFile | null; open: 
         </button>
         <button type="button" onClick={() => props.open(newVerb("untitled"), null)}>
           New verb
+        </button>
+        <button
+          type="button"
+          title="A verb made of verbs: of the file that is open, and of the system"
+          onClick={() => props.open(newComposition("untitled", partsAt(props.draft, found)), props.file)}
+        >
+          New composition
         </button>
         <label className="button" htmlFor={field}>
           Open file…
@@ -91,8 +119,7 @@ export function FileTools(props: { draft: Draft; file: OpenedFile | null; open: 
             aria-label="Definition of the file"
             value={`${props.draft.kind} ${props.draft.of.name}`}
             onChange={(event) => {
-              const chosen = found.find((draft) => `${draft.kind} ${draft.of.name}` === event.target.value);
-              if (chosen) props.open(chosen, props.file);
+              change(event.target.value);
             }}
           >
             {found.map((draft) => (

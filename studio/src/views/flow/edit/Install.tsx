@@ -7,27 +7,28 @@ import { useAction, useLive } from "../../../shell/context";
 import { addressOf } from "../../../shell/route";
 import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
+import { type Placement, patternsOf } from "./placement";
 import { begin, end, keepTrial, keptTrial, type Trial, type Wanted } from "./trial";
 import { constantOf, everyOf } from "./written";
 
 /** Puts what is drawn into the running system. The system refuses what would touch a verb that runs, and says which. */
-export function Install(props: { draft: Draft; faces: Faces; isSound: boolean }) {
-  const { draft, isSound } = props;
+export function Install(props: { draft: Draft; placement: Placement; faces: Faces; isSound: boolean }) {
+  const { draft, placement, isSound } = props;
   const control = useLive();
   if (!control.may("configure")) return null;
   return (
     <Panel title="Install">
       {!isSound && <p className="quiet">There are findings: mend them first. They stand at the boxes and wires.</p>}
       {draft.kind === "verb" ? (
-        <InstallVerb draft={draft} isSound={isSound} />
+        <InstallVerb draft={draft} placement={placement} isSound={isSound} />
       ) : (
-        <TryGraph draft={draft} faces={props.faces} isSound={isSound} />
+        <TryGraph draft={draft} placement={placement} faces={props.faces} isSound={isSound} />
       )}
     </Panel>
   );
 }
 
-function InstallVerb(props: { draft: Draft & { kind: "verb" }; isSound: boolean }) {
+function InstallVerb(props: { draft: Draft & { kind: "verb" }; placement: Placement; isSound: boolean }) {
   const control = useLive();
   const { busy, refusals, run } = useAction();
   const [installed, setInstalled] = useState<Draft | null>(null);
@@ -43,6 +44,8 @@ function InstallVerb(props: { draft: Draft & { kind: "verb" }; isSound: boolean 
             void run(async () => {
               // What was drawn is a definition in its JSON form; the system says what is wrong with it.
               await control.order("define_verb", definitionOf(props.draft) as unknown as VerbRequest);
+              const patterns = patternsOf(props.draft, props.placement);
+              if (Object.keys(patterns).length > 0) await control.order("place", patterns);
               setInstalled(props.draft);
             })
           }
@@ -60,12 +63,12 @@ function InstallVerb(props: { draft: Draft & { kind: "verb" }; isSound: boolean 
   );
 }
 
-function TryGraph(props: { draft: Draft & { kind: "graph" }; faces: Faces; isSound: boolean }) {
-  const { draft, faces } = props;
+function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placement; faces: Faces; isSound: boolean }) {
+  const { draft, placement, faces } = props;
   const control = useLive();
   const { busy, refusals, run } = useAction();
   const { sources, svvs } = useThere();
-  const [wanted, setWanted] = useState<Wanted>({ every_ns: 20_000_000, source: "", inputs: {} });
+  const [wanted, setWanted] = useState<Wanted>({ every_ns: 20_000_000, source: "", placement: {}, inputs: {} });
   const [trial, show] = useState<Trial | null>(() => keptTrial(control));
   const setTrial = (next: Trial | null) => {
     keepTrial(control, next);
@@ -108,7 +111,7 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; faces: Faces; isSou
           type="button"
           className="primary"
           disabled={busy || !props.isSound || missing.length > 0 || source === "" || trial !== null}
-          onClick={() => void run(async () => setTrial(await begin(control, draft, faces, { ...wanted, source })))}
+          onClick={() => void run(async () => setTrial(await begin(control, draft, faces, { ...wanted, source, placement })))}
         >
           Install and start
         </button>

@@ -131,6 +131,28 @@ function CommandRow(props: {
           }}
         />
       )}
+      {command.command === "activate" && (
+        <>
+          <TextField
+            label="budget"
+            placeholder="none"
+            value={typeof command.budget_ns === "number" ? period(command.budget_ns) : ""}
+            commit={(text) => {
+              const read = everyOf(text);
+              if (read.wrong !== undefined) return read.wrong;
+              put(withOrWithout(command, "budget_ns", read.value));
+            }}
+          />
+          <label className="row">
+            <input
+              type="checkbox"
+              checked={command.tunable === true}
+              onChange={(event) => put(withOrWithout(command, "tunable", event.target.checked || null))}
+            />
+            interval may change
+          </label>
+        </>
+      )}
       {command.command === "wait" && (
         <TextField
           label="for"
@@ -156,6 +178,12 @@ function commandOf(kind: Command["command"], block: string): Command {
   if (kind === "activate") return { command: kind, block, every_ns: EVERY_NS };
   if (kind === "execute" || kind === "deactivate") return { command: kind, block };
   return { command: kind };
+}
+
+/** The command with a value under a key; without it where the value is none: then it stays as short as it was. */
+function withOrWithout(command: Command, key: "budget_ns" | "tunable", value: unknown): Command {
+  const { [key]: _before, ...rest } = command;
+  return value === null ? rest : { ...rest, [key]: value };
 }
 
 /** "0.5 s", "near.done, near.lost", or nothing. */

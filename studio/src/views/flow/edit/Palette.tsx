@@ -1,18 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useMemo, useState } from "react";
 import { Panel } from "../../../design/parts";
+import type { Graph } from "./definition";
 import type { Face, Faces } from "./faces";
 
-/** The component data base: blocks by module and category, to be dragged into the drawing, or added by a click or Enter. */
-export function Palette(props: { faces: Faces; add: (block: string) => void }) {
+/**
+ * The component data base: blocks by module and category, to be dragged into the drawing, or added by a click or Enter. Graphs of the
+ * file and of the drawing are blocks too; `addGraph` without one adds an empty graph.
+ */
+export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: string) => void; addGraph: (graph: Graph | null) => void }) {
   const [sought, setSought] = useState("");
   const groups = useMemo(() => grouped(props.faces, sought), [props.faces, sought]);
+  const graphs = props.graphs.filter((graph) => says(`${graph.name} ${graph.doc}`, sought));
   return (
     <Panel title="Components" className="palette side">
       <label className="stack">
         <span className="unseen">Search components</span>
         <input type="search" placeholder="Search" value={sought} onChange={(event) => setSought(event.target.value)} />
       </label>
+      <section aria-label="graphs">
+        <h3>graphs</h3>
+        <ul>
+          {graphs.map((graph) => (
+            <li key={graph.name}>
+              <button type="button" title={graph.doc} data-graph={graph.name} onClick={() => props.addGraph(graph)}>
+                {graph.name}
+              </button>
+            </li>
+          ))}
+          <li>
+            <button type="button" title="A graph as a block, to be drawn within" onClick={() => props.addGraph(null)}>
+              an empty graph
+            </button>
+          </li>
+        </ul>
+      </section>
       {[...groups].map(([group, faces]) => (
         <section key={group} aria-label={group}>
           <h3>{group}</h3>
@@ -44,17 +66,20 @@ export function Palette(props: { faces: Faces; add: (block: string) => void }) {
 
 /** Faces whose name or description has every word that is sought, by category. */
 export function grouped(faces: Faces, sought: string): Map<string, Face[]> {
-  const words = sought.toLowerCase().split(/\s+/).filter(Boolean);
   const groups = new Map<string, Face[]>();
   for (const face of faces.values()) {
-    const said = `${face.name} ${face.doc}`.toLowerCase();
-    if (!words.every((word) => said.includes(word))) continue;
+    if (!says(`${face.name} ${face.doc}`, sought)) continue;
     const group = categoryOf(face);
     const known = groups.get(group);
     if (known) known.push(face);
     else groups.set(group, [face]);
   }
   return new Map([...groups].sort(([one], [other]) => one.localeCompare(other)));
+}
+
+function says(text: string, sought: string): boolean {
+  const words = sought.toLowerCase().split(/\s+/).filter(Boolean);
+  return words.every((word) => text.toLowerCase().includes(word));
 }
 
 // The folder of a block's file is its category, in the library as in the manual.

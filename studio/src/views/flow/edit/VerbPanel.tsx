@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
-import { freeName, setCondition, setInput, setList, setObject, setOutput, setTransition } from "./change";
+import { freeName, setCondition, setInput, setList, setObject, setOutput, setRequirement, setTransition } from "./change";
 import type { Draft, Transition } from "./definition";
 import { type Faces, type Item, itemsOf } from "./faces";
 import { type Finding, ofCondition, ofObject, ofOutput, ofParameter, ofTransition } from "./findings";
 import { Found, NamedPanel, type VerbDraft } from "./NamedPanel";
-import { renameCondition, renameInput, renameObject, renameOutput } from "./rename";
+import { renameCondition, renameInput, renameObject, renameOutput, renameRequirement } from "./rename";
 import { WholePanel } from "./WholePanel";
 import { constantOf, constantText, withinOf, words } from "./written";
 
@@ -24,6 +24,7 @@ export function VerbPanel(props: OfVerb) {
       <Conditions {...props} />
       <Transitions {...props} />
       <Inputs {...props} />
+      <Requirements {...props} />
       <Outputs {...props} />
       <WholePanel draft={props.draft} change={props.change} />
     </>
@@ -242,6 +243,52 @@ function Inputs(props: OfVerb) {
             <input type="checkbox" checked={input.tunable} onChange={(event) => put({ ...input, tunable: event.target.checked })} />
             may be set while it runs
           </label>
+        </>
+      )}
+    />
+  );
+}
+
+/** What a start may be refused with; the system takes any of its classes. */
+const REFUSED_WITH = ["NotHomed", "NotEnabled", "InvalidState", "OutOfRange", "DeviceFailed", "NotAllowed"];
+
+function Requirements(props: OfVerb) {
+  const { objects = {} } = props.draft.of;
+  const [object = "arm"] = Object.keys(objects);
+  return (
+    <NamedPanel
+      {...props}
+      title="Requirements"
+      one="requirement"
+      of={props.draft.of.requires ?? {}}
+      fresh={[`${object}.homed`, { raises: "NotHomed" }]}
+      set={setRequirement}
+      rename={renameRequirement}
+      choices={REFUSED_WITH}
+      found={(name) => ofObject(props.findings, name.split(".")[0] ?? name)}
+      fields={(requirement, put, list) => (
+        <>
+          <TextField
+            label="else raises"
+            list={list}
+            value={requirement.raises}
+            commit={(raises) => {
+              if (raises === "") return "a class of refusals is needed: NotHomed, InvalidState, …";
+              put({ ...requirement, raises });
+            }}
+          />
+          <TextField
+            label="only when"
+            placeholder={`always; or ${object}.needs_home`}
+            value={requirement.when ?? ""}
+            commit={(when) => put({ ...requirement, when: when === "" ? null : when })}
+          />
+          <TextField
+            label="remedy"
+            placeholder="the next step"
+            value={requirement.remedy ?? ""}
+            commit={(remedy) => put({ ...requirement, remedy })}
+          />
         </>
       )}
     />

@@ -3,7 +3,7 @@ import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { setWhole } from "./change";
-import type { Draft } from "./definition";
+import { type Draft, type Holding, holdingOf } from "./definition";
 import type { VerbDraft } from "./NamedPanel";
 import { everyOf } from "./written";
 
@@ -50,6 +50,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
             }}
           />
         )}
+        <SuspendField draft={draft} change={change} />
         <label className="row">
           <span className="quiet">where its program is gone</span>
           <select value={if_cut_off ?? ""} onChange={(event) => change(setWhole(draft, { if_cut_off: event.target.value || null }))}>
@@ -69,5 +70,55 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
         </label>
       </div>
     </Panel>
+  );
+}
+
+/** How the verb is suspended: at once, with safe outputs, or after its blocks have come to rest. */
+function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void }) {
+  const { draft, change } = props;
+  const ways = holdingOf(draft.of.suspend);
+  const how = ways ? "holding" : draft.of.suspend === "safe" ? "safe" : "hold";
+  const put = (holding: Holding[]) => change(setWhole(draft, { suspend: { holding } }));
+  const set = (index: number, way: Partial<Holding>) => put((ways ?? []).map((one, at) => (at === index ? { ...one, ...way } : one)));
+  return (
+    <>
+      <label className="row">
+        <span className="quiet">when it is suspended</span>
+        <select
+          value={how}
+          onChange={(event) => {
+            if (event.target.value === "holding") put([{ set: "", until: "" }]);
+            else change(setWhole(draft, { suspend: event.target.value }));
+          }}
+        >
+          <option value="hold">its last commands stay</option>
+          <option value="safe">its outputs become safe</option>
+          <option value="holding">its blocks come to rest first</option>
+        </select>
+      </label>
+      {ways?.map((way, index) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: a way is known by its place
+        <fieldset key={index} aria-label={`Coming to rest ${index + 1}`}>
+          <TextField label="sets" placeholder="block.hold" value={way.set} commit={(to) => set(index, { set: to })} />
+          <TextField label="until" placeholder="block.held" value={way.until} commit={(until) => set(index, { until })} />
+          {ways.length > 1 && (
+            <button
+              type="button"
+              aria-label={`Remove coming to rest ${index + 1}`}
+              onClick={() => put(ways.filter((_, at) => at !== index))}
+            >
+              ×
+            </button>
+          )}
+        </fieldset>
+      ))}
+      {ways && (
+        <div className="row">
+          <button type="button" onClick={() => put([...ways, { set: "", until: "" }])}>
+            Add coming to rest
+          </button>
+        </div>
+      )}
+    </>
   );
 }

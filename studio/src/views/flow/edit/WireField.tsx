@@ -7,6 +7,7 @@ import type { PortSide } from "../drawing/drawing";
 import { allSets, connect, disconnect, type Named, setWith } from "./change";
 import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
+import type { Begun } from "./offered";
 
 /** A port as `compatible` names it, and why it cannot be the other end; null: it can. */
 export interface Answered {
@@ -37,6 +38,8 @@ export function WireField(props: {
   side: PortSide;
   faces: Faces;
   change: (draft: Draft) => void;
+  /** Offers blocks that are not there yet. */
+  offer: (from: Begun) => void;
 }) {
   const { draft, label, port, side, faces } = props;
   const control = useLive();
@@ -70,6 +73,9 @@ export function WireField(props: {
           <option key={end}>{end}</option>
         ))}
       </select>
+      <button type="button" aria-label={`New block at ${name}`} onClick={() => props.offer({ box: label, port, side })}>
+        New…
+      </button>
       {side === "input" && present && (
         <button type="button" aria-label={`Unwire ${name}`} onClick={() => props.change(disconnect(draft, name, faces))}>
           Unwire

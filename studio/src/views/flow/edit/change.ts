@@ -2,8 +2,22 @@
 // Changes of a draft, each a new draft: nothing of the one before is touched, so that it can be taken back.
 import type { Value } from "../../../control/shapes";
 import type { Place } from "../drawing/drawing";
-import type { BlockUse, Command, Draft, Graph, Layout, Mode, SetKind, Sets, Termination, Transition, Verb, VerbObject } from "./definition";
-import { SET_KINDS, setsOf } from "./definition";
+import type {
+  BlockUse,
+  Command,
+  Draft,
+  Graph,
+  Layout,
+  Mode,
+  Requirement,
+  SetKind,
+  Sets,
+  Termination,
+  Transition,
+  Verb,
+  VerbObject,
+} from "./definition";
+import { holdingOf, SET_KINDS, setsOf } from "./definition";
 import { type Faces, inner, sideOf, splitPort } from "./faces";
 
 /** A set of ports: one node of the data flow. */
@@ -74,11 +88,13 @@ export function removeBlock(draft: Draft, label: string): Draft {
     ...(command.conditions ? { conditions: command.conditions.filter((one) => !isOf(one)) } : {}),
   });
   const names = (sets: Record<string, string>) => Object.fromEntries(Object.entries(sets).filter(([, port]) => !isOf(port)));
+  const ways = holdingOf(verb.suspend);
   return with_(next, {
     command_lists: each(verb.command_lists, (list) => ({ ...list, commands: list.commands.filter(keep).map(without) })),
     conditions: each(verb.conditions, (condition) => ({ ...condition, on: condition.on.filter((port) => !isOf(port)) })),
     input_parameters: each(verb.input_parameters, (input) => ({ ...input, targets: input.targets.filter((port) => !isOf(port)) })),
     output_values: names(verb.output_values),
+    ...(ways ? { suspend: { holding: ways.filter((way) => !isOf(way.set) && !isOf(way.until)) } } : {}),
   });
 }
 
@@ -87,16 +103,26 @@ export function renameBlock(draft: Draft, label: string, to: string): Draft {
   if (to === label || to === "" || Object.hasOwn(draft.of.blocks, to)) return draft;
   const renamed = (port: string) => {
     const [of, rest] = splitPort(port, draft.of.blocks);
-    return of === label ? `${to}.${rest}` : port;
+    return of === label && rest !== "" ? `${to}.${rest}` : port;
   };
   const keyed = <T>(map: Record<string, T>) =>
     Object.fromEntries(Object.entries(map).map(([name, value]) => [name === label ? to : name, value]));
-  let next = with_(draft, {
-    blocks: keyed(draft.of.blocks),
-    layout: keyed(draft.of.layout),
-    ...(draft.of.modes ? { modes: Object.fromEntries(Object.entries(draft.of.modes).map(([port, mode]) => [renamed(port), mode])) } : {}),
-  });
+  let next = with_(renamePorts(draft, renamed), { blocks: keyed(draft.of.blocks), layout: keyed(draft.of.layout) });
   if (next.kind === "graph" && next.of.divide) next = with_(next, { divide: keyed(next.of.divide) });
+  if (next.kind === "graph") return next;
+  const command = (one: Command): Command => ({
+    ...one,
+    ...(one.block === label ? { block: to } : {}),
+    ...(one.blocks ? { blocks: one.blocks.map((name) => (name === label ? to : name)) } : {}),
+  });
+  return with_(next, { command_lists: each(next.of.command_lists, (list) => ({ ...list, commands: list.commands.map(command) })) });
+}
+
+/** Other names for ports, parameters and conditions of blocks, wherever the draft names one. */
+export function renamePorts(draft: Draft, renamed: (port: string) => string): Draft {
+  let next = draft;
+  if (draft.of.modes)
+    next = with_(next, { modes: Object.fromEntries(Object.entries(draft.of.modes).map(([port, of]) => [renamed(port), of])) });
   for (const kind of SET_KINDS[draft.kind])
     next = withSets(
       next,
@@ -105,17 +131,14 @@ export function renameBlock(draft: Draft, label: string, to: string): Draft {
     );
   if (next.kind === "graph") return next;
   const verb = next.of;
-  const command = (one: Command): Command => ({
-    ...one,
-    ...(one.block === label ? { block: to } : {}),
-    ...(one.blocks ? { blocks: one.blocks.map((name) => (name === label ? to : name)) } : {}),
-    ...(one.conditions ? { conditions: one.conditions.map(renamed) } : {}),
-  });
+  const command = (one: Command): Command => (one.conditions ? { ...one, conditions: one.conditions.map(renamed) } : one);
+  const ways = holdingOf(verb.suspend);
   return with_(next, {
     command_lists: each(verb.command_lists, (list) => ({ ...list, commands: list.commands.map(command) })),
     conditions: each(verb.conditions, (condition) => ({ ...condition, on: condition.on.map(renamed) })),
     input_parameters: each(verb.input_parameters, (input) => ({ ...input, targets: input.targets.map(renamed) })),
     output_values: each(verb.output_values, renamed),
+    ...(ways ? { suspend: { holding: ways.map((way) => ({ ...way, set: renamed(way.set), until: renamed(way.until) })) } } : {}),
   });
 }
 
@@ -123,6 +146,13 @@ export function renameBlock(draft: Draft, label: string, to: string): Draft {
 export function setMode(draft: Draft, port: string, mode: Mode | undefined): Draft {
   const rest = filtered(draft.of.modes ?? {}, (one) => one !== port);
   return with_(draft, { modes: mode === undefined ? rest : { ...draft.of.modes, [port]: mode } });
+}
+
+/** A block at a part of the rate of its graph; undefined: at its rate. */
+export function setDivide(draft: Draft, label: string, divide: number | undefined): Draft {
+  if (draft.kind !== "graph") return draft;
+  const rest = filtered(draft.of.divide ?? {}, (one) => one !== label);
+  return with_(draft, { divide: divide === undefined ? rest : { ...draft.of.divide, [label]: divide } });
 }
 
 export function setConstant(draft: Draft, label: string, name: string, value: Value | undefined): Draft {
@@ -255,6 +285,12 @@ export function setObject(draft: Draft, name: string, object: VerbObject | null)
   if (draft.kind !== "verb") return draft;
   const rest = filtered(draft.of.objects ?? {}, (one) => one !== name);
   return with_(draft, { objects: object ? { ...draft.of.objects, [name]: object } : rest });
+}
+
+export function setRequirement(draft: Draft, member: string, requirement: Requirement | null): Draft {
+  if (draft.kind !== "verb") return draft;
+  const rest = filtered(draft.of.requires ?? {}, (one) => one !== member);
+  return with_(draft, { requires: requirement ? { ...draft.of.requires, [member]: requirement } : rest });
 }
 
 /** What a verb says of itself as a whole: its ending, what happens when it is suspended or cut off. */

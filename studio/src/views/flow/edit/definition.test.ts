@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { parse, stringify } from "smol-toml";
 import { expect, test } from "vitest";
-import { draftOf, timeOrNull } from "./definition";
+import { place, setConstant } from "./change";
+import { type Draft, draftOf, holdingOf, timeOrNull, withoutSources } from "./definition";
 import { besides, draftsOf, fileText, savedFile } from "./file";
+import { ownGraph, replaced, within } from "./nested";
 
 const short = {
   doc: "Moves.",
@@ -112,15 +114,15 @@ test("a file that was not changed is saved as it was, byte for byte", () => {
 });
 
 test("a definition that was changed takes its place, and all else of the file stays", () => {
-  const [move] = draftsOf(whole);
-  if (move?.kind !== "verb") throw new Error("the verbs come first");
+  const move = draftsOf(whole).find((one) => one.kind === "verb");
+  if (move?.kind !== "verb") throw new Error("there is a verb");
   const changed = { ...move, of: { ...move.of, doc: "Moves." } };
   const saved = savedFile(changed, { name: "press.toml", text: whole });
   expect(saved).toMatchObject({ name: "press.toml", said: null });
   // One line more, and its heading: the others are as they were.
   const fresh = saved.text.split("\n").filter((line) => !whole.split("\n").includes(line));
   expect(fresh).toEqual(["[verbs.move]", 'doc = "Moves."']);
-  expect(draftsOf(saved.text)[0]).toEqual(changed);
+  expect(draftsOf(saved.text).find((one) => one.kind === "verb")).toEqual(changed);
   // In JSON the same.
   const json = JSON.stringify(parse(whole));
   const tree = JSON.parse(savedFile(changed, { name: "press.json", text: json }).text);
@@ -172,8 +174,60 @@ test("TOML that cannot be changed in place becomes JSON, and says so", () => {
 });
 
 test("what is not drawn is told", () => {
-  expect(besides(whole)).toBe(
-    "The file also has compositions (both), modules (press). They are not drawn here, and stay as they are when it is saved.",
-  );
+  expect(besides(whole)).toBe("The file also has modules (press). They are not drawn here, and stay as they are when it is saved.");
   expect(besides('{"format": "opengpac-definitions", "version": 1}')).toBeNull();
+});
+
+test("a graph that the file names is changed where it is defined, and named as before", () => {
+  const text = `format = "opengpac-definitions"
+version = 1
+
+[graphs.smooth]   # for all
+blocks = { f = { block = "library.lowpass", constants = { alpha = 0.1 } } }
+inputs = { u = "f.u" }
+outputs = { y = "f.y" }
+
+[graphs.twice.blocks]
+one = "smooth"
+two = "smooth"
+
+[graphs.own.blocks]
+inner = { block = { graph = { name = "mine", blocks = { f = "library.lowpass" } } } }
+`;
+  const file = { name: "g.toml", text };
+  const drafts = draftsOf(text) as Draft[];
+  const twice = drafts.find((one) => one.of.name === "twice") as Draft;
+  const inner = within(twice, ["one"]) as Draft;
+  const placed = replaced(twice, ["one"], place(inner, "f", { x: 1, y: 2 }));
+  expect(savedFile(placed, file).text).toBe(text);
+  const saved = savedFile(replaced(twice, ["one"], setConstant(inner, "f", "alpha", 0.5)), file);
+  expect(saved.text).toBe(text.replace("alpha = 0.1", "alpha = 0.5"));
+  expect(saved.said).toContain("the graph 'smooth' was changed");
+  // A use of its own is no longer that graph: it is written within.
+  const apart = savedFile(ownGraph(twice, "one", "other"), file);
+  const again = draftsOf(apart.text).find((one) => one.of.name === "twice") as Draft;
+  expect(within(again, ["one"])?.of.name).toBe("other");
+  expect(apart.text).toContain('two = "smooth"');
+  // In JSON a graph is named too, and one that stands within stays there.
+  const json = { name: "g.json", text: JSON.stringify(parse(text)) };
+  const tree = JSON.parse(savedFile(replaced(twice, ["one"], setConstant(inner, "f", "alpha", 0.5)), json).text);
+  expect(tree.graphs.twice.blocks.two.block).toEqual({ subroutine: "smooth" });
+  expect(tree.graphs.smooth.blocks.f.constants).toEqual({ alpha: 0.5 });
+  const own = drafts.find((one) => one.of.name === "own") as Draft;
+  const changed = replaced(own, ["inner"], setConstant(within(own, ["inner"]) as Draft, "f", "alpha", 0.5));
+  expect(JSON.parse(savedFile(changed, json).text).graphs.own.blocks.inner.block.graph.blocks.f.constants).toEqual({ alpha: 0.5 });
+});
+
+test("requirements, ways to come to rest, and places in programs", () => {
+  const { of } = draftOf("verb", "v", {
+    requires: { "arm.homed": "NotHomed", "arm.free": { raises: "InvalidState", when: "arm.used" } },
+    suspend: { holding: [{ set: "a.hold", until: "a.held" }] },
+  });
+  expect(of.requires).toEqual({ "arm.homed": { raises: "NotHomed" }, "arm.free": { raises: "InvalidState", when: "arm.used" } });
+  expect(holdingOf(of.suspend)).toEqual([{ set: "a.hold", until: "a.held" }]);
+  expect(holdingOf("safe")).toBeNull();
+  expect(withoutSources({ place: { targets: ["a.u"], place: { file: "x.py", line: 1 } }, list: [{ place: null, to: 1 }] })).toEqual({
+    place: { targets: ["a.u"] },
+    list: [{ to: 1 }],
+  });
 });

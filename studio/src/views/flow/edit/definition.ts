@@ -79,12 +79,23 @@ export interface VerbObject {
   [more: string]: unknown;
 }
 
+/** What must be true of a member of an object when the verb starts. */
+export interface Requirement {
+  /** The class that a start raises where it is not. */
+  raises: string;
+  /** Only of devices of which this is true. */
+  when?: string | null;
+  remedy?: string;
+  [more: string]: unknown;
+}
+
 export interface Verb {
   name: string;
   doc: string;
   blocks: Record<string, BlockUse>;
   objects?: Record<string, VerbObject>;
   modes?: Record<string, Mode>;
+  requires?: Record<string, Requirement>;
   ending?: string | null;
   ending_limit_ns?: number | null;
   suspend?: unknown;
@@ -102,8 +113,63 @@ export interface Verb {
   [more: string]: unknown;
 }
 
+/** A way in which blocks come to rest before a verb is suspended: `set` becomes true, `until` is awaited. */
+export interface Holding {
+  set: string;
+  until: string;
+  [more: string]: unknown;
+}
+
+/** The ways in which blocks come to rest before a verb is suspended; null: it is suspended at once. */
+export function holdingOf(suspend: unknown): Holding[] | null {
+  const ways = typeof suspend === "object" && suspend !== null ? (suspend as { holding?: unknown }).holding : null;
+  if (!Array.isArray(ways)) return null;
+  return ways.map((way: Partial<Holding>) => ({ ...way, set: text(way?.set), until: text(way?.until) }));
+}
+
 /** What is drawn. */
 export type Draft = { kind: "graph"; of: Graph } | { kind: "verb"; of: Verb };
+
+/** A line of the transitions of a composition: from parts or lists, to a part or a list. */
+export interface Step {
+  from: string[];
+  /** Of the part; null: every normal end, but a halt. */
+  condition: string | null;
+  to: string;
+  [more: string]: unknown;
+}
+
+/** A verb made of verbs. */
+export interface Composition {
+  name: string;
+  doc: string;
+  /** Label → name of a verb or a composition. */
+  parts: Record<string, string>;
+  transitions: Step[];
+  initial: string | null;
+  /** `part.name` → what it is called in the whole. */
+  rename: Record<string, string>;
+  /** `part.input` → its value for good. */
+  preset: Record<string, Value>;
+  share: string[];
+  together: boolean;
+  until: "any" | "all";
+  layout: Layout;
+  [more: string]: unknown;
+}
+
+/** A composition that is drawn, with the verbs and compositions that its parts are. */
+export interface Composed {
+  kind: "composition";
+  of: Composition;
+  made_of: Record<string, Part>;
+}
+
+/** What a part is: by its name in the file. */
+export type Part = { kind: "verb"; of: Verb } | { kind: "composition"; of: Composition };
+
+/** What the editor has before it. */
+export type Drawn = Draft | Composed;
 
 export const FORMAT = "opengpac-definitions";
 export const VERSION = 1;
@@ -158,6 +224,7 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
       // Files alone say it in words.
       ...(ending_limit === undefined ? {} : { ending_limit_ns: time(ending_limit) }),
       ...(given.objects === undefined ? {} : { objects: mapped(given.objects, verbObject) }),
+      ...(given.requires === undefined ? {} : { requires: mapped(given.requires, requirement) }),
       instantiation_parameters: sets(given.instantiation_parameters),
       input_parameters: mapped(given.input_parameters, inputParameter),
       output_values: (given.output_values as Record<string, string> | undefined) ?? {},
@@ -167,6 +234,53 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
       transitions: (given.transitions as Transition[] | undefined) ?? [],
     },
   };
+}
+
+export function newComposition(name: string, made_of: Record<string, Part>): Composed {
+  return { kind: "composition", of: compositionOf(name, { parts: {} }), made_of };
+}
+
+/** A composition as a file has it, with all keys. Errors: what is none, in words. */
+export function compositionOf(name: string, written: unknown): Composition {
+  const given = object(written, `composition '${name}'`);
+  const steps = (given.transitions as unknown[] | undefined) ?? [];
+  if (!Array.isArray(steps)) throw new Error(`the transitions of composition '${name}' are not of the right form: a list is expected`);
+  return {
+    ...given,
+    name,
+    doc: text(given.doc),
+    parts: mapped(given.parts, (part, label) => {
+      if (typeof part !== "string")
+        throw new Error(`part '${label}' of '${name}' is not of the right form: the name of a verb is expected`);
+      return part;
+    }),
+    transitions: steps.map((step) => {
+      const line = object(step, `a transition of composition '${name}'`);
+      return {
+        ...line,
+        from: several(line.from),
+        condition: typeof line.condition === "string" ? line.condition : null,
+        to: text(line.to),
+      };
+    }),
+    initial: typeof given.initial === "string" ? given.initial : null,
+    rename: mapped(given.rename, text),
+    preset: (given.preset as Record<string, Value> | undefined) ?? {},
+    share: several(given.share),
+    together: given.together === true,
+    until: given.until === "all" ? "all" : "any",
+    layout: layout(given.layout),
+  };
+}
+
+/** A definition of the system without the places in programs where its parts were written. */
+export function withoutSources(defined: unknown): unknown {
+  if (Array.isArray(defined)) return defined.map(withoutSources);
+  if (typeof defined !== "object" || defined === null) return defined;
+  const isSource = (key: string, of: unknown) =>
+    key === "place" && (of === null || (typeof of === "object" && "file" in of && "line" in of));
+  const kept = Object.entries(defined).filter(([key, of]) => !isSource(key, of));
+  return Object.fromEntries(kept.map(([key, of]) => [key, withoutSources(of)]));
 }
 
 /** The definition as calls of the system take it: without what is the drawing's alone. */
@@ -202,6 +316,12 @@ function verbObject(written: unknown, name: string): VerbObject {
   if (typeof written === "string") return { device_type: written, each: false };
   const given = object(written, `object '${name}'`);
   return { ...given, device_type: text(given.device_type), each: given.each === true };
+}
+
+function requirement(written: unknown, member: string): Requirement {
+  if (typeof written === "string") return { raises: written };
+  const given = object(written, `the requirement of '${member}'`);
+  return { ...given, raises: text(given.raises) };
 }
 
 function inputParameter(written: unknown): InputParameter {

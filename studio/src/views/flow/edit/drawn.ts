@@ -24,11 +24,20 @@ const VALUE = "value";
 
 /** A draft as a drawing: what is wrong stands at the box, port or wire that it is about. */
 export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refused: RefusedWire | null): Drawing {
-  const boxes = Object.entries(draft.of.blocks).map(([label, use]) => blockBox(label, use, faces, findings));
+  const sides = allSets(draft).map((set) => sidesOf(draft, set, faces));
+  const lost = new Map<string, Port[]>();
+  for (const { ports, lost: gone } of sides)
+    for (const [port, side] of ports)
+      if (gone.has(port)) {
+        const { box, port: name } = endOf(draft, port);
+        const known = lost.get(box) ?? [];
+        if (!known.some((one) => one.name === name && one.side === side)) lost.set(box, [...known, lostPort(name, side)]);
+      }
+  const boxes = Object.entries(draft.of.blocks).map(([label, use]) => blockBox(label, use, faces, findings, lost.get(label) ?? []));
   const wires: Wire[] = [];
-  for (const set of allSets(draft)) {
-    const writers = set.ports.filter((port) => isOutput(draft, port, faces));
-    const readers = set.ports.filter((port) => !writers.includes(port));
+  for (const { set, ports } of sides) {
+    const writers = set.ports.filter((port) => ports.get(port) === "output");
+    const readers = set.ports.filter((port) => ports.get(port) === "input");
     if (set.kind === "cells") {
       for (const from of writers.map((port) => endOf(draft, port)))
         for (const to of readers.map((port) => endOf(draft, port))) wires.push(wireOf(draft, set, from, to, faces, findings));
@@ -47,6 +56,37 @@ export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refu
   return { boxes, wires };
 }
 
+interface Sides {
+  set: Named;
+  ports: Map<string, Port["side"]>;
+  /** Ports that their blocks do not have: of a graph that was changed within, of a block that the system does not know. */
+  lost: Set<string>;
+}
+
+/** Which ports of a set write and which read. One that is not there is drawn as what the set needs: its writer, else a reader. */
+function sidesOf(draft: Draft, set: Named, faces: Faces): Sides {
+  const lost = new Set(set.ports.filter((port) => isLost(draft, port, faces)));
+  const ports = new Map<string, Port["side"]>();
+  let needsWriter = set.kind === "outputs" || (set.kind === "cells" && !set.ports.some((port) => isOutput(draft, port, faces)));
+  for (const port of set.ports) {
+    const writes = lost.has(port) ? needsWriter : isOutput(draft, port, faces);
+    if (lost.has(port) && set.kind === "cells") needsWriter = false;
+    ports.set(port, writes ? "output" : "input");
+  }
+  return { set, ports, lost };
+}
+
+/** Whether a block of the draft does not have the port that is named. */
+export function isLost(draft: Draft, port: string, faces: Faces): boolean {
+  // Which blocks the system has may not be known yet.
+  if (faces.size === 0 || !Object.hasOwn(draft.of.blocks, splitPort(port, draft.of.blocks)[0])) return false;
+  return inner(draft.of, port, faces) === undefined;
+}
+
+function lostPort(name: string, side: Port["side"]): Port {
+  return { name, side, type_text: "", unit: "", mode: "", doc: "this port is not there" };
+}
+
 /** The set that a boundary's box stands for. */
 export function boundaryOf(draft: Draft, box: string): Named | undefined {
   return allSets(draft).find((set) => `${set.kind}:${set.name}` === box);
@@ -63,21 +103,26 @@ export function placeOf(draft: Draft, end: End): { block: string; port: string }
   return boundary ? { block: "", port: boundary.name } : { block: end.box, port: end.port };
 }
 
-function blockBox(label: string, use: BlockUse, faces: Faces, findings: Finding[]): Box {
+function blockBox(label: string, use: BlockUse, faces: Faces, findings: Finding[], lost: Port[]): Box {
   const items = itemsOf(use, faces);
   const isGraph = !("subroutine" in use.block);
   const name = "subroutine" in use.block ? use.block.subroutine : use.block.graph.name;
   const face = faces.get(name);
-  const found = findings.filter((finding) => finding.where.some((where) => "block" in where && where.block === label));
+  const isIn = (name: string) => isGraph && name.startsWith(`${label}.`);
+  const found = findings.filter((finding) =>
+    finding.where.some(
+      (where) => ("block" in where && (where.block === label || isIn(where.block))) || ("cell" in where && isIn(where.cell)),
+    ),
+  );
   return {
     id: label,
     kind: isGraph ? "graph" : "block",
     title: label,
     about: isGraph ? `graph ${name}` : name.replace(/^library\./, ""),
     doc: isGraph ? (use.block as { graph: { doc: string } }).graph.doc : (face?.doc ?? "this block is not known to the system"),
-    ports: items.flatMap((item) => portsOf(item)),
+    ports: [...items.flatMap((item) => portsOf(item)), ...lost],
     source: null,
-    opens: null,
+    opens: isGraph ? "closed" : null,
     findings: found.flatMap((finding) => {
       // What is about two ports that are wired stands on the wire.
       if (finding.where.filter(isPort).length > 1) return [];
@@ -125,7 +170,9 @@ function isSet(where: Finding["where"][number], name: string): boolean {
 
 function wireOf(draft: Draft, set: Named, from: End, to: End, faces: Faces, findings: Finding[]): Wire {
   const item = inner(draft.of, `${to.box}.${to.port}`, faces) ?? inner(draft.of, `${from.box}.${from.port}`, faces);
-  const found = findings.filter((finding) => isAbout(finding, set, placeOf(draft, from), placeOf(draft, to)));
+  const found = findings.filter((finding) => isAbout(finding, set, placeOf(draft, from), placeOf(draft, to))).map(about);
+  // Until the system has said it: a wire at a port that is not there is found at once.
+  if (found.length === 0) found.push(...[from, to].flatMap((end) => lostText(draft, end, faces) ?? []));
   return {
     id: `${from.box} ${from.port} → ${to.box} ${to.port}`,
     from,
@@ -135,8 +182,15 @@ function wireOf(draft: Draft, set: Named, from: End, to: End, faces: Faces, find
     type_text: item?.type_text ?? "",
     unit: item?.unit ?? "",
     mode: item ? modeText(item.mode) : "",
-    findings: found.map(about),
+    findings: found,
   };
+}
+
+function lostText(draft: Draft, end: End, faces: Faces): string | null {
+  const use = Object.hasOwn(draft.of.blocks, end.box) ? draft.of.blocks[end.box] : undefined;
+  if (!use || !isLost(draft, `${end.box}.${end.port}`, faces)) return null;
+  const [of, whole] = "graph" in use.block ? [`graph ${use.block.graph.name}`, "the graph"] : [use.block.subroutine, "the block"];
+  return `'${end.box}' (${of}) has no port '${end.port}'; take the wire away, or give ${whole} that port again`;
 }
 
 /** A finding is of a wire where it names both ends of it, or its cell and no port that lies elsewhere. */

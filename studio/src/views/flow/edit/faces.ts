@@ -51,7 +51,7 @@ export function itemsOf(use: BlockUse, faces: Faces): Item[] {
 /** The item that `label.item` names. */
 export function inner(of: { blocks: Record<string, BlockUse> }, name: string, faces: Faces): Item | undefined {
   const [label, port] = splitPort(name, of.blocks);
-  const use = of.blocks[label];
+  const use = Object.hasOwn(of.blocks, label) ? of.blocks[label] : undefined;
   return use && itemsOf(use, faces).find((item) => item.name === port);
 }
 

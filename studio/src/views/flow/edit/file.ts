@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 import { parse as parseToml, TomlError } from "smol-toml";
-import { type Draft, definitionOf, draftOf, FORMAT, VERSION } from "./definition";
+import { compositionOf, type Draft, type Drawn, definitionOf, draftOf, FORMAT, type Graph, type Part, VERSION } from "./definition";
 import type { OpenedFile } from "./history";
+import { byName, sharedGraphs, withoutNewPlaces } from "./sharing";
 import { patched, same } from "./toml";
 
-/** The text of a file with one definition: what `gpac.load` reads. */
-export function fileText(draft: Draft): string {
-  return written({ format: FORMAT, version: VERSION, [`${draft.kind}s`]: { [draft.of.name]: writtenDefinition(draft) } });
+type Tree = Record<string, unknown>;
+
+/** The text of a file with one definition, and the verbs that a composition is made of: what `gpac.load` reads. */
+export function fileText(draft: Drawn): string {
+  return written(
+    withDefinitions({ format: FORMAT, version: VERSION }, [[`${draft.kind}s`, draft.of.name, writtenDefinition(draft)], ...partsOf(draft)]),
+  );
 }
 
 /** A file that is saved: its name, its text, and what a person is to know of it. */
@@ -16,43 +21,83 @@ export interface Saved {
   said: string | null;
 }
 
+/** A definition of a file: its section, its key, what is written there. */
+type Written = [section: string, key: string, definition: Tree];
+
 /**
- * The draft as a file. One that was opened keeps all else that it has: other definitions, compositions, modules, its description. What
- * was not changed is the same text, byte for byte. In a TOML file only the lines of what was changed are others; one of which that cannot
- * be done becomes JSON, since its comments cannot follow.
+ * The draft as a file. One that was opened keeps all else that it has: other definitions, modules, its description. What was not changed
+ * is the same text, byte for byte. In a TOML file only the lines of what was changed are others; one of which that cannot be done becomes
+ * JSON, since its comments cannot follow. A graph that the file names is changed where it is defined.
  */
-export function savedFile(draft: Draft, file: OpenedFile | null): Saved {
+export function savedFile(draft: Drawn, file: OpenedFile | null): Saved {
   if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
-  if (isUnchanged(draft, file)) return { ...file, said: "nothing was changed: the file is as it was" };
-  const tree = readText(file.text) as Record<string, unknown>;
-  const kind = `${draft.kind}s`;
-  const known = (tree[kind] as Record<string, unknown> | undefined) ?? {};
-  const after = { ...tree, [kind]: { ...known, [draft.of.name]: writtenDefinition(draft) } };
-  const text = written(after);
-  if (file.text.trimStart().startsWith("{")) return { name: file.name, text, said: null };
-  const kept = inToml(draft, file, tree);
-  if (kept !== null) return { name: file.name, text: kept, said: null };
-  const name = `${file.name.replace(/\.toml$/i, "")}.json`;
-  return { name, text, said: `saved as ${name}: the comments of ${file.name} stay in ${file.name} alone` };
+  const opened = drawnIn(file.text, draft);
+  if (opened && isUnchanged(draft, opened)) return { ...file, said: "nothing was changed: the file is as it was" };
+  const tree = readText(file.text) as Tree;
+  const shared = sharedGraphs(draft, opened, tree, graphsOf(file.text));
+  const changed = [...shared].filter(([, { was, is }]) => !same(was, is));
+  const told = changed.map(([name]) => `the graph '${name}' was changed: every definition of the file that names it follows`);
+  const name = (definition: Tree) => byName(definition, new Set(shared.keys()));
+  const fresh = partsOf(draft).filter(([section, key]) => !Object.hasOwn((tree[section] as object | undefined) ?? {}, key));
+  const ofGraphs = changed.map(([key, { is }]): Written => ["graphs", key, name(writtenDefinition({ kind: "graph", of: is }))]);
+  const own: Written = [`${draft.kind}s`, draft.of.name, name(writtenDefinition(draft))];
+  const text = written(withDefinitions(tree, [...ofGraphs, own, ...fresh]));
+  if (file.text.trimStart().startsWith("{")) return { name: file.name, text, said: told.join("; ") || null };
+  const asToml = opened && patchedText(draft, opened, file, tree, fresh, shared);
+  if (asToml) return { name: file.name, text: asToml, said: told.join("; ") || null };
+  const json = `${file.name.replace(/\.toml$/i, "")}.json`;
+  return { name: json, text, said: [`saved as ${json}: the comments of ${file.name} stay in ${file.name} alone`, ...told].join("; ") };
 }
 
 /** The TOML file with the changes of the draft; null where they cannot be written into it. */
-function inToml(draft: Draft, file: OpenedFile, tree: Record<string, unknown>): string | null {
-  const kind = `${draft.kind}s`;
-  const opened = draftsOf(file.text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
-  if (!opened) return null;
+function patchedText(
+  draft: Drawn,
+  opened: Drawn,
+  file: OpenedFile,
+  tree: Tree,
+  fresh: Written[],
+  shared: ReturnType<typeof sharedGraphs>,
+): string | null {
+  const names = new Set(shared.keys());
   // What the file says in short stays so: only what the draft has changed is written.
-  const [was, is] = [writtenDefinition(opened), writtenDefinition(draft)];
-  if (Object.keys(opened.of.layout).length === 0) {
-    was.layout = {};
-    is.layout = {};
-  }
-  const known = (tree[kind] as Record<string, Record<string, unknown>>)[draft.of.name];
-  const after = { ...tree, [kind]: { ...(tree[kind] as object), [draft.of.name]: merged(known, was, is) } };
-  const text = patched(file.text, tree, after as Record<string, unknown>);
-  if (text === null) return null;
-  const again = draftsOf(text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
-  return again && same(definitionOf(again), definitionOf(draft)) ? text : null;
+  const merge = (section: string, key: string, before: Drawn, now: Drawn): Written => {
+    const [was, is] = [before, withoutNewPlaces(now, before)].map((one) => byName(writtenDefinition(one), names));
+    return [section, key, merged((tree[section] as Record<string, Tree>)[key], was, is) as Tree];
+  };
+  const ofGraphs = [...shared].map(([key, { was, is }]) => merge("graphs", key, { kind: "graph", of: was }, { kind: "graph", of: is }));
+  const after = withDefinitions(tree, [...ofGraphs, merge(`${draft.kind}s`, draft.of.name, opened, draft), ...fresh]);
+  const text = patched(file.text, tree, after);
+  const again = text === null ? undefined : drawnIn(text, draft);
+  return again && same(meant(again), meant(withoutNewPlaces(draft, opened))) ? text : null;
+}
+
+function withDefinitions(tree: Tree, definitions: Written[]): Tree {
+  const made = { ...tree };
+  for (const [section, key, definition] of definitions) made[section] = { ...(made[section] as Tree | undefined), [key]: definition };
+  return made;
+}
+
+/** The verbs and compositions that a composition is made of, those that parts of parts are too. */
+function partsOf(draft: Drawn): Written[] {
+  if (draft.kind !== "composition") return [];
+  const found = new Map<string, Written>();
+  const add = (parts: Record<string, string>) => {
+    for (const name of Object.values(parts)) {
+      const part = Object.hasOwn(draft.made_of, name) ? draft.made_of[name] : undefined;
+      if (!part || found.has(name)) continue;
+      found.set(name, [`${part.kind}s`, name, writtenDefinition(part.kind === "verb" ? part : { ...part, made_of: {} })]);
+      if (part.kind === "composition") add(part.of.parts);
+    }
+  };
+  add(draft.of.parts);
+  return [...found.values()];
+}
+
+/** What a draft means, without where its boxes stand. */
+function meant(draft: Drawn): unknown {
+  if (draft.kind !== "composition") return definitionOf(draft);
+  const { layout: _drawing, ...of } = draft.of;
+  return of;
 }
 
 /** What a file says, with what has become another between two drafts of it. */
@@ -92,12 +137,14 @@ function isTable(value: unknown): value is Record<string, unknown> {
 }
 
 /** Whether the draft says what the file says of it. Places count where the file has some. */
-function isUnchanged(draft: Draft, file: OpenedFile): boolean {
-  const before = draftsOf(file.text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
-  if (!before) return false;
-  const hasPlaces = Object.keys(before.of.layout).length > 0;
-  const said = (one: Draft) => JSON.stringify(sorted(hasPlaces ? one.of : definitionOf(one)));
-  return said(before) === said(draft);
+function isUnchanged(draft: Drawn, opened: Drawn): boolean {
+  const said = (one: Drawn) => JSON.stringify(sorted(one.of));
+  return said(opened) === said(withoutNewPlaces(draft, opened));
+}
+
+/** The same definition as the file has it. */
+function drawnIn(text: string, draft: Drawn): Drawn | undefined {
+  return draftsOf(text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
 }
 
 /** The same with the keys of every table in one order: what order they stand in says nothing, but that of command lists. */
@@ -109,8 +156,8 @@ function sorted(value: unknown): unknown {
     .map(([key, of]) => [key, key === "command_lists" ? Object.entries(of as object).map(sorted) : sorted(of)]);
 }
 
-function writtenDefinition(draft: Draft): Record<string, unknown> {
-  const definition: Record<string, unknown> = { ...definitionOf(draft), layout: draft.of.layout };
+function writtenDefinition(draft: Drawn): Tree {
+  const definition: Tree = { ...draft.of };
   delete definition.name;
   return definition;
 }
@@ -124,7 +171,6 @@ export function besides(text: string): string | null {
   const file = readText(text) as Record<string, unknown>;
   const names = (key: string) => Object.keys((file[key] as object | undefined) ?? {});
   const parts = [
-    ["compositions", names("compositions")],
     ["device types", names("device_types")],
     ["modules", names("modules")],
   ] as const;
@@ -149,18 +195,39 @@ function readText(text: string): unknown {
   }
 }
 
-/** Every graph and verb of a file. Errors: what it is instead, in words. */
-export function draftsOf(text: string): Draft[] {
-  const file = readText(text) as { format?: unknown; version?: unknown; graphs?: Record<string, unknown>; verbs?: Record<string, unknown> };
+/** Every composition, verb and graph of a file. Errors: what it is instead, in words. */
+export function draftsOf(text: string): Drawn[] {
+  const file = definitionsFile(text);
+  const definitions = definitionsOf(text);
+  const made_of: Record<string, Part> = {};
+  for (const one of definitions) if (one.kind === "verb") made_of[one.of.name] = one;
+  const compositions = Object.entries(file.compositions ?? {}).map(([name, given]) => compositionOf(name, given));
+  for (const of of compositions) made_of[of.name] = { kind: "composition", of };
+  return [...compositions.map((of): Drawn => ({ kind: "composition", of, made_of })), ...definitions];
+}
+
+/** Every verb and graph of a file. Errors: as there. */
+export function definitionsOf(text: string): Draft[] {
+  const { verbs = {}, graphs = {} } = definitionsFile(text);
+  return [
+    ...Object.entries(verbs).map(([name, given]) => draftOf("verb", name, given, graphs)),
+    ...Object.entries(graphs).map(([name, given]) => draftOf("graph", name, given, graphs)),
+  ];
+}
+
+function graphsOf(text: string): Map<string, Graph> {
+  return new Map(definitionsOf(text).flatMap((one) => (one.kind === "graph" ? [[one.of.name, one.of]] : [])));
+}
+
+type Section = Record<string, unknown>;
+
+function definitionsFile(text: string): { graphs?: Section; verbs?: Section; compositions?: Section } {
+  const file = readText(text) as { format?: unknown; version?: unknown; graphs?: Section; verbs?: Section; compositions?: Section };
   if (file.format !== FORMAT)
     throw new Error(`this is no file of definitions: its format is ${JSON.stringify(file.format)}, not "${FORMAT}"`);
   if (file.version !== VERSION)
     throw new Error(`the file has version ${JSON.stringify(file.version)}; this studio knows version ${VERSION}`);
-  const graphs = file.graphs ?? {};
-  return [
-    ...Object.entries(file.verbs ?? {}).map(([name, written]) => draftOf("verb", name, written, graphs)),
-    ...Object.entries(graphs).map(([name, written]) => draftOf("graph", name, written, graphs)),
-  ];
+  return file;
 }
 
 /** Hands a text to the person as a file. */

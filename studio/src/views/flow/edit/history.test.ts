@@ -8,11 +8,12 @@ import { findingsOf } from "./findings";
 import { type History, type Step, stepped } from "./history";
 import { undoOf } from "./undoKeys";
 
-const begun: History = { past: [], present: { draft: newGraph("g"), file: null }, future: [] };
+const graph = newGraph("g");
+const begun: History = { past: [], present: { draft: graph, file: null }, future: [] };
 const after = (...steps: Step[]) => steps.reduce(stepped, begun);
 
 test("undo leads back exactly to where it began, and redo to where it ended", () => {
-  const named = setText(begun.present.draft, { name: "h" });
+  const named = setText(graph, { name: "h" });
   const { draft: filled } = addBlock(named, { block: { subroutine: "library.gain" }, constants: {} }, "gain", { x: 1, y: 2 });
   const done = after({ to: named }, { to: filled });
   expect(stepped(stepped(done, { back: true }), { back: true }).present).toEqual(begun.present);
@@ -22,13 +23,13 @@ test("undo leads back exactly to where it began, and redo to where it ended", ()
 });
 
 test("a change that changes nothing is no step of undo", () => {
-  const placed = place(begun.present.draft, "gain", { x: 1, y: 2 });
+  const placed = place(graph, "gain", { x: 1, y: 2 });
   const done = after({ to: placed }, { to: place(placed, "gain", { x: 1, y: 2 }) });
   expect(done.past).toHaveLength(1);
 });
 
 test("what another draft has taken the place of comes back", () => {
-  const named = setText(begun.present.draft, { name: "mine" });
+  const named = setText(graph, { name: "mine" });
   const done = after({ to: named }, { instead: { draft: newVerb("untitled"), file: null } }, { back: true });
   expect(done.present.draft.of.name).toBe("mine");
 });
@@ -108,7 +109,7 @@ test.each([1, 2, 3, 4, 5])("2,000 random actions, seed %i: none fails, and undo 
   for (let hundred = 0; hundred < 20; hundred += 1) {
     const before = JSON.stringify(history.present);
     history = { ...history, past: [] };
-    for (let action = 0; action < 100; action += 1) history = stepped(history, { to: acted(history.present.draft, random) });
+    for (let action = 0; action < 100; action += 1) history = stepped(history, { to: acted(history.present.draft as Draft, random) });
     const after = JSON.stringify(history.present);
     while (history.past.length > 0) history = stepped(history, { back: true });
     expect(JSON.stringify(history.present)).toBe(before);

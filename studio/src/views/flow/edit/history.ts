@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useCallback, useEffect, useReducer } from "react";
-import { type Draft, draftOf, newVerb } from "./definition";
+import { type Composed, compositionOf, type Drawn, draftOf, newVerb } from "./definition";
+import { followed, type Placement } from "./placement";
 
 /** The draft of this tab, and that which was changed last in any: a new tab begins with a copy of it. */
 const KEY = "opengpac.draft";
@@ -9,16 +10,19 @@ const UNREAD = "opengpac.draft.unread";
 /** Changes that can be taken back. */
 const KEPT_MAX = 200;
 
+const NOWHERE: Placement = {};
+
 /** A file that was opened: what the draft came from, and what else it has. */
 export interface OpenedFile {
   name: string;
   text: string;
 }
 
-/** What is drawn, and the file that it came from. */
+/** What is drawn, the file that it came from, and on which sources its blocks are to run. */
 export interface Work {
-  draft: Draft;
+  draft: Drawn;
   file: OpenedFile | null;
+  placement?: Placement;
 }
 
 export interface History {
@@ -27,13 +31,15 @@ export interface History {
   future: Work[];
 }
 
-export type Step = { to: Draft } | { back: true } | { again: true } | { instead: Work } | { placed: Draft };
+export type Step = { to: Drawn } | { back: true } | { again: true } | { instead: Work } | { placed: Drawn } | { on: Placement };
 
 /** A change that changes nothing is none; opening another draft can be taken back as every change. */
 export function stepped(history: History, step: Step): History {
   const { past, present, future } = history;
   const onto = (next: Work): History => ({ past: [...past, present].slice(-KEPT_MAX), present: next, future: [] });
-  if ("to" in step) return isSame(step.to, present.draft) ? history : onto({ ...present, draft: step.to });
+  if ("to" in step) return isSame(step.to, present.draft) ? history : onto(changed(present, step.to));
+  if ("on" in step)
+    return JSON.stringify(step.on) === JSON.stringify(present.placement ?? {}) ? history : onto(withPlacement(present, step.on));
   if ("placed" in step) return { ...history, present: { ...present, draft: step.placed } };
   if ("instead" in step) return onto(step.instead);
   if ("back" in step) {
@@ -44,7 +50,18 @@ export function stepped(history: History, step: Step): History {
   return next ? { past: [...past, present], present: next, future: rest } : history;
 }
 
-function isSame(one: Draft, other: Draft): boolean {
+function changed(work: Work, draft: Drawn): Work {
+  const next = { ...work, draft };
+  return work.placement ? withPlacement(next, followed(work.placement, work.draft, draft)) : next;
+}
+
+/** A work in which nothing is placed has no placement: so it is as it was before. */
+function withPlacement(work: Work, placement: Placement): Work {
+  const { placement: _before, ...rest } = work;
+  return Object.keys(placement).length === 0 ? rest : { ...rest, placement };
+}
+
+function isSame(one: Drawn, other: Drawn): boolean {
   return one === other || JSON.stringify(one) === JSON.stringify(other);
 }
 
@@ -53,7 +70,7 @@ export function useDraft() {
   const [history, step] = useReducer(stepped, null, begun);
   const work = history.present;
   useEffect(() => {
-    const text = JSON.stringify({ ...work.draft, file: work.file });
+    const text = JSON.stringify({ ...work.draft, file: work.file, placement: work.placement });
     try {
       sessionStorage.setItem(KEY, text);
       localStorage.setItem(KEY, text);
@@ -64,10 +81,12 @@ export function useDraft() {
   return {
     draft: work.draft,
     file: work.file,
-    change: useCallback((to: Draft) => step({ to }), []),
+    placement: work.placement ?? NOWHERE,
+    placeOn: useCallback((on: Placement) => step({ on }), []),
+    change: useCallback((to: Drawn) => step({ to }), []),
     /** The same with places: no change that could be taken back. */
-    place: useCallback((placed: Draft) => step({ placed }), []),
-    open: useCallback((draft: Draft, file: OpenedFile | null = null) => step({ instead: { draft, file } }), []),
+    place: useCallback((placed: Drawn) => step({ placed }), []),
+    open: useCallback((draft: Drawn, file: OpenedFile | null = null) => step({ instead: { draft, file } }), []),
     back: history.past.length > 0 ? () => step({ back: true }) : null,
     again: history.future.length > 0 ? () => step({ again: true }) : null,
   };
@@ -100,11 +119,23 @@ function kept(): Work | null {
   const text = keptText();
   if (text === null) return null;
   try {
-    const { kind, of, file } = JSON.parse(text) as Draft & { file?: OpenedFile | null };
-    return { draft: draftOf(kind, of.name, of), file: file ?? null };
+    const { file, placement, ...draft } = JSON.parse(text) as Drawn & { file?: OpenedFile | null; placement?: Placement };
+    return withPlacement({ draft: checked(draft as Drawn), file: file ?? null }, placement ?? {});
   } catch {
     // By another version of the page, or damaged: it is offered as a file.
     localStorage.setItem(UNREAD, text);
     return null;
   }
+}
+
+/** A draft that was kept, read as a file is. */
+function checked(draft: Drawn): Drawn {
+  if (draft.kind !== "composition") return draftOf(draft.kind, draft.of.name, draft.of);
+  const parts = Object.entries(draft.made_of ?? {}).map(([name, part]): [string, Composed["made_of"][string]] => [
+    name,
+    part.kind === "composition"
+      ? { kind: "composition", of: compositionOf(name, part.of) }
+      : (draftOf("verb", name, part.of) as Composed["made_of"][string]),
+  ]);
+  return { kind: "composition", of: compositionOf(draft.of.name, draft.of), made_of: Object.fromEntries(parts) };
 }

@@ -40,6 +40,11 @@ export function renameInput(draft: VerbDraft, name: string, to: string): VerbDra
   return with_(draft, { input_parameters: keyed(draft.of.input_parameters, name, to) });
 }
 
+/** What a start requires, of another member. */
+export function renameRequirement(draft: VerbDraft, member: string, to: string): VerbDraft {
+  return with_(draft, { requires: keyed(draft.of.requires ?? {}, member, to) });
+}
+
 /** Command lists are the ends of transitions, where conditions count, the first one, and the ending. */
 export function renameList(draft: VerbDraft, name: string, to: string): VerbDraft {
   const { command_lists, conditions, transitions, initial, ending, layout } = draft.of;
@@ -69,7 +74,7 @@ export function renameObject(draft: VerbDraft, name: string, to: string): VerbDr
       ...(input.within ? { within: [bound(input.within[0]), bound(input.within[1])] as [number | string, number | string] } : {}),
       ...(typeof input.counted_from === "string" ? { counted_from: member(input.counted_from) } : {}),
     })),
-    ...(draft.of.requires ? { requires: members(draft.of.requires as Record<string, unknown>) } : {}),
+    ...(draft.of.requires ? { requires: members(draft.of.requires) } : {}),
     layout: Object.fromEntries(places),
   });
 }

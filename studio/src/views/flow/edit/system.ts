@@ -10,8 +10,9 @@ import { type Finding, findingsOf } from "./findings";
 /** How long nothing must change before the draft is checked, ms. */
 const PAUSE_MS = 250;
 
-/** The component data base of the system, and its types of logical devices. */
-export function useFaces(control: Control): { faces: Faces; device_types: string[]; trouble: Refusal[] } {
+/** The component data base of the system, its types of logical devices, and its interrupt sources. */
+export function useFaces(control: Control): { faces: Faces; device_types: string[]; sources: string[]; trouble: Refusal[] } {
+  const [sources, setSources] = useState<string[]>([]);
   const [faces, setFaces] = useState<Faces>(new Map());
   const [device_types, setTypes] = useState<string[]>([]);
   const [trouble, setTrouble] = useState<Refusal[]>([]);
@@ -24,14 +25,17 @@ export function useFaces(control: Control): { faces: Faces; device_types: string
       },
     );
     control.look("names", {}, asked.signal).then(
-      (names) => setTypes(names.device_types),
+      (names) => {
+        setTypes(names.device_types);
+        setSources(names.sources);
+      },
       (why) => {
         if (!asked.signal.aborted) setTrouble(refusalsOf(why));
       },
     );
     return () => asked.abort();
   }, [control]);
-  return { faces, device_types, trouble };
+  return { faces, device_types, sources, trouble };
 }
 
 /** Every installation check of the draft, made again a moment after each change. */

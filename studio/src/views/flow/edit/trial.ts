@@ -4,11 +4,14 @@ import type { Control } from "../../../control/control";
 import type { Value, VerbRequest } from "../../../control/shapes";
 import { type Draft, definitionOf, type Graph } from "./definition";
 import { type Faces, inner } from "./faces";
+import type { Placement } from "./placement";
 
 export interface Wanted {
   every_ns: number;
   /** `rtp0.fast`. */
   source: string;
+  /** Where blocks of it run instead. */
+  placement: Placement;
   /** For each input of the graph: an SVV that is there, or a value that stays. */
   inputs: Record<string, { svv: string } | { value: Value }>;
 }
@@ -21,6 +24,8 @@ export interface Trial {
 }
 
 const KEY = "opengpac.trial";
+/** The label of the graph in the verb around it. */
+const LABEL = "graph";
 
 /** The graph that this tab tries: it is found again after another view, and after the page was loaded anew. */
 export function keepTrial(control: Control, trial: Trial | null): void {
@@ -40,14 +45,13 @@ export function keptTrial(control: Control): Trial | null {
 
 /** The verb by which a graph can be started by itself: one command list, which activates it. */
 export function verbAround(graph: Graph, every_ns: number): Record<string, unknown> {
-  const label = "graph";
   const ports = [...Object.keys(graph.inputs), ...Object.keys(graph.outputs)];
   return {
     name: graph.name,
     doc: graph.doc,
-    blocks: { [label]: { block: { graph: definitionOf({ kind: "graph", of: graph }) }, constants: {} } },
-    instantiation_parameters: Object.fromEntries(ports.map((port) => [port, [`${label}.${port}`]])),
-    command_lists: { start: { commands: [{ command: "activate", block: label, every_ns }] } },
+    blocks: { [LABEL]: { block: { graph: definitionOf({ kind: "graph", of: graph }) }, constants: {} } },
+    instantiation_parameters: Object.fromEntries(ports.map((port) => [port, [`${LABEL}.${port}`]])),
+    command_lists: { start: { commands: [{ command: "activate", block: LABEL, every_ns }] } },
   };
 }
 
@@ -72,7 +76,8 @@ export async function begin(control: Control, draft: Draft & { kind: "graph" }, 
   }
   // What the page has drawn is a definition in its JSON form; the system says what is wrong with it.
   await control.order("define_verb", verbAround(graph, wanted.every_ns) as unknown as VerbRequest);
-  const instance = await control.order("create", { verb: graph.name, arguments: named, placement: { "*": wanted.source } });
+  const placed = Object.fromEntries(Object.entries(wanted.placement).map(([label, source]) => [`${LABEL}.${label}`, source]));
+  const instance = await control.order("create", { verb: graph.name, arguments: named, placement: { ...placed, "*": wanted.source } });
   await control.order("start", { instance });
   return { verb: graph.name, instance, outputs: Object.keys(graph.outputs).map((port) => named[port]?.svv ?? port) };
 }

@@ -7,6 +7,7 @@ import { useControl, useTopic, useWatched } from "../../../shell/context";
 import { Canvas, type Chosen } from "../drawing/Canvas";
 import type { Drawing, Place } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
+import { grouped } from "../drawing/regions";
 import { sourceColour } from "../drawing/sources";
 import { Details } from "./Details";
 import { drawn, graphsOf } from "./drawn";
@@ -28,6 +29,11 @@ export function Installed() {
   const shown = useMemo(() => instances.filter((one) => !hidden.has(one.name)), [instances, hidden]);
   const drawing = useDrawing(shown, opened);
   const arranged = useArranged(drawing);
+  const [isBySource, setBySource] = useState(false);
+  const bySource = useMemo(
+    () => (isBySource && arranged ? grouped(arranged.drawing.boxes, [], (box) => box.source, "shared") : null),
+    [isBySource, arranged],
+  );
   useEffect(() => {
     if (installed) control.values.renew();
   }, [control, installed]);
@@ -56,11 +62,22 @@ export function Installed() {
             </button>
           </>
         )}
+        <button type="button" aria-pressed={isBySource} onClick={() => setBySource(!isBySource)}>
+          By source
+        </button>
         <Sources of={drawing} />
       </div>
       {arranged ? (
         <ReactFlowProvider>
-          <Canvas drawing={arranged.drawing} places={arranged.places} chosen={chosen} choose={setChosen} of={arranged.of} toggle={toggle} />
+          <Canvas
+            drawing={arranged.drawing}
+            places={bySource?.places ?? arranged.places}
+            regions={bySource?.regions}
+            chosen={chosen}
+            choose={setChosen}
+            of={`${isBySource}\n${arranged.of}`}
+            toggle={toggle}
+          />
         </ReactFlowProvider>
       ) : (
         <p className="quiet">Laying out {drawing.boxes.length} boxes…</p>

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+import { type KeyboardEvent, useEffect, useId, useMemo, useRef, useState } from "react";
+import { score } from "./fuzzy";
+
+export interface Choice {
+  key: string;
+  text: string;
+  /** What it is, in a few words; it is found by them too. */
+  about: string;
+}
+
+/** Rows that are shown at the most; more are found by typing. */
+const SHOWN_MAX = 60;
+
+/** A field, and what is found by what stands in it, the best first. Arrow keys walk, Enter or a click takes, Escape closes. */
+export function Choices(props: { label: string; choices: Choice[]; empty: string; take: (choice: Choice) => void; close: () => void }) {
+  const { choices, take, close } = props;
+  const [typed, setTyped] = useState("");
+  const [at, setAt] = useState(0);
+  const list = useId();
+  const field = useRef<HTMLInputElement>(null);
+  const hits = useMemo(() => foundChoices(typed, choices).slice(0, SHOWN_MAX), [typed, choices]);
+  useEffect(() => {
+    field.current?.focus({ preventScroll: true });
+  }, []);
+  useEffect(() => {
+    // Where it answers with a promise, that is no end of the effect.
+    document.getElementById(`${list}-${at}`)?.scrollIntoView({ block: "nearest" });
+  }, [list, at]);
+  const press = (event: KeyboardEvent) => {
+    if (event.key === "ArrowDown" || event.key === "ArrowUp") {
+      event.preventDefault();
+      setAt((now) => Math.max(0, Math.min(hits.length - 1, now + (event.key === "ArrowDown" ? 1 : -1))));
+    } else if (event.key === "Enter") {
+      event.preventDefault();
+      const hit = hits[at];
+      if (hit) take(hit);
+    } else if (event.key === "Escape") {
+      event.stopPropagation();
+      close();
+    }
+  };
+  return (
+    <div className="choices-field">
+      <input
+        ref={field}
+        type="search"
+        role="combobox"
+        aria-label={props.label}
+        aria-expanded="true"
+        aria-controls={list}
+        aria-activedescendant={hits[at] ? `${list}-${at}` : undefined}
+        aria-autocomplete="list"
+        placeholder={props.label}
+        value={typed}
+        onChange={(event) => {
+          setTyped(event.target.value);
+          setAt(0);
+        }}
+        onKeyDown={press}
+      />
+      <div id={list} className="choices" role="listbox" aria-label={props.label} tabIndex={-1}>
+        {hits.map((hit, row) => (
+          // biome-ignore lint/a11y/useKeyWithClickEvents: the field that controls the list takes the keys
+          <div
+            key={hit.key}
+            id={`${list}-${row}`}
+            className={`choice ${row === at ? "at" : ""}`}
+            role="option"
+            aria-selected={row === at}
+            tabIndex={-1}
+            onClick={() => take(hit)}
+          >
+            {hit.text} <span className="quiet">{hit.about}</span>
+          </div>
+        ))}
+        {hits.length === 0 && (
+          // biome-ignore lint/a11y/useFocusableInteractive: it cannot be chosen
+          <div className="choice quiet" role="option" aria-disabled="true" aria-selected="false">
+            {typed === "" ? props.empty : `Nothing here is called like '${typed}'.`}
+          </div>
+        )}
+      </div>
+    </div>
+  );
+}
+
+/** The choices that `typed` finds, best first; all in their order where nothing is typed. */
+export function foundChoices(typed: string, choices: readonly Choice[]): Choice[] {
+  if (typed.trim() === "") return [...choices];
+  const scored = choices.flatMap((choice) => {
+    // A name counts more than what stands beside it.
+    const [own, beside] = [score(typed, choice.text), score(typed, `${choice.text} ${choice.about}`)];
+    return own === null && beside === null ? [] : [{ choice, score: own ?? (beside ?? 0) - 1000 }];
+  });
+  return scored.sort((one, other) => other.score - one.score).map(({ choice }) => choice);
+}

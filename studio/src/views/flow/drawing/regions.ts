@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// A drawing by interrupt sources: a column for each, with the boxes that run there.
+import { type Box, type Place, sizeOf } from "./drawing";
+
+/** A part of the drawing that stands for an interrupt source; null: for what is placed nowhere. */
+export interface Region {
+  source: string | null;
+  title: string;
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
+const [GAP, HEAD, PAD, NARROWEST, LOWEST] = [60, 40, 20, 180, 160];
+
+/** A column for each source, those of a processor side by side, and one for what is placed nowhere; in each the boxes from above. */
+export function grouped(
+  boxes: readonly Box[],
+  sources: readonly string[],
+  sourceOf: (box: Box) => string | null,
+  unplaced: string,
+): { regions: Region[]; places: Map<string, Place> } {
+  const named = [...new Set([...sources, ...boxes.flatMap((box) => sourceOf(box) ?? [])])];
+  const places = new Map<string, Place>();
+  const regions: Region[] = [];
+  let x = 0;
+  for (const source of [null, ...named]) {
+    const own = boxes.filter((box) => sourceOf(box) === source);
+    if (source === null && own.length === 0 && named.length > 0 && boxes.length > 0) continue;
+    let y = HEAD;
+    let width = NARROWEST;
+    for (const box of own) {
+      const size = sizeOf(box);
+      places.set(box.id, { x: x + PAD, y });
+      y += size.height + PAD;
+      width = Math.max(width, size.width + 2 * PAD);
+    }
+    regions.push({ source, title: source ?? unplaced, x, y: 0, width, height: y });
+    x += width + GAP;
+  }
+  // All as high as the highest: what is dropped below the boxes of one is in it.
+  const height = Math.max(LOWEST, ...regions.map((region) => region.height));
+  return { regions: regions.map((region) => ({ ...region, height })), places };
+}
+
+/** The region in which a point lies. */
+export function regionAt(regions: readonly Region[], at: Place): Region | undefined {
+  return regions.find(({ x, y, width, height }) => at.x >= x && at.x <= x + width && at.y >= y && at.y <= y + height);
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Panel } from "../../../design/parts";
+import { TextField } from "../../../design/TextField";
+import type { Wire } from "../drawing/drawing";
+import * as change from "./change";
+import { type Draft, setsOf } from "./definition";
+import { boundaryOf } from "./drawn";
+import { freePlace } from "./places";
+
+/** Adds ports of a graph, or instantiation parameters of a verb. */
+export function Boundaries(props: { draft: Draft; put: (draft: Draft) => void }) {
+  const { draft, put } = props;
+  const kinds = draft.kind === "graph" ? (["inputs", "outputs"] as const) : (["instantiation_parameters"] as const);
+  const words = { inputs: "input", outputs: "output", instantiation_parameters: "instantiation parameter" };
+  return kinds.map((kind) => (
+    <button
+      key={kind}
+      type="button"
+      onClick={() => put(change.addBoundary(draft, kind, words[kind].split(" ")[0] ?? kind, freePlace(draft)))}
+    >
+      Add {words[kind]}
+    </button>
+  ));
+}
+
+/** A port of the graph, or an instantiation parameter, that is chosen: its name. */
+export function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: Draft) => void; choose: (box: string) => void }) {
+  const { draft, box, put } = props;
+  const set = boundaryOf(draft, box);
+  if (!set) return null;
+  return (
+    <Panel
+      title={set.name}
+      end={
+        <button type="button" onClick={() => put(change.removeSet(draft, set.kind, set.name))}>
+          Remove
+        </button>
+      }
+    >
+      <TextField
+        label="Name"
+        value={set.name}
+        commit={(to) => {
+          put(change.renameSet(draft, set.kind, set.name, to));
+          props.choose(`${set.kind}:${to}`);
+        }}
+      />
+      <p className="quiet">{set.ports.length > 0 ? `binds ${set.ports.join(", ")}` : "binds nothing yet: draw a wire"}</p>
+    </Panel>
+  );
+}
+
+/** The cell of a wire that is chosen: its name. */
+export function CellPanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void }) {
+  const { draft, wire, put } = props;
+  const ports = wire && setsOf(draft, "cells")[wire.cell];
+  if (!wire || !ports) return null;
+  return (
+    <Panel title={`Wire ${wire.cell}`}>
+      <TextField label="Cell" value={wire.cell} commit={(to) => put(change.renameSet(draft, "cells", wire.cell, to))} />
+      <p className="quiet">{ports.join(", ")}</p>
+    </Panel>
+  );
+}

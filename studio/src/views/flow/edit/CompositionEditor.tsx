@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useMemo, useState } from "react";
+import type { Control } from "../../../control/control";
+import { type Refusal, refusalsOf } from "../../../control/refusals";
+import type { Composition as Asked, VerbRequest } from "../../../control/shapes";
+import { Panel, Refusals } from "../../../design/parts";
+import { useAction, useLive } from "../../../shell/context";
+import { addressOf } from "../../../shell/route";
+import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
+import { CompositionPanel, PartPanel, StepsPanel } from "./CompositionPanel";
+import * as composed from "./composed";
+import { type Composed, draftOf, type Part, withoutSources } from "./definition";
+import { Head, type Working } from "./Editor";
+
+/** How long nothing must change before the system is asked, ms. */
+const PAUSE_MS = 250;
+
+/** Draws a verb that is made of verbs: its parts as states, transitions between them. */
+export function CompositionEditor(props: { work: Working; draft: Composed }) {
+  const { work, draft } = props;
+  const [chosen, setChosen] = useState<string | null>(null);
+  const { verb, found } = useComposed(draft);
+  const put = work.change;
+  const shape = useMemo(() => composed.shapeOfComposition(draft), [draft]);
+  const edit = useMemo(
+    (): StateEdit => ({
+      chosen,
+      choose: setChosen,
+      connect: (from, to) => put(composed.setStep(draft, draft.of.transitions.length, composed.drawnStep(draft, from, to))),
+      found: (state) => found.filter((one) => one.message.includes(`part '${state}'`)).map(said),
+      isWrong: () => false,
+    }),
+    [draft, found, chosen, put],
+  );
+  const label = chosen?.split(".")[0];
+  return (
+    <>
+      <Head work={work} of={draft} put={(text) => put(composed.setComposition(draft, text))} trouble={[]} opened={() => setChosen(null)}>
+        {null}
+      </Head>
+      <Verbs
+        draft={draft}
+        add={(name, part) => {
+          const known = part ? { ...draft, made_of: { ...draft.made_of, [name]: part } } : draft;
+          const made = composed.addPart(known, name);
+          put(made.composed);
+          setChosen(made.label);
+        }}
+      />
+      <StatesCanvas shape={shape} edit={edit} />
+      <div className="side stack">
+        <Panel title="Checks" end={<span role="status">{verb ? "all hold" : `${found.length} found`}</span>}>
+          {found.length > 0 && (
+            <ul className="refusals">
+              {found.map((one) => (
+                <li key={one.message}>{said(one)}</li>
+              ))}
+            </ul>
+          )}
+        </Panel>
+        {label !== undefined && Object.hasOwn(draft.of.parts, label) && (
+          <PartPanel key={label} draft={draft} label={label} change={put} choose={setChosen} />
+        )}
+        <StepsPanel draft={draft} change={put} />
+        <CompositionPanel draft={draft} change={put} />
+        <Install name={draft.of.name} verb={verb} />
+      </div>
+    </>
+  );
+}
+
+function said(one: Refusal): string {
+  return one.remedy ? `${one.message}; ${one.remedy}` : one.message;
+}
+
+/** Verbs that can be parts: of the file, and of the system. */
+function Verbs(props: { draft: Composed; add: (name: string, part?: Part) => void }) {
+  const { draft, add } = props;
+  const control = useLive();
+  const [names, setNames] = useState<string[]>([]);
+  const [wrong, setWrong] = useState<Refusal[]>([]);
+  const known = Object.keys(draft.made_of).filter((name) => !isWithin(draft, name));
+  const bring = async (name: string) => {
+    setWrong([]);
+    try {
+      const { defined } = await control.look("verb_form", { name });
+      if (Object.keys(defined.parts ?? {}).length > 0)
+        throw new Error(`'${name}' is composed, and a file would lose of what: open the file that has it, and add it from there`);
+      add(name, draftOf("verb", name, withoutSources(defined)) as Part);
+    } catch (why) {
+      setWrong(refusalsOf(why));
+    }
+  };
+  return (
+    <Panel title="Verbs" className="palette side">
+      <ul>
+        {known.map((name) => (
+          <li key={name}>
+            <button type="button" data-verb={name} onClick={() => add(name)}>
+              {name}
+            </button>
+          </li>
+        ))}
+      </ul>
+      {known.length === 0 && <p className="quiet">Open a file with verbs, or add one of the system.</p>}
+      <select
+        aria-label="Add a verb of the system"
+        value=""
+        onFocus={() => {
+          control.look("names", {}).then(
+            (there) => setNames(there.verbs),
+            (why) => setWrong(refusalsOf(why)),
+          );
+        }}
+        onChange={(event) => void bring(event.target.value)}
+      >
+        <option value="">From the system…</option>
+        {names
+          .filter((name) => !known.includes(name))
+          .map((name) => (
+            <option key={name}>{name}</option>
+          ))}
+      </select>
+      <Refusals of={wrong} />
+    </Panel>
+  );
+}
+
+/** Whether a definition is the composition itself, or has it within. */
+function isWithin(draft: Composed, name: string, depth = 0): boolean {
+  if (name === draft.of.name) return true;
+  const part = Object.hasOwn(draft.made_of, name) ? draft.made_of[name] : undefined;
+  if (part?.kind !== "composition" || depth > 20) return false;
+  return Object.values(part.of.parts).some((inner) => isWithin(draft, inner, depth + 1));
+}
+
+/** The verb that the composition is, by the system; what is wrong where it is none. Asked again a moment after each change. */
+function useComposed(draft: Composed): { verb: VerbRequest | null; found: Refusal[] } {
+  const control = useLive();
+  const [answer, setAnswer] = useState<{ verb: VerbRequest | null; found: Refusal[] }>({ verb: null, found: [] });
+  useEffect(() => {
+    const asked = new AbortController();
+    const soon = setTimeout(() => {
+      composedVerb(control, draft, asked.signal).then(
+        (verb) => setAnswer({ verb, found: [] }),
+        (why) => {
+          if (!asked.signal.aborted) setAnswer({ verb: null, found: refusalsOf(why) });
+        },
+      );
+    }, PAUSE_MS);
+    return () => {
+      clearTimeout(soon);
+      asked.abort();
+    };
+  }, [control, draft]);
+  return answer;
+}
+
+async function composedVerb(control: Control, { of, made_of }: Composed, signal: AbortSignal, around: string[] = []): Promise<VerbRequest> {
+  if (around.includes(of.name)) throw new Error(`definitions need one another in a circle: ${[...around, of.name].join(" → ")}`);
+  const parts: Record<string, unknown> = {};
+  for (const [label, name] of Object.entries(of.parts)) {
+    const part = Object.hasOwn(made_of, name) ? made_of[name] : undefined;
+    if (!part) throw new Error(`part '${label}' of '${of.name}' is '${name}', and no such verb is there; choose another one`);
+    const inner = () =>
+      composedVerb(control, { kind: "composition", of: (part as Part & { kind: "composition" }).of, made_of }, signal, [
+        ...around,
+        of.name,
+      ]);
+    parts[label] = part.kind === "verb" ? composed.verbOf(part) : await inner();
+  }
+  // What was drawn is a composition in its JSON form; the system says what is wrong with it.
+  return await control.look("compose", { ...composed.askedOf(of), parts } as unknown as Asked, signal);
+}
+
+function Install(props: { name: string; verb: VerbRequest | null }) {
+  const { name, verb } = props;
+  const control = useLive();
+  const { busy, refusals, run } = useAction();
+  const [installed, setInstalled] = useState<VerbRequest | null>(null);
+  if (!control.may("configure")) return null;
+  return (
+    <Panel title="Install">
+      <div className="row">
+        <button
+          type="button"
+          className="primary"
+          disabled={busy || verb === null}
+          onClick={() =>
+            void run(async () => {
+              if (!verb) return;
+              await control.order("define_verb", verb);
+              setInstalled(verb);
+            })
+          }
+        >
+          Install verb {name}
+        </button>
+        {installed !== null && installed === verb && (
+          <span role="status">
+            Installed. <a href={addressOf("verbs", [name])}>Start it</a>
+          </span>
+        )}
+      </div>
+      <Refusals of={refusals} />
+    </Panel>
+  );
+}

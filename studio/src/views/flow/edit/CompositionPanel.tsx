@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useId } from "react";
+import { Panel } from "../../../design/parts";
+import { TextField } from "../../../design/TextField";
+import * as composed from "./composed";
+import type { Composed, Step } from "./definition";
+import { constantOf, constantText, words } from "./written";
+
+type Of = { draft: Composed; change: (draft: Composed) => void };
+
+/** A part that is chosen: what it is, what it is called, and what its parameters, outputs and conditions are called in the whole. */
+export function PartPanel(props: Of & { label: string; choose: (label: string | null) => void }) {
+  const { draft, label, change, choose } = props;
+  const names = composed.namesOf(composed.partOf(draft, label), draft.made_of);
+  const called = (name: string, kind: string) => (
+    <TextField
+      key={`${kind} ${name}`}
+      label={`${kind} ${name}`}
+      placeholder={name}
+      value={draft.of.rename[`${label}.${name}`] ?? ""}
+      commit={(to) => change(composed.setRename(draft, `${label}.${name}`, to))}
+    />
+  );
+  return (
+    <Panel
+      title={`Part ${label}`}
+      end={
+        <>
+          <button
+            type="button"
+            aria-pressed={draft.of.initial === label}
+            onClick={() => change(composed.setComposition(draft, { initial: label }))}
+          >
+            Begins
+          </button>
+          <button
+            type="button"
+            onClick={() => {
+              change(composed.removePart(draft, label));
+              choose(null);
+            }}
+          >
+            Remove
+          </button>
+        </>
+      }
+    >
+      <div className="stack">
+        <TextField
+          label="Label"
+          value={label}
+          commit={(to) => {
+            if (to === "" || to.includes(".")) return "a part needs a label without a dot";
+            if (Object.hasOwn(draft.of.parts, to)) return `there is a part '${to}' already`;
+            change(composed.renamePart(draft, label, to));
+            choose(to);
+          }}
+        />
+        <label className="row">
+          <span className="quiet">is the verb</span>
+          <select value={draft.of.parts[label]} onChange={(event) => change(composed.setPart(draft, label, event.target.value))}>
+            {[...new Set([draft.of.parts[label] ?? "", ...Object.keys(draft.made_of)])].map((name) => (
+              <option key={name}>{name}</option>
+            ))}
+          </select>
+        </label>
+        <p className="quiet">Called otherwise in the whole:</p>
+        {names.objects.map((name) => called(name, "object"))}
+        {names.parameters.map((name) => called(name, "parameter"))}
+        {names.inputs.map((name) => called(name, "input"))}
+        {names.outputs.map((name) => called(name, "output"))}
+        {names.conditions.map((name) => called(name, "condition"))}
+        {names.inputs.length > 0 && <p className="quiet">A value for good, so that it is no input any more:</p>}
+        {names.inputs.map((name) => (
+          <TextField
+            key={name}
+            label={`always ${name}`}
+            placeholder="given at each start"
+            value={constantText(draft.of.preset[`${label}.${name}`])}
+            commit={(text) => {
+              const { value, wrong } = constantOf(text, "value");
+              if (wrong !== null) return wrong;
+              change(composed.setPreset(draft, `${label}.${name}`, value));
+            }}
+          />
+        ))}
+      </div>
+    </Panel>
+  );
+}
+
+/** Transitions between parts, or from lists of them. */
+export function StepsPanel(props: Of) {
+  const { draft, change } = props;
+  const list = useId();
+  const states = composed.statesOf(draft);
+  const { transitions } = draft.of;
+  const [first, second = first] = Object.keys(draft.of.parts);
+  const fresh = first === undefined || second === undefined ? null : composed.drawnStep(draft, first, second);
+  const put = (index: number, step: Step | null) => change(composed.setStep(draft, index, step));
+  return (
+    <Panel
+      title="Transitions"
+      end={
+        <button type="button" disabled={!fresh} onClick={() => put(transitions.length, fresh)}>
+          Add
+        </button>
+      }
+    >
+      <datalist id={list}>
+        {states.map((name) => (
+          <option key={name} value={name} />
+        ))}
+      </datalist>
+      {transitions.length === 0 && <p className="quiet">Draw from one part to another, or add one here.</p>}
+      {transitions.map((step, index) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: a transition is known by its place
+        <fieldset key={index} aria-label={`Transition ${index + 1}`}>
+          <TextField
+            label="From"
+            list={list}
+            value={step.from.join(", ")}
+            commit={(text) => {
+              if (words(text).length === 0) return "a transition begins at a part or a list";
+              put(index, { ...step, from: words(text) });
+            }}
+          />
+          <label className="row">
+            <span className="quiet">at</span>
+            <select
+              aria-label="Condition"
+              value={step.condition ?? ""}
+              onChange={(event) => put(index, { ...step, condition: event.target.value || null })}
+            >
+              <option value="">{composed.DONE}</option>
+              {[...new Set([...(step.condition === null ? [] : [step.condition]), ...composed.conditionsFrom(draft, step.from)])].map(
+                (name) => (
+                  <option key={name}>{name}</option>
+                ),
+              )}
+            </select>
+          </label>
+          <div className="row">
+            <label className="row">
+              <span className="quiet">to</span>
+              <select aria-label="To" value={step.to} onChange={(event) => put(index, { ...step, to: event.target.value })}>
+                {[...new Set([step.to, ...states])].map((name) => (
+                  <option key={name}>{name}</option>
+                ))}
+              </select>
+            </label>
+            <button type="button" aria-label={`Remove transition ${index + 1}`} onClick={() => put(index, null)}>
+              ×
+            </button>
+          </div>
+        </fieldset>
+      ))}
+    </Panel>
+  );
+}
+
+/** What a composition says of itself as a whole. */
+export function CompositionPanel(props: Of) {
+  const { draft, change } = props;
+  const { initial, together, until, share } = draft.of;
+  const put = (whole: Parameters<typeof composed.setComposition>[1]) => change(composed.setComposition(draft, whole));
+  return (
+    <Panel title="The whole">
+      <div className="stack">
+        <label className="row">
+          <input type="checkbox" checked={together} onChange={(event) => put({ together: event.target.checked })} />
+          all parts run at once
+        </label>
+        {together ? (
+          <label className="row">
+            <span className="quiet">ends with</span>
+            <select value={until} onChange={(event) => put({ until: event.target.value === "all" ? "all" : "any" })}>
+              <option value="any">the first of them</option>
+              <option value="all">the last of them</option>
+            </select>
+          </label>
+        ) : (
+          <label className="row">
+            <span className="quiet">begins with</span>
+            <select value={initial ?? ""} onChange={(event) => put({ initial: event.target.value || null })}>
+              <option value="">the first part</option>
+              {[...new Set([...(initial === null ? [] : [initial]), ...composed.statesOf(draft)])].map((name) => (
+                <option key={name}>{name}</option>
+              ))}
+            </select>
+          </label>
+        )}
+        <TextField label="shared blocks" placeholder="none" value={share.join(", ")} commit={(text) => put({ share: words(text) })} />
+      </div>
+    </Panel>
+  );
+}

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useMemo, useState } from "react";
+import { type Refusal, refusalsOf } from "../../../control/refusals";
+import { Choices } from "../../../design/Choices";
+import { Refusals } from "../../../design/parts";
+import { useLive } from "../../../shell/context";
+import type { Draft, Graph } from "./definition";
+import type { Faces } from "./faces";
+import { type Begun, fitting, type Offered, offered, questionOf, tried } from "./offered";
+import type { Answered } from "./WireField";
+
+/** What a wire from a port may lead to, to be chosen: the system says what fits. */
+export function Offer(props: {
+  draft: Draft;
+  faces: Faces;
+  graphs: Graph[];
+  from: Begun;
+  take: (offer: Offered) => void;
+  close: () => void;
+}) {
+  const { draft, faces, graphs, from } = props;
+  const control = useLive();
+  const at = useMemo(() => tried(draft, faces, graphs), [draft, faces, graphs]);
+  const [offers, setOffers] = useState<Offered[] | null>(null);
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
+  useEffect(() => {
+    const asked = new AbortController();
+    const question = questionOf(draft, from, at);
+    if (!question) {
+      setOffers(offered(draft, from, at, fitting(draft, from, at, faces), faces));
+      return;
+    }
+    control.look("compatible", question as { from: { block: string; port: string } }, asked.signal).then(
+      (found) => setOffers(offered(draft, from, at, found as Answered[], faces)),
+      (why) => {
+        if (!asked.signal.aborted) setRefusals(refusalsOf(why));
+      },
+    );
+    return () => asked.abort();
+  }, [control, draft, faces, from, at]);
+  return (
+    <div
+      className="offer"
+      role="dialog"
+      aria-label={`What ${from.side === "output" ? "the wire from" : "the wire to"} ${from.box}.${from.port} leads to`}
+      onBlur={(event) => {
+        if (!event.currentTarget.contains(event.relatedTarget)) props.close();
+      }}
+    >
+      <Refusals of={refusals} />
+      {offers && (
+        <Choices
+          label="Block or port that fits"
+          choices={offers}
+          empty="Nothing fits."
+          take={(choice) => {
+            const offer = offers.find((one) => one.key === choice.key);
+            if (offer) props.take(offer);
+          }}
+          close={props.close}
+        />
+      )}
+      {!offers && refusals.length === 0 && <p className="quiet">Asking what fits…</p>}
+    </div>
+  );
+}

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compositions as they are drawn: changes as values, what their parts have to be named, and their state diagram.
+
+import type { Value } from "../../../control/shapes";
+import { arrowsOf, commandText, type Shape } from "../../verbs/shape";
+import { freeName } from "./change";
+import { type Composed, type Composition, definitionOf, type Part, type Step, type Verb } from "./definition";
+
+function with_(composed: Composed, change: Partial<Composition>): Composed {
+  return { ...composed, of: { ...composed.of, ...change } };
+}
+
+/** What a part is; null: nothing of that name is there. */
+export function partOf(composed: Composed, label: string): Part | null {
+  const name = Object.hasOwn(composed.of.parts, label) ? composed.of.parts[label] : undefined;
+  return name !== undefined && Object.hasOwn(composed.made_of, name) ? (composed.made_of[name] ?? null) : null;
+}
+
+export function addPart(composed: Composed, name: string): { composed: Composed; label: string } {
+  const label = freeName(name.replaceAll(".", "_"), Object.keys(composed.of.parts));
+  return { composed: with_(composed, { parts: { ...composed.of.parts, [label]: name } }), label };
+}
+
+export function setPart(composed: Composed, label: string, name: string): Composed {
+  return with_(composed, { parts: { ...composed.of.parts, [label]: name } });
+}
+
+/** Removes a part, with the transitions, names and values that are about it. */
+export function removePart(composed: Composed, label: string): Composed {
+  const { parts, transitions, initial, rename, preset } = composed.of;
+  const keep = <T>(map: Record<string, T>) => Object.fromEntries(Object.entries(map).filter(([name]) => !isOf(name, label)));
+  const steps = transitions.map((step) => ({ ...step, from: step.from.filter((from) => !isOf(from, label)) }));
+  return with_(composed, {
+    parts: Object.fromEntries(Object.entries(parts).filter(([name]) => name !== label)),
+    transitions: steps.filter((step) => step.from.length > 0 && !isOf(step.to, label)),
+    initial: initial !== null && isOf(initial, label) ? null : initial,
+    rename: keep(rename),
+    preset: keep(preset),
+  });
+}
+
+/** Another label for a part; what names it follows. */
+export function renamePart(composed: Composed, label: string, to: string): Composed {
+  const { parts, transitions, initial, rename, preset } = composed.of;
+  const renamed = (name: string) => (isOf(name, label) ? `${to}${name.slice(label.length)}` : name);
+  const keyed = <T>(map: Record<string, T>) => Object.fromEntries(Object.entries(map).map(([name, value]) => [renamed(name), value]));
+  return with_(composed, {
+    parts: Object.fromEntries(Object.entries(parts).map(([name, of]) => [name === label ? to : name, of])),
+    transitions: transitions.map((step) => ({ ...step, from: step.from.map(renamed), to: renamed(step.to) })),
+    initial: initial === null ? null : renamed(initial),
+    rename: keyed(rename),
+    preset: keyed(preset),
+  });
+}
+
+export function setStep(composed: Composed, index: number, step: Step | null): Composed {
+  const transitions = [...composed.of.transitions];
+  if (step) transitions[index] = step;
+  else transitions.splice(index, 1);
+  return with_(composed, { transitions });
+}
+
+/** What something of a part is called in the whole; empty: as in the part. */
+export function setRename(composed: Composed, name: string, to: string): Composed {
+  const { [name]: _before, ...rest } = composed.of.rename;
+  return with_(composed, { rename: to === "" ? rest : { ...composed.of.rename, [name]: to } });
+}
+
+/** The value that an input of a part always has; undefined: it stays a parameter. */
+export function setPreset(composed: Composed, name: string, value: Value | undefined): Composed {
+  const { [name]: _before, ...rest } = composed.of.preset;
+  return with_(composed, { preset: value === undefined ? rest : { ...composed.of.preset, [name]: value } });
+}
+
+export function setComposition(
+  composed: Composed,
+  change: Partial<Pick<Composition, "initial" | "share" | "together" | "until" | "name" | "doc">>,
+): Composed {
+  return with_(composed, change);
+}
+
+function isOf(name: string, label: string): boolean {
+  return name === label || name.startsWith(`${label}.`);
+}
+
+/** What a part has that can have another name in the whole. */
+export interface Names {
+  objects: string[];
+  parameters: string[];
+  inputs: string[];
+  outputs: string[];
+  conditions: string[];
+}
+
+export function namesOf(part: Part | null, made_of: Composed["made_of"], depth = 0): Names {
+  if (!part || depth > DEPTH_MAX) return { objects: [], parameters: [], inputs: [], outputs: [], conditions: [] };
+  if (part.kind === "verb") {
+    const { objects = {}, instantiation_parameters, input_parameters, output_values, conditions } = part.of;
+    const ofObject = (name: string) => Object.hasOwn(objects, name.split(".")[0] ?? "");
+    return {
+      objects: Object.keys(objects),
+      parameters: Object.keys(instantiation_parameters).filter((name) => !ofObject(name)),
+      inputs: Object.keys(input_parameters),
+      outputs: Object.keys(output_values),
+      conditions: Object.keys(conditions),
+    };
+  }
+  const inner = Object.entries(part.of.parts).map(([label, name]) => ({
+    label,
+    names: namesOf(Object.hasOwn(made_of, name) ? (made_of[name] ?? null) : null, made_of, depth + 1),
+  }));
+  const called = (kind: keyof Names) => [
+    ...new Set(
+      inner.flatMap(({ label, names }) =>
+        names[kind]
+          .filter((name) => !Object.hasOwn(part.of.preset, `${label}.${name}`))
+          .map((name) => part.of.rename[`${label}.${name}`] ?? name),
+      ),
+    ),
+  ];
+  return {
+    objects: called("objects"),
+    parameters: called("parameters"),
+    inputs: called("inputs"),
+    outputs: called("outputs"),
+    conditions: called("conditions"),
+  };
+}
+
+/** Parts within parts: more is a circle. */
+const DEPTH_MAX = 20;
+/** A transition at every normal end, in the drawing. */
+export const DONE = "every normal end";
+
+interface Inside {
+  lists: Shape["lists"];
+  parts: Shape["parts"];
+  conditions: Shape["conditions"];
+  transitions: Shape["transitions"];
+  /** With which state it begins. */
+  initial: string;
+}
+
+/** The state diagram of a composition: its parts as states around their command lists. */
+export function shapeOfComposition(composed: Composed): Shape {
+  return { ...inside(composed.of, composed.made_of, "", 0), ending: null };
+}
+
+function inside(of: Composition, made_of: Composed["made_of"], prefix: string, depth: number): Inside {
+  const made: Inside = { lists: [], parts: [], conditions: [], transitions: [], initial: "" };
+  const within = prefix === "" ? null : prefix.slice(0, -1);
+  for (const [label, name] of Object.entries(of.parts)) {
+    const own = `${prefix}${label}`;
+    const part = Object.hasOwn(made_of, name) ? made_of[name] : undefined;
+    made.parts.push({ name: own, about: name, within });
+    if (!part || depth > DEPTH_MAX) continue;
+    const inner = part.kind === "verb" ? ofVerb(part.of, own) : inside(part.of, made_of, `${own}.`, depth + 1);
+    for (const key of ["lists", "parts", "conditions", "transitions"] as const) (made[key] as unknown[]).push(...inner[key]);
+  }
+  const steps = of.transitions.flatMap(({ from, condition, to }) =>
+    from.map((one) => ({ from: `${prefix}${one}`, condition: condition ?? DONE, to: `${prefix}${to}` })),
+  );
+  made.transitions.push(...steps);
+  // What a transition covers ends nothing any more.
+  const isCovered = (list: string, { name, raises }: Shape["conditions"][number]) =>
+    steps.some((step) => isOf(list, step.from) && (step.condition === name || (step.condition === DONE && !raises)));
+  made.conditions = made.conditions
+    .map((condition) => ({ ...condition, during: condition.during.filter((list) => !isCovered(list, condition)) }))
+    .filter((condition) => condition.during.length > 0);
+  const first = of.initial ?? Object.keys(of.parts)[0];
+  made.initial = of.together || first === undefined ? "" : `${prefix}${first}`;
+  return made;
+}
+
+function ofVerb(verb: Verb, part: string): Inside {
+  const lists = Object.entries(verb.command_lists).map(([name, { commands }]) => ({
+    name: `${part}.${name}`,
+    commands: commands.map(commandText),
+    part,
+  }));
+  const conditions = Object.entries(verb.conditions).map(([name, { on, raises, during }]) => ({
+    name,
+    of: on,
+    raises: Boolean(raises),
+    during: (during.length > 0 ? during : Object.keys(verb.command_lists)).map((list) => `${part}.${list}`),
+  }));
+  const transitions = verb.transitions.map(({ from, condition, to }) => ({ from: `${part}.${from}`, condition, to: `${part}.${to}` }));
+  return { lists, parts: [], conditions, transitions, initial: `${part}.${verb.initial ?? Object.keys(verb.command_lists)[0] ?? ""}` };
+}
+
+/** The parts and lists between which transitions lead. */
+export function statesOf(composed: Composed): string[] {
+  const { parts, lists } = shapeOfComposition(composed);
+  return [...parts, ...lists].map(({ name }) => name);
+}
+
+/** The conditions that lead out of a state; those of all parts for what is none. */
+export function conditionsFrom(composed: Composed, from: readonly string[]): string[] {
+  const labels = from.length > 0 ? from.map((one) => one.split(".")[0] ?? one) : Object.keys(composed.of.parts);
+  const own = labels.flatMap((label) =>
+    namesOf(partOf(composed, label), composed.made_of).conditions.map((name) => composed.of.rename[`${label}.${name}`] ?? name),
+  );
+  return [...new Set([...own, "completed", "fault", "halted"])];
+}
+
+/** A transition that is drawn from one state to another: at the first condition that leads out of it and that no other one takes. */
+export function drawnStep(composed: Composed, from: string, to: string): Step {
+  const ends = arrowsOf(shapeOfComposition(composed)).filter((arrow) => arrow.to === null && isOf(arrow.from, from));
+  return { from: [from], condition: ends[0]?.conditions[0]?.name ?? null, to };
+}
+
+/** A composition as the call `compose` takes it, but for its parts. */
+export function askedOf(of: Composition): Record<string, unknown> {
+  const { name, doc, transitions, initial, rename, preset, share, together, until } = of;
+  return { name, doc, transitions, initial, rename, preset, share, together, until };
+}
+
+/** The verb that a part is, as calls take it. */
+export function verbOf(part: Part & { kind: "verb" }): Record<string, unknown> {
+  return definitionOf(part);
+}

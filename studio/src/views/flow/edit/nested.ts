@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Graphs within what is drawn: the way to one, and what becomes of the whole when it is changed there.
+import { renamePorts } from "./change";
+import type { BlockUse, Draft, Graph } from "./definition";
+import { splitPort } from "./faces";
+import { type Finding, isPort, type Where } from "./findings";
+
+/** Labels from the outside in; empty: the whole. */
+export type Way = readonly string[];
+
+/** The graph at the end of a way; null: there is none. */
+export function within(whole: Draft, way: Way): Draft | null {
+  let at: Draft = whole;
+  for (const label of way) {
+    const graph = graphAt(at.of.blocks, label);
+    if (!graph) return null;
+    at = { kind: "graph", of: graph };
+  }
+  return at;
+}
+
+/** As much of a way as still leads to a graph: a block on it may be gone, or called otherwise. */
+export function standing(whole: Draft, way: Way): Way {
+  if (within(whole, way)) return way;
+  for (let length = way.length - 1; length > 0; length -= 1) if (within(whole, way.slice(0, length))) return way.slice(0, length);
+  return [];
+}
+
+/**
+ * The whole with another graph at the end of the way. A graph is one definition, wherever it is used: each use of the same one follows.
+ * Where a port or a block of it has got another name, what names it outside follows too.
+ */
+export function replaced(whole: Draft, way: Way, next: Draft): Draft {
+  if (way.length === 0) return next;
+  const before = within(whole, way);
+  if (before?.kind !== "graph" || next.kind !== "graph") return whole;
+  return exchanged(whole, { was: JSON.stringify(before.of), graph: before.of, is: next.of }).draft;
+}
+
+/** Gives one use a graph of its own, under a name that no other graph has. */
+export function ownGraph(draft: Draft, label: string, name: string): Draft {
+  const graph = graphAt(draft.of.blocks, label);
+  const use = draft.of.blocks[label];
+  if (!graph || !use) return draft;
+  return withBlocks(draft, { ...draft.of.blocks, [label]: { ...use, block: { graph: { ...graph, name } } } });
+}
+
+/** Every graph within, those within those too; of each name the first. */
+export function graphsWithin(draft: { of: { blocks: Record<string, BlockUse> } }): Map<string, Graph> {
+  const found = new Map<string, Graph>();
+  for (const use of Object.values(draft.of.blocks)) {
+    if (!("graph" in use.block)) continue;
+    const { graph } = use.block;
+    for (const [name, one] of [[graph.name, graph] as const, ...graphsWithin({ of: graph })]) if (!found.has(name)) found.set(name, one);
+  }
+  return found;
+}
+
+/** What is found about a graph within, in its own names: its ports are those of the block with the empty label. */
+export function findingsWithin(findings: Finding[], way: Way): Finding[] {
+  if (way.length === 0) return findings;
+  const own = way.join(".");
+  return findings.flatMap((finding) => {
+    const where = finding.where.flatMap((one) => inside(one, own));
+    return where.length > 0 ? [{ ...finding, where }] : [];
+  });
+}
+
+function inside(where: Where, own: string): Where[] {
+  if ("cell" in where) return where.cell.startsWith(`${own}.`) ? [{ cell: where.cell.slice(own.length + 1) }] : [];
+  if (!("block" in where)) return [];
+  if (where.block === own) return isPort(where) ? [{ block: "", port: where.port }] : [];
+  return where.block.startsWith(`${own}.`) ? [{ ...where, block: where.block.slice(own.length + 1) }] : [];
+}
+
+interface Exchange {
+  /** The graph as it was, as text too. */
+  was: string;
+  graph: Graph;
+  is: Graph;
+}
+
+type Names = (name: string) => string;
+
+/** Exchanges a graph in a definition, at every depth; `names` says what the names of its ports and inner items have become. */
+function exchanged(draft: Draft, exchange: Exchange): { draft: Draft; names: Names | null } {
+  const renames = new Map<string, Names>();
+  let isChanged = false;
+  const blocks = Object.entries(draft.of.blocks).map(([label, use]): [string, BlockUse] => {
+    if (!("graph" in use.block)) return [label, use];
+    const { graph } = use.block;
+    const isIt = JSON.stringify(graph) === exchange.was;
+    const made = isIt ? { draft: { of: exchange.is }, names: namesOf(exchange) } : exchanged({ kind: "graph", of: graph }, exchange);
+    if (made.draft.of === graph) return [label, use];
+    isChanged = true;
+    if (made.names) renames.set(label, made.names);
+    const { names } = made;
+    const constants = names
+      ? Object.fromEntries(Object.entries(use.constants).map(([name, value]) => [names(name), value]))
+      : use.constants;
+    return [label, { ...use, block: { graph: made.draft.of as Graph }, constants }];
+  });
+  if (!isChanged) return { draft, names: null };
+  const made = withBlocks(draft, Object.fromEntries(blocks));
+  if (renames.size === 0) return { draft: made, names: null };
+  const renamed: Names = (name) => {
+    const [label, rest] = splitPort(name, draft.of.blocks);
+    const names = renames.get(label);
+    return names && rest !== "" ? `${label}.${names(rest)}` : name;
+  };
+  return { draft: renamePorts(made, renamed), names: renamed };
+}
+
+/** What a port, or an item of a block, of the graph is called now; null: nothing has got another name. */
+function namesOf({ graph, is }: Exchange): Names | null {
+  const ports = [renamedKey(graph.inputs, is.inputs), renamedKey(graph.outputs, is.outputs)].filter((one) => one !== null);
+  const block = renamedKey(graph.blocks, is.blocks);
+  if (ports.length === 0 && !block) return null;
+  return (name) => {
+    const port = ports.find(([was]) => was === name);
+    if (port) return port[1];
+    const [label, rest] = splitPort(name, graph.blocks);
+    return block && label === block[0] && rest !== "" ? `${block[1]}.${rest}` : name;
+  };
+}
+
+/** A key that has become another one in its place. */
+export function renamedKey(was: object, is: object): [string, string] | null {
+  const [old, now] = [Object.keys(was), Object.keys(is)];
+  if (old.length !== now.length) return null;
+  const others = old.flatMap((key, at) => (key === now[at] ? [] : [[key, now[at] ?? ""] as [string, string]]));
+  const [only] = others;
+  return others.length === 1 && only && !old.includes(only[1]) ? only : null;
+}
+
+function graphAt(blocks: Record<string, BlockUse>, label: string): Graph | null {
+  const use = Object.hasOwn(blocks, label) ? blocks[label] : undefined;
+  return use && "graph" in use.block ? use.block.graph : null;
+}
+
+function withBlocks(draft: Draft, blocks: Record<string, BlockUse>): Draft {
+  return { ...draft, of: { ...draft.of, blocks } } as Draft;
+}

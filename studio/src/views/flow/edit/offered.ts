@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a wire that was dropped on nothing may lead to: blocks that are not there yet, ports that are, ports of the whole.
+import type { End, Place, PortSide } from "../drawing/drawing";
+import * as change from "./change";
+import { type BlockUse, type Draft, definitionOf, type Graph, type SetKind } from "./definition";
+import { boundaryOf, placeOf, portOf } from "./drawn";
+import { type Faces, type Item, inner, itemsOf, modeText, sideOf } from "./faces";
+import type { Answered } from "./WireField";
+
+/** Where the wire begins. */
+export type Begun = End & { side: PortSide };
+
+export type Offered = { key: string; text: string; about: string } & (
+  | { kind: "block"; use: BlockUse; name: string; port: string }
+  | { kind: "port"; block: string; port: string }
+  | { kind: "boundary"; set: SetKind; name: string }
+);
+
+/** A draft beside which one of each block stands, to ask which ports fit; what each label there is. */
+export interface Tried {
+  draft: Draft;
+  uses: Map<string, { use: BlockUse; name: string }>;
+}
+
+export function tried(draft: Draft, faces: Faces, graphs: Iterable<Graph>): Tried {
+  const uses: Tried["uses"] = new Map();
+  const taken = new Set(Object.keys(draft.of.blocks));
+  const add = (use: BlockUse, name: string) => {
+    const label = change.freeName("new", taken);
+    taken.add(label);
+    uses.set(label, { use, name });
+  };
+  for (const face of faces.values()) add({ block: { subroutine: face.name }, constants: {} }, face.name);
+  for (const graph of graphs) add({ block: { graph }, constants: {} }, graph.name);
+  const blocks = { ...draft.of.blocks, ...Object.fromEntries([...uses].map(([label, { use }]) => [label, use])) };
+  return { draft: { ...draft, of: { ...draft.of, blocks } } as Draft, uses };
+}
+
+/** What is asked of the system; null: no port is there to ask with, and what fits is known here. */
+export function questionOf(draft: Draft, from: Begun, at: Tried): Record<string, unknown> | null {
+  const boundary = boundaryOf(draft, from.box);
+  if (boundary && (draft.kind === "verb" || boundary.ports.length === 0)) return null;
+  return { [draft.kind]: definitionOf(at.draft), from: placeOf(draft, from) };
+}
+
+/** What fits without a question: a boundary that binds nothing takes any port, one of a verb what is of the type of its ports. */
+export function fitting(draft: Draft, from: Begun, at: Tried, faces: Faces): Answered[] {
+  const bound = boundaryOf(draft, from.box)
+    ?.ports.map((port) => inner(draft.of, port, faces))
+    .find((item) => item !== undefined);
+  const fits = (item: Item) => !bound || (item.type_text === bound.type_text && (item.unit === bound.unit || !item.unit || !bound.unit));
+  return Object.entries(at.draft.of.blocks).flatMap(([block, use]) =>
+    itemsOf(use, faces)
+      .filter((item) => (item.kind === "input" || item.kind === "output") && item.kind !== from.side && fits(item))
+      .map((item) => ({ block, port: item.name, reason: null })),
+  );
+}
+
+/** What is offered, the best first: of the same unit and type, then as the components stand; ports that are there, the outside. */
+export function offered(draft: Draft, from: Begun, at: Tried, answered: Answered[], faces: Faces): Offered[] {
+  const own = inner(draft.of, `${from.box}.${from.port}`, faces);
+  const likeness = (item: Item | undefined) =>
+    own && item ? Number(own.unit !== "" && own.unit === item.unit) * 2 + Number(own.type_text === item.type_text) : 0;
+  const fits = answered.filter(({ block, port, reason }) => {
+    const use = at.draft.of.blocks[block];
+    const item = use && itemsOf(use, faces).find((one) => one.name === port);
+    return reason === null && item !== undefined && sideOf(item) !== from.side;
+  });
+  const blocks = fits.flatMap(({ block, port }) => {
+    const found = at.uses.get(block);
+    const item = found && itemsOf(found.use, faces).find((one) => one.name === port);
+    if (!found || !item) return [];
+    const { use, name } = found;
+    const about = `${item.type_text}${item.unit ? ` in ${item.unit}` : ""}, ${modeText(item.mode)}`;
+    const text = `${name.replace(/^library\./, "")}.${port}`;
+    return [{ offer: { kind: "block" as const, key: `new ${name} ${port}`, text, about, use, name, port }, likeness: likeness(item) }];
+  });
+  blocks.sort((one, other) => other.likeness - one.likeness);
+  const ports = fits
+    .filter(({ block }) => !at.uses.has(block))
+    .map(({ block, port }) => ({
+      kind: "port" as const,
+      key: `${block}.${port}`,
+      text: `${block}.${port}`,
+      about: "is there",
+      block,
+      port,
+    }));
+  return [...ports, ...blocks.map(({ offer }) => offer), ...outside(draft, from)];
+}
+
+/** A port of the whole, made for the wire. */
+function outside(draft: Draft, from: Begun): Offered[] {
+  if (boundaryOf(draft, from.box)) return [];
+  const name = from.port.replaceAll(".", "_");
+  if (draft.kind === "verb")
+    return [
+      { kind: "boundary", key: "parameter", text: "new instantiation parameter", about: name, set: "instantiation_parameters", name },
+    ];
+  const set = from.side === "output" ? "outputs" : "inputs";
+  return [{ kind: "boundary", key: set, text: `new ${set.slice(0, -1)} of the graph`, about: name, set, name }];
+}
+
+/** The draft with what was chosen, wired; and the box that it is. */
+export function withOffered(draft: Draft, from: Begun, offer: Offered, at: Place, faces: Faces): { draft: Draft; box: string } | null {
+  const begun = portOf(draft, from);
+  if (begun === undefined) return null;
+  const wired = (next: Draft, end: string | change.Named) =>
+    from.side === "output" ? change.connect(next, begun, end, faces) : change.connect(next, end, begun, faces);
+  if (offer.kind === "port") return { draft: wired(draft, `${offer.block}.${offer.port}`), box: offer.block };
+  if (offer.kind === "block") {
+    const made = change.addBlock(draft, offer.use, offer.name.split(".").at(-1) ?? offer.name, at);
+    return { draft: wired(made.draft, `${made.label}.${offer.port}`), box: made.label };
+  }
+  const made = change.addBoundary(draft, offer.set, offer.name, at);
+  const set = change
+    .allSets(made)
+    .find((one) => one.kind === offer.set && !change.allSets(draft).some((old) => old.kind === one.kind && old.name === one.name));
+  return set ? { draft: wired(made, set), box: `${set.kind}:${set.name}` } : null;
+}

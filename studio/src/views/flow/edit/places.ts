@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where boxes of a draft stand, and what goes when boxes and wires are removed from the drawing.
+import type { Place, Wire } from "../drawing/drawing";
+import * as change from "./change";
+import { type Draft, setsOf } from "./definition";
+import { boundaryOf, isLost } from "./drawn";
+import type { Faces } from "./faces";
+
+export function placed(draft: Draft): boolean {
+  const labels = Object.keys(draft.of.blocks);
+  return labels.length === 0 || labels.some((label) => label in draft.of.layout);
+}
+
+/** Places of all boxes; what was never placed stands below the others. */
+export function placesOf(boxes: { id: string }[], draft: Draft): Map<string, Place> {
+  const { y } = freePlace(draft);
+  let next = 0;
+  return new Map(
+    boxes.map((box) => {
+      const known = draft.of.layout[box.id];
+      if (!known) next += 1;
+      return [box.id, known ?? { x: (next - 1) * 240, y }];
+    }),
+  );
+}
+
+export function freePlace(draft: Draft): Place {
+  const known = Object.entries(draft.of.layout).filter(([what]) => !what.startsWith("list:"));
+  const right = Math.max(0, ...known.map(([, at]) => at.x + 240));
+  const top = Math.min(...known.map(([, at]) => at.y), 40);
+  return { x: right, y: top };
+}
+
+/** The draft without boxes and wires of its drawing. */
+export function removed(draft: Draft, boxes: string[], wires: string[], drawn: Wire[], faces: Faces): Draft {
+  let next = draft;
+  for (const id of wires) {
+    const wire = drawn.find((one) => one.id === id);
+    if (!wire || id === "refused") continue;
+    const [from, to] = [`${wire.from.box}.${wire.from.port}`, `${wire.to.box}.${wire.to.port}`];
+    const boundary = boundaryOf(next, wire.to.box);
+    if (boundary) next = change.release(next, boundary.kind, boundary.name, from);
+    // A port that is not there goes out of the cell, which has no writer then.
+    else if (setsOf(next, "cells")[wire.cell] && isLost(next, from, faces)) next = change.removeSet(next, "cells", wire.cell);
+    else next = change.disconnect(next, to, faces);
+  }
+  for (const box of boxes) {
+    const set = boundaryOf(next, box);
+    if (set && setsOf(next, set.kind)[set.name]) next = change.removeSet(next, set.kind, set.name);
+    else if (Object.hasOwn(next.of.blocks, box)) next = change.removeBlock(next, box);
+  }
+  return next;
+}

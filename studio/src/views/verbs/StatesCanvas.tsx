@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: Apache-2.0
+import {
+  Background,
+  BaseEdge,
+  Controls,
+  type Edge,
+  EdgeLabelRenderer,
+  type EdgeProps,
+  Handle,
+  MarkerType,
+  type Node,
+  type NodeProps,
+  Position,
+  ReactFlow,
+  useReactFlow,
+} from "@xyflow/react";
+import "@xyflow/react/dist/style.css";
+import { memo, useEffect, useId, useMemo, useRef, useState } from "react";
+import "./states.css";
+import { type Arrow, arrowsOf, type Shape } from "./shape";
+import { ENDING, type Laid, type LaidBox, layOut, START, shortName } from "./states";
+
+export interface Place {
+  x: number;
+  y: number;
+}
+
+/** What can be done with states where they are drawn, and what is wrong with them. States are command lists, and parts. */
+export interface StateEdit {
+  chosen: string | null;
+  choose: (state: string | null) => void;
+  /** A transition is drawn from one to another. */
+  connect: (from: string, to: string) => void;
+  /** Where somebody put a list; where they can be put. */
+  places?: Record<string, Place>;
+  move?: (list: string, to: Place) => void;
+  found: (state: string) => string[];
+  isWrong: (from: string, to: string | null) => boolean;
+}
+
+type StateNode = Node<{ box: LaidBox; commands: string[]; about: string; lit: boolean; ending: boolean; wrong: string[] }, LaidBox["kind"]>;
+
+const ListBox = memo(function ListBox(props: NodeProps<StateNode>) {
+  const { box, commands, lit, ending, wrong } = props.data;
+  return (
+    <div className={`list-box list ${lit ? "lit" : ""} ${wrong.length > 0 ? "wrong" : ""}`} title={wrong.join("\n")} data-list={box.name}>
+      <Handles />
+      <strong>{shortName(box.name, box.within)}</strong>
+      {ending && <span className="quiet">{ENDING}</span>}
+      {wrong.length > 0 && <span className="quiet"> {wrong.length === 1 ? "1 finding" : `${wrong.length} findings`}</span>}
+      {commands.map((text, index) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: the same command may stand twice
+        <div key={index} className="command">
+          {text}
+        </div>
+      ))}
+    </div>
+  );
+});
+
+/** A part of a composed verb: a state with states within. */
+const PartBox = memo(function PartBox(props: NodeProps<StateNode>) {
+  const { box, about, lit, wrong } = props.data;
+  return (
+    <div className={`part-box ${lit ? "lit" : ""} ${wrong.length > 0 ? "wrong" : ""}`} title={wrong.join("\n")} data-part={box.name}>
+      <Handles />
+      <strong>{shortName(box.name, box.within)}</strong> <span className="quiet">{about}</span>
+    </div>
+  );
+});
+
+function Handles() {
+  return (
+    <>
+      <Handle type="target" position={Position.Left} id="there" />
+      <Handle type="target" position={Position.Bottom} id="back" className="back" isConnectable={false} />
+      <Handle type="source" position={Position.Right} id="there" />
+      <Handle type="source" position={Position.Bottom} id="back" className="back" isConnectable={false} />
+    </>
+  );
+}
+
+/** Where a verb begins, and where it ends. */
+function Mark(props: NodeProps<StateNode>) {
+  const isEnd = props.data.box.kind === "end";
+  return (
+    <div className={isEnd ? "mark end" : "mark"} aria-hidden="true">
+      <Handle type="target" position={Position.Top} id="there" className="back" isConnectable={false} />
+      <Handle type="source" position={Position.Bottom} id="there" className="back" isConnectable={false} />
+    </div>
+  );
+}
+
+type Route = Edge<{ path: string; at: Place; conditions: Arrow["conditions"] }, "route">;
+
+/** An arrow where the layout put it, with its conditions beside it. */
+function RouteView(props: EdgeProps<Route>) {
+  const { id, data, markerEnd = "" } = props;
+  if (!data) return null;
+  return (
+    <>
+      <BaseEdge id={id} path={data.path} markerEnd={markerEnd} />
+      <EdgeLabelRenderer>
+        <div className="route-label" style={{ transform: `translate(${data.at.x}px, ${data.at.y}px)` }}>
+          {data.conditions.map((one) => (
+            <div key={one.name} className={one.raises ? "raises" : ""}>
+              {one.name}
+              {one.raises ? " (raises)" : ""}
+            </div>
+          ))}
+        </div>
+      </EdgeLabelRenderer>
+    </>
+  );
+}
+
+const stateViews = { list: ListBox, part: PartBox, start: Mark, end: Mark };
+const edgeViews = { route: RouteView };
+const FIT = { maxZoom: 1, padding: 0.1 };
+/** Where lists stand until it is known where they belong, px. */
+const [ACROSS, IN_A_ROW, DOWN] = [300, 4, 160];
+/** The names of a node that is no list: lists have any name. */
+const PART = "part:";
+
+/** The layout of the diagram; null until it is there, and where there is none. */
+function useLaid(shape: Shape): Laid | null {
+  const [laid, setLaid] = useState<Laid | null>(null);
+  const drawn = JSON.stringify(shape);
+  useEffect(() => {
+    let over = false;
+    layOut(JSON.parse(drawn) as Shape).then(
+      (found) => over || setLaid(found),
+      // What cannot be laid out stands in rows.
+      () => over || setLaid(null),
+    );
+    return () => {
+      over = true;
+    };
+  }, [drawn]);
+  return laid;
+}
+
+/** Boxes that are drawn: as they were laid out; lists that came since, or without a layout, in rows. */
+function boxesOf(shape: Shape, laid: Laid | null): LaidBox[] {
+  const known = laid?.boxes ?? [];
+  const has = (kind: LaidBox["kind"], name: string) => known.some((box) => box.kind === kind && box.name === name);
+  const lists = new Set(shape.lists.map(({ name }) => name));
+  const parts = new Set(shape.parts.map(({ name }) => name));
+  const there = known.filter(({ kind, name, within }) => {
+    if (within !== null && !parts.has(within)) return false;
+    return kind === "list" ? lists.has(name) : kind === "part" ? parts.has(name) : true;
+  });
+  const fresh = shape.lists
+    .filter(({ name }) => !has("list", name))
+    .map(({ name }, index): LaidBox => {
+      const at = { x: (index % IN_A_ROW) * ACROSS, y: (laid?.height ?? 0) + Math.floor(index / IN_A_ROW) * DOWN };
+      return { name, kind: "list", within: null, ...at, width: 180, height: 70 };
+    });
+  return [...there, ...fresh];
+}
+
+/**
+ * Command lists as states, parts of a composed verb as states around them, transitions as arrows. `present`: the list that runs; `last`: the
+ * arrow that was taken last. With `edit`, a transition is drawn from one to another; without, it is a picture as large as it is.
+ */
+export function StatesCanvas(props: {
+  shape: Shape;
+  present?: string | null;
+  last?: { from: string; to: string } | null;
+  edit?: StateEdit;
+}) {
+  const { shape, present = null, last = null, edit } = props;
+  const [moving, setMoving] = useState<{ list: string; at: Place } | null>(null);
+  const laid = useLaid(shape);
+  const boxes = useMemo(() => boxesOf(shape, laid), [shape, laid]);
+  const nodes = useMemo(() => nodesOf(shape, boxes, present, edit, moving), [shape, boxes, present, edit, moving]);
+  const edges = useMemo(() => edgesOf(shape, laid, boxes, last, edit, moving?.list ?? null), [shape, laid, boxes, last, edit, moving]);
+  const picture = { width: laid?.width ?? 0, height: laid?.height ?? 0 };
+  const canvas = (
+    <ReactFlow<StateNode, Edge>
+      nodes={nodes}
+      edges={edges}
+      key={laid ? "laid" : "rows"}
+      nodeTypes={stateViews}
+      edgeTypes={edgeViews}
+      onNodesChange={(changes) => {
+        if (!edit) return;
+        for (const change of changes) {
+          if (change.type === "select" && change.selected) edit.choose(nameOf(change.id));
+          if (change.type !== "position" || !change.position || !edit.move) continue;
+          const at = { x: Math.round(change.position.x), y: Math.round(change.position.y) };
+          if (change.dragging) setMoving({ list: change.id, at });
+          else {
+            setMoving(null);
+            edit.move(change.id, at);
+          }
+        }
+      }}
+      onPaneClick={() => edit?.choose(null)}
+      onConnect={(line) => edit?.connect(nameOf(line.source), nameOf(line.target))}
+      deleteKeyCode={null}
+      nodesDraggable={edit?.move !== undefined}
+      nodesConnectable={edit !== undefined}
+      nodesFocusable={edit !== undefined}
+      edgesFocusable={edit !== undefined}
+      elementsSelectable={edit !== undefined}
+      {...(edit
+        ? { fitView: true, fitViewOptions: FIT }
+        : {
+            panOnDrag: false,
+            zoomOnScroll: false,
+            zoomOnPinch: false,
+            zoomOnDoubleClick: false,
+            preventScrolling: false,
+            minZoom: 1,
+            maxZoom: 1,
+          })}
+      proOptions={{ hideAttribution: true }}
+    >
+      {edit && (
+        <>
+          <Background gap={20} />
+          <Controls showInteractive={false} aria-label="Zoom" />
+          <Fitting of={`${picture.width} ${picture.height}`} />
+        </>
+      )}
+    </ReactFlow>
+  );
+  if (edit) return <div className="canvas states">{canvas}</div>;
+  return (
+    <div className="scroll-x states" role="group" aria-label={present ? `State diagram; ${present} runs` : "State diagram"} tabIndex={0}>
+      <Told shape={shape} />
+      <div className="picture" style={picture}>
+        {laid && canvas}
+      </div>
+    </div>
+  );
+}
+
+/** Shows the whole when the layout has got another size: something came that may lie outside. */
+function Fitting(props: { of: string }) {
+  const flow = useReactFlow();
+  const fitted = useRef(props.of);
+  useEffect(() => {
+    if (fitted.current === props.of) return;
+    fitted.current = props.of;
+    const frame = requestAnimationFrame(() => void flow.fitView(FIT));
+    return () => cancelAnimationFrame(frame);
+  }, [flow, props.of]);
+  return null;
+}
+
+/** The arrows in words. */
+function Told(props: { shape: Shape }) {
+  const words = useId();
+  return (
+    <ul className="unseen" id={words}>
+      {arrowsOf(props.shape).map((arrow) => (
+        <li key={`${arrow.from} ${arrow.to}`}>
+          {arrow.from}: {arrow.conditions.map((one) => one.name).join(", ")} {arrow.to === null ? "ends the verb" : `leads to ${arrow.to}`}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function idOf(box: { kind: LaidBox["kind"]; name: string }): string {
+  return box.kind === "part" ? `${PART}${box.name}` : box.name;
+}
+
+function nameOf(id: string): string {
+  return id.startsWith(PART) ? id.slice(PART.length) : id;
+}
+
+function nodesOf(
+  shape: Shape,
+  boxes: LaidBox[],
+  present: string | null,
+  edit: StateEdit | undefined,
+  moving: { list: string; at: Place } | null,
+): StateNode[] {
+  const commands = new Map(shape.lists.map((list) => [list.name, list.commands]));
+  const about = new Map(shape.parts.map((part) => [part.name, part.about]));
+  return boxes.map((box): StateNode => {
+    const isState = box.kind === "list" || box.kind === "part";
+    const own = box.kind === "list" && box.within === null ? edit?.places?.[box.name] : undefined;
+    const made: StateNode = {
+      id: idOf(box),
+      type: box.kind,
+      position: moving?.list === box.name && box.kind === "list" ? moving.at : (own ?? { x: box.x, y: box.y }),
+      width: box.width,
+      height: box.height,
+      data: {
+        box,
+        commands: commands.get(box.name) ?? [],
+        about: about.get(box.name) ?? "",
+        lit: box.kind === "part" ? (present?.startsWith(`${box.name}.`) ?? false) : present === box.name,
+        ending: shape.ending === box.name,
+        wrong: isState && edit ? edit.found(box.name) : [],
+      },
+      selected: isState && edit?.chosen === box.name,
+      selectable: isState,
+      focusable: isState && edit !== undefined,
+      draggable: box.kind === "list" && edit?.move !== undefined,
+      // What cannot have the focus has no name of its own: the arrows are told in words.
+      ...(isState && edit ? { ariaLabel: box.kind === "part" ? `part ${box.name}` : `command list ${box.name}` } : {}),
+    };
+    return box.within === null ? made : { ...made, parentId: `${PART}${box.within}` };
+  });
+}
+
+/** One arrow for each pair of states, with all conditions that lead along it: where the layout put it, as long as nobody moved an end. */
+function edgesOf(
+  shape: Shape,
+  laid: Laid | null,
+  boxes: LaidBox[],
+  last: { from: string; to: string } | null,
+  edit: StateEdit | undefined,
+  moving: string | null,
+): Edge[] {
+  const found = (name: string) => boxes.find((box) => box.kind === "list" && box.name === name) ?? boxes.find((box) => box.name === name);
+  const isMoved = (name: string) => name === moving || (edit?.places !== undefined && Object.hasOwn(edit.places, name));
+  const begin: Arrow = { from: START, to: shape.initial, conditions: [] };
+  return [begin, ...arrowsOf(shape)].flatMap((arrow): Edge[] => {
+    const [from, to] = [found(arrow.from), arrow.to === null ? boxes.find((box) => box.kind === "end") : found(arrow.to)];
+    if (!from || !to) return [];
+    const route = laid?.arrows.find((one) => one.arrow.from === arrow.from && one.arrow.to === arrow.to);
+    const way = to.kind === "end" || from.kind === "start" || to.x >= from.x ? "there" : "back";
+    const isTaken = last !== null && arrow.from === last.from && arrow.to === last.to;
+    const wrong = edit?.isWrong(arrow.from, arrow.to) ?? false;
+    const text = arrow.conditions.map((one) => one.name).join(", ");
+    const common = {
+      id: `${arrow.from} → ${arrow.to ?? "(end)"}`,
+      source: idOf(from),
+      target: idOf(to),
+      sourceHandle: from.kind === "start" ? "there" : way,
+      targetHandle: to.kind === "end" ? "there" : way,
+      // Before the states: an arrow that passes one is seen to pass it.
+      zIndex: 1,
+      markerEnd: { type: MarkerType.ArrowClosed },
+      className: `arrow ${arrow.to === null ? "ends" : ""} ${isTaken ? "taken" : ""} ${wrong ? "wrong" : ""}`,
+      ariaLabel: `from ${arrow.from} to ${arrow.to ?? "the end"}: ${text}`,
+    };
+    if (route && !isMoved(arrow.from) && !isMoved(arrow.to ?? ""))
+      return [{ ...common, type: "route", data: { path: route.path, at: route.label ?? { x: 0, y: 0 }, conditions: arrow.conditions } }];
+    return [
+      {
+        ...common,
+        type: way === "there" ? "default" : "smoothstep",
+        label: text,
+        labelBgStyle: { fill: "var(--ground)" },
+        labelStyle: { fill: wrong ? "var(--bad)" : "var(--text)" },
+      },
+    ];
+  });
+}
