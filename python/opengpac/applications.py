@@ -12,6 +12,7 @@ from .errors import CallError, Error, UnknownName, did_you_mean, refuse
 from .groups import Group
 from .places import here
 from .policies.meant import check_order
+from .python.placed import check_placed
 from .quantities import duration_ns
 
 if TYPE_CHECKING:
@@ -49,15 +50,18 @@ def bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, A
 
 def application_json(verb: Verb[..., Any], bound: BoundArguments) -> dict[str, Any]:
     """A verb applied to its objects and instantiation arguments."""
-    check_order(verb, bound.arguments)
     return {**applied(verb, arguments_json(verb, bound.arguments)), "place": here().json()}
 
 
 def arguments_json(verb: Verb[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
     """The objects and instantiation arguments of a call, as the model takes them. What is no longer there is refused."""
+    if verb.interpreted_blocks:
+        check_placed(verb, system_for(verb, given))
     names = verb.arguments_signature.parameters
     if not names:
         return {}
+    if verb.has_ordered_ports:
+        check_order(verb, given)
     what = f"of verb '{verb.name}'"
     return {name: argument_json(one, f"argument '{name}' {what}") for name, one in given.items() if name in names and one is not None}
 

@@ -27,9 +27,11 @@ class Processor(Shown, Declared):
     Made by `cell.processor("rtp0")`.
     """
 
-    def __init__(self, system: System, name: str) -> None:
+    def __init__(self, system: System, name: str, apart: bool | None = None) -> None:
         self.system = system
         self.name = name
+        self.apart = apart
+        """Whether it has a process of its own, here or on another host; None where another program has made it."""
 
     def timer(self, name: str, period: Quantity, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
         """A timer: releases at the multiples of `period` from the epoch. A larger priority (1 to 98) preempts a smaller one.

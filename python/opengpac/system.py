@@ -172,7 +172,7 @@ class System(Commanded, Timed, Declared):
                 optional_ns(lost_after, "lost_after"),
                 optional_ns(patience, "patience"),
             )
-        return self.processors.setdefault(name, Processor(self, name))
+        return self.processors.setdefault(name, Processor(self, name, apart=bool(process or host)))
 
     def listen(
         self,

@@ -25,6 +25,7 @@ from .parameters import Object, input_of, objects_of, requirement_of
 from .places import Place, here
 from .policies.meant import check_rates
 from .processors import system_of
+from .python.placed import interpreted
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import Report
 from .signatures import arguments_signature, call_signature, inputs_signature
@@ -276,6 +277,16 @@ class Verb(VerbTables, Declared, Generic[P, R]):
     def has_modules(self) -> bool:
         """Whether blocks of it are of code modules of the component data base."""
         return bool(modules_of(self.blocks.values()))
+
+    @functools.cached_property
+    def interpreted_blocks(self) -> list[tuple[str, str]]:
+        """Label and name of each of its blocks that stays Python."""
+        return [*interpreted(self.blocks)]
+
+    @functools.cached_property
+    def has_ordered_ports(self) -> bool:
+        """Whether a block of it takes variables of joints in one order only."""
+        return any(getattr(use.block, "names", None) for use in self.blocks.values())
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import pytest
 
 import opengpac as gpac
 from opengpac import activate, execute, ready
 from opengpac import library as lib
+from opengpac.python import Input, Output
 
 
 class Axis:
@@ -61,14 +62,14 @@ class Axis:
         return getattr(self.x, name).history[-last:]["value"].tolist()
 
 
-def moved(own: tuple[str, ...], order: tuple[str, ...] | None) -> list[dict[float, float]]:
+def moved(own: tuple[str, ...], order: tuple[str, ...] | None, middle: Any = None) -> list[dict[float, float]]:
     """A motion with an exchange in it, where an order of the new blocks is given: what was sensed when, and the SVVs of its own."""
     axis = Axis(own)
     with axis.cell:
         axis.x.commanded = 0.5
         axis.cell.advance("5 ms")
         if order is not None:
-            axis.x.exchange_verb(axis.servo("through", lib.gain(k=1.0), order))
+            axis.x.exchange_verb(axis.servo("through", middle or lib.gain(k=1.0), order))
         axis.cell.advance("5 ms")
         axis.x.commanded = 0.4
         axis.cell.advance("20 ms")
@@ -79,6 +80,20 @@ def moved(own: tuple[str, ...], order: tuple[str, ...] | None) -> list[dict[floa
 @pytest.mark.parametrize("own", [("error", "effort"), ("effort",), ("error",), ()])
 def test_a_transparent_block_in_a_running_servo_changes_no_value(own: tuple[str, ...], order: tuple[str, ...]) -> None:
     assert moved(own, order) == moved(own, None)
+
+
+@gpac.block
+def through(u: Annotated[float, Input("sensed", "rad|m")], y: Annotated[float, Output("the same", "rad|m")]):
+    """y = u."""
+    y = u  # noqa: F841
+
+
+def test_a_block_in_python_comes_into_a_running_servo_and_no_cycle_is_missed() -> None:
+    plain, exchanged = moved(("error",), None), moved(("error",), ("read", "middle", "pid", "write"), through)
+    assert exchanged == plain
+    times = [round(time * 1e3) for time in exchanged[1]]
+    assert times == [*range(times[0], times[0] + len(times))] and len(times) >= 30
+    assert len(set(exchanged[0].values())) > 20, "it moves meanwhile"
 
 
 def test_exchanged_to_and_fro_and_enabled_again_the_controller_sees_the_present_value() -> None:

@@ -12,7 +12,10 @@ import opengpac as gpac
 from opengpac import cli
 
 PROGRAM = '''
+from typing import Annotated
+
 import opengpac as gpac
+from opengpac.python import Input, Output, Parameter
 from opengpac import activate, library as lib, on
 
 
@@ -44,6 +47,15 @@ def hum(out: gpac.SVV[float], level: float = 1.0) -> Moved:
     """Typed as it is."""
 
 
+@gpac.block
+def twice(u: Annotated[float, Input("raw")], y: Annotated[float, Output("doubled")], by: Annotated[float, Parameter()] = 2.0) -> None:
+    """Twice the input."""
+    y = by * u
+
+
+low = lib.lowpass
+
+
 def double(n: int = 5) -> int:
     return 2 * n
 
@@ -54,12 +66,15 @@ y = cell.svv("y", "double")
 '''
 
 USE = """
-from program import cell, double, fast, hum, smooth, y
+from program import cell, double, fast, hum, low, smooth, twice, y
 
 print(smooth.on(fast)(y, shape=1, level="0.5", time_limit="5 ms").last + double(3))
 smooth.asynch(y, shape=1).wait()
 smooth.new_instance(y).start(shape=1)
 hum(y, level=0.5).last
+one, gain = low(alpha=0.3).labelled("one"), twice(by=3.0).labelled("gain")
+blocks, cells = [one, gain], {"x": [one.y, gain.u]}
+print(twice.run(u=[1.0, 2.0], by=0.5).y.sum(), twice.inputs["u"].unit)
 smooth(y, shape="sine")
 smooth(y, shape=1, levl=2.0)
 smooth(y)
@@ -67,6 +82,11 @@ smooth(5, shape=1)
 double("3")
 hum(y, levle=0.5)
 cell.nothing
+one.outputs_of
+gain.v
+twice(bye=3.0)
+twice.run(v=1.0)
+twice.run(u=1.0).z
 """
 
 
@@ -86,7 +106,7 @@ def test_a_type_checker_knows_the_calls(tmp_path: Path) -> None:
     assert [d for d in found if not d["file"].endswith("use.py")] == []
     lines = USE.splitlines()
     wrong = sorted({lines[d["range"]["start"]["line"]] for d in found})
-    assert wrong == sorted(lines[7:]), found
+    assert wrong == sorted(lines[10:]), found
 
 
 def test_a_program_with_an_error_gets_a_stub_all_the_same(tmp_path: Path) -> None:

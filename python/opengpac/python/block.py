@@ -12,14 +12,15 @@ import tempfile
 import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Generic, ParamSpec
+from typing import Any, Generic, Literal, ParamSpec, overload
 
 from .. import __version__, _native
 from ..blocks import Block
 from ..checks import without_system
 from ..errors import DefinitionError, ModuleError, UnitMismatch, refusals, refuse
 from ..places import Place
-from . import compiling, shim
+from ..quantities import Quantity, duration_ns
+from . import compiling, interpreted, shim
 from .checking import check_body
 from .items import Item, Refusing, items_of
 from .rewriting import rewritten
@@ -28,20 +29,35 @@ P = ParamSpec("P")
 
 
 class PythonBlock(Block, Generic[P]):
-    """A block that was written in Python. Made by `@gpac.block`. `function` is the function as written, for comparison."""
+    """A block that was written in Python. Made by `@gpac.block`.
 
-    def __init__(self, interface: Mapping[str, Any], module: str, function: Callable[P, None]) -> None:
+    `function` is the function as written, for comparison; `native` says whether it was compiled, or runs as Python in a process.
+    """
+
+    def __init__(self, interface: Mapping[str, Any], module: str, function: Callable[P, object], native: bool = True) -> None:
         super().__init__(interface, module)
         self.function = function
+        self.native = native
 
 
-def block(function: Callable[P, None]) -> PythonBlock[P]:
+@overload
+def block(function: Callable[P, object]) -> PythonBlock[P]: ...
+@overload
+def block(*, native: Literal[True] = True) -> Callable[[Callable[P, object]], PythonBlock[P]]: ...
+@overload
+def block(*, native: Literal[False], deadline: Quantity | None = None) -> Callable[[Callable[P, object]], PythonBlock[P]]: ...
+def block(function: Callable[P, object] | None = None, *, native: bool = True, deadline: Quantity | None = None) -> Any:
     """A function block from a function whose arguments are annotated as its items.
 
     Outputs, states and conditions are arguments that the function assigns to; what they hold at its end is published, together.
     An exception that Python would raise (a division by zero, an index beyond an array) is a fault of the invocation. The docstring is the
     block's description. Numba compiles it, with no interpreter: what cannot be compiled raises `DefinitionError` with its line and
     what to write instead. Defining it again, as a notebook does, redefines the block.
+
+    `@gpac.block(native=False)` leaves it as it is: any Python, with NumPy, PyTorch, OpenCV. It runs on a processor of its own,
+    `cell.processor("eyes", process=True)`, at the interval of its activation, and others take its values whenever they come. What it raises
+    is `fault`, with the exception's text and line; where its process dies, `processor_lost`. With `deadline="40 ms"` the block has a
+    condition `late`, reported by an invocation that took longer.
 
     >>> from typing import Annotated
     >>> import opengpac as gpac
@@ -53,21 +69,74 @@ def block(function: Callable[P, None]) -> PythonBlock[P]:
     >>> lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
     array([0.5 , 0.75])
     """
+    if function is None:
+        return lambda function: _made(function, native, deadline)
+    return _made(function, native, deadline)
+
+
+def _made(function: Callable[P, object], native: bool, deadline: Quantity | None) -> PythonBlock[P]:
     tree, file, text = _parsed(function)
     refusing = Refusing(file, tree.name)
     items, invocation = items_of(function, tree, refusing)
     found = inspect.getclosurevars(function)
     names = {**found.globals, **found.nonlocals}
-    check_body(tree, items, invocation, names, refusing)
     doc = (ast.get_docstring(tree) or tree.name).strip()
+    if native:
+        if deadline is not None:
+            refusing(tree.lineno, "it has a deadline, and is compiled", "give a budget where it is activated, or native=False")
+        check_body(tree, items, invocation, names, refusing)
+        kept = _compiled(tree, items, invocation, names, file, text, doc, refusing)
+    else:
+        kept = _interpreted(function, tree, items, file, doc, deadline, found.nonlocals, refusing)
+    return PythonBlock(_interface(function, kept, items, refusing), str(kept), function, native)
+
+
+def _compiled(
+    tree: ast.FunctionDef,
+    items: list[Item],
+    invocation: str | None,
+    names: Mapping[str, Any],
+    file: str,
+    text: str,
+    doc: str,
+    refusing: Refusing,
+) -> Path:
+    """The file of the block's native code."""
     constants = {name: repr(value) for name, value in sorted(names.items()) if isinstance(value, bool | int | float)}
-    key = json.dumps([__version__, compiling.VERSION, compiling.CPU, file, tree.lineno, text, constants, repr(items)])
-    kept = _folder() / f"{tree.name}-{hashlib.sha256(key.encode()).hexdigest()[:24]}.so"
+    key = json.dumps([__version__, compiling.VERSION, compiling.FORM, compiling.CPU, file, tree.lineno, text, constants, repr(items)])
+    kept = _kept(tree.name, key)
     if not kept.exists():
         made = rewritten(tree, items, invocation, names, file)
-        assembly = compiling.assembly(made, items, file, refusing, tree.lineno)
-        _build(shim.source(tree.name, doc, items, assembly, file, tree.lineno), kept, tree.name)
-    return PythonBlock(_interface(function, kept, items, refusing), str(kept), function)
+        body = compiling.compiled(made, items, file, refusing, tree.lineno)
+        _build(shim.source(tree.name, doc, items, body, file, tree.lineno), kept, tree.name)
+    return kept
+
+
+def _interpreted(
+    function: Callable[..., Any],
+    tree: ast.FunctionDef,
+    items: list[Item],
+    file: str,
+    doc: str,
+    deadline: Quantity | None,
+    nonlocals: Mapping[str, Any],
+    refusing: Refusing,
+) -> Path:
+    """The file of the code that calls the function."""
+    deadline_ns = duration_ns(deadline, f"the deadline of block '{tree.name}'") if deadline is not None else None
+    if deadline_ns is not None and deadline_ns <= 0:
+        refusing(tree.lineno, f"its deadline is {deadline!r}", "give a time above 0")
+    space = {**function.__globals__, **nonlocals} if nonlocals else function.__globals__
+    made = interpreted.returning(tree, items, space, file, refusing)
+    source = interpreted.source(tree.name, doc, items, made, deadline_ns * 1e-9 if deadline_ns else None, file, tree.lineno)
+    kept = _kept(tree.name, __version__ + source)
+    if not kept.exists():
+        _build(source, kept, tree.name)
+    return kept
+
+
+def _kept(name: str, key: str) -> Path:
+    return _folder() / f"{name}-{hashlib.sha256(key.encode()).hexdigest()[:24]}.so"
 
 
 def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
@@ -90,11 +159,13 @@ def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
 
 def _folder() -> Path:
     """Where compiled blocks are kept for this user."""
-    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "opengpac" / "python-blocks"
+    given = os.environ.get("OPENGPAC_PYTHON_BLOCKS")
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = Path(given).absolute() if given else cache.absolute() / "opengpac" / "python-blocks"
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as why:
-        refuse(ModuleError, f"compiled blocks cannot be kept in '{folder}': {why}", "set XDG_CACHE_HOME to a folder of yours")
+        refuse(ModuleError, f"compiled blocks cannot be kept in '{folder}': {why}", "set OPENGPAC_PYTHON_BLOCKS to a folder of yours")
     return folder
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from types import ModuleType
 from typing import Any
 
@@ -49,6 +49,15 @@ STATEMENTS: dict[type[ast.AST], tuple[str, str]] = {
 }  # fmt: skip
 
 
+RETURNS_A_VALUE = ("it returns a value", "assign it to an output; return alone, or with names of outputs and states: return y")
+
+
+def tells_written(node: ast.Return, written: Collection[str]) -> bool:
+    """Whether a `return` has no value, or names what the function writes, as `return y, x`: that says to a linter what they are for."""
+    names = node.value.elts if isinstance(node.value, ast.Tuple) else [] if node.value is None else [node.value]
+    return all(isinstance(name, ast.Name) and name.id in written for name in names)
+
+
 def check_body(tree: ast.FunctionDef, items: list[Item], invocation: str | None, names: Mapping[str, Any], refusing: Refusing) -> None:
     """Refuses the first thing of a body that cannot be compiled. `names`: what its names outside stand for."""
     by_name = {item.name: item for item in items}
@@ -79,8 +88,8 @@ def _problem(
 ) -> tuple[str, str] | None:
     if type(node) in STATEMENTS:
         return STATEMENTS[type(node)]
-    if isinstance(node, ast.Return) and node.value is not None:
-        return "it returns a value", "assign it to an output, then write return alone"
+    if isinstance(node, ast.Return) and not tells_written(node, [item.name for item in items.values() if item.written]):
+        return RETURNS_A_VALUE
     if isinstance(node, ast.Constant) and (node.value is None or isinstance(node.value, str | bytes | complex)):
         what = "None" if node.value is None else "a complex number" if isinstance(node.value, complex) else "text"
         return f"it uses {what}", "use numbers; a port is of the fixed-width integers, float, double, bool, or an array of one"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a rewritten function to assembly, by numba. No runtime of numba or Python is in it: that is checked on what LLVM produced.
+"""From a rewritten function to C, by numba and LLVM. No runtime of numba or Python is in it: that is checked on what LLVM produced.
 
 numba's private interfaces are used, so its version is pinned: `pip install 'opengpac[numba]'`.
 """
@@ -7,6 +7,7 @@ numba's private interfaces are used, so its version is pinned: `pip install 'ope
 from __future__ import annotations
 
 import importlib
+import json
 import re
 from collections.abc import Callable
 from typing import Any, NoReturn
@@ -14,8 +15,11 @@ from typing import Any, NoReturn
 from ..errors import DefinitionError, Error
 from .items import WIDTHS, Item, Refusing
 from .rewriting import INVOCATION
+from .translating import HEAD, Untranslatable, translated
 
 VERSION = "0.68.1"
+FORM = 3
+"""Counts changes of what is made here, for code that was kept."""
 SYMBOL = "opengpac_python_body"
 _LIBM = (
     "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs floor fmod hypot ldexp lgamma log "
@@ -41,8 +45,8 @@ def numba_modules() -> dict[str, Any]:
         raise DefinitionError(text, remedy="pip install 'opengpac[numba]'") from None
 
 
-def assembly(function: Callable[..., None], items: list[Item], file: str, refusing: Refusing, line: int) -> str:
-    """The assembly of a function `opengpac_python_body`, whose arguments are those that `shim` gives."""
+def compiled(function: Callable[..., None], items: list[Item], file: str, refusing: Refusing, line: int) -> str:
+    """A function `opengpac_python_body` in the text of C, whose arguments are those that `shim` gives."""
     numba = numba_modules()
     if numba["version"] != VERSION:
         refusing(line, f"it is compiled by numba {VERSION}, and numba {numba['version']} is installed", "pip install 'opengpac[numba]'")
@@ -119,14 +123,34 @@ def _linked(made: Any, items: list[Item], refusing: Refusing, line: int) -> str:
     inner.linkage = "internal"
     inner.add_function_attribute("alwaysinline")
     machine = binding.Target.from_triple(body.triple).create_target_machine(cpu=CPU, features="", opt=2, reloc="pic", codemodel="default")
-    builder = binding.create_pass_builder(machine, binding.create_pipeline_tuning_options(speed_level=2))
+    builder = binding.create_pass_builder(machine, _options(binding))
     builder.getModulePassManager().run(body, builder)
     text = _without_leftovers(body, binding, builder)
     calls = {f.name for f in body.functions if f.is_declaration and not f.name.startswith("llvm.") and f"@{f.name}(" in text}
     strange = sorted(calls - LIBM)
     if strange:
         refusing(line, f"its machine code would call {', '.join(strange)}", "a block may call the functions of math, and nothing of Python")
-    return machine.emit_assembly(body)
+    try:
+        return HEAD + translated(text, SYMBOL)
+    except Untranslatable:
+        return _called(machine.emit_assembly(body), items)
+
+
+def _options(binding: Any) -> Any:
+    """Nothing side by side: one number after the other is what can be told in C, and gives the same bits."""
+    options = binding.create_pipeline_tuning_options(speed_level=2)
+    options.loop_vectorization = options.slp_vectorization = options.loop_interleaving = options.loop_unrolling = False
+    return options
+
+
+def _called(assembly: str, items: list[Item]) -> str:
+    """The body as assembly, which is called."""
+    types = [f"{i.element} *" if i.shape or i.written else i.element for i in items] + ["uint64_t", "int64_t", "int64_t"]
+    lines = (*assembly.splitlines(), ".text")
+    return "\n".join([
+        f'extern int32_t {SYMBOL}({", ".join(types)}) __attribute__((visibility("hidden")));',
+        *(f"__asm__({json.dumps(line + chr(10), ensure_ascii=False)});" for line in lines), "",
+    ])  # fmt: skip
 
 
 def _without_leftovers(body: Any, binding: Any, builder: Any) -> str:

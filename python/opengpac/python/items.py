@@ -13,7 +13,8 @@ from typing import Annotated, Any, NoReturn, get_args, get_origin, get_type_hint
 
 import numpy as np
 
-from ..errors import DefinitionError, UnitMismatch
+from .. import _native
+from ..errors import DefinitionError, UnitMismatch, ValueRefused, refusals
 from ..places import Place
 from .words import Condition, Input, Invocation, Output, State, Word
 
@@ -28,6 +29,9 @@ _RESERVED = (
     "register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true false asm"
 )
 RESERVED = frozenset(_RESERVED.split())
+
+_NO_UNIT = "px/counts"
+"""What no unit agrees with: a known one is another one, an unknown one is told as such."""
 
 _TYPE = re.compile(r"\s*(\w+)\s*((?:\[\s*\d+\s*\])*)\s*")
 
@@ -103,6 +107,7 @@ def _item(name: str, hint: Any, default: Any, line: int, refusing: Refusing) -> 
     if name in RESERVED or name.startswith(("opengpac", "OG_", "_")):
         refusing(line, f"'{name}' is a word of C or of OpenGPAC", f"choose another name, for example '{name.strip('_')}_value'")
     word = words[0]
+    _check_unit(name, word, line, refusing)
     element, shape = _type_of(name, word, get_args(hint)[0], line, refusing)
     if isinstance(word, Input):
         _check_mode(name, word, line, refusing)
@@ -111,6 +116,20 @@ def _item(name: str, hint: Any, default: Any, line: int, refusing: Refusing) -> 
     if isinstance(word, Output) and word.ratio < 0:
         refusing(line, f"the ratio of '{name}' is {word.ratio}", "give 1 or more")
     return Item(name, word, element, shape, _default(name, word, element, shape, default, line, refusing), line)
+
+
+def _check_unit(name: str, word: Word | Condition, line: int, refusing: Refusing) -> None:
+    """Refuses a unit that nobody knows, at once: else where a verb uses the block."""
+    if not isinstance(word, Word) or not word.unit:
+        return
+    for unit in word.unit.split("|"):
+        try:
+            with refusals:
+                _native.number_in(f"1 {unit}", _NO_UNIT)
+        except ValueRefused as why:
+            refusing(line, f"the unit '{word.unit}' of '{name}' is not known", why.remedy or "write for example 'N.m/rad'", UnitMismatch)
+        except UnitMismatch:
+            pass
 
 
 def _type_of(name: str, word: Word | Condition, python: Any, line: int, refusing: Refusing) -> tuple[str, tuple[int, ...]]:
@@ -122,9 +141,13 @@ def _type_of(name: str, word: Word | Condition, python: Any, line: int, refusing
     text = word.type or PYTHON.get(python) if not isinstance(python, list) else word.type
     if not text:
         refusing(line, f"the type of '{name}' is {getattr(python, '__name__', python)}, which no port has", remedy)
+    if re.search(r"\[\s*[A-Za-z_]\w*\s*\]", text):
+        remedy = "give a number, type=\"double[6]\"; a block for any number of elements is written in C, with size(n, 1, 16)"
+        refusing(line, f"the type of '{name}' is '{text}', whose length is no number", remedy)
     found = _TYPE.fullmatch(text)
     if found is None or found[1] not in WIDTHS:
-        refusing(line, f"the type of '{name}' is '{text}'", f"give one of {', '.join(WIDTHS)}, or an array of one, 'double[6]'")
+        remedy = f"give one of {', '.join(WIDTHS)}, or an array of one, 'double[6]'; a struct is an item for each of its members"
+        refusing(line, f"the type of '{name}' is '{text}'", remedy)
     shape = tuple(int(n) for n in re.findall(r"\d+", found[2]))
     if 0 in shape:
         refusing(line, f"the type of '{name}' is '{text}', which has no elements", "give each length as 1 or more")

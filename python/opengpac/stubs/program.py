@@ -9,18 +9,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..blocks import Block
 from ..graphs import Graph
 from ..verbs import Verb
 from .calls import verb_class
+from .ports import block_class
 
 _HEAD = """\
 # Made by opengpac stubs from {name}: make it anew when a verb changes.
 from collections.abc import Mapping as _Mapping, Sequence as _Sequence
-from typing import Any as _Any
+from typing import Any as _Any, Never as _Never
 
 import numpy as _np
 
 import opengpac as _gpac
+from opengpac.trial import Trial as _Trial
 
 """
 
@@ -66,6 +69,8 @@ def _function(function: ast.FunctionDef | ast.AsyncFunctionDef, value: Any) -> l
     head = ast.unparse(_bare(function))
     if isinstance(value, Verb):
         return ["@_gpac.verb(blocks={}, command_lists={})", *head.splitlines(), ""]
+    if isinstance(value, Block):
+        return _bound(function.name, value)
     decorators = [f"@{ast.unparse(decorator)}" for decorator in function.decorator_list]
     return [*decorators, *head.splitlines(), ""]
 
@@ -107,6 +112,8 @@ def _bound(name: str, value: Any) -> list[str]:
     """A name that a statement has bound, by what it is now."""
     if isinstance(value, Verb):
         return [*verb_class(f"_{name}", value), f"{name}: _{name}_Verb"]
+    if isinstance(value, Block):
+        return [*block_class(f"_{name}", value), f"{name}: _{name}_Block", ""]
     if isinstance(value, Graph):
         return [f"{name}: _gpac.Graph"]
     kind = type(value)
