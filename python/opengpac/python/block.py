@@ -4,20 +4,15 @@
 from __future__ import annotations
 
 import ast
-import hashlib
 import inspect
-import json
-import os
-import tempfile
 import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Generic, ParamSpec
 
-from .. import __version__, _native
 from ..blocks import Block
-from ..checks import without_system
-from ..errors import DefinitionError, ModuleError, UnitMismatch, refusals, refuse
+from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
+from ..kept import interface, kept
 from ..places import Place
 from . import compiling, shim
 from .checking import check_body
@@ -61,13 +56,15 @@ def block(function: Callable[P, None]) -> PythonBlock[P]:
     check_body(tree, items, invocation, names, refusing)
     doc = (ast.get_docstring(tree) or tree.name).strip()
     constants = {name: repr(value) for name, value in sorted(names.items()) if isinstance(value, bool | int | float)}
-    key = json.dumps([__version__, compiling.VERSION, compiling.CPU, file, tree.lineno, text, constants, repr(items)])
-    kept = _folder() / f"{tree.name}-{hashlib.sha256(key.encode()).hexdigest()[:24]}.so"
-    if not kept.exists():
+    key = [compiling.VERSION, compiling.CPU, file, tree.lineno, text, constants, repr(items)]
+
+    def source() -> str:
         made = rewritten(tree, items, invocation, names, file)
         assembly = compiling.assembly(made, items, file, refusing, tree.lineno)
-        _build(shim.source(tree.name, doc, items, assembly, file, tree.lineno), kept, tree.name)
-    return PythonBlock(_interface(function, kept, items, refusing), str(kept), function)
+        return shim.source(tree.name, doc, items, assembly, file, tree.lineno)
+
+    found = kept("python-blocks", tree.name, key, source)
+    return PythonBlock(_interface(function, found, items, refusing), str(found), function)
 
 
 def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
@@ -88,30 +85,11 @@ def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
     return tree, code.co_filename, text
 
 
-def _folder() -> Path:
-    """Where compiled blocks are kept for this user."""
-    folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "opengpac" / "python-blocks"
-    try:
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-    except OSError as why:
-        refuse(ModuleError, f"compiled blocks cannot be kept in '{folder}': {why}", "set XDG_CACHE_HOME to a folder of yours")
-    return folder
-
-
-def _build(text: str, kept: Path, name: str) -> None:
-    with tempfile.TemporaryDirectory(dir=kept.parent) as folder:
-        source = Path(folder) / f"{name}.c"
-        source.write_text(text)
-        with refusals:
-            built = _native.build([str(source)], str(source.with_suffix(".so")))
-        os.replace(built, kept)
-
-
-def _interface(function: Callable[..., Any], kept: Path, items: list[Item], refusing: Refusing) -> Mapping[str, Any]:
+def _interface(function: Callable[..., Any], found: Path, items: list[Item], refusing: Refusing) -> Mapping[str, Any]:
     """The block's interface as the real-time system reads it from the compiled code."""
     module = "python" if function.__module__ == "__main__" else function.__module__.replace(".", "_")
     try:
-        return without_system().enter_module(f"{module}:{refusing.name}", str(kept))[0]
+        return interface(f"{module}:{refusing.name}", found)
     except (DefinitionError, UnitMismatch, ModuleError) as why:
         line = next((i.line for i in items if f"'{i.name}'" in why.message), items[0].line)
         raise type(why)(f"block '{refusing.name}': {why.message}", remedy=why.remedy, place=Place(refusing.file, line)) from None

@@ -23,10 +23,10 @@ def source(name: str, doc: str, items: list[Item], assembly: str, file: str, lin
     lines = [
         "#include <opengpac.h>",
         f'extern int32_t {SYMBOL}({", ".join(types)}) __attribute__((visibility("hidden")));',
-        *(f"__asm__({_quoted(text)});" for text in (*assembly.splitlines(), ".text")),
-        f"#line {line} {_quoted(file, newline=False)}",
-        f"FUNCTION_BLOCK({name}, {_quoted(doc, newline=False)}, {', '.join(map(_declared, items))})",
-        f"#line {line} {_quoted(file, newline=False)}",
+        *(f"__asm__({quoted(text)});" for text in (*assembly.splitlines(), ".text")),
+        f"#line {line} {quoted(file, newline=False)}",
+        f"FUNCTION_BLOCK({name}, {quoted(doc, newline=False)}, {', '.join(map(declared, items))})",
+        f"#line {line} {quoted(file, newline=False)}",
         "{",
         *(f"    bool opengpac_reports_{c} = 0;" for c in conditions),
         *(f"    {i.element} opengpac_cell_{i.name} = self->{i.name};" for i in scalars),
@@ -40,7 +40,7 @@ def source(name: str, doc: str, items: list[Item], assembly: str, file: str, lin
     return "\n".join(lines) + "\n"
 
 
-def _quoted(text: str, newline: bool = True) -> str:
+def quoted(text: str, newline: bool = True) -> str:
     """A string of C."""
     return json.dumps(text + ("\n" if newline else ""), ensure_ascii=False).replace("??", "?\\?")
 
@@ -53,13 +53,13 @@ def _argument(item: Item) -> str:
     return f"&opengpac_cell_{item.name}" if item.written else f"self->{item.name}"
 
 
-def _declared(item: Item) -> str:
-    """One item of the list, in the words of C."""
+def declared(item: Item) -> str:
+    """One item of a `FUNCTION_BLOCK`'s list, in the words of C."""
     word, name = item.word, item.name
-    doc = _quoted(word.doc or name, newline=False)
+    doc = quoted(word.doc or name, newline=False)
     if isinstance(word, Condition):
         return f"condition({name}, {doc})"
-    tail = f"{doc}, {_quoted(word.unit, newline=False)}" if word.unit else doc
+    tail = f"{doc}, {quoted(word.unit, newline=False)}" if word.unit else doc
     zero = item.default if item.default is not None else "0"
     if isinstance(word, Input):
         if word.history:
