@@ -25,9 +25,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "alone: no other test runs meanwhile, for this one looks at the whole machine")
-    if "OPENGPAC_PYTHON_BLOCKS" not in os.environ:
+    if "OPENGPAC_COMPILED" not in os.environ:
         # Workers inherit it: each block in Python is compiled once for all of them, and nothing of the user's is written.
-        os.environ["OPENGPAC_PYTHON_BLOCKS"] = compiled = tempfile.mkdtemp(prefix="og-blocks-")
+        os.environ["OPENGPAC_COMPILED"] = compiled = tempfile.mkdtemp(prefix="og-blocks-")
         atexit.register(_remove, compiled, os.getpid())
     if _WORKER:
         # Systems of one name and user find each other there. Short: a socket's path has 107 letters.

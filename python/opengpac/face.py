@@ -44,6 +44,7 @@ from .errors import (
     ValueRefused,
     VersionMismatch,
 )
+from .fmi import FmuBlock, fmu
 from .frames import Frame, Pose
 from .graphs import Graph, ratio
 from .groups import Group
@@ -64,6 +65,7 @@ from .sources import Source
 from .studio import Studio
 from .suspension import Holding, holding
 from .svvs import SVV, Predicate, Snapshot
+from .symbolic import CasadiBlock, casadi
 from .system import System
 from .verbs import Verb
 
@@ -77,15 +79,15 @@ if TYPE_CHECKING:
     from . import cell, motion, robots
 
 __all__ = [
-    "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "ConnectionLost",
-    "CoverError", "DefinitionError", "DefinitionFile", "DeviceFailed", "Difference", "EmergencyStopped", "Error", "FileFailed", "Frame",
-    "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState", "LimitExceeded", "LogicalDevice", "Module",
-    "ModuleError", "NotAllowed", "NotCommanding", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice",
-    "PlacementError", "Point", "Points", "Policy", "Pose", "Predicate", "Processor", "PythonBlock", "Quantity", "Recorded", "Recording",
-    "Reference", "Replay", "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot", "Source", "StructType", "Studio",
-    "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Term", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
-    "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "block", "cell", "compose",
-    "connect", "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "load", "motion",
-    "on", "open_recording", "parameter", "policy", "ratio", "ready", "replay", "required", "robots", "save", "svv", "together", "verb",
-    "wait",
+    "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "CasadiBlock", "Channel", "Command", "ComposedVerb", "CompositionConflict",
+    "ConnectionLost", "CoverError", "DefinitionError", "DefinitionFile", "DeviceFailed", "Difference", "EmergencyStopped", "Error",
+    "FileFailed", "FmuBlock", "Frame", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState",
+    "LimitExceeded", "LogicalDevice", "Module", "ModuleError", "NotAllowed", "NotCommanding", "NotEnabled", "NotHomed", "Occurrence",
+    "OutOfRange", "Part", "PhysicalDevice", "PlacementError", "Point", "Points", "Policy", "Pose", "Predicate", "Processor",
+    "PythonBlock", "Quantity", "Recorded", "Recording", "Reference", "Replay", "Report", "SchedulingError", "SecondWriter", "SessionLost",
+    "Snapshot", "Source", "StructType", "Studio", "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Term", "Terminated",
+    "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance",
+    "VersionMismatch", "activate", "block", "casadi", "cell", "compose", "connect", "deactivate", "deg", "drivers", "each", "execute",
+    "fmu", "holding", "input", "install", "interval", "library", "load", "motion", "on", "open_recording", "parameter", "policy", "ratio",
+    "ready", "replay", "required", "robots", "save", "svv", "together", "verb", "wait",
 ]  # fmt: skip

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -48,6 +49,26 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
 def optional_ns(duration: Quantity | None, what: str) -> int | None:
     """As `duration_ns`, and nothing for nothing."""
     return None if duration is None else duration_ns(duration, what)
+
+
+def unknown_unit(unit: str) -> str | None:
+    """None where a unit of a port is known (`"rad|m"` is either, one that begins with `=` is that of another item), else what to write.
+
+    >>> unknown_unit("N.m"), unknown_unit("Nm")
+    (None, "did you mean 'N.m'?")
+    """
+    if unit.startswith("="):
+        return None
+    for one in unit.split("|"):
+        try:
+            _native.number_in(f"1 {one}", "rad")
+        except _native.Refused as refused:
+            found = json.loads(str(refused))[0]
+            if found["class"] == "ValueRefused":
+                return found["remedy"]
+        except UnicodeEncodeError:
+            return "write a unit that is known"
+    return None
 
 
 def deg(angles: Sequence[float] | float | np.ndarray) -> Any:

@@ -35,6 +35,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Blocks and graphs": ("opengpac", "Block BlockUse Occurrence Reference Graph ratio block PythonBlock"),
     "Items of a block in Python": ("opengpac.python", "Input Output State Parameter Condition Invocation"),
     "Learned policies": ("opengpac", "policy Policy Term"),
+    "Symbolic models and FMUs": ("opengpac", "casadi CasadiBlock fmu FmuBlock"),
     "Verbs": ("opengpac", "Verb verb VerbInstance Report Terminated"),
     "Tables of a verb": ("opengpac", "each input required on Termination holding Holding"),
     "Commands of a list": ("opengpac", "activate execute deactivate wait install ready interval Interval Command"),
@@ -69,7 +70,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Drivers": (
         "opengpac.drivers",
-        "mujoco loopback scripted plant_process python ethercat canopen ur modbus modbus_server text feetech dynamixel load list show "
+        "mujoco loopback scripted plant_process python ethercat canopen ur modbus modbus_server text feetech dynamixel fmu load list show "
         "manuals scan Driver Drivers Manual Manuals Found",
     ),
 }

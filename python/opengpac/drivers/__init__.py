@@ -4,6 +4,7 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ..fmi.device import fmu
 from .canopen import canopen
 from .catalog import Found, Manual, Manuals, list, manuals, scan, show
 from .driver import UNLIMITED as UNLIMITED
@@ -31,6 +32,7 @@ __all__ = [
     "ethercat",
     "fake",
     "feetech",
+    "fmu",
     "list",
     "load",
     "loopback",

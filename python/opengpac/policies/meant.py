@@ -19,8 +19,10 @@ def check_rates(uses: Mapping[str, BlockUse], lists: Mapping[str, Sequence[Mappi
         label, every = str(command.get("block")), command.get("every_ns")
         trained = getattr(uses[label].block, "period_ns", None) if label in uses else None
         if trained is not None and every is not None and every != trained:
-            policy = uses[label].block.name.rpartition(".")[2]
-            text = f"'{label}' is activated every {_text(every)}, policy '{policy}' was trained for {_text(trained)}"
+            block = uses[label].block
+            name = block.name.rpartition(".")[2]
+            meant = f"policy '{name}' was trained for" if hasattr(block, "names") else f"block '{name}' takes steps of"
+            text = f"'{label}' is activated every {_text(every)}, {meant} {_text(trained)}"
             refuse(SchedulingError, text, f"write every='{_text(trained)}'")
 
 

@@ -4,20 +4,15 @@
 from __future__ import annotations
 
 import ast
-import hashlib
 import inspect
-import json
-import os
-import tempfile
 import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Generic, Literal, ParamSpec, overload
 
-from .. import __version__, _native
 from ..blocks import Block
-from ..checks import without_system
-from ..errors import DefinitionError, ModuleError, UnitMismatch, refusals, refuse
+from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
+from ..kept import interface, kept
 from ..places import Place
 from ..quantities import Quantity, duration_ns
 from . import compiling, interpreted, shim
@@ -26,6 +21,9 @@ from .items import Item, Refusing, items_of
 from .rewriting import rewritten
 
 P = ParamSpec("P")
+
+KIND = "python-blocks"
+"""Of the code that is kept."""
 
 
 class PythonBlock(Block, Generic[P]):
@@ -85,10 +83,10 @@ def _made(function: Callable[P, object], native: bool, deadline: Quantity | None
         if deadline is not None:
             refusing(tree.lineno, "it has a deadline, and is compiled", "give a budget where it is activated, or native=False")
         check_body(tree, items, invocation, names, refusing)
-        kept = _compiled(tree, items, invocation, names, file, text, doc, refusing)
+        code = _compiled(tree, items, invocation, names, file, text, doc, refusing)
     else:
-        kept = _interpreted(function, tree, items, file, doc, deadline, found.nonlocals, refusing)
-    return PythonBlock(_interface(function, kept, items, refusing), str(kept), function, native)
+        code = _interpreted(function, tree, items, file, doc, deadline, found.nonlocals, refusing)
+    return PythonBlock(_interface(function, code, items, refusing), str(code), function, native)
 
 
 def _compiled(
@@ -103,13 +101,14 @@ def _compiled(
 ) -> Path:
     """The file of the block's native code."""
     constants = {name: repr(value) for name, value in sorted(names.items()) if isinstance(value, bool | int | float)}
-    key = json.dumps([__version__, compiling.VERSION, compiling.FORM, compiling.CPU, file, tree.lineno, text, constants, repr(items)])
-    kept = _kept(tree.name, key)
-    if not kept.exists():
+    key = [compiling.VERSION, compiling.FORM, compiling.CPU, file, tree.lineno, text, constants, repr(items)]
+
+    def source() -> str:
         made = rewritten(tree, items, invocation, names, file)
         body = compiling.compiled(made, items, file, refusing, tree.lineno)
-        _build(shim.source(tree.name, doc, items, body, file, tree.lineno), kept, tree.name)
-    return kept
+        return shim.source(tree.name, doc, items, body, file, tree.lineno)
+
+    return kept(KIND, tree.name, key, source)
 
 
 def _interpreted(
@@ -129,14 +128,7 @@ def _interpreted(
     space = {**function.__globals__, **nonlocals} if nonlocals else function.__globals__
     made = interpreted.returning(tree, items, space, file, refusing)
     source = interpreted.source(tree.name, doc, items, made, deadline_ns * 1e-9 if deadline_ns else None, file, tree.lineno)
-    kept = _kept(tree.name, __version__ + source)
-    if not kept.exists():
-        _build(source, kept, tree.name)
-    return kept
-
-
-def _kept(name: str, key: str) -> Path:
-    return _folder() / f"{name}-{hashlib.sha256(key.encode()).hexdigest()[:24]}.so"
+    return kept(KIND, tree.name, source, lambda: source)
 
 
 def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
@@ -157,32 +149,11 @@ def _parsed(function: Callable[..., Any]) -> tuple[ast.FunctionDef, str, str]:
     return tree, code.co_filename, text
 
 
-def _folder() -> Path:
-    """Where compiled blocks are kept for this user."""
-    given = os.environ.get("OPENGPAC_PYTHON_BLOCKS")
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    folder = Path(given).absolute() if given else cache.absolute() / "opengpac" / "python-blocks"
-    try:
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-    except OSError as why:
-        refuse(ModuleError, f"compiled blocks cannot be kept in '{folder}': {why}", "set OPENGPAC_PYTHON_BLOCKS to a folder of yours")
-    return folder
-
-
-def _build(text: str, kept: Path, name: str) -> None:
-    with tempfile.TemporaryDirectory(dir=kept.parent) as folder:
-        source = Path(folder) / f"{name}.c"
-        source.write_text(text)
-        with refusals:
-            built = _native.build([str(source)], str(source.with_suffix(".so")))
-        os.replace(built, kept)
-
-
-def _interface(function: Callable[..., Any], kept: Path, items: list[Item], refusing: Refusing) -> Mapping[str, Any]:
+def _interface(function: Callable[..., Any], found: Path, items: list[Item], refusing: Refusing) -> Mapping[str, Any]:
     """The block's interface as the real-time system reads it from the compiled code."""
     module = "python" if function.__module__ == "__main__" else function.__module__.replace(".", "_")
     try:
-        return without_system().enter_module(f"{module}:{refusing.name}", str(kept))[0]
+        return interface(f"{module}:{refusing.name}", found)
     except (DefinitionError, UnitMismatch, ModuleError) as why:
         line = next((i.line for i in items if f"'{i.name}'" in why.message), items[0].line)
         raise type(why)(f"block '{refusing.name}': {why.message}", remedy=why.remedy, place=Place(refusing.file, line)) from None

@@ -66,7 +66,7 @@ def _argument(item: Item) -> str:
 
 
 def declared(item: Item) -> str:
-    """One item of the list, in the words of C."""
+    """One item of a `FUNCTION_BLOCK`'s list, in the words of C."""
     word, name = item.word, item.name
     doc = quoted(word.doc or name)
     if isinstance(word, Condition):

@@ -131,7 +131,7 @@ def test_what_cannot_be_compiled_is_refused(name: str, tmp_path: Path) -> None:
 
 
 def test_a_function_is_compiled_once_and_again_when_it_changes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("OPENGPAC_PYTHON_BLOCKS", str(tmp_path))
+    monkeypatch.setenv("OPENGPAC_COMPILED", str(tmp_path))
     compiled: list[str] = []
     really = compiling.compiled
     monkeypatch.setattr(compiling, "compiled", lambda *given: compiled.append(given[2]) or really(*given))
@@ -144,7 +144,7 @@ def test_a_function_is_compiled_once_and_again_when_it_changes(tmp_path: Path, m
 
 
 def test_without_numba_one_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("OPENGPAC_PYTHON_BLOCKS", str(tmp_path))
+    monkeypatch.setenv("OPENGPAC_COMPILED", str(tmp_path))
 
     def missing(name: str, *given: Any) -> Any:
         raise ModuleNotFoundError(f"No module named '{name}'", name=name)
@@ -180,7 +180,7 @@ def test_a_function_defined_again_redefines_the_block_once_no_instance_runs(tmp_
 
 
 def test_a_record_keeps_the_compiled_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("OPENGPAC_PYTHON_BLOCKS", str(tmp_path / "kept"))
+    monkeypatch.setenv("OPENGPAC_COMPILED", str(tmp_path / "kept"))
     gain = _gain(tmp_path / "p.py", "0.3")
     cell = gpac.System("cell", clock="virtual")
     recording = cell.record(tmp_path / "run.mcap", replay=True)

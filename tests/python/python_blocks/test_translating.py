@@ -71,7 +71,7 @@ def test_c_and_assembly_give_the_same_bits_and_python_the_same_numbers(tmp_path:
     }  # fmt: skip
     told: list[str] = []
     with monkeypatch.context() as patch:
-        patch.setenv("OPENGPAC_PYTHON_BLOCKS", str(tmp_path / "c"))
+        patch.setenv("OPENGPAC_COMPILED", str(tmp_path / "c"))
         patch.setattr(compiling, "translated", lambda *text: told.append(translated(*text)) or told[-1])
         expected = outcome(gpac.block(numbers), given)
     assert len(told) == 1 and "goto" in told[0], "it was translated"
@@ -80,7 +80,7 @@ def test_c_and_assembly_give_the_same_bits_and_python_the_same_numbers(tmp_path:
         raise Untranslatable("for this test")
 
     with monkeypatch.context() as patch:
-        patch.setenv("OPENGPAC_PYTHON_BLOCKS", str(tmp_path / "assembly"))
+        patch.setenv("OPENGPAC_COMPILED", str(tmp_path / "assembly"))
         patch.setattr(compiling, "translated", unknown)
         assert outcome(gpac.block(numbers), given) == expected
     values, conditions = outcome(gpac.block(native=False)(numbers), given)

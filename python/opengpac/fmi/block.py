@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`gpac.fmu`: a co-simulation FMU becomes a function block. Its C is compiled once for each content, and kept for later processes."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from ..blocks import Block, Item
+from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
+from ..given import taking
+from ..kept import folder, interface, kept
+from ..quantities import Quantity, optional_ns
+from . import code
+from .description import Description, described
+from .interpreters import check_native
+from .ports import ports_of
+
+KIND = "fmu-blocks"
+
+Chosen: TypeAlias = "Sequence[str] | Mapping[str, str]"
+
+PROBLEMS = {
+    3: "all its instances are in use by blocks that ran later: give more, instances=…",
+    7: "it refuses a value that it was given",
+    8: "it refuses to be initialised with these values",
+    10: "its binary cannot be loaded: a library that it needs is not there",
+    11: "its binary lacks a function that FMI asks for",
+    12: "it refuses to be instantiated",
+}
+"""Faults of a block's first invocation, in words."""
+
+
+class FmuBlock(Block):
+    """The block of an FMU. Made by `gpac.fmu`. `file` is the FMU, `description` what it says of itself, `period_ns` the only step that it
+    takes, or None."""
+
+    def __init__(self, interface: Mapping[str, Any], module: str, description: Description, period_ns: int | None) -> None:
+        super().__init__(interface, module)
+        self.file = description.file
+        self.description = description
+        self.period_ns = period_ns
+
+
+@taking
+def fmu(
+    path: str | os.PathLike[str],
+    inputs: Chosen | None = None,
+    outputs: Chosen | None = None,
+    parameters: Chosen | None = None,
+    *,
+    units: Mapping[str, str] | None = None,
+    every: Quantity | None = None,
+    instances: int = 4,
+    name: str | None = None,
+    doc: str = "",
+) -> FmuBlock:
+    """A co-simulation FMU of FMI 2 or 3 as a function block: the first invocation of a start initialises it, each later one steps it from
+    the time of the one before to its own, with the inputs of now.
+
+    Numbers, truth values and arrays become items of the block with their units, the characters that C does not know as '_'. `inputs`,
+    `outputs` and `parameters` say which, or `{"body.v": "speed"}` which by which name; all of them without. Parameters that are not
+    tunable act at the next start. `units` says units that the FMU lacks or has in words of its own. `every` is the only interval that it
+    can be run at, where it takes one step size only and does not say which. `instances` are made when the block is loaded: as many can be
+    in use at a time in each process. `path` is the FMU's file, `name` the block's name, the FMU's unless given, `doc` its description.
+
+    Raises `ModuleError` with the reason for a file that cannot be used: FMI version, platform, no binary, a needed tool, an interpreter
+    inside; `UnitMismatch` for an unknown unit; `DefinitionError` for names that do not fit.
+    """
+    fmu = described(Path(path).expanduser().absolute())
+    given = name or "".join(c if c.isalnum() and c.isascii() else "_" for c in fmu.name)
+    given = f"fmu_{given}" if not given or given[0].isdigit() else given
+    if not given.isidentifier() or not given.isascii():
+        refuse(DefinitionError, f"'{given}' is no name of a block", "give name= letters, digits and '_', a letter first")
+    if isinstance(instances, bool) or not isinstance(instances, int) or not 1 <= instances <= 1024:
+        refuse(DefinitionError, f"'{given}' is to have {instances!r} instances", "give a number, 1 to 1024")
+    check_native(fmu)
+    period_ns = _period(fmu, given, optional_ns(every, f"the interval of '{given}'"))
+    ports = ports_of(fmu, given, inputs, outputs, parameters, units or {})
+    library, resources = unpacked(fmu)
+    text = code.source(
+        given, doc or fmu.doc or f"{fmu.name}, an FMU.", fmu, ports, library, not fmu.beside, resources, period_ns or 0,
+        1 if fmu.once else instances,
+    )  # fmt: skip
+    key = [hashlib.sha256(text.encode()).hexdigest(), hashlib.sha256(library.read_bytes()).hexdigest()]
+    found = kept(KIND, given, key, lambda: text)
+    made = FmuBlock(_interface(given, found), str(found), fmu, period_ns)
+    _try(made, fmu)
+    return made
+
+
+def _period(fmu: Description, name: str, every_ns: int | None) -> int | None:
+    """The only interval that an FMU can be run at."""
+    own = None if fmu.step_s is None else round(fmu.step_s * 1e9)
+    if fmu.any_step:
+        return every_ns
+    if every_ns is None and own is None:
+        text = f"'{fmu.file.name}' takes steps of one size only (no canHandleVariableCommunicationStepSize) and does not say which"
+        refuse(ModuleError, text, f"say it: gpac.fmu(…, every='10 ms') for '{name}'")
+    return every_ns or own
+
+
+def unpacked(fmu: Description) -> tuple[Path, str]:
+    """The FMU's binary as a file, and its resources as FMI names them. An archive is unpacked once for each content."""
+    digest = hashlib.sha256(fmu.file.read_bytes()).hexdigest()[:24]
+    root = folder("fmus") / digest
+    with zipfile.ZipFile(fmu.file) as archive:
+        for entry in [fmu.binary, *fmu.beside]:
+            target = root / entry
+            if not target.resolve().is_relative_to(root.resolve()):
+                refuse(ModuleError, f"'{fmu.file.name}' has an entry '{entry}', which is outside of it")
+            if not target.exists():
+                target.parent.mkdir(parents=True, exist_ok=True)
+                part = target.with_name(f".{os.getpid()}-{target.name}")
+                part.write_bytes(archive.read(entry))
+                os.replace(part, target)
+    if not any(entry.startswith("resources/") for entry in fmu.beside):
+        return root / fmu.binary, ""
+    resources = root / "resources"
+    return root / fmu.binary, f"{resources}/" if fmu.version == 3 else resources.as_uri()
+
+
+def _interface(name: str, found: Path) -> Mapping[str, Any]:
+    try:
+        return interface(f"fmu:{name}", found)
+    except (ModuleError, UnitMismatch, DefinitionError) as why:
+        raise type(why)(f"block '{name}': {why.message}", remedy=why.remedy, place=why.place) from None
+
+
+def _try(block: FmuBlock, fmu: Description) -> None:
+    """Runs the first invocation, which loads and initialises the FMU, with the inputs' own start values."""
+    values: dict[str, Any] = {port.name: [_zero(port)] for port in block.inputs.values()}
+    fault = block.run(steps=1, **values).fault
+    if fault is not None:
+        number = fault["text"].rpartition(" ")[2]
+        why = PROBLEMS.get(int(number), fault["text"]) if number.isdigit() else fault["text"]
+        refuse(ModuleError, f"'{fmu.file.name}' cannot be run: {why}")
+
+
+def _zero(port: Item) -> Any:
+    """A value of a port to try it with."""
+    element, _, length = port.type.partition("[")
+    one = False if element == "bool" else 0
+    return [one] * int(length.rstrip("]")) if length else one
+
+
+__all__ = ["FmuBlock", "fmu"]

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`gpac.drivers.fmu`: an FMU as a physical device, in a process of its own. A driver in Python is written for it, and kept."""
+
+from __future__ import annotations
+
+import hashlib
+import keyword
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..drivers.driver import Driver
+from ..drivers.in_python import python
+from ..errors import CallError, ModuleError, refuse
+from ..given import taking
+from ..kept import folder
+from ..quantities import Quantity, duration_ns
+from .block import Chosen, unpacked
+from .code import Port, Ports
+from .description import Description, described
+from .ports import ports_of
+
+
+@taking
+def fmu(
+    path: str | os.PathLike[str],
+    *,
+    step: Quantity,
+    inputs: Chosen | None = None,
+    outputs: Chosen | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    units: Mapping[str, str] | None = None,
+    age_max: Quantity | None = None,
+) -> Driver:
+    """An FMU as a physical device: a plant, or one with an interpreter inside. Inputs are channels that are written, outputs such that
+    are read.
+
+    It runs in a process of its own and takes one `step` in each period of that length, with the inputs of then; a source that exchanges
+    with it never waits for it. Under the virtual clock it takes one step at each firing of its source: give that the period `step`.
+    `parameters` are values by FMI's names; `path`, `inputs`, `outputs` and `units` are as of `gpac.fmu`, `age_max` as of
+    `gpac.drivers.python`.
+    """
+    fmu = described(Path(path).expanduser().absolute())
+    step_ns = duration_ns(step, "the step")
+    own_ns = None if fmu.step_s is None else round(fmu.step_s * 1e9)
+    if step_ns <= 0 or (not fmu.any_step and own_ns not in (None, step_ns)):
+        text = f"'{fmu.file.name}' takes steps of {(own_ns or 0) / 1e6:g} ms only (no canHandleVariableCommunicationStepSize)"
+        refuse(ModuleError, text if step_ns > 0 else f"the step of '{fmu.file.name}' is {step!r}", "give step= that time")
+    ports = ports_of(fmu, fmu.name, inputs, outputs, list(parameters or {}), units or {}, device=True)
+    library, resources = unpacked(fmu)
+    constants = [_constant(fmu, port, (parameters or {})[port.variable.name]) for port in (*ports.fixed, *ports.tunable)]
+    text = _source(fmu, ports, constants, str(library), resources, step_ns)
+    file = folder("fmu-devices") / f"fmu_{hashlib.sha256(text.encode()).hexdigest()[:24]}.py"
+    if not file.exists():
+        part = file.with_name(f".{os.getpid()}-{file.name}")
+        part.write_text(text)
+        os.replace(part, file)
+    return python(file, period=step_ns * 1e-9, age_max=age_max)
+
+
+def _constant(fmu: Description, port: Port, value: Any) -> str:
+    number = value if not port.variable.size else list(value)
+    parts = number if isinstance(number, list) else [number]
+    if not all(isinstance(part, bool | int | float) for part in parts) or len(parts) != port.count:
+        refuse(CallError, f"parameter '{port.variable.name}' of '{fmu.file.name}' is {value!r}", f"give {port.count} numbers, in its unit")
+    return f"({_whole(port)}, {number!r})"
+
+
+def _whole(port: Port) -> str:
+    return f"Whole({port.variable.reference}, {port.variable.group!r}, {port.variable.size})"
+
+
+def _source(fmu: Description, ports: Ports, constants: list[str], library: str, resources: str, step_ns: int) -> str:
+    """The text of a driver in Python."""
+
+    def channel(port: Port, word: str) -> str:
+        start = port.variable.start[:1] or ("0",)
+        safe = f", safe={_number(port.variable.type, start[0])}" if word == "write" else ""
+        unit = getattr(port.item.word, "unit", "")
+        more = f", unit={unit!r}" if unit else ""
+        return f"    {_name(port)} = {word}({port.item.type!r}{more}{safe}, doc={port.variable.doc!r})"
+
+    lines = [
+        "from opengpac.driver import Driver, read, write",
+        "from opengpac.fmi.stepping import Stepped, Whole",
+        "",
+        "",
+        "class Fmu(Driver):",
+        f"    {(fmu.doc or fmu.name)!r}",
+        "",
+        *(channel(port, "read") for port in ports.outputs),
+        *(channel(port, "write") for port in ports.inputs),
+        "",
+        "    def open(self):",
+        f"        self._unit = Stepped({fmu.version}, {library!r}, {fmu.name!r}, {fmu.token!r}, {resources!r})",
+        "        self._steps = 0",
+        f"        self._unit.initialised(lambda: iter([{', '.join(constants)}]))",
+        "        self._take()",
+        "",
+        "    def _take(self):",
+        *(f"        self.{_name(port)} = self._unit.get({_whole(port)})" for port in ports.outputs),
+        "",
+        "    def exchange(self):",
+        *(f"        self._unit.set({_whole(port)}, self.{_name(port)})" for port in ports.inputs),
+        f"        self._unit.step(self._steps * {step_ns} * 1e-9, {step_ns} * 1e-9)",
+        "        self._steps += 1",
+        "        self._take()",
+        "",
+        "    def safe_state(self):",
+        "        pass",
+        "",
+        "    def close(self):",
+        "        unit, self._unit = getattr(self, '_unit', None), None",
+        "        if unit is not None:",
+        "            unit.close()",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _name(port: Port) -> str:
+    return f"{port.item.name}_value" if keyword.iskeyword(port.item.name) else port.item.name
+
+
+def _number(kind: str, text: str) -> Any:
+    return text in ("true", "1") if kind == "bool" else float(text)

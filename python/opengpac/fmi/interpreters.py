@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which FMUs cannot run on a real-time thread: those with an interpreter inside."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+
+from ..errors import ModuleError, refuse
+from .description import Description
+
+_INTERPRETER = re.compile(
+    rb"libpython\d[\w.]*\.so|libjvm\.so|libcoreclr\.so|libjulia\.so|libmono[\w.-]*\.so|liblua[\w.-]*\.so|liboctave[\w.-]*\.so"
+)
+_SCRIPTS = {".py": "Python", ".jar": "Java", ".class": "Java", ".jl": "Julia", ".dll": ".NET"}
+
+
+def interpreter_in(fmu: Description) -> str:
+    """What interprets in an FMU, or nothing: told by the libraries of its binary, by its tool, and by scripts in its resources."""
+    with zipfile.ZipFile(fmu.file) as archive:
+        found = _INTERPRETER.search(archive.read(fmu.binary))
+    if found is not None:
+        return found[0].decode()
+    scripts = [entry for entry in fmu.beside if "." in entry and "." + entry.rsplit(".", 1)[1] in _SCRIPTS]
+    if scripts and "pythonfmu" in fmu.tool.lower().replace(" ", ""):
+        return "Python"
+    return ""
+
+
+def check_native(fmu: Description) -> None:
+    """Refuses an FMU that would run an interpreter in a firing."""
+    found = interpreter_in(fmu)
+    if fmu.needs_tool and not found:
+        tool = f" ({fmu.tool})" if fmu.tool else ""
+        refuse(ModuleError, f"'{fmu.file.name}' needs the tool that made it where it runs{tool}", "export it as stand-alone")
+    if found:
+        text = f"'{fmu.file.name}' runs an interpreter ({found}), which allocates and waits: it cannot be a block"
+        refuse(ModuleError, text, "make it a device, whose worker has a thread of its own: gpac.drivers.fmu(path, period='10 ms')")

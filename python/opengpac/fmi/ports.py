@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which variables of an FMU are ports and parameters of its block, by which names and with which units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+from xml.etree.ElementTree import Element
+
+from ..errors import DefinitionError, UnitMismatch, did_you_mean, refuse
+from ..python.items import RESERVED, Item
+from ..python.words import Input, Output, Parameter
+from ..quantities import unknown_unit
+from .code import Port, Ports
+from .description import Description, Variable
+
+ITEMS_MAX = 30
+"""Items that a block can have, without the two states of its own."""
+
+
+def ports_of(
+    fmu: Description,
+    block: str,
+    inputs: Sequence[str] | Mapping[str, str] | None,
+    outputs: Sequence[str] | Mapping[str, str] | None,
+    parameters: Sequence[str] | Mapping[str, str] | None,
+    units: Mapping[str, str],
+    device: bool = False,
+) -> Ports:
+    """The ports of an FMU's block, or which name or unit does not fit."""
+    for name in units:
+        if name not in fmu.variables:
+            refuse(DefinitionError, f"units of '{block}' name '{name}', which '{fmu.file.name}' has not", did_you_mean(name, fmu.variables))
+    sides = {
+        "input": _chosen(fmu, block, "input", inputs),
+        "output": _chosen(fmu, block, "output", outputs),
+        "parameter": _chosen(fmu, block, "parameter", parameters),
+    }
+    made = {side: [_port(fmu, block, side, variable, name, units) for variable, name in chosen] for side, chosen in sides.items()}
+    names = [port.item.name for ports in made.values() for port in ports]
+    for name in names:
+        if names.count(name) > 1:
+            both = [p.variable.name for ports in made.values() for p in ports if p.item.name == name]
+            refuse(
+                DefinitionError, f"'{both[0]}' and '{both[1]}' of '{fmu.file.name}' are both '{name}'", f"name one: {{'{both[1]}': '…'}}"
+            )
+    if len(names) > ITEMS_MAX and not device:
+        text = f"'{fmu.file.name}' has {len(names)} inputs, outputs and parameters, and a block has at most {ITEMS_MAX}"
+        refuse(DefinitionError, text, "choose: gpac.fmu(…, inputs=[…], outputs=[…], parameters=[…])")
+    if not made["output"]:
+        refuse(DefinitionError, f"'{fmu.file.name}' has no output that a port could be", "choose one: gpac.fmu(…, outputs=[…])")
+    tunable = [port for port in made["parameter"] if port.variable.variability == "tunable"]
+    return Ports(made["input"], made["output"], [port for port in made["parameter"] if port not in tunable], tunable)
+
+
+def _chosen(fmu: Description, block: str, side: str, given: Sequence[str] | Mapping[str, str] | None) -> list[tuple[Variable, str]]:
+    """The variables of one side, and the names of their items."""
+    there = {v.name: v for v in fmu.variables.values() if v.causality == side and v.variability != "constant"}
+    if given is None:
+        return [(variable, _c_name(name)) for name, variable in there.items() if name != "time"]
+    if side == "output":
+        there |= {v.name: v for v in fmu.variables.values() if v.causality == "local"}
+    named = given if isinstance(given, Mapping) else {name: _c_name(name) for name in given}
+    for name in named:
+        if name not in there:
+            other = fmu.variables.get(name)
+            what = f"is {'an' if other.causality[0] in 'aeiou' else 'a'} {other.causality} there" if other else "is not there as a number"
+            refuse(DefinitionError, f"{side} '{name}' of '{block}' {what}: '{fmu.file.name}'", did_you_mean(name, there))
+    return [(there[name], item) for name, item in named.items()]
+
+
+def _c_name(name: str) -> str:
+    made = "".join(c if c.isalnum() and c.isascii() else "_" for c in name).strip("_") or "value"
+    return f"{made}_value" if made in RESERVED | {"lease", "begun"} or made[0].isdigit() else made
+
+
+def _port(fmu: Description, block: str, side: str, variable: Variable, name: str, units: Mapping[str, str]) -> Port:
+    if not name.isidentifier() or not name.isascii() or name in RESERVED | {"lease", "begun"}:
+        refuse(DefinitionError, f"'{variable.name}' of '{block}' is to be '{name}', which no item can be", "give another name")
+    unit = _unit(fmu, block, variable, units)
+    shape = (variable.size,) if variable.size else ()
+    word: Any = {"input": Input, "output": Output, "parameter": Parameter}[side](variable.doc, unit)
+    start = _start(variable) if side == "parameter" else None
+    return Port(variable, Item(name, word, variable.type, shape, start, 0))
+
+
+def _unit(fmu: Description, block: str, variable: Variable, units: Mapping[str, str]) -> str:
+    """The unit in the words of this package."""
+    unit = units.get(variable.name, variable.unit)
+    if unit in ("", "1", "-"):
+        return ""
+    if unknown_unit(unit) is None:
+        return unit
+    spelled = "" if variable.name in units else _spelled(fmu.units.get(unit))
+    if spelled and unknown_unit(spelled) is None:
+        return spelled
+    text = f"variable '{variable.name}' of '{fmu.file.name}' has the unit '{unit}', which is not known"
+    refuse(UnitMismatch, text, f"{unknown_unit(unit)}; say it in another word, units={{'{variable.name}': 'rad/s'}}, or '' for none")
+
+
+def _spelled(base: Element | None) -> str:
+    """A unit from its exponents of SI units; none where a factor or an offset is between."""
+    if base is None or float(base.get("factor", "1")) != 1.0 or float(base.get("offset", "0")) != 0.0:
+        return ""
+    powers = {symbol: int(base.get(symbol, "0")) for symbol in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
+    over = [symbol if n == 1 else f"{symbol}^{n}" for symbol, n in powers.items() if n > 0]
+    under = [symbol if n == -1 else f"{symbol}^{-n}" for symbol, n in powers.items() if n < 0]
+    return "/".join([".".join(over) or "1", *under]) if over or under else ""
+
+
+def _start(variable: Variable) -> str:
+    """The default of a parameter as C has it."""
+    texts = variable.start or ("0",)
+    if variable.type == "bool":
+        texts = tuple("true" if t in ("true", "1") else "false" for t in texts)
+    elif variable.type in ("double", "float"):
+        texts = tuple(repr(float(t)) for t in texts)
+    if variable.size and len(texts) == 1:
+        texts = texts * variable.size
+    return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Code that the package makes out of definitions (blocks in Python, symbolic functions, FMUs): compiled once for each content, and kept
+for later processes of this user."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from . import __version__, _native
+from .checks import without_system
+from .errors import ModuleError, refusals, refuse
+
+
+def folder(kind: str) -> Path:
+    """Where compiled blocks of a `kind`, for example "python-blocks", are kept for this user: in the folder that OPENGPAC_COMPILED names,
+    else in that of the user's cache."""
+    given = os.environ.get("OPENGPAC_COMPILED")
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    made = (Path(given) if given else cache / "opengpac").absolute() / kind
+    try:
+        made.mkdir(parents=True, exist_ok=True, mode=0o700)
+    except OSError as why:
+        refuse(ModuleError, f"compiled blocks cannot be kept in '{made}': {why}", "set OPENGPAC_COMPILED to a folder of yours")
+    return made
+
+
+def kept(kind: str, name: str, key: object, source: Callable[[], str]) -> Path:
+    """The shared object of block `name`. Where none is kept for `key` (what can be JSON), the C that `source` gives is compiled."""
+    digest = hashlib.sha256(json.dumps([__version__, key]).encode()).hexdigest()[:24]
+    found = folder(kind) / f"{name}-{digest}.so"
+    if not found.exists():
+        _build(source(), found, name)
+    return found
+
+
+def _build(text: str, kept: Path, name: str) -> None:
+    with tempfile.TemporaryDirectory(dir=kept.parent) as temporary:
+        source = Path(temporary) / f"{name}.c"
+        source.write_text(text)
+        with refusals:
+            built = _native.build([str(source)], str(source.with_suffix(".so")))
+        os.replace(built, kept)
+
+
+def interface(module: str, file: Path) -> Mapping[str, Any]:
+    """The interface of the only block of a compiled file, as the real-time system reads it."""
+    return without_system().enter_module(module, str(file))[0]

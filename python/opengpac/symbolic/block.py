@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`gpac.casadi`: a `casadi.Function` becomes a function block. Compiled once for each content, and kept for later processes."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..blocks import Block
+from ..errors import DefinitionError, ModuleError, refuse
+from ..kept import interface, kept
+from . import code
+from .arguments import Constant, Given, Side, arguments_of
+
+KIND = "casadi-blocks"
+
+
+class CasadiBlock(Block):
+    """The block of a symbolic function. Made by `gpac.casadi`. `function` is the `casadi.Function`, for comparison; `work_bytes` what its
+    work vectors take of the stack while it runs."""
+
+    def __init__(self, interface: Mapping[str, Any], module: str, function: Any, work_bytes: int) -> None:
+        super().__init__(interface, module)
+        self.function = function
+        self.work_bytes = work_bytes
+
+
+def casadi(
+    function: Any,
+    inputs: Mapping[str, Given] | None = None,
+    outputs: Mapping[str, Given] | None = None,
+    *,
+    parameters: Mapping[str, Constant] | None = None,
+    states: Mapping[str, str] | None = None,
+    initial: Mapping[str, Any] | None = None,
+    name: str | None = None,
+    doc: str = "",
+) -> CasadiBlock:
+    """A `casadi.Function` as a function block, translated by CasADi to C, which needs no CasADi where it runs.
+
+    Each input and output of the function is a port of its name: a scalar is `double`, a vector `double[n]`, a matrix `double[n][m]`.
+    `inputs` and `outputs` say more of some: name → unit, or `Input`, `Output` of `opengpac.python`. A scalar output may be a
+    `Condition`, which is reported where it is not 0. `parameters` are inputs that are parameters of the block, with their defaults:
+    2.0, "2 N/m", `[1, 2]`. `states` feeds outputs back, `{"x": "x_next"}`: such an input begins with its value in `initial`, else 0, and
+    its output is a port where `outputs` names it. `name` is the block's, the function's unless given, `doc` its description.
+
+    An invocation in which the function fails, as a solver does that finds no solution, is fault 1. Raises `DefinitionError` for a name,
+    shape or word that does not fit, for sparse inputs, and for a `function` that needs a library or memory of its own where it runs.
+
+    >>> import casadi as ca
+    >>> q = ca.SX.sym("q", 2)
+    >>> tip = ca.Function("tip", [q], [ca.cos(q[0]) + ca.cos(ca.sum1(q))], ["q"], ["x"])
+    >>> import opengpac as gpac
+    >>> gpac.casadi(tip, {"q": "rad"}, {"x": "m"}).run(q=[[0.0, 0.0]]).x
+    array([2.])
+    """
+    library = _library(function)
+    given = name or str(function.name())
+    if not given.isidentifier() or not given.isascii():
+        refuse(DefinitionError, f"'{given}' is no name of a block", "give name= letters, digits and '_', a letter first")
+    sides = Side(inputs or {}, "input"), Side(outputs or {}, "output")
+    arguments = arguments_of(given, function, *sides, parameters or {}, states or {}, initial or {})
+    generated = code.generated(library, function, given)
+    text = code.source(given, doc or f"{function.name()}, a symbolic function.", arguments, generated, function)
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    found = kept(KIND, given, digest, lambda: text)
+    return CasadiBlock(_interface(given, found), str(found), function, code.work_bytes(function))
+
+
+def _library(function: Any) -> Any:
+    """CasADi, where the function is one of it."""
+    try:
+        library = importlib.import_module("casadi")
+    except ImportError as why:
+        text = f"a symbolic function is translated by CasADi, which is not installed ({why})"
+        raise DefinitionError(text, remedy="pip install 'opengpac[casadi]'") from None
+    if not isinstance(function, library.Function):
+        remedy = "give a casadi.Function: casadi.Function('law', [x], [u], ['x'], ['u'])"
+        refuse(DefinitionError, f"gpac.casadi is given {type(function).__name__} {str(function)[:40]!r}, not a casadi.Function", remedy)
+    return library
+
+
+def _interface(name: str, found: Path) -> Mapping[str, Any]:
+    try:
+        return interface(f"casadi:{name}", found)
+    except ModuleError as why:
+        raise ModuleError(f"block '{name}': {why.message}", remedy=why.remedy) from None

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The C of a block: what CasADi generated, and a `FUNCTION_BLOCK` that calls it. Work vectors lie on the stack while it runs: nothing in
+them outlives an invocation, so instances share nothing and a fault leaves nothing behind."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from ..errors import DefinitionError, refuse
+from ..python.shim import declared, quoted
+from ..python.words import Condition
+from .arguments import Argument, Arguments
+
+WORK_BYTES_MAX = 256 << 10
+_HEADERS = {"math.h", "stdarg.h", "string.h", "float.h", "limits.h", "stdint.h", "stddef.h"}
+_ALLOCATES = re.compile(r"\b(malloc|calloc|realloc|free)\s*\(")
+
+
+def generated(library: Any, function: Any, block: str) -> str:
+    """The C that CasADi makes of a function, or why it cannot run in a block."""
+    try:
+        generator = library.CodeGenerator("opengpac_casadi", {"with_header": False, "casadi_int": "long long int"})
+        generator.add(function)
+        text = str(generator.dump())
+    except (RuntimeError, NotImplementedError) as why:
+        lines = [line.strip() for line in str(why).splitlines() if line.strip()]
+        remedy = "use operations that CasADi generates C for: no Callback; of solvers 'qrqp' in qpsol, 'sqpmethod' with it in nlpsol"
+        refuse(DefinitionError, f"block '{block}': CasADi makes no C of {function.name()}: {lines[-1] if lines else why}", remedy)
+    errors = re.findall(r"#\s*error\s+(.+)", text)
+    if errors:
+        remedy = "write what it does in CasADi's own operations; of solvers 'qrqp' and 'sqpmethod' are generated"
+        refuse(DefinitionError, f"block '{block}': CasADi makes no C of a part of {function.name()}: {errors[0].strip()}", remedy)
+    strange = sorted(set(re.findall(r'#\s*include\s*[<"]([^>"]+)[>"]', text)) - _HEADERS - {"stdio.h", "stdlib.h"})
+    if strange:
+        remedy = "use a solver that is generated whole: qpsol(…, 'qrqp', …), nlpsol(…, 'sqpmethod', …, {'qpsol': 'qrqp'})"
+        refuse(DefinitionError, f"block '{block}': {function.name()} needs a library where it runs: {', '.join(strange)}", remedy)
+    if _ALLOCATES.search(text):
+        found = _ALLOCATES.findall(text)[0]
+        refuse(DefinitionError, f"block '{block}': the C of {function.name()} calls {found}, and a block may not allocate")
+    return text
+
+
+def work_bytes(function: Any) -> int:
+    """What the work vectors of a function take, its arguments in CasADi's order included."""
+    sizes = sum(int(function.nnz_in(i)) for i in range(function.n_in())) + sum(int(function.nnz_out(i)) for i in range(function.n_out()))
+    return 8 * (int(function.sz_arg()) + int(function.sz_res()) + int(function.sz_iw()) + int(function.sz_w()) + sizes)
+
+
+def source(name: str, doc: str, arguments: Arguments, text: str, function: Any) -> str:
+    """The text of a C file with one block."""
+    work = work_bytes(function)
+    if work > WORK_BYTES_MAX:
+        remedy = "make the problem smaller, or expand the function: function.expand()"
+        refuse(
+            DefinitionError, f"block '{name}' needs {work >> 10} kB of work vectors, at most {WORK_BYTES_MAX >> 10} kB are there", remedy
+        )
+    symbol = str(function.name())
+    lines = [
+        "#include <opengpac.h>",
+        "#include <string.h>",
+        "/* What CasADi exports stays in this file, and it prints nothing. */",
+        "#define CASADI_SYMBOL_EXPORT static __attribute__((unused))",
+        "#define CASADI_PRINTF(...) ((void)0)",
+        text,
+        f"FUNCTION_BLOCK({name}, {quoted(doc)}, {', '.join(map(declared, arguments.items))})",
+        "{",
+        f"    const casadi_real *opengpac_arg[{max(1, function.sz_arg())}] = {{0}};",
+        f"    casadi_real *opengpac_res[{max(1, function.sz_res())}] = {{0}};",
+        f"    casadi_int opengpac_iw[{max(1, function.sz_iw())}];",
+        f"    casadi_real opengpac_w[{max(1, function.sz_w())}];",
+        *(line for argument in arguments.inputs for line in _taken(argument)),
+        *(line for argument in arguments.outputs for line in _offered(argument)),
+        f"    if ({symbol}(opengpac_arg, opengpac_res, opengpac_iw, opengpac_w, 0)) return FAULT(1);",
+        *(line for argument in arguments.outputs for line in _given(argument)),
+        "    return OK;",
+        "}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _taken(argument: Argument) -> list[str]:
+    """Gives the function an input: where it lies, or in the order of CasADi."""
+    if argument.item is None:
+        return []
+    where = f"opengpac_arg[{argument.index}]"
+    if argument.in_order:
+        return [f"    {where} = (const casadi_real *)(const void *)&self->{argument.name};"]
+    local = f"opengpac_in_{argument.index}"
+    pairs = _pairs(argument)
+    return [
+        f"    casadi_real {local}[{argument.size}];",
+        *(f"    {local}[{k}] = self->{argument.name}{at};" for k, at in pairs),
+        f"    {where} = {local};",
+    ]
+
+
+def _offered(argument: Argument) -> list[str]:
+    """A result goes into a variable first: the function may read a state and write its next value at once."""
+    if (argument.item is None and argument.back is None) or not argument.places:
+        return []
+    local = f"opengpac_out_{argument.index}"
+    return [f"    casadi_real {local}[{len(argument.places)}];", f"    opengpac_res[{argument.index}] = {local};"]
+
+
+def _given(argument: Argument) -> list[str]:
+    """Stores an output, and the next value of a state. What the function's sparse output leaves out is 0."""
+    if argument.item is not None and isinstance(argument.item.word, Condition):
+        lines = [f"    if (opengpac_out_{argument.index}[0] != 0.0) report({argument.name});"] if argument.places else []
+    else:
+        lines = _stored(argument, argument.name) if argument.item is not None else []
+    return lines + (_stored(argument, argument.back) if argument.back else [])
+
+
+def _stored(argument: Argument, name: str) -> list[str]:
+    local = f"opengpac_out_{argument.index}"
+    if argument.in_order:
+        return [f"    memcpy(&self->{name}, {local}, sizeof self->{name});"]
+    zeros = [f"    memset(&self->{name}, 0, sizeof self->{name});"] if len(argument.places) < argument.size else []
+    return zeros + [f"    self->{name}{at} = {local}[{k}];" for k, at in _pairs(argument)]
+
+
+def _pairs(argument: Argument) -> list[tuple[int, str]]:
+    """Number of each element that CasADi has, and where it lies in the block's array."""
+    if 1 in (argument.rows, argument.columns):
+        vector = argument.size > 1
+        return [(k, f"[{place}]" if vector else "") for k, place in enumerate(argument.places)]
+    return [(k, f"[{place // argument.columns}][{place % argument.columns}]") for k, place in enumerate(argument.places)]
