@@ -44,6 +44,9 @@ test("parts are states around their lists, and a transition between parts ends n
   const laid = await layOut(shape);
   expect(laid.boxes.filter(({ kind }) => kind === "part").map(({ name }) => name)).toEqual(["approach", "insert"]);
   expect(laid.boxes.find(({ name }) => name === "insert.start")?.within).toBe("insert");
+  // A part is no higher than what is in it.
+  const height = (name: string) => laid.boxes.find((box) => box.name === name)?.height ?? 0;
+  expect(height("approach")).toBe(height("approach.start") + 34 + 14);
   expect(laid.arrows).toHaveLength(3);
 });
 

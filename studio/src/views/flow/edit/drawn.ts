@@ -123,12 +123,15 @@ function blockBox(label: string, use: BlockUse, faces: Faces, findings: Finding[
     ports: [...items.flatMap((item) => portsOf(item)), ...lost],
     source: null,
     opens: isGraph ? "closed" : null,
-    findings: found.flatMap((finding) => {
-      // What is about two ports that are wired stands on the wire.
-      if (finding.where.filter(isPort).length > 1) return [];
-      const port = finding.where.find((where) => "block" in where && where.block === label);
-      return [{ port: port && isPort(port) ? port.port : null, text: about(finding), key: `${finding.class} ${finding.message}` }];
-    }),
+    findings: [
+      ...lost.map(({ name: port, doc }) => ({ port, text: doc, key: doc })),
+      ...found.flatMap((finding) => {
+        // What is about two ports that are wired stands on the wire.
+        if (finding.where.filter(isPort).length > 1) return [];
+        const port = finding.where.find((where) => "block" in where && where.block === label);
+        return [{ port: port && isPort(port) ? port.port : null, text: about(finding), key: `${finding.class} ${finding.message}` }];
+      }),
+    ],
   };
 }
 

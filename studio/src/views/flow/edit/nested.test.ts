@@ -101,6 +101,7 @@ test("a port that disappears stays at the box, and is named at each wire", () =>
   expect(wire).toMatchObject({ from: { box: "one", port: "y" }, to: { box: "two", port: "u" } });
   expect(wire?.findings).toEqual(["'one' (graph smooth) has no port 'y'; take the wire away, or give the graph that port again"]);
   expect(boxes.find((box) => box.id === "one")?.ports.map((port) => port.name)).toEqual(["u", "y"]);
+  expect(boxes.find((box) => box.id === "one")?.findings.map((one) => one.port)).toEqual(["y"]);
   // The system says it in its own words.
   const said = { class: "UnknownName", message: "'one' (graph smooth) has no 'y'", remedy: "there are u", where: [{ cell: "first" }] };
   const told = drawnDraft(without, faces, [said], null).wires.find((one) => one.cell === "first");
