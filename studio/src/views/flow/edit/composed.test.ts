@@ -3,8 +3,9 @@ import { expect, test } from "vitest";
 import { arrowsOf } from "../../verbs/shape";
 import { layOut } from "../../verbs/states";
 import * as composed from "./composed";
-import { type Composed, draftOf, newComposition, type Part } from "./definition";
+import { type Composed, newComposition, type Part } from "./definition";
 import { draftsOf, fileText, savedFile } from "./file";
+import { draftOf } from "./reading";
 
 const verb = (name: string): Part =>
   draftOf("verb", name, {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
 import { connect, removeSet, renameBlock, renameSet, setConstant } from "./change";
-import { type Draft, draftOf, type Verb } from "./definition";
+import type { Draft, Verb } from "./definition";
 import { drawnDraft } from "./drawn";
 import type { Face, Item } from "./faces";
 import { findingsWithin, graphsWithin, ownGraph, replaced, standing, within } from "./nested";
+import { draftOf } from "./reading";
 
 const item = (name: string, kind: Item["kind"]): Item => ({
   name,
