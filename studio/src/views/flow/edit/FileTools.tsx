@@ -14,7 +14,8 @@ function partsAt(draft: Drawn, found: Drawn[]): Record<string, Part> {
     if (one.kind === "graph") return [];
     return [[one.of.name, one.kind === "verb" ? one : { kind: "composition", of: one.of }]];
   });
-  return { ...(draft.kind === "composition" ? draft.made_of : {}), ...Object.fromEntries(parts) };
+  const own: Record<string, Part> = draft.kind === "composition" ? draft.made_of : draft.kind === "verb" ? { [draft.of.name]: draft } : {};
+  return { ...Object.fromEntries(parts), ...own };
 }
 
 /** New, open, save; and a verb that is in the system, to begin with. */
