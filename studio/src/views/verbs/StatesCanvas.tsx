@@ -215,6 +215,8 @@ export function StatesCanvas(props: {
             minZoom: 1,
             maxZoom: 1,
           })}
+      // That of the arrows.
+      defaultMarkerColor={null}
       proOptions={{ hideAttribution: true }}
     >
       {edit && (
@@ -337,7 +339,7 @@ function edgesOf(
       targetHandle: to.kind === "end" ? "there" : way,
       // Before the states: an arrow that passes one is seen to pass it.
       zIndex: 1,
-      markerEnd: { type: MarkerType.ArrowClosed },
+      markerEnd: { type: MarkerType.ArrowClosed, width: 18, height: 18, markerUnits: "userSpaceOnUse" },
       className: `arrow ${arrow.to === null ? "ends" : ""} ${isTaken ? "taken" : ""} ${wrong ? "wrong" : ""}`,
       ariaLabel: `from ${arrow.from} to ${arrow.to ?? "the end"}: ${text}`,
     };

@@ -12,6 +12,8 @@ const PART = "part:";
 const LETTER = 6.8;
 const LINE = 15;
 const TITLE = 22;
+/** The height of a part of which no list is known. */
+const EMPTY = 60;
 
 export interface LaidBox {
   name: string;
@@ -52,18 +54,20 @@ export function graphOf(shape: Shape): { graph: ElkNode; arrows: Arrow[] } {
       height: TITLE + list.commands.length * LINE + 8,
     };
   };
+  const partOf = ({ name, about }: Shape["parts"][number]): ElkNode => {
+    const width = (name.length + about.length) * 8 + 40;
+    const children = within(name);
+    if (children.length === 0) return { id: partId(name), width, height: EMPTY };
+    const layoutOptions = {
+      "elk.padding": "[top=34,left=14,bottom=14,right=14]",
+      "elk.nodeSize.constraints": "MINIMUM_SIZE",
+      // Of a node with others within the layout takes the height first, where it goes down.
+      "elk.nodeSize.minimum": `(${EMPTY}, ${width})`,
+    };
+    return { id: partId(name), children, layoutOptions };
+  };
   const within = (part: string | null): ElkNode[] => [
-    ...shape.parts
-      .filter((one) => one.within === part)
-      .map((one) => ({
-        id: partId(one.name),
-        children: within(one.name),
-        layoutOptions: {
-          "elk.padding": "[top=34,left=14,bottom=14,right=14]",
-          "elk.nodeSize.constraints": "MINIMUM_SIZE",
-          "elk.nodeSize.minimum": `(${(one.name.length + one.about.length) * 8 + 40}, 60)`,
-        },
-      })),
+    ...shape.parts.filter((one) => one.within === part).map(partOf),
     ...shape.lists.filter((list) => list.part === part).map(listOf),
   ];
   const lists = new Set(shape.lists.map((list) => list.name));

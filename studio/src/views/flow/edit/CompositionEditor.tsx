@@ -9,8 +9,9 @@ import { addressOf } from "../../../shell/route";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
 import { CompositionPanel, PartPanel, StepsPanel } from "./CompositionPanel";
 import * as composed from "./composed";
-import { type Composed, draftOf, type Part, withoutSources } from "./definition";
+import type { Composed, Part } from "./definition";
 import { Head, type Working } from "./Editor";
+import { draftOf, withoutSources } from "./reading";
 
 /** How long nothing must change before the system is asked, ms. */
 const PAUSE_MS = 250;

@@ -3,9 +3,10 @@ import { useId, useMemo, useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
 import { useLive } from "../../../shell/context";
-import { type Drawn, draftOf, newComposition, newGraph, newVerb, type Part, withoutSources } from "./definition";
+import { type Drawn, newComposition, newGraph, newVerb, type Part } from "./definition";
 import { besides, download, draftsOf, savedFile } from "./file";
 import type { OpenedFile } from "./history";
+import { draftOf, withoutSources } from "./reading";
 
 /** The verbs and compositions of a file, or of what is drawn: what a new composition can be made of. */
 function partsAt(draft: Drawn, found: Drawn[]): Record<string, Part> {
@@ -13,7 +14,8 @@ function partsAt(draft: Drawn, found: Drawn[]): Record<string, Part> {
     if (one.kind === "graph") return [];
     return [[one.of.name, one.kind === "verb" ? one : { kind: "composition", of: one.of }]];
   });
-  return { ...(draft.kind === "composition" ? draft.made_of : {}), ...Object.fromEntries(parts) };
+  const own: Record<string, Part> = draft.kind === "composition" ? draft.made_of : draft.kind === "verb" ? { [draft.of.name]: draft } : {};
+  return { ...Object.fromEntries(parts), ...own };
 }
 
 /** New, open, save; and a verb that is in the system, to begin with. */

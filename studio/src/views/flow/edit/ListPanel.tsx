@@ -3,8 +3,9 @@ import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { removeList, setInitial, setList } from "./change";
-import { type Command, type Draft, timeOrNull, type Verb } from "./definition";
+import type { Command, Draft, Verb } from "./definition";
 import { about, type Finding } from "./findings";
+import { timeOrNull } from "./reading";
 import { renameList } from "./rename";
 import { everyOf, words } from "./written";
 

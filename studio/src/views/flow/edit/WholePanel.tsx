@@ -3,8 +3,9 @@ import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { setWhole } from "./change";
-import { type Draft, type Holding, holdingOf } from "./definition";
+import type { Draft, Holding } from "./definition";
 import type { VerbDraft } from "./NamedPanel";
+import { holdingOf } from "./reading";
 import { everyOf } from "./written";
 
 const CUT_OFF = ["halt", "continue", "safe"];

@@ -17,8 +17,9 @@ import type {
   Verb,
   VerbObject,
 } from "./definition";
-import { holdingOf, SET_KINDS, setsOf } from "./definition";
+import { SET_KINDS, setsOf } from "./definition";
 import { type Faces, inner, sideOf, splitPort } from "./faces";
+import { holdingOf } from "./reading";
 
 /** A set of ports: one node of the data flow. */
 export interface Named {

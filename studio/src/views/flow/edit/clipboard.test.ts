@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
 import { copied, pasted, pieceOf, textOf } from "./clipboard";
-import { draftOf, newGraph } from "./definition";
+import { newGraph } from "./definition";
+import { draftOf } from "./reading";
 
 const draft = draftOf("graph", "g", {
   blocks: { a: { block: "library.gain", constants: { k: 3 } }, b: "library.gain", c: "library.gain" },

@@ -3,8 +3,9 @@ import { expect, test } from "vitest";
 import { arrowsOf } from "../../verbs/shape";
 import { layOut } from "../../verbs/states";
 import * as composed from "./composed";
-import { type Composed, draftOf, newComposition, type Part } from "./definition";
+import { type Composed, newComposition, type Part } from "./definition";
 import { draftsOf, fileText, savedFile } from "./file";
+import { draftOf } from "./reading";
 
 const verb = (name: string): Part =>
   draftOf("verb", name, {
@@ -44,6 +45,9 @@ test("parts are states around their lists, and a transition between parts ends n
   const laid = await layOut(shape);
   expect(laid.boxes.filter(({ kind }) => kind === "part").map(({ name }) => name)).toEqual(["approach", "insert"]);
   expect(laid.boxes.find(({ name }) => name === "insert.start")?.within).toBe("insert");
+  // A part is no higher than what is in it.
+  const height = (name: string) => laid.boxes.find((box) => box.name === name)?.height ?? 0;
+  expect(height("approach")).toBe(height("approach.start") + 34 + 14);
   expect(laid.arrows).toHaveLength(3);
 });
 

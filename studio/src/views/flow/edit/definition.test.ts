@@ -2,9 +2,10 @@
 import { parse, stringify } from "smol-toml";
 import { expect, test } from "vitest";
 import { place, setConstant } from "./change";
-import { type Draft, draftOf, holdingOf, timeOrNull, withoutSources } from "./definition";
+import type { Draft } from "./definition";
 import { besides, draftsOf, fileText, savedFile } from "./file";
 import { ownGraph, replaced, within } from "./nested";
+import { draftOf, holdingOf, timeOrNull, withoutSources } from "./reading";
 
 const short = {
   doc: "Moves.",

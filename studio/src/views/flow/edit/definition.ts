@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Definitions of graphs and verbs as the real-time system takes them and files keep them: docs/files.md. All changes are values.
 import type { Value } from "../../../control/shapes";
-import { durationNs } from "../../../design/quantities";
 import type { Place } from "../drawing/drawing";
 
 export interface BlockUse {
@@ -120,13 +119,6 @@ export interface Holding {
   [more: string]: unknown;
 }
 
-/** The ways in which blocks come to rest before a verb is suspended; null: it is suspended at once. */
-export function holdingOf(suspend: unknown): Holding[] | null {
-  const ways = typeof suspend === "object" && suspend !== null ? (suspend as { holding?: unknown }).holding : null;
-  if (!Array.isArray(ways)) return null;
-  return ways.map((way: Partial<Holding>) => ({ ...way, set: text(way?.set), until: text(way?.until) }));
-}
-
 /** What is drawn. */
 export type Draft = { kind: "graph"; of: Graph } | { kind: "verb"; of: Verb };
 
@@ -196,6 +188,23 @@ export function newVerb(name: string): Draft {
   return { kind: "verb", of };
 }
 
+export function newComposition(name: string, made_of: Record<string, Part>): Composed {
+  const of: Composition = {
+    name,
+    doc: "",
+    parts: {},
+    transitions: [],
+    initial: null,
+    rename: {},
+    preset: {},
+    share: [],
+    together: false,
+    until: "any",
+    layout: {},
+  };
+  return { kind: "composition", of, made_of };
+}
+
 /** Sets of ports by kind: each is one node of the data flow. */
 export type SetKind = "inputs" | "outputs" | "cells" | "instantiation_parameters";
 
@@ -208,213 +217,8 @@ export function setsOf(draft: Draft, kind: SetKind): Sets {
   return ((draft.of as Record<string, unknown>)[kind] as Sets | undefined) ?? {};
 }
 
-type Loose = Record<string, unknown>;
-
-/** A definition as a file has it, in short or long forms, with all keys that the editor works on. Errors: what is no definition, in words. */
-export function draftOf(kind: Draft["kind"], name: string, written: unknown, graphs: Record<string, unknown> = {}): Draft {
-  const given = object(written, `${kind} '${name}'`);
-  const blocks = mapped(given.blocks, (use, label) => blockUse(use, `block '${label}' of '${name}'`, graphs));
-  const common = { ...given, name, doc: text(given.doc), blocks, cells: sets(given.cells), layout: layout(given.layout) };
-  if (kind === "graph") return { kind, of: { ...common, inputs: sets(given.inputs), outputs: sets(given.outputs) } };
-  const { ending_limit, ...verb } = common as typeof common & { ending_limit?: unknown };
-  return {
-    kind,
-    of: {
-      ...verb,
-      // Files alone say it in words.
-      ...(ending_limit === undefined ? {} : { ending_limit_ns: time(ending_limit) }),
-      ...(given.objects === undefined ? {} : { objects: mapped(given.objects, verbObject) }),
-      ...(given.requires === undefined ? {} : { requires: mapped(given.requires, requirement) }),
-      instantiation_parameters: sets(given.instantiation_parameters),
-      input_parameters: mapped(given.input_parameters, inputParameter),
-      output_values: (given.output_values as Record<string, string> | undefined) ?? {},
-      command_lists: mapped(given.command_lists, commandList),
-      initial: typeof given.initial === "string" ? given.initial : null,
-      conditions: mapped(given.conditions, termination),
-      transitions: (given.transitions as Transition[] | undefined) ?? [],
-    },
-  };
-}
-
-export function newComposition(name: string, made_of: Record<string, Part>): Composed {
-  return { kind: "composition", of: compositionOf(name, { parts: {} }), made_of };
-}
-
-/** A composition as a file has it, with all keys. Errors: what is none, in words. */
-export function compositionOf(name: string, written: unknown): Composition {
-  const given = object(written, `composition '${name}'`);
-  const steps = (given.transitions as unknown[] | undefined) ?? [];
-  if (!Array.isArray(steps)) throw new Error(`the transitions of composition '${name}' are not of the right form: a list is expected`);
-  return {
-    ...given,
-    name,
-    doc: text(given.doc),
-    parts: mapped(given.parts, (part, label) => {
-      if (typeof part !== "string")
-        throw new Error(`part '${label}' of '${name}' is not of the right form: the name of a verb is expected`);
-      return part;
-    }),
-    transitions: steps.map((step) => {
-      const line = object(step, `a transition of composition '${name}'`);
-      return {
-        ...line,
-        from: several(line.from),
-        condition: typeof line.condition === "string" ? line.condition : null,
-        to: text(line.to),
-      };
-    }),
-    initial: typeof given.initial === "string" ? given.initial : null,
-    rename: mapped(given.rename, text),
-    preset: (given.preset as Record<string, Value> | undefined) ?? {},
-    share: several(given.share),
-    together: given.together === true,
-    until: given.until === "all" ? "all" : "any",
-    layout: layout(given.layout),
-  };
-}
-
-/** A definition of the system without the places in programs where its parts were written. */
-export function withoutSources(defined: unknown): unknown {
-  if (Array.isArray(defined)) return defined.map(withoutSources);
-  if (typeof defined !== "object" || defined === null) return defined;
-  const isSource = (key: string, of: unknown) =>
-    key === "place" && (of === null || (typeof of === "object" && "file" in of && "line" in of));
-  const kept = Object.entries(defined).filter(([key, of]) => !isSource(key, of));
-  return Object.fromEntries(kept.map(([key, of]) => [key, withoutSources(of)]));
-}
-
 /** The definition as calls of the system take it: without what is the drawing's alone. */
 export function definitionOf(draft: Draft): Record<string, unknown> {
   const { layout: _drawing, ...definition } = draft.of;
   return definition;
-}
-
-function blockUse(use: unknown, what: string, graphs: Record<string, unknown>): BlockUse {
-  if (typeof use === "string") return blockUse({ block: use }, what, graphs);
-  const given = object(use, what);
-  const constants = (given.constants as Record<string, Value> | undefined) ?? {};
-  if (typeof given.block === "string") {
-    const name = given.block;
-    // A name without a dot is a graph of the file.
-    if (name.includes(".")) return { ...given, block: { subroutine: name }, constants };
-    if (!Object.hasOwn(graphs, name)) throw new Error(`${what}: there is no graph '${name}' in this file`);
-    return { ...given, block: { graph: graphOf(name, graphs[name], graphs) }, constants };
-  }
-  const block = object(given.block, what);
-  if (typeof block.subroutine === "string") return blockUse({ ...given, block: block.subroutine }, what, graphs);
-  const inner = object(block.graph, what);
-  return { ...given, block: { graph: graphOf(text(inner.name) || what, inner, graphs) }, constants };
-}
-
-function graphOf(name: string, written: unknown, graphs: Record<string, unknown>): Graph {
-  const draft = draftOf("graph", name, written, graphs);
-  if (draft.kind !== "graph") throw new Error(`'${name}' is no graph`);
-  return draft.of;
-}
-
-function verbObject(written: unknown, name: string): VerbObject {
-  if (typeof written === "string") return { device_type: written, each: false };
-  const given = object(written, `object '${name}'`);
-  return { ...given, device_type: text(given.device_type), each: given.each === true };
-}
-
-function requirement(written: unknown, member: string): Requirement {
-  if (typeof written === "string") return { raises: written };
-  const given = object(written, `the requirement of '${member}'`);
-  return { ...given, raises: text(given.raises) };
-}
-
-function inputParameter(written: unknown): InputParameter {
-  if (typeof written === "string" || Array.isArray(written)) return { targets: several(written), default: null, unit: "", tunable: false };
-  const given = object(written, "an input parameter");
-  return {
-    ...given,
-    targets: several(given.targets),
-    default: (given.default as Value | undefined) ?? null,
-    unit: text(given.unit),
-    tunable: given.tunable === true,
-  };
-}
-
-function commandList(written: unknown): { commands: Command[] } {
-  const commands = Array.isArray(written) ? written : ((object(written, "a command list").commands as unknown[] | undefined) ?? []);
-  return { commands: commands.map(command) };
-}
-
-function command(written: unknown): Command {
-  const given = object(written, "a command");
-  if (typeof given.command === "string") return given as unknown as Command;
-  const { every, budget, ...rest } = given;
-  if (typeof rest.activate === "string") {
-    const { activate, ...more } = rest;
-    return {
-      ...more,
-      command: "activate",
-      block: activate,
-      every_ns: time(every),
-      ...(budget === undefined ? {} : { budget_ns: time(budget) }),
-    };
-  }
-  if (typeof rest.execute === "string") return { command: "execute", block: rest.execute };
-  if (typeof rest.deactivate === "string") return { command: "deactivate", block: rest.deactivate };
-  if (rest.install !== undefined) return { command: "install", blocks: several(rest.install) };
-  if (rest.ready === true) return { command: "ready" };
-  if (rest.wait === true) return { command: "wait" };
-  if (typeof rest.wait === "string" && timeOrNull(rest.wait) !== null) return { command: "wait", time_ns: timeOrNull(rest.wait) };
-  if (rest.wait !== undefined) return { command: "wait", conditions: several(rest.wait) };
-  throw new Error(`this is no command: ${JSON.stringify(written)}`);
-}
-
-function termination(written: unknown): Termination {
-  if (typeof written === "string" || Array.isArray(written)) {
-    return { on: several(written), returns: null, raises: false, during: [], priority: 0 };
-  }
-  const given = object(written, "a condition");
-  return {
-    ...given,
-    on: several(given.on),
-    returns: given.returns === undefined || given.returns === null ? null : several(given.returns),
-    raises: typeof given.raises === "string" ? given.raises : Boolean(given.raises),
-    during: several(given.during),
-    priority: Number(given.priority ?? 0),
-  };
-}
-
-/** "20 ms" in ns; null where it is no time. */
-export function timeOrNull(written: unknown): number | null {
-  return typeof written === "string" ? (durationNs(written).value ?? null) : null;
-}
-
-function time(written: unknown): number | null {
-  if (written === undefined || written === null) return null;
-  const ns = timeOrNull(written);
-  if (ns === null) throw new Error(`'${String(written)}' is no time; write it with its unit: "20 ms"`);
-  return ns;
-}
-
-function object(given: unknown, what: string): Loose {
-  if (typeof given === "object" && given !== null && !Array.isArray(given)) return given as Loose;
-  throw new Error(`${what} is not of the right form: an object is expected`);
-}
-
-function text(given: unknown): string {
-  return typeof given === "string" ? given : "";
-}
-
-function several(given: unknown): string[] {
-  if (given === undefined || given === null) return [];
-  return Array.isArray(given) ? given.map(String) : [String(given)];
-}
-
-function sets(given: unknown): Sets {
-  return mapped(given, several);
-}
-
-function layout(given: unknown): Layout {
-  const places = Object.entries((given as Record<string, Place> | undefined) ?? {});
-  return Object.fromEntries(places.filter(([, place]) => Number.isFinite(place?.x) && Number.isFinite(place?.y)));
-}
-
-function mapped<T>(given: unknown, each: (value: unknown, name: string) => T): Record<string, T> {
-  return Object.fromEntries(Object.entries((given as Loose | undefined) ?? {}).map(([name, value]) => [name, each(value, name)]));
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { draftOf } from "./definition";
 import { drawnDraft } from "./drawn";
 import type { Face, Item } from "./faces";
 import type { Finding } from "./findings";
+import { draftOf } from "./reading";
 
 const item = (name: string, kind: Item["kind"]): Item => ({
   name,

@@ -79,8 +79,19 @@ function sidesOf(draft: Draft, set: Named, faces: Faces): Sides {
 /** Whether a block of the draft does not have the port that is named. */
 export function isLost(draft: Draft, port: string, faces: Faces): boolean {
   // Which blocks the system has may not be known yet.
-  if (faces.size === 0 || !Object.hasOwn(draft.of.blocks, splitPort(port, draft.of.blocks)[0])) return false;
-  return inner(draft.of, port, faces) === undefined;
+  const [label, name] = splitPort(port, draft.of.blocks);
+  const use = Object.hasOwn(draft.of.blocks, label) ? draft.of.blocks[label] : undefined;
+  return use !== undefined && faces.size > 0 && !hasItem(use, name, faces);
+}
+
+/** Whether a use has an item, or a block within it: `servo.pid.kp`. */
+function hasItem(use: BlockUse, name: string, faces: Faces): boolean {
+  if (itemsOf(use, faces).some((item) => item.name === name)) return true;
+  if (!("graph" in use.block)) return false;
+  const { blocks } = use.block.graph;
+  const [label, rest] = splitPort(name, blocks);
+  const within = Object.hasOwn(blocks, label) ? blocks[label] : undefined;
+  return within !== undefined && rest !== "" && hasItem(within, rest, faces);
 }
 
 function lostPort(name: string, side: Port["side"]): Port {
@@ -123,12 +134,15 @@ function blockBox(label: string, use: BlockUse, faces: Faces, findings: Finding[
     ports: [...items.flatMap((item) => portsOf(item)), ...lost],
     source: null,
     opens: isGraph ? "closed" : null,
-    findings: found.flatMap((finding) => {
-      // What is about two ports that are wired stands on the wire.
-      if (finding.where.filter(isPort).length > 1) return [];
-      const port = finding.where.find((where) => "block" in where && where.block === label);
-      return [{ port: port && isPort(port) ? port.port : null, text: about(finding), key: `${finding.class} ${finding.message}` }];
-    }),
+    findings: [
+      ...lost.map(({ name: port, doc }) => ({ port, text: doc, key: doc })),
+      ...found.flatMap((finding) => {
+        // What is about two ports that are wired stands on the wire.
+        if (finding.where.filter(isPort).length > 1) return [];
+        const port = finding.where.find((where) => "block" in where && where.block === label);
+        return [{ port: port && isPort(port) ? port.port : null, text: about(finding), key: `${finding.class} ${finding.message}` }];
+      }),
+    ],
   };
 }
 

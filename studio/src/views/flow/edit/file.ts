@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { parse as parseToml, TomlError } from "smol-toml";
-import { compositionOf, type Draft, type Drawn, definitionOf, draftOf, FORMAT, type Graph, type Part, VERSION } from "./definition";
+import { type Draft, type Drawn, definitionOf, FORMAT, type Graph, type Part, VERSION } from "./definition";
 import type { OpenedFile } from "./history";
+import { compositionOf, draftOf } from "./reading";
 import { byName, sharedGraphs, withoutNewPlaces } from "./sharing";
 import { patched, same } from "./toml";
 

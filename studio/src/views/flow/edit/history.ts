@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useCallback, useEffect, useReducer } from "react";
-import { type Composed, compositionOf, type Drawn, draftOf, newVerb } from "./definition";
+import { type Composed, type Drawn, newVerb } from "./definition";
 import { followed, type Placement } from "./placement";
+import { compositionOf, draftOf } from "./reading";
 
 /** The draft of this tab, and that which was changed last in any: a new tab begins with a copy of it. */
 const KEY = "opengpac.draft";

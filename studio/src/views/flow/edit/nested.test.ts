@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
 import { connect, removeSet, renameBlock, renameSet, setConstant } from "./change";
-import { type Draft, draftOf, type Verb } from "./definition";
-import { drawnDraft } from "./drawn";
+import type { Draft, Verb } from "./definition";
+import { drawnDraft, isLost } from "./drawn";
 import type { Face, Item } from "./faces";
 import { findingsWithin, graphsWithin, ownGraph, replaced, standing, within } from "./nested";
+import { removed } from "./places";
+import { draftOf } from "./reading";
 
 const item = (name: string, kind: Item["kind"]): Item => ({
   name,
@@ -101,10 +103,19 @@ test("a port that disappears stays at the box, and is named at each wire", () =>
   expect(wire).toMatchObject({ from: { box: "one", port: "y" }, to: { box: "two", port: "u" } });
   expect(wire?.findings).toEqual(["'one' (graph smooth) has no port 'y'; take the wire away, or give the graph that port again"]);
   expect(boxes.find((box) => box.id === "one")?.ports.map((port) => port.name)).toEqual(["u", "y"]);
+  expect(boxes.find((box) => box.id === "one")?.findings.map((one) => one.port)).toEqual(["y"]);
   // The system says it in its own words.
   const said = { class: "UnknownName", message: "'one' (graph smooth) has no 'y'", remedy: "there are u", where: [{ cell: "first" }] };
   const told = drawnDraft(without, faces, [said], null).wires.find((one) => one.cell === "first");
   expect(told?.findings).toEqual(["'one' (graph smooth) has no 'y'; there are u"]);
+  // Its last wire takes the cell with it.
+  expect(verb(removed(without, [], [wire?.id ?? ""], wires, faces)).cells).toEqual({ second: ["two.y", "last.u"] });
+  // What a block within has is there: `one.f.k`.
+  expect([isLost(whole, "one.f.k", faces), isLost(whole, "two.inner.f.u", faces), isLost(whole, "one.f.kk", faces)]).toEqual([
+    false,
+    false,
+    true,
+  ]);
   // A wire at a port that is not there is drawn to an input, where another one writes.
   const lost = changed(["one"], (inner) => removeSet(inner, "inputs", "u"));
   const fed = connect(lost, "last.y", "one.u", faces);

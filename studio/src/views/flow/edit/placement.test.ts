@@ -3,9 +3,10 @@ import { expect, test } from "vitest";
 import type { Box } from "../drawing/drawing";
 import { grouped, regionAt } from "../drawing/regions";
 import { removeBlock, renameBlock } from "./change";
-import { draftOf, newGraph } from "./definition";
+import { newGraph } from "./definition";
 import { type History, stepped } from "./history";
 import { followed, patternsOf, placedOn } from "./placement";
+import { draftOf } from "./reading";
 
 const draft = draftOf("verb", "move", { blocks: { planner: "library.gain", servo: "library.gain" } });
 const placement = { planner: "rtp0.slow", servo: "rtp0.fast" };

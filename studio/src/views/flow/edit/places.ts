@@ -31,6 +31,12 @@ export function freePlace(draft: Draft): Place {
   return { x: right, y: top };
 }
 
+/** A cell of which only ports are left that are not there is gone with its last wire. */
+function withoutLost(draft: Draft, cell: string, faces: Faces): Draft {
+  const left = setsOf(draft, "cells")[cell] ?? [];
+  return left.length > 0 && left.every((port) => isLost(draft, port, faces)) ? change.removeSet(draft, "cells", cell) : draft;
+}
+
 /** The draft without boxes and wires of its drawing. */
 export function removed(draft: Draft, boxes: string[], wires: string[], drawn: Wire[], faces: Faces): Draft {
   let next = draft;
@@ -40,9 +46,7 @@ export function removed(draft: Draft, boxes: string[], wires: string[], drawn: W
     const [from, to] = [`${wire.from.box}.${wire.from.port}`, `${wire.to.box}.${wire.to.port}`];
     const boundary = boundaryOf(next, wire.to.box);
     if (boundary) next = change.release(next, boundary.kind, boundary.name, from);
-    // A port that is not there goes out of the cell, which has no writer then.
-    else if (setsOf(next, "cells")[wire.cell] && isLost(next, from, faces)) next = change.removeSet(next, "cells", wire.cell);
-    else next = change.disconnect(next, to, faces);
+    else next = withoutLost(change.disconnect(next, to, faces), wire.cell, faces);
   }
   for (const box of boxes) {
     const set = boundaryOf(next, box);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
 import { removeBlock, renameBlock } from "./change";
-import { type Draft, draftOf } from "./definition";
+import type { Draft } from "./definition";
+import { draftOf } from "./reading";
 import { renameCondition, renameList, renameObject, renameOutput } from "./rename";
 
 const draft = draftOf("verb", "v", {
