@@ -120,6 +120,9 @@ def run_guard() -> str | None:
 def run_plant() -> str | None:
     """A plant process: returns when it is put away. `processes.command("run_plant")` starts it."""
 
+def run_replay() -> str | None:
+    """A process that runs a recording again for a system: returns when it is over. `processes.command("run_replay")` starts it."""
+
 def run_ethercat_segment() -> str | None:
     """An emulated segment of EtherCAT: returns when its input ends, or with the reason why it could not answer.
     `processes.command("run_ethercat_segment")` starts it; `gpac.drivers.fake.ethercat` talks to it."""

@@ -344,6 +344,20 @@ class Calls(Asking):
         """Ends a recording. Returns how it stands; where it still runs, it is to be called again."""
         return self._ask("stop_recording", {"recording": recording})
 
+    def replay(self, path: str, trust: list[str] | None = None, present: bool | None = None) -> Any:
+        """Begins to run a recording again, in a process of its own beside the system, which it does not
+        touch, and compares every value. Returns its number. Code modules that the recording brings run only
+        where their SHA-256 digests are those of modules that the system has had, or are in `trust`."""
+        return self._ask("replay", {"path": path, "trust": trust, "present": present})
+
+    def replaying(self, replay: int) -> Any:
+        """Returns how a replay stands."""
+        return self._ask("replaying", {"replay": replay})
+
+    def stop_replay(self, replay: int) -> Any:
+        """Ends a replay where it is, and forgets it. Returns how it stood."""
+        return self._ask("stop_replay", {"replay": replay})
+
     def recordings(self, folder: str | None = None) -> list[Any]:
         """Returns the recordings of a folder, the newest first."""
         return self._ask("recordings", {"folder": folder})

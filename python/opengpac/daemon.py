@@ -40,6 +40,10 @@ def add_to(commands: Any) -> None:
     )
     rts.add_argument("--journal-strict", action="store_true", help="ends the start where a call of the journal fails")
     rts.add_argument("--records", metavar="FOLDER", help="where remote programs may record, by names")
+    rts.add_argument(
+        "--trust", action="append", default=[], metavar="SHA256",
+        help="code of this digest may run where a recording that is replayed brings it; modules that the system has had may anyway",
+    )  # fmt: skip
     rts.add_argument("--insecure-loopback", action="store_true", help="any user of this machine may observe over TCP without a token")
     rts.add_argument("--host", action="append", default=[], metavar="NAME", help="a name by which requests may call this machine")
     rts.add_argument("--origin", action="append", default=[], metavar="URL", help="a site whose pages may call")
@@ -76,7 +80,7 @@ def _rts(given: argparse.Namespace) -> int:
     options = {
         "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key,
         "client_ca": given.client_ca, "tokens": given.tokens, "audit": given.audit,
-        "journal": given.journal, "journal_strict": given.journal_strict, "records": given.records,
+        "journal": given.journal, "journal_strict": given.journal_strict, "records": given.records, "trust": given.trust,
         "insecure_loopback": given.insecure_loopback, "hosts": given.host, "origins": given.origin,
         **_studio(given),
     }  # fmt: skip

@@ -34,6 +34,8 @@ class Difference:
     """`INSTANCE.LABEL`; empty where only the digest of all blocks of the source is known."""
     port: str
     """The output whose value differs."""
+    svv: str
+    """The SVV in which it is stored; empty for a private cell, and where it is not known."""
     recorded: tuple[str, ...]
     """The elements of the value, with every digit; hexadecimal digits of a structure."""
     replayed: tuple[str, ...]
@@ -140,7 +142,7 @@ def _module(file: Path) -> tuple[str, str]:
 def _replay(found: dict[str, Any]) -> Replay:
     told = found["difference"]
     difference = told and Difference(
-        told["source"], told["number"], told["time_ns"] / 1e9, told["between"], told["block"], told["port"],
+        told["source"], told["number"], told["time_ns"] / 1e9, told["between"], told["block"], told["port"], told["svv"],
         tuple(told["recorded"]), tuple(told["replayed"]), told["how"],
     )  # fmt: skip
     svvs = {svv["name"]: tuple(svv["value"]) for svv in found["svvs"]}

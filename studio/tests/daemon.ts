@@ -22,11 +22,15 @@ export function tokenIn(folder: string, name = "page"): string {
   return /gpac_\S+/.exec(execFileSync(PYTHON, ["-m", "opengpac", ...made], { env: SURROUNDINGS }).toString())?.[0] ?? "";
 }
 
-/** Starts a daemon with the tokens and recordings of the folder; resolves when it listens. */
+/** Starts a daemon with the tokens and recordings of the folder, of a system that blinks; resolves when it listens. */
 export function serve(folder: string, port: number, ...options: string[]): Promise<ChildProcess> {
-  const program = join(import.meta.dirname, "restarted.py");
+  return serveProgram([join(import.meta.dirname, "restarted.py")], folder, port, ...options);
+}
+
+/** The same of the system that a program, with its arguments, leaves open. */
+export function serveProgram(program: string[], folder: string, port: number, ...options: string[]): Promise<ChildProcess> {
   const address = ["--listen", `127.0.0.1:${port}`, "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
-  const command = ["-m", "opengpac", "rts", ...address, "--page", BUILT, "--records", folder, ...options, program];
+  const command = ["-m", "opengpac", "rts", ...address, "--page", BUILT, "--records", folder, ...options, ...program];
   const process_ = spawn(PYTHON, command, { env: SURROUNDINGS });
   let text = "";
   return new Promise((listens, failed) => {

@@ -26,6 +26,9 @@ struct Processes {
     command: Vec<String>,
     /// Comes to call `guard::run`.
     guard: Vec<String>,
+    /// Comes to call `replay::serve`.
+    #[serde(default)]
+    replay: Vec<String>,
     /// The interpreter that tries code modules.
     python: String,
 }
@@ -72,9 +75,9 @@ pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> 
         return refuse("the message interconnect needs the virtual clock".to_owned(), "take clock=\"virtual\"");
     }
     let system = System::new(name, kind, carrier(options.interconnect)?)?;
-    if let Some(Processes { command, guard, python }) = options.processes {
+    if let Some(Processes { command, guard, replay, python }) = options.processes {
         let words = |command: Vec<String>| command.into_iter().map(Into::into).collect();
-        let commands = Commands { processor: words(command), guard: words(guard), python: python.into() };
+        let commands = Commands { processor: words(command), guard: words(guard), replay: words(replay), python: python.into() };
         system.set_places(Arc::new(Places::new(name, commands, options.adopt)));
     }
     Ok(system)

@@ -150,6 +150,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(processes::run_guard, m)?)?;
     m.add_function(wrap_pyfunction!(processes::join_system, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_plant, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::run_replay, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_ethercat_segment, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_canopen_bus, m)?)?;
     m.add_function(wrap_pyfunction!(processes::plant_state, m)?)?;

@@ -11,6 +11,12 @@ pub fn run_guard(py: Python<'_>) -> Option<String> {
     })
 }
 
+/// Runs a recording again, beside the system that asks for it.
+#[pyfunction]
+pub fn run_replay(py: Python<'_>) -> Option<String> {
+    py.detach(::replay::serve).err()
+}
+
 #[pyfunction]
 pub fn run_plant(py: Python<'_>) -> Option<String> {
     py.detach(drivers::run_process).err()

@@ -273,6 +273,18 @@ void opengpac_close(opengpac_system *system);
  *       Returns how a recording stands.
  *   stop_recording(recording) -> RecordingSummary
  *       Ends a recording. Returns how it stands; where it still runs, it is to be called again.
+ *   replay(path, [trust], [present]) -> ReplayBegun
+ *       Begins to run a recording again, in a process of its own beside the system, which it does not touch,
+ *       and compares every value. Returns its number. Code modules that the recording brings run only where
+ *       their SHA-256 digests are those of modules that the system has had, or are in `trust`.
+ *         trust: Digests of code modules that may run. Over the control interface they are the daemon's own,
+ *         and are left out.
+ *         present: With the modules of the same names that the system has now in the place of the
+ *         recording's: then the first difference is of them.
+ *   replaying(replay) -> Replaying
+ *       Returns how a replay stands.
+ *   stop_replay(replay) -> Replaying
+ *       Ends a replay where it is, and forgets it. Returns how it stood.
  *   recordings([folder]) -> list of RecordingFile
  *       Returns the recordings of a folder, the newest first.
  *         folder: Over the control interface it is the daemon's own, and is left out.

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where callers record, and what they read back: by plain names, in the one folder that the daemon was started with for that.
+//! Where callers record, and what they read back and run again: by plain names, in the one folder that the daemon was started with for that.
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde_json::{Map, Value as Json};
 use std::path::{Component, Path};
 
-/// The `path` of a call on recordings becomes one in the folder, which `recordings` lists. Errors: there is no folder, the name is no
-/// plain one.
-pub fn place(folder: Option<&Path>, call: &str, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
+/// The `path` of a call on recordings becomes one in the folder, which `recordings` lists; whose code `replay` may run says the daemon.
+/// Errors: there is no folder, the name is no plain one.
+pub fn place(folder: Option<&Path>, trust: &[String], call: &str, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
+    if call == "replay" {
+        arguments.insert("trust".to_owned(), trust.into());
+    }
     if call != "recordings" && !arguments.contains_key("path") {
         return Ok(());
     }
@@ -35,7 +38,7 @@ mod tests {
 
     fn asked(folder: Option<&str>, call: &str, mut arguments: Json) -> Result<Json, Failure> {
         let map = arguments.as_object_mut().expect("an object");
-        place(folder.map(Path::new), call, map).map(|()| arguments)
+        place(folder.map(Path::new), &["00ff".to_owned()], call, map).map(|()| arguments)
     }
 
     fn placed(folder: Option<&str>, name: &str) -> Result<String, Failure> {
@@ -48,6 +51,12 @@ mod tests {
         assert_eq!(listed(Some("/var/records")).ok(), Some(json!({ "folder": "/var/records" })));
         assert!(listed(None).is_err_and(|why| why.class() == Class::NotAllowed));
         assert_eq!(asked(None, "stop_recording", json!({ "recording": 7 })).ok(), Some(json!({ "recording": 7 })), "has no path");
+    }
+
+    #[test]
+    fn whose_code_runs_is_not_the_callers_to_say() {
+        let asked = asked(Some("/var/records"), "replay", json!({ "path": "run.mcap", "trust": ["ab"] }));
+        assert_eq!(asked.ok(), Some(json!({ "path": "/var/records/run.mcap", "trust": ["00ff"] })));
     }
 
     #[test]

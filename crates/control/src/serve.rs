@@ -10,6 +10,7 @@ use crate::listen::{self, Listener};
 use crate::page::Page;
 use crate::playing::{Unwatched, Watcher, play};
 use crate::rates::Rates;
+use crate::requests::is_sha256;
 use crate::service::Service;
 use crate::sessions::Sessions;
 use crate::slots::Doors;
@@ -61,6 +62,8 @@ pub struct Options {
     pub journal: Option<PathBuf>,
     /// The folder in which callers may record.
     pub records: Option<PathBuf>,
+    /// SHA-256 digests of code modules that may run where a recording brings them.
+    pub trust: Vec<String>,
     /// Ends the start where a call of the journal fails.
     pub journal_strict: bool,
 }
@@ -173,8 +176,19 @@ pub(crate) fn service(
         files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "make room among the temporary files"))?,
         journal,
         records: options.records.clone(),
+        trust: digests(&options.trust)?,
         python: options.python.clone().unwrap_or_else(|| "python3".to_owned()),
     })
+}
+
+/// Digests as they are compared. Errors: one is none.
+fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
+    let digest = |text: &String| {
+        let lower = text.to_ascii_lowercase();
+        let wrong = || refuse(format!("'{text}' is no SHA-256 digest"), "give the 64 hexadecimal digits that 'opengpac replay' or sha256sum shows");
+        if is_sha256(&lower) { Ok(lower) } else { Err(wrong()) }
+    };
+    given.iter().map(digest).collect()
 }
 
 impl Server {

@@ -43,6 +43,8 @@ pub struct Service {
     pub journal: Option<Journal>,
     /// The folder in which callers may record.
     pub records: Option<PathBuf>,
+    /// SHA-256 digests of code modules that may run where a recording brings them.
+    pub trust: Vec<String>,
     /// The interpreter that tries code modules.
     pub python: String,
 }
@@ -210,7 +212,7 @@ impl Service {
             self.files.resolve(options)?;
         }
         if call.subject == "recordings" {
-            crate::records::place(self.records.as_deref(), call.name, &mut asked.arguments)?;
+            crate::records::place(self.records.as_deref(), &self.trust, call.name, &mut asked.arguments)?;
         }
         // Before the start, so that an end which comes at once has its owner.
         if let (Some(presence), "start", Some(instance)) = (presence, call.name, instance) {

@@ -23,6 +23,8 @@ pub struct Commands {
     pub processor: Vec<OsString>,
     /// Comes to call [`guard::run`].
     pub guard: Vec<OsString>,
+    /// Comes to call `replay::serve`; empty: no recording can be run again beside the system.
+    pub replay: Vec<OsString>,
     /// The interpreter that tries code modules.
     pub python: OsString,
 }
@@ -111,6 +113,11 @@ impl Places {
 impl rtp::Places for Places {
     fn tell_to(&self, tell: Tell) {
         self.telling.to(tell);
+    }
+
+    fn replay(&self) -> Option<(Vec<OsString>, OsString)> {
+        let Commands { replay, python, .. } = &self.commands;
+        (!replay.is_empty()).then(|| (replay.clone(), python.clone()))
     }
 
     fn close(&self) {

@@ -8,7 +8,7 @@
 //! | [`UnixLink`], [`Listener`], [`connect`] | frames and descriptors between two processes |
 //! | [`SharedMemory`], [`Heartbeat`] | memory that processes share and that nobody has to clean up |
 //! | [`Restarts`] | how often a lost process may be started again |
-//! | [`may_lock_all`] | a right that a process asks the operating system for |
+//! | [`may_lock_all`], [`stand_back`] | a right that a process asks the operating system for, and one that it gives up |
 //!
 //! Nothing here knows a device, a kernel or a text format.
 mod child;
@@ -34,6 +34,6 @@ pub use listener::{Listener, connect, fresh_folder, is_abandoned, run_folder};
 pub use passing::DESCRIPTORS_MAX;
 pub use process::{ended, has_ended, pid_of, process_descriptor, signal, this_process};
 pub use restarts::Restarts;
-pub use rights::may_lock_all;
+pub use rights::{may_lock_all, stand_back};
 pub use shared_memory::Sealed as SharedMemory;
 pub use status::Status;

@@ -119,6 +119,11 @@ impl Archive {
         Ok(())
     }
 
+    /// Whether it has a channel of that name.
+    pub fn has(&self, channel: &str) -> bool {
+        self.index().tracks.contains_key(channel)
+    }
+
     /// Value, number and time in ns of an SVV or cell as it was stored last at a time; nothing where there was none yet, and where there is
     /// no such name.
     pub fn reading_at(&self, name: &str, time_ns: i64) -> Result<Option<(Value, u64, i64)>, Refusals> {

@@ -45,14 +45,16 @@ pub struct Sums {
     pub sum: f64,
     /// The sum of squares.
     pub squares: f64,
+    /// The sum of the squared differences from the mean: not lost among large values, as the sum of squares less that of the mean is.
+    pub spread: f64,
 }
 
-pub(crate) const NONE: Sums = Sums { count: 0, min: 0.0, max: 0.0, sum: 0.0, squares: 0.0 };
+pub(crate) const NONE: Sums = Sums { count: 0, min: 0.0, max: 0.0, sum: 0.0, squares: 0.0, spread: 0.0 };
 
 impl Sums {
     pub(crate) fn take(&mut self, value: f64) {
         if value.is_finite() {
-            self.add(&Sums { count: 1, min: value, max: value, sum: value, squares: value * value });
+            self.add(&Sums { count: 1, min: value, max: value, sum: value, squares: value * value, spread: 0.0 });
         }
     }
 
@@ -60,8 +62,16 @@ impl Sums {
         if other.count == 0 {
             return;
         }
-        let (min, max) = if self.count == 0 { (other.min, other.max) } else { (self.min.min(other.min), self.max.max(other.max)) };
-        *self = Sums { count: self.count + other.count, min, max, sum: self.sum + other.sum, squares: self.squares + other.squares };
+        if self.count == 0 {
+            *self = *other;
+            return;
+        }
+        let (min, max) = (self.min.min(other.min), self.max.max(other.max));
+        // Chan, Golub and LeVeque 1979: two spreads and how far their means lie apart.
+        let (here, there) = (self.count as f64, other.count as f64);
+        let apart = other.sum / there - self.sum / here;
+        let spread = self.spread + other.spread + apart * apart * here * there / (here + there);
+        *self = Sums { count: self.count + other.count, min, max, sum: self.sum + other.sum, squares: self.squares + other.squares, spread };
     }
 }
 

@@ -12,6 +12,7 @@
 //! 64 channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and whole when they reach
 //! the file: of a process that was killed everything up to its last chunk, a second at most, can be read.
 mod about;
+mod again;
 mod archive;
 mod digest;
 mod file;
@@ -27,6 +28,7 @@ mod span;
 mod state;
 
 pub use about::{Recorded, RecordedChannel, RecordedEnd};
+pub use again::{Again, Replaying};
 pub use archive::{Archive, RecordedMessage};
 pub use digest::{Samples, Sums};
 pub use file::Sink;

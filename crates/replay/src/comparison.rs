@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A record run twice side by side, with the code that is in it and with other code: where they first differ.
 use crate::Codes;
-use crate::player::{Moment, Player, Unplayable};
+use crate::player::{Moment, Player, Svv, Unplayable};
 use crate::recording::Item;
 use kernel::Occasion;
 
@@ -18,6 +18,8 @@ pub struct Difference {
     pub between: bool,
     /// Block, with its instance, and port; none where the source only went another way.
     pub port: Option<(String, String)>,
+    /// SVV in which the port's value is stored; none of a private cell.
+    pub svv: Option<String>,
     /// C type of the port.
     pub type_text: String,
     /// What the recorded code stores.
@@ -64,19 +66,25 @@ impl Comparison {
         &mut self.after
     }
 
-    fn difference(&self, moment: &Moment) -> Difference {
+    fn difference(&mut self, moment: &Moment) -> Difference {
+        let svvs = self.before.stored_svvs(moment.source).into_iter().zip(self.after.stored_svvs(moment.source));
+        let others: Vec<_> = svvs.filter(|(before, after)| before.bytes != after.bytes).collect();
         let (before, after) = (self.before.stored(moment.source), self.after.stored(moment.source));
         let found = before.into_iter().zip(after).find(|(before, after)| before.bytes != after.bytes);
         let (port, type_text, recorded, replayed) = match found {
             Some((before, after)) => (Some((before.block, before.port)), before.type_text, before.bytes, after.bytes),
             None => (None, String::new(), Vec::new(), Vec::new()),
         };
+        // Of several SVVs that differ, the one that holds what this port has stored.
+        let holds = |(before, after): &&(Svv, Svv)| before.name == after.name && before.bytes == recorded && after.bytes == replayed;
+        let svv = others.iter().find(holds).map(|(before, _)| before.name.clone());
         Difference {
             source: self.after.name(moment.source).to_owned(),
             number: moment.number,
             time_ns: moment.time_ns,
             between: moment.occasion != Occasion::Firing,
             port,
+            svv,
             type_text,
             recorded,
             replayed,

@@ -4,21 +4,26 @@
 //! record's. Neither supervisor nor programming system is needed: what they decided is in the scripts.
 //!
 //! [`Recording`] gathers the items of a record while it is made, [`Player`] runs them again, [`Comparison`] runs them with other code
-//! beside the recorded one and names the first difference. [`Reader`] takes them out of a recording's file, [`Run`] is all of it for a command.
+//! beside the recorded one and names the first difference. [`Reader`] takes them out of a recording's file, [`Run`] is all of it for a command,
+//! [`Apart`] the same in a process of its own, beside a system that runs.
+mod apart;
 mod comparison;
 mod condition;
 mod file;
+mod found;
 mod ground;
 mod player;
 mod recording;
 mod run;
 mod trust;
 
+pub use apart::{Apart, Standing, serve};
 pub use comparison::{Comparison, Difference};
 pub use condition::Condition;
 pub use file::{ENCODING, Reader, TOPIC};
+pub use found::{Found, Shown, Stopped, Told, elements};
 pub use ground::{Codes, Exchanged};
 pub use player::{Moment, Player, Svv, Unplayable};
 pub use recording::{Item, Recording};
-pub use run::{Asked, Found, Run, Shown, Told};
+pub use run::{Asked, Run};
 pub use trust::{Brought, Trust, modules_in};

@@ -188,6 +188,19 @@ impl Player {
         self.host.stored(source)
     }
 
+    /// The SVVs that blocks of a source store, with what they have stored, in the order of their names.
+    pub fn stored_svvs(&mut self, source: SourceId) -> Vec<Svv> {
+        let mut found = Vec::new();
+        for (name, places) in &mut self.svvs {
+            let Some(place) = places.iter_mut().find(|place| place.source == source) else { continue };
+            place.cell = place.cell.take().or_else(|| self.reader.find(place.at));
+            let Some(cell) = place.cell.as_ref().filter(|cell| self.host.stores(source, cell)) else { continue };
+            found.push(Svv { name: name.clone(), type_text: place.type_text.clone(), unit: place.unit.clone(), bytes: cell.load() });
+        }
+        found.sort_unstable_by(|one, other| one.name.cmp(&other.name));
+        found
+    }
+
     /// Names of the SVVs so far.
     pub fn svvs(&self) -> impl Iterator<Item = &str> {
         self.svvs.keys().map(String::as_str)

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A file run again, as far as asked for, with what there is to say about it.
 use crate::comparison::{Comparison, Difference};
-use crate::condition::{Condition, number};
+use crate::condition::Condition;
 use crate::file::Reader;
-use crate::player::{Moment, Player, Svv};
+use crate::found::{Found, Shown, Stopped, Told};
+use crate::player::{Moment, Player};
 use crate::recording::Item;
 use crate::trust::Trust;
 use kernel::Occasion;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -27,69 +27,6 @@ pub struct Asked {
     pub trust: Trust,
     /// The interpreter that tries code modules in a process of its own.
     pub python: String,
-}
-
-/// Where a run stopped and what was found.
-#[derive(Clone, Debug, Serialize)]
-pub struct Found {
-    /// `end`, `condition`, `time`, `difference` or `unplayable`.
-    pub stopped: &'static str,
-    /// Firings that were run again.
-    pub firings: u64,
-    /// One number for all that happened so far: records of the same run have the same.
-    pub fingerprint: String,
-    /// True where every value so far is that of the record, bit for bit.
-    pub same: bool,
-    /// Source, firing and release of the last moment.
-    pub source: String,
-    /// Its number.
-    pub number: u64,
-    /// Its release, ns.
-    pub time_ns: i64,
-    /// The first difference.
-    pub difference: Option<Told>,
-    /// What keeps the record from being run on, or what else is to be said.
-    pub message: String,
-    /// The SVVs that were asked for.
-    pub svvs: Vec<Shown>,
-}
-
-/// A difference, for people.
-#[derive(Clone, Debug, Serialize)]
-pub struct Told {
-    /// Source.
-    pub source: String,
-    /// Number of the firing.
-    pub number: u64,
-    /// Its release, ns.
-    pub time_ns: i64,
-    /// It came between two firings.
-    pub between: bool,
-    /// Label of the block, with its instance; empty where it is not known.
-    pub block: String,
-    /// Port; empty where it is not known.
-    pub port: String,
-    /// Type of the port.
-    pub type_text: String,
-    /// The elements of the recorded value; hexadecimal digits of what has no numbers.
-    pub recorded: Vec<String>,
-    /// The same of the value now.
-    pub replayed: Vec<String>,
-    /// How the source went another way, where it did.
-    pub how: String,
-}
-
-/// An SVV at the end of a run.
-#[derive(Clone, Debug, Serialize)]
-pub struct Shown {
-    /// Its name.
-    pub name: String,
-    /// Its C type.
-    pub type_text: String,
-    /// Its unit.
-    pub unit: String,
-    /// Its elements.
-    pub value: Vec<String>,
 }
 
 enum Runner {
@@ -115,16 +52,25 @@ impl Run {
     /// # Errors
     /// In words: the file, the condition or a module cannot be read, or the file brings code that is not trusted. Nothing of it has run.
     pub fn open(path: &Path, asked: Asked) -> Result<Run, String> {
+        let read = |(name, file): &(String, PathBuf)| {
+            let bytes = std::fs::read(file).map_err(|why| format!("cannot read module '{}': {why}", file.display()))?;
+            Ok((name.clone(), bytes))
+        };
+        let others = asked.with.iter().map(read).collect::<Result<Vec<_>, String>>()?;
+        Run::with_code(path, asked, others)
+    }
+
+    /// The same with code modules that are in memory: (name, shared object) in the place of recorded ones.
+    pub(crate) fn with_code(path: &Path, asked: Asked, others: Vec<(String, Vec<u8>)>) -> Result<Run, String> {
         asked.trust.check_file(path)?;
         let until = asked.until.as_deref().map(Condition::read).transpose()?;
         let probe = modules::Probe { command: probe(&asked.python), ..modules::Probe::default() };
-        let runner = if asked.with.is_empty() {
+        let runner = if others.is_empty() {
             Runner::One(Box::new(Player::new(Box::new(rtp::Code::new(probe)))))
         } else {
             let mut other = crate::ground::Exchanged::new(rtp::Code::new(probe.clone()));
-            for (name, file) in &asked.with {
-                let bytes = std::fs::read(file).map_err(|why| format!("cannot read module '{}': {why}", file.display()))?;
-                other.exchange(name, bytes);
+            for (name, bytes) in others {
+                other.exchange(&name, bytes);
             }
             Runner::Two(Box::new(Comparison::new(Box::new(rtp::Code::new(probe)), Box::new(other))))
         };
@@ -145,7 +91,7 @@ impl Run {
             }
             let Some(item) = self.reader.next_item()? else { return self.over().map(Some) };
             if item.time_ns().is_some_and(|time_ns| self.asked.to_ns.is_some_and(|to_ns| time_ns > to_ns)) {
-                return Ok(Some(self.found("time", None, String::new())));
+                return Ok(Some(self.found(Stopped::Time, None, String::new())));
             }
             if let Item::Module { name, bytes, .. } = &item {
                 self.asked.trust.check(&self.path, name, bytes)?;
@@ -154,12 +100,12 @@ impl Run {
             let (moment, difference) = match &mut self.runner {
                 Runner::One(player) => match player.play(&item) {
                     Ok(moment) => (moment, None),
-                    Err(why) => return Ok(Some(self.found("unplayable", None, why.0))),
+                    Err(why) => return Ok(Some(self.found(Stopped::Unplayable, None, why.0))),
                 },
                 Runner::Two(comparison) => match comparison.play(&item) {
                     Ok(Some((moment, difference))) => (Some(moment), difference),
                     Ok(None) => (None, None),
-                    Err(why) => return Ok(Some(self.found("unplayable", None, why.0))),
+                    Err(why) => return Ok(Some(self.found(Stopped::Unplayable, None, why.0))),
                 },
             };
             let Some(moment) = moment else { continue };
@@ -169,16 +115,21 @@ impl Run {
         }
     }
 
+    /// How far it has come: release of the last moment, ns, and firings so far.
+    pub fn progress(&mut self) -> (Option<i64>, u64) {
+        (self.last.as_ref().map(|(_, _, time_ns)| *time_ns), self.player().firings())
+    }
+
     fn at(&mut self, moment: &Moment, difference: Option<Difference>) -> Result<Option<Found>, String> {
         let player = self.player();
         self.last = Some((player.name(moment.source).to_owned(), moment.number, moment.time_ns));
         if !moment.same {
-            let told = difference.map_or_else(|| self.unnamed(moment), |difference| told(&difference));
-            return Ok(Some(self.found("difference", Some(told), String::new())));
+            let told = difference.map_or_else(|| self.unnamed(moment), |difference| Told::of(&difference));
+            return Ok(Some(self.found(Stopped::Difference, Some(told), String::new())));
         }
         let Some(until) = self.until.clone() else { return Ok(None) };
         let holds = until.holds(self.player())?;
-        Ok(holds.then(|| self.found("condition", None, String::new())))
+        Ok(holds.then(|| self.found(Stopped::Condition, None, String::new())))
     }
 
     fn over(&mut self) -> Result<Found, String> {
@@ -200,7 +151,7 @@ impl Run {
             return Err(format!("the record has no code module '{name}' that another could stand in for; it has {known}"));
         }
         let message = if self.reader.is_cut_off() { "the file ends in the middle: its recorder was stopped" } else { "" };
-        Ok(self.found("end", None, message.to_owned()))
+        Ok(self.found(Stopped::End, None, message.to_owned()))
     }
 
     fn player(&mut self) -> &mut Player {
@@ -215,28 +166,31 @@ impl Run {
         let how = moment.differs.clone().unwrap_or_else(|| {
             "the code of the record gives other values here than when it was recorded: another version of the library, or a block that is not a function of its inputs".to_owned()
         });
+        let player = self.player();
         Told {
-            source: self.player().name(moment.source).to_owned(),
+            source: player.name(moment.source).to_owned(),
             number: moment.number,
             time_ns: moment.time_ns,
             between: moment.occasion != Occasion::Firing,
             block: String::new(),
             port: String::new(),
+            svv: String::new(),
             type_text: String::new(),
             recorded: Vec::new(),
             replayed: Vec::new(),
             how,
+            stored: player.stored_svvs(moment.source).into_iter().map(Shown::of).collect(),
         }
     }
 
-    fn found(&mut self, stopped: &'static str, difference: Option<Told>, message: String) -> Found {
+    fn found(&mut self, stopped: Stopped, difference: Option<Told>, message: String) -> Found {
         let show = std::mem::take(&mut self.asked.show);
         let player = self.player();
         let mut names: Vec<String> = player.svvs().filter(|name| show.iter().any(|pattern| is_like(name, pattern))).map(str::to_owned).collect();
         names.sort_unstable();
-        let svvs = names.iter().filter_map(|name| player.svv(name)).map(shown).collect();
+        let svvs = names.iter().filter_map(|name| player.svv(name)).map(Shown::of).collect();
         let (source, number, time_ns) = self.last.clone().unwrap_or_default();
-        let same = difference.is_none() && stopped != "unplayable";
+        let same = difference.is_none() && stopped != Stopped::Unplayable;
         let fingerprint = format!("{:016x}", self.player().fingerprint());
         Found { stopped, firings: self.player().firings(), fingerprint, same, source, number, time_ns, difference, message, svvs }
     }
@@ -247,35 +201,6 @@ fn probe(python: &str) -> Vec<std::ffi::OsString> {
         "" => modules::Probe::default().command,
         python => vec![python.into(), "-c".into(), modules::PYTHON_PROBE.into()],
     }
-}
-
-fn shown(svv: Svv) -> Shown {
-    Shown { value: elements(&svv.type_text, &svv.bytes), name: svv.name, type_text: svv.type_text, unit: svv.unit }
-}
-
-fn told(of: &Difference) -> Told {
-    let (block, port) = of.port.clone().unwrap_or_default();
-    Told {
-        source: of.source.clone(),
-        number: of.number,
-        time_ns: of.time_ns,
-        between: of.between,
-        block,
-        port,
-        recorded: elements(&of.type_text, &of.recorded),
-        replayed: elements(&of.type_text, &of.replayed),
-        type_text: of.type_text.clone(),
-        how: of.how.clone().unwrap_or_default(),
-    }
-}
-
-/// Its elements as text that says every bit; hexadecimal digits of what has no numbers.
-fn elements(type_text: &str, bytes: &[u8]) -> Vec<String> {
-    let numbers: Vec<String> = (0..).map_while(|element| number(type_text, bytes, element)).map(|number| format!("{number:?}")).collect();
-    if numbers.is_empty() && !bytes.is_empty() {
-        return vec![bytes.iter().map(|byte| format!("{byte:02x}")).collect()];
-    }
-    numbers
 }
 
 /// True where `name` is as `pattern` says, in which `*` stands for anything.

@@ -4,7 +4,6 @@
 use crate::file::Reader;
 use crate::recording::Item;
 use serde::{Deserialize, Serialize};
-use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// Which modules of a file may run.
@@ -36,8 +35,7 @@ pub struct Brought {
 
 impl Brought {
     fn of(name: &str, bytes: &[u8]) -> Brought {
-        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        Brought { name: name.to_owned(), len: bytes.len(), sha256 }
+        Brought { name: name.to_owned(), len: bytes.len(), sha256: rtp::sha256(bytes) }
     }
 }
 

@@ -31,7 +31,7 @@ mod tells;
 
 pub use code::Code;
 pub use heart::{BEAT, Firings};
-pub use module::{Module, name_of};
+pub use module::{Module, name_of, sha256};
 pub use places::{Bounds, Held, Holder, NO_HOSTS, Near, Places, Running, Started, Tell};
 pub use processor::{Opened, Processor};
 pub use serve::serve;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Code modules as they travel.
 use runtime::encoding::CodeName;
+use sha2::{Digest, Sha256};
 use std::any::Any;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
@@ -44,10 +45,20 @@ impl Module {
         &self.bytes
     }
 
+    /// SHA-256 of the shared object, in hexadecimal digits.
+    pub fn sha256(&self) -> String {
+        sha256(&self.bytes)
+    }
+
     /// The module that keeps a block's code, where it is one that can be sent.
     pub fn of(keeper: &Arc<dyn Any + Send + Sync>) -> Option<&Module> {
         keeper.downcast_ref()
     }
+}
+
+/// SHA-256 of a shared object, in hexadecimal digits: what says which code it is.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// How a block's code is called, where it can be sent.

@@ -2,6 +2,7 @@
 //! Where remote processors come from.
 use device::SafeHandle;
 use interconnect::{Ends, Link};
+use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -40,6 +41,11 @@ pub trait Places: Send + Sync {
 
     /// The system is closed: nothing of what was started for it stays.
     fn close(&self) {}
+
+    /// The command line of a process that runs a recording again, and the interpreter that tries its modules; none where there is none.
+    fn replay(&self) -> Option<(Vec<OsString>, OsString)> {
+        None
+    }
 
     /// A host that has joined, for a processor.
     ///

@@ -21,6 +21,9 @@ const SLICE_MS = 1000;
 /** Calls that stop something. They need no command, and have stopped it when their first answer comes. */
 export type Stops = Pick<Orders, "halt" | "suspend" | "disable" | "pause">;
 
+/** Calls that configure and neither need command nor take it: they leave the machine alone. */
+export type Asides = Pick<Orders, "replay" | "stop_replay">;
+
 interface Waiting {
   waiting: true;
   go_on: { call: string; arguments: Record<string, unknown> };

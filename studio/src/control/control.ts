@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { LiveValues } from "../live/values";
 import { Alarming } from "./alarming";
-import { call, type Looks, type Orders, type Stops, stop } from "./calls";
+import { type Asides, call, type Looks, type Orders, type Stops, stop } from "./calls";
 import { Command, may } from "./command";
 import { Refused } from "./refusals";
 import { type Asker, answer, request } from "./requests";
@@ -87,6 +87,11 @@ export class Control implements Source {
     const done = await this.#sure(() => this.command.with(() => call<Orders[N][1]>(this.#asker, name, args, signal)));
     if (name === "start") this.started.add((args as Orders["start"][0]).instance);
     return done;
+  }
+
+  /** Makes a call that leaves the machine alone: it neither needs command nor takes it. Errors: `Refused`. */
+  aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]> {
+    return this.#sure(() => call<Asides[N][1]>(this.#asker, name, args));
   }
 
   /** Stops something. It neither needs command nor takes it: who may operate may stop. Errors: `Refused`. */

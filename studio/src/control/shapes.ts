@@ -1466,6 +1466,8 @@ export interface RecordedSums {
   sum: number;
   /** The sum of squares. */
   squares: number;
+  /** The sum of the squared differences from the mean: not lost among large values, as the sum of squares less that of the mean is. */
+  spread: number;
 }
 
 /** One channel over a span. */
@@ -1535,6 +1537,92 @@ export interface RefusalEnd {
 export interface Remark {
   text: string;
   place: Place | null;
+}
+
+/** A replay that has begun. */
+export interface ReplayBegun {
+  /** Its number. */
+  replay: number;
+}
+
+/** A difference, for people. */
+export interface ReplayDifference {
+  /** Source. */
+  source: string;
+  /** Number of the firing. */
+  number: number;
+  /** Its release, ns. */
+  time_ns: number;
+  /** It came between two firings. */
+  between: boolean;
+  /** Label of the block, with its instance; empty where it is not known. */
+  block: string;
+  /** Port; empty where it is not known. */
+  port: string;
+  /** The SVV in which it is stored; empty of a private cell, and where it is not known. */
+  svv: string;
+  /** Type of the port. */
+  type_text: string;
+  /** The elements of the recorded value; hexadecimal digits of what has no numbers. */
+  recorded: string[];
+  /** The same of the value now. */
+  replayed: string[];
+  /** How the source went another way, where it did. */
+  how: string;
+  /** Where the block is not known: the SVVs that blocks of the source store, with their values now. */
+  stored: ReplayShown[];
+}
+
+/** Where a run stopped and what was found. */
+export interface ReplayFound {
+  stopped: ReplayStopped;
+  /** Firings that were run again. */
+  firings: number;
+  /** One number for all that happened so far: records of the same run have the same. */
+  fingerprint: string;
+  /** True where every value so far is that of the record, bit for bit. */
+  same: boolean;
+  /** Source of the last moment. */
+  source: string;
+  /** Number of its firing. */
+  number: number;
+  /** Its release, ns. */
+  time_ns: number;
+  /** The first difference. */
+  difference: ReplayDifference | null;
+  /** What keeps the record from being run on, or what else is to be said. */
+  message: string;
+  /** The SVVs that were asked for. */
+  svvs: ReplayShown[];
+}
+
+/** An SVV at the end of a run. */
+export interface ReplayShown {
+  /** Its name. */
+  name: string;
+  /** Its C type. */
+  type_text: string;
+  /** Its unit. */
+  unit: string;
+  /** Its elements. */
+  value: string[];
+}
+
+/** Why a run went no further. */
+export type ReplayStopped = "end" | "condition" | "time" | "difference" | "unplayable";
+
+/** How a replay stands. */
+export interface Replaying {
+  /** It goes on. */
+  running: boolean;
+  /** Firings that were run again. */
+  firings: number;
+  /** Release of the last of them, ns on the recording's clock; null: there was none yet. */
+  time_ns: number | null;
+  /** What was found, once it is over. */
+  found: ReplayFound | null;
+  /** Why it could not be run, or not to its end. */
+  failure: string | null;
 }
 
 /** How one start of a verb instance ended. */
@@ -2935,6 +3023,34 @@ export interface Calls {
       recording: number;
     };
     result: RecordingSummary;
+  };
+  /** Begins to run a recording again, in a process of its own beside the system, which it does not touch, and compares every value. Returns its number. Code modules that the recording brings run only where their SHA-256 digests are those of modules that the system has had, or are in `trust`. */
+  replay: {
+    role: "configure";
+    arguments: {
+      path: string;
+      /** Digests of code modules that may run. Over the control interface they are the daemon's own, and are left out. */
+      trust?: string[];
+      /** With the modules of the same names that the system has now in the place of the recording's: then the first difference is of them. */
+      present?: boolean;
+    };
+    result: ReplayBegun;
+  };
+  /** Returns how a replay stands. */
+  replaying: {
+    role: "observe";
+    arguments: {
+      replay: number;
+    };
+    result: Replaying;
+  };
+  /** Ends a replay where it is, and forgets it. Returns how it stood. */
+  stop_replay: {
+    role: "configure";
+    arguments: {
+      replay: number;
+    };
+    result: Replaying;
   };
   /** Returns the recordings of a folder, the newest first. */
   recordings: {

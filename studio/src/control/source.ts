@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Looks, Orders, Stops } from "./calls";
+import type { Differs } from "./recorded/replaying";
 import type { Refusal } from "./refusals";
 import type { Alarms, End, Installed, LogEntry, Reading, RecordedSpan, Role, Statistics, Version } from "./shapes";
 import type { Started } from "./started";
@@ -37,6 +38,8 @@ export interface Past {
   readonly ends_ns: number;
   /** Where the views stand, ns on the system's clock. */
   readonly cursor: Watched<number>;
+  /** The first value that its replay found to be other than it was recorded; null: none is known. */
+  readonly differs: Watched<Differs | null>;
   go(time_ns: number): void;
   /** SVVs and cells over a span, part by part: each part follows the one before. */
   span(names: string[], from_ns: number, to_ns: number, columns: number, signal: AbortSignal): AsyncIterable<RecordedSpan>;

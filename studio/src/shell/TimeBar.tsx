@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useId } from "react";
 import type { Recording } from "../control/recorded/recording";
+import type { Differs } from "../control/recorded/replaying";
 import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
 import { foremost } from "./AlarmBar";
 import { type Axis, useAxis } from "./axis";
 import { useAction, useLive, useWatched } from "./context";
+import { Replay } from "./Replay";
 import { VirtualClock } from "./VirtualClock";
 
 const RATES = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10, 60];
@@ -49,6 +51,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   const shown = useWatched(of.shown);
   const playing = useWatched(axis.playing);
   const trouble = useWatched(of.trouble);
+  const differs = useWatched(of.differs);
   const action = useAction();
   const slider = useId();
   const span = Math.max(1, of.ends_ns - of.begins_ns);
@@ -85,21 +88,39 @@ function Recorded(props: { axis: Axis; of: Recording }) {
       <label className="unseen" htmlFor={slider}>
         Time in the recording
       </label>
-      <input
-        id={slider}
-        type="range"
-        min={0}
-        max={STEPS}
-        value={Math.round(((cursor - of.begins_ns) / span) * STEPS)}
-        aria-valuetext={seconds(cursor / 1e9)}
-        onChange={(event) => of.go(of.begins_ns + (Number(event.target.value) / STEPS) * span)}
-      />
+      <span className="slide">
+        <input
+          id={slider}
+          type="range"
+          min={0}
+          max={STEPS}
+          value={Math.round(((cursor - of.begins_ns) / span) * STEPS)}
+          aria-valuetext={seconds(cursor / 1e9)}
+          onChange={(event) => of.go(of.begins_ns + (Number(event.target.value) / STEPS) * span)}
+        />
+        {differs && <Mark part={(differs.time_ns - of.begins_ns) / span} differs={differs} />}
+      </span>
       <span className="figures time" data-testid="cursor" title={`${moved.toFixed(9)} s after its beginning; ${of.about.clock} clock`}>
         {(cursor / 1e9).toFixed(6)} s
       </span>
+      <Replay of={of} />
       <Alarms of={of} />
       <Refusals of={[...trouble, ...action.refusals]} />
     </section>
+  );
+}
+
+/** Where the replay found the first difference, on the slider: its thumb keeps half its width from both ends. */
+function Mark(props: { part: number; differs: Differs }) {
+  const { signal, recorded, replayed } = props.differs;
+  const left = `calc(8px + (100% - 16px) * ${Math.min(1, Math.max(0, props.part))})`;
+  return (
+    <span
+      className="mark"
+      style={{ left }}
+      title={`First difference: ${signal ?? ""} recorded ${recorded}, now ${replayed}`}
+      data-testid="difference"
+    />
   );
 }
 

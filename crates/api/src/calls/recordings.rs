@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings: begin one, look at it, end it.
+//! Recordings: begin one, look at it, end it; run one again.
 use crate::sure;
 use model::refusal::{Class, Refusal, Refusals};
-use recorder::{Options, Recorder, Summary};
+use recorder::{Again, Options, Recorder, Replaying, Summary};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -19,6 +19,13 @@ const END_MAX: Duration = Duration::from_millis(500);
 struct Begun {
     /// Its number.
     recording: u64,
+}
+
+/// A replay that has begun.
+#[derive(Serialize, JsonSchema)]
+struct ReplayBegun {
+    /// Its number.
+    replay: u64,
 }
 
 crate::calls! {
@@ -44,10 +51,37 @@ crate::calls! {
         /// Ends a recording. Returns how it stands; where it still runs, it is to be called again.
         Configure stop_recording(must recording: u64) -> Summary: unjournalled
             => |system, slice| sure(of(system, recording)?.stop_within(slice.min(END_MAX)));
+        /// Begins to run a recording again, in a process of its own beside the system, which it does not touch, and compares every value. Returns
+        /// its number. Code modules that the recording brings run only where their SHA-256 digests are those of modules that the system has
+        /// had, or are in `trust`.
+        Configure replay(
+            must path: PathBuf,
+            /// Digests of code modules that may run. Over the control interface they are the daemon's own, and are left out.
+            may trust: Vec<String>,
+            /// With the modules of the same names that the system has now in the place of the recording's: then the first difference is of them.
+            may present: bool,
+        ) -> ReplayBegun: unjournalled, free, costs
+            => |system| Again::start(system, &path, trust, present).map(|replay| ReplayBegun { replay });
+        /// Returns how a replay stands.
+        Observe replaying(must replay: u64) -> Replaying
+            => |system| sure(again(system, replay)?.standing());
+        /// Ends a replay where it is, and forgets it. Returns how it stood.
+        Configure stop_replay(must replay: u64) -> Replaying: unjournalled, free
+            => |system| {
+                let ended = again(system, replay)?;
+                ended.stop();
+                system.dismiss(replay);
+                sure(ended.standing())
+            };
     ];
 }
 
 fn of(system: &System, number: u64) -> Result<Arc<Recorder>, Refusals> {
     let found = system.companion(number).and_then(|companion| companion.as_any().downcast::<Recorder>().ok());
     found.ok_or_else(|| vec![Refusal::new(Class::UnknownName, format!("there is no recording {number}")).remedy("take the number that 'record' gave")])
+}
+
+fn again(system: &System, number: u64) -> Result<Arc<Again>, Refusals> {
+    let found = system.companion(number).and_then(|companion| companion.as_any().downcast::<Again>().ok());
+    found.ok_or_else(|| vec![Refusal::new(Class::UnknownName, format!("there is no replay {number}")).remedy("take the number that 'replay' gave")])
 }

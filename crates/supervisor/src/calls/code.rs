@@ -75,6 +75,16 @@ impl System {
         }
     }
 
+    /// The shared objects of the code modules that there are now, by the modules' names.
+    pub fn module_code(&self) -> Vec<(String, Vec<u8>)> {
+        self.shared.definitions().catalog.code()
+    }
+
+    /// SHA-256 digests of the shared objects of all code modules that the system has had, in hexadecimal digits.
+    pub fn module_digests(&self) -> Vec<String> {
+        self.shared.definitions().catalog.digests.iter().cloned().collect()
+    }
+
     /// Downloads a code module: C or C++ source, a shared object, a compiled Rust module. Its blocks are `module.block`; a name
     /// that is there is redefined. `python`: the interpreter that tries modules and may have the `ziglang` wheel.
     pub fn download(&self, path: &Path, name: Option<&str>, python: &str) -> Result<ModuleAbout, Refusals> {

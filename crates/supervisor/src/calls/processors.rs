@@ -14,6 +14,7 @@ use model::plan::Plan;
 use model::refusal::{Class, Place, Refusals};
 use process_kit::Restarts;
 use rtp::{Bounds, Module, Processor, Started};
+use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -33,6 +34,11 @@ impl System {
         }));
         // A second call would give what is there already.
         let _first = self.shared.places.set(places);
+    }
+
+    /// The command line of a process that runs a recording again, and the interpreter that tries its modules; none where there is none.
+    pub fn replay_command(&self) -> Option<(Vec<OsString>, OsString)> {
+        self.shared.places.get().and_then(|places| places.replay())
     }
 
     /// Lets other hosts join the system; `options` (JSON): where to listen, and which hosts are let in.

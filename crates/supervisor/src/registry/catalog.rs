@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use model::interface::Interface;
 use opengpac::abi::Descriptor;
 use std::any::Any;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 /// A block that can be installed.
@@ -22,6 +22,8 @@ pub(crate) struct Catalog {
     pub blocks: HashMap<String, Code>,
     /// module → declarations of its struct types.
     pub modules: IndexMap<String, IndexMap<String, String>>,
+    /// SHA-256 digests of the shared objects that were ever entered.
+    pub digests: BTreeSet<String>,
 }
 
 impl Catalog {
@@ -29,9 +31,22 @@ impl Catalog {
     pub fn enter(&mut self, module: &str, types: IndexMap<String, String>, blocks: Vec<Code>) {
         let prefix = format!("{module}.");
         self.blocks.retain(|name, _| !name.starts_with(&prefix));
+        if let Some(code) = blocks.first().and_then(|code| rtp::Module::of(&code.module)).filter(|code| !code.bytes().is_empty()) {
+            self.digests.insert(code.sha256());
+        }
         for code in blocks {
             self.blocks.insert(code.interface.name.clone(), code);
         }
         self.modules.insert(module.to_owned(), types);
+    }
+
+    /// The shared objects that there are now, by the names of their modules.
+    pub fn code(&self) -> Vec<(String, Vec<u8>)> {
+        let mut found: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
+        for code in self.blocks.values() {
+            let Some(module) = rtp::Module::of(&code.module).filter(|module| !module.bytes().is_empty()) else { continue };
+            found.entry(module.name()).or_insert_with(|| module.bytes().to_vec());
+        }
+        found.into_iter().map(|(name, bytes)| (name.to_owned(), bytes)).collect()
     }
 }

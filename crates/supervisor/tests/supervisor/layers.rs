@@ -28,7 +28,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
     ("rtp", &["opengpac", "device", "interconnect", "kernel", "runtime", "drivers", "modules", "library"]),
-    ("replay", &["opengpac", "device", "interconnect", "kernel", "runtime", "modules", "rtp", "mcap"]),
+    ("replay", &["opengpac", "device", "process-kit", "interconnect", "kernel", "runtime", "modules", "rtp", "mcap"]),
     ("supervisor", &["opengpac", "model", "device", "process-kit", "interconnect", "kernel", "runtime", "drivers", "guard", "modules", "library", "rtp"]),
     ("places", &["opengpac", "device", "process-kit", "interconnect", "kernel", "guard", "shared-memory", "rtp", "modules", "hosts"]),
     ("recorder", &["model", "suggest", "supervisor", "mcap", "replay"]),

@@ -23,6 +23,7 @@ import { notNow } from "../still";
 import type { Kept } from "../topics";
 import { Watched } from "../watched";
 import { onSvvs } from "./joints";
+import { Replayed } from "./replaying";
 import { byInstance, countUntil, installedAt, type Told, toNs } from "./state";
 import { notRecorded, RecordedValues } from "./values";
 
@@ -43,6 +44,8 @@ export class Recording implements Source, Past {
   /** Why what is at the cursor is not known. */
   readonly trouble = new Watched<ReturnType<typeof refusalsOf>>([]);
   readonly restarts = new Watched(0);
+  readonly replayed: Replayed;
+  readonly differs: Replayed["differs"];
   readonly started = new Started();
   readonly role: Role = "observe";
   readonly values: RecordedValues;
@@ -96,6 +99,8 @@ export class Recording implements Source, Past {
     this.#ends = told.ends.map((one) => one.message);
     this.#installed = told.installed;
     this.#byInstance = byInstance(this.log);
+    this.replayed = new Replayed(live, name, () => this.#installed.map((one) => one.message));
+    this.differs = this.replayed.differs;
     this.#channels = new Map(about.channels.map((channel) => [channel.name, channel]));
     this.cursor = new Watched(about.begins_ns);
     this.shown = new Watched(Number.NaN);

@@ -3,15 +3,17 @@ import { useEffect, useRef, useState } from "react";
 import "uplot/dist/uPlot.min.css";
 import { colour, onThemeChange } from "../../design/colours";
 import { useWatched } from "../../shell/context";
-import { Bars } from "./bars";
 import { gesturesOf, key } from "./gestures";
 import { colourOf, patternOf } from "./looks";
 import type { Show, ShownTrace } from "./messages";
-import { type Axis, Plot } from "./plot";
+import type { Axis } from "./plot";
+import { type PlotAxes, Plots } from "./plots";
 import type { Scope } from "./scope";
-import { type Setup, traceId, unitOf } from "./setup";
+import { plotsOf, type Setup, traceId, unitOf } from "./setup";
 import type { StreamChannel } from "./signal/frame";
+import { spectrumUnit } from "./signal/spectrum";
 import { Timing } from "./Timing";
+import { scaleKey } from "./worker/scales";
 
 /** Scales that have an axis: more cannot be read. */
 const AXES_MAX = 3;
@@ -20,7 +22,7 @@ const AXES_MAX = 3;
 export function Screen(props: { scope: Scope; chosen: string | null }) {
   const { scope, chosen } = props;
   const host = useRef<HTMLDivElement>(null);
-  const plot = useRef<{ plot: Plot; bars: Bars } | null>(null);
+  const plot = useRef<Plots | null>(null);
   const [size, setSize] = useState({ width: 0, height: 0 });
   const [theme, setTheme] = useState(0);
   const setup = useWatched(scope.setup);
@@ -31,20 +33,13 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
   useEffect(() => {
     const element = host.current;
     if (!element) return;
-    const made = new Plot(element, gesturesOf(scope));
-    const bars = new Bars(made, scope.cursors, () => {
-      const { past, span } = scope;
-      return past && span ? (past.cursor.get() - span.origin_ns) / 1e9 : null;
-    });
-    made.onRebuilt = () => bars.attach();
-    plot.current = { plot: made, bars };
+    const made = new Plots(element, scope, gesturesOf(scope));
+    plot.current = made;
     const ends = [
-      scope.onDrawn((drawn) => {
-        made.draw(drawn);
-        bars.place();
-      }),
-      scope.cursors.watch(() => bars.place()),
-      scope.past?.cursor.watch(() => bars.place()) ?? (() => undefined),
+      scope.onDrawn((drawn) => made.draw(drawn)),
+      scope.cursors.watch(() => made.place()),
+      scope.past?.cursor.watch(() => made.place()) ?? (() => undefined),
+      scope.past?.differs.watch(() => made.place()) ?? (() => undefined),
       onThemeChange(() => setTheme((count) => count + 1)),
     ];
     const watched = new ResizeObserver(() => setSize({ width: element.clientWidth, height: element.clientHeight }));
@@ -52,7 +47,6 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
     return () => {
       watched.disconnect();
       for (const end of ends) end();
-      bars.remove();
       made.destroy();
       plot.current = null;
       scope.show({ ...HIDDEN });
@@ -60,12 +54,11 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
   }, [scope]);
 
   useEffect(() => {
-    const made = plot.current?.plot;
+    const made = plot.current;
     if (!made) return;
     const traces = shownTraces(setup, channels);
-    made.build(axesOf(setup, traces, chosen), setup.xy === null ? null : setup.xy, size.width, size.height, theme);
-    const { width, height } = made.size();
-    scope.show(showOf(setup, traces, { width, height }, window, cursors));
+    made.build(axesOf(setup, traces, chosen), setup.spectrum ? "Hz" : setup.xy, size.width, size.height, theme);
+    scope.show({ ...showOf(setup, traces, made.size(), window, cursors), recorded: scope.past !== null });
   }, [scope, setup, channels, window, cursors, size, theme, chosen]);
 
   return (
@@ -95,6 +88,9 @@ const HIDDEN: Show = {
   scales: "unit",
   steps: false,
   xy: null,
+  spectrum: null,
+  recorded: false,
+  plots: [],
   cursors: null,
   ink: { text: "", quiet: "", bad: "", warn: "", ground: "" },
   font: "",
@@ -117,17 +113,24 @@ function shownTraces(setup: Setup, channels: ReadonlyMap<string, StreamChannel>)
         setup: trace,
         colour: inked(colourOf(trace.look)),
         pattern: [...patternOf(trace.look)],
-        unit: unitOf(trace, unit),
+        unit: setup.spectrum ? spectrumUnit(unitOf(trace, unit), setup.spectrum.amount) : unitOf(trace, unit),
       };
     });
 }
 
-function axesOf(setup: Setup, traces: readonly ShownTrace[], chosen: string | null): Axis[] {
-  const seen = traces.filter((trace) => !trace.setup.hidden && trace.id !== setup.xy);
+function axesOf(setup: Setup, traces: readonly ShownTrace[], chosen: string | null): PlotAxes[] {
+  const all = plotsOf(setup);
+  return all.map((plot) => {
+    const isSeen = ({ id, setup: of }: ShownTrace) => !of.hidden && id !== setup.xy && (all.length === 1 || (of.plot ?? 0) === plot);
+    return { plot, axes: axesIn(setup, traces.filter(isSeen), chosen) };
+  });
+}
+
+function axesIn(setup: Setup, seen: readonly ShownTrace[], chosen: string | null): Axis[] {
   if (setup.scales === "lanes") return setup.xy === null ? [] : own(seen, chosen);
   if (setup.scales === "own") return own(seen, chosen);
-  const units = [...new Set(seen.map((trace) => trace.unit ?? ""))];
-  return units.slice(0, AXES_MAX).map((unit) => ({ key: `unit ${unit}`, label: unit }));
+  const units = new Map(seen.map((trace) => [scaleKey(trace, setup), trace.unit ?? ""]));
+  return [...units].slice(0, AXES_MAX).map(([key, label]) => ({ key, label }));
 }
 
 // Each its own scale: the axis is that of the trace that was chosen in the table, else of the first.
@@ -139,7 +142,7 @@ function own(seen: readonly ShownTrace[], chosen: string | null): Axis[] {
 function showOf(
   setup: Setup,
   traces: ShownTrace[],
-  size: { width: number; height: number },
+  size: Pick<Show, "width" | "height" | "plots">,
   window: Show["window"],
   cursors: Show["cursors"],
 ): Show {
@@ -154,6 +157,8 @@ function showOf(
     scales: setup.scales,
     steps: setup.steps,
     xy: setup.xy,
+    spectrum: setup.spectrum,
+    recorded: false,
     cursors,
     ink: {
       text: colour("--text"),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useRef } from "react";
-import { figure } from "../../design/numbers";
+import { count, figure } from "../../design/numbers";
 import { useWatched } from "../../shell/context";
 import { colourOf, patternOf } from "./looks";
 import type { Row } from "./messages";
@@ -17,7 +17,11 @@ const COLUMNS = [
   ["max", "max", "maximum"],
   ["mean", "mean", "mean of the values"],
   ["rms", "RMS", "root of the mean square"],
+  ["deviation", "σ", "standard deviation: the root of the mean squared difference from the mean"],
   ["pp", "p–p", "peak to peak"],
+  ["count", "values", "how many values are measured"],
+  ["hz", "strongest", "the strongest frequency above 0, Hz"],
+  ["peak", "there", "how strong it is, in the unit of the axis"],
 ] as const;
 
 type Column = (typeof COLUMNS)[number][0];
@@ -39,7 +43,10 @@ export function Table(props: { scope: Scope; chosen: string | null; choose: (id:
     return scope.rows.watch(write);
   }, [scope, setup, cursors, status.has_reference, beside]);
   if (setup.traces.length === 0) return null;
-  const columns = COLUMNS.filter(([name]) => cursors || !["a", "b", "ba"].includes(name));
+  const isSpectral = setup.spectrum !== null;
+  const columns = COLUMNS.filter(
+    ([name]) => (cursors || !["a", "b", "ba"].includes(name)) && (isSpectral || !["hz", "peak"].includes(name)),
+  );
   return (
     <section className="traces scroll-x" tabIndex={0} aria-label="Traces">
       <table>
@@ -178,6 +185,14 @@ function said(row: Row, column: Column): string {
       return number(measures?.mean);
     case "rms":
       return number(measures?.rms);
+    case "deviation":
+      return number(measures?.deviation);
+    case "count":
+      return measures ? count(measures.count) : "–";
+    case "hz":
+      return number(row.spectrum?.peak?.hz);
+    case "peak":
+      return number(row.spectrum?.peak?.value);
     case "pp":
       return number(measures?.peak_to_peak);
   }

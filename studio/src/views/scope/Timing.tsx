@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useRef } from "react";
-import { duration } from "../../design/numbers";
+import { count, duration } from "../../design/numbers";
 import { useWatched } from "../../shell/context";
+import type { Row } from "./messages";
 import type { Scope } from "./scope";
 import { secondsText } from "./signal/table";
 import { timeUnit } from "./signal/ticks";
@@ -11,11 +12,15 @@ export function Timing(props: { scope: Scope }) {
   const { scope } = props;
   const axis = useRef<HTMLSpanElement>(null);
   const cursors = useWatched(scope.cursors);
-  const xy = useWatched(scope.setup).xy;
+  const { xy, spectrum } = useWatched(scope.setup);
   useEffect(() => {
     const write = () => {
       const span = scope.span;
       if (!axis.current || !span) return;
+      if (spectrum) {
+        axis.current.textContent = spectralText(scope.rows.get());
+        return;
+      }
       const { unit } = timeUnit((span.to_ns - span.from_ns) / 1e9);
       if (scope.past && xy === null) {
         axis.current.textContent = `${unit} on the system's clock; ${duration(span.to_ns - span.from_ns)} shown`;
@@ -27,7 +32,7 @@ export function Timing(props: { scope: Scope }) {
     };
     write();
     return scope.rows.watch(write);
-  }, [scope, xy]);
+  }, [scope, xy, spectrum]);
   return (
     <div className="timing small">
       <span className="quiet figures" ref={axis} data-testid="axis">
@@ -36,6 +41,14 @@ export function Timing(props: { scope: Scope }) {
       {cursors && <CursorTimes at={cursors} />}
     </div>
   );
+}
+
+/** What the spectra are of: those of the first trace that has one. */
+function spectralText(rows: readonly Row[]): string {
+  const of = rows.find((row) => row.spectrum)?.spectrum;
+  if (!of) return "Hz; no spectrum yet: it needs two values";
+  const held = of.held > 0 ? `; ${count(of.held)} of them held from the one before, because none came at its time` : "";
+  return `Hz; of ${count(of.count)} values at ${figures(of.rate_hz)} Hz, the mean taken away${held}`;
 }
 
 function CursorTimes(props: { at: [number, number] }) {

@@ -5,8 +5,10 @@ import { BesideTools } from "./BesideTools";
 import { Choice } from "./Choice";
 import { SPANS_S, toggleCursors } from "./gestures";
 import type { Format } from "./messages";
+import { SpectrumTools } from "./SpectrumTools";
 import type { Scope } from "./scope";
 import { EMPTY, type ScaleMode, traceId } from "./setup";
+import type { SpectrumSetup } from "./signal/spectrum";
 import type { SweepMode } from "./signal/sweep";
 import { secondsText } from "./signal/table";
 
@@ -22,6 +24,10 @@ const SCALES: { value: ScaleMode; text: string }[] = [
   { value: "own", text: "each its own" },
   { value: "lanes", text: "lanes" },
 ];
+
+/** In the place of a trace along x: no trace is called so. */
+const FREQUENCY = "=frequency";
+const SPECTRUM: SpectrumSetup = { window: "hann", amount: "amplitude", to_hz: null };
 
 /** What the scope does, above the screen. */
 export function Tools(props: { scope: Scope }) {
@@ -73,12 +79,23 @@ export function Tools(props: { scope: Scope }) {
           </option>
         ))}
       </Choice>
-      <Choice label="Along x" value={setup.xy ?? ""} put={(chosen) => scope.change({ ...setup, xy: chosen === "" ? null : chosen })}>
+      <Choice
+        label="Along x"
+        value={setup.spectrum ? FREQUENCY : (setup.xy ?? "")}
+        put={(chosen) => {
+          // Cursors are of times.
+          if (chosen !== "") scope.cursors.set(null);
+          const xy = chosen === "" || chosen === FREQUENCY ? null : chosen;
+          scope.change({ ...setup, xy, spectrum: chosen === FREQUENCY ? SPECTRUM : null });
+        }}
+      >
         <option value="">time</option>
+        <option value={FREQUENCY}>frequency</option>
         {setup.traces.map((trace) => (
           <option key={traceId(trace)}>{traceId(trace)}</option>
         ))}
       </Choice>
+      {setup.spectrum && <SpectrumTools scope={scope} setup={setup} of={setup.spectrum} />}
       <button
         type="button"
         aria-pressed={setup.steps}
@@ -87,7 +104,12 @@ export function Tools(props: { scope: Scope }) {
       >
         Steps
       </button>
-      <button type="button" aria-pressed={cursors !== null} disabled={setup.xy !== null} onClick={() => toggleCursors(scope)}>
+      <button
+        type="button"
+        aria-pressed={cursors !== null}
+        disabled={setup.xy !== null || setup.spectrum !== null}
+        onClick={() => toggleCursors(scope)}
+      >
         Cursors
       </button>
       {scope.past ? (

@@ -2,7 +2,7 @@
 import { useState } from "react";
 import { Choice } from "./Choice";
 import type { Scope } from "./scope";
-import { freeLook, type Setup, type TraceSetup, traceId } from "./setup";
+import { freeLook, PLOTS_MAX, type Setup, type TraceSetup, traceId } from "./setup";
 
 /** What can be done with a trace: hide, put a fixed scale, derive others from it, remove. */
 export function TraceMenu(props: { scope: Scope; trace: TraceSetup; setup: Setup }) {
@@ -42,6 +42,19 @@ export function TraceMenu(props: { scope: Scope; trace: TraceSetup; setup: Setup
           <button type="button" aria-pressed={trace.hidden === true} onClick={() => change({ hidden: !trace.hidden })}>
             {trace.hidden ? "Show" : "Hide"}
           </button>
+          <Choice
+            label="Plot"
+            value={String(trace.plot ?? 0)}
+            title="Plots lie under each other, with one time axis"
+            put={(plot) => change({ plot: Number(plot) })}
+          >
+            {Array.from({ length: Math.min(PLOTS_MAX, Math.max(...setup.traces.map((one) => one.plot ?? 0)) + 2) }, (_, plot) => (
+              // biome-ignore lint/suspicious/noArrayIndexKey: the number is what it is
+              <option key={plot} value={plot}>
+                {plot + 1}
+              </option>
+            ))}
+          </Choice>
           <RangeFields trace={trace} change={change} />
           {!trace.derive && trace.component !== null && (
             <button type="button" onClick={() => add({ kind: "derivative" })}>

@@ -13,28 +13,36 @@ export class Bars {
   /** Where the views stand in a recording: its time, s relative to the origin; null: they follow the system. */
   readonly #present: () => number | null;
   readonly #stand = document.createElement("div");
+  /** Where its replay first differs, in the same way. */
+  readonly #differs: () => number | null;
+  readonly #mark = document.createElement("div");
 
-  constructor(plot: Plot, cursors: Watched<[number, number] | null>, present: () => number | null = () => null) {
+  constructor(
+    plot: Plot,
+    cursors: Watched<[number, number] | null>,
+    present: () => number | null = () => null,
+    differs: () => number | null = () => null,
+  ) {
     this.#plot = plot;
     this.#cursors = cursors;
     this.#present = present;
     this.#stand.className = "time-stand";
     this.#stand.hidden = true;
+    this.#differs = differs;
+    this.#mark.className = "difference-mark";
+    this.#mark.hidden = true;
     this.#bars = NAMES.map((name, i) => this.#made(name, i as 0 | 1));
   }
 
   /** Puts them onto the screen, after it was built anew. */
   attach(): void {
-    this.#plot.over?.append(this.#stand, ...this.#bars);
+    this.#plot.over?.append(this.#stand, this.#mark, ...this.#bars);
     this.place();
   }
 
   place(): void {
-    const present = this.#present();
-    const stand = present === null ? -1 : this.#plot.placeOf(present);
-    this.#stand.hidden = stand < 0 || stand > 1;
-    // Moved, not laid out: a recording's cursor goes on while the screen behind it stays painted.
-    this.#stand.style.transform = `translateX(${(stand * (this.#plot.over?.clientWidth ?? 0)).toFixed(1)}px)`;
+    this.#stood(this.#stand, this.#present());
+    this.#stood(this.#mark, this.#differs());
     const at = this.#cursors.get();
     this.#bars.forEach((bar, i) => {
       bar.hidden = at === null;
@@ -48,8 +56,15 @@ export class Bars {
     });
   }
 
+  // Moved, not laid out: a recording's cursor goes on while the screen behind it stays painted.
+  #stood(line: HTMLElement, time_s: number | null): void {
+    const place = time_s === null ? -1 : this.#plot.placeOf(time_s);
+    line.hidden = place < 0 || place > 1;
+    line.style.transform = `translateX(${(place * (this.#plot.over?.clientWidth ?? 0)).toFixed(1)}px)`;
+  }
+
   remove(): void {
-    for (const bar of [this.#stand, ...this.#bars]) bar.remove();
+    for (const bar of [this.#stand, this.#mark, ...this.#bars]) bar.remove();
   }
 
   #made(name: string, i: 0 | 1): HTMLElement {

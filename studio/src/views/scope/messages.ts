@@ -6,6 +6,7 @@ import type { ScaleMode, TraceSetup } from "./setup";
 import type { Run, StreamChannel } from "./signal/frame";
 import type { Measures } from "./signal/measure";
 import type { Range } from "./signal/ranges";
+import type { SpectrumSetup } from "./signal/spectrum";
 import type { Span, SweepMode, SweepState } from "./signal/sweep";
 import type { Edge } from "./signal/trigger";
 
@@ -29,6 +30,13 @@ export interface ShownTrace {
 /** Times of the screen; null: what the sweep says. */
 export type Window = { from_ns: number; to_ns: number; origin_ns: number; triggered: boolean } | null;
 
+/** A plot in the picture. */
+export interface Band {
+  plot: number;
+  top: number;
+  height: number;
+}
+
 export interface Show {
   /** Pixels of the plot, and how many of them are one of CSS. Width 0: nothing is drawn. */
   width: number;
@@ -39,6 +47,12 @@ export interface Show {
   scales: ScaleMode;
   steps: boolean;
   xy: string | null;
+  /** Frequency along x instead of time. */
+  spectrum: SpectrumSetup | null;
+  /** Of a recording spectra are of values that came for them, all of the span. */
+  recorded: boolean;
+  /** Where each plot lies in the picture, from the top. */
+  plots: Band[];
   /** Relative to the origin of the axis, s. */
   cursors: [number, number] | null;
   ink: { text: string; quiet: string; bad: string; warn: string; ground: string };
@@ -46,8 +60,8 @@ export interface Show {
   marker: { channel: string; component: string; level: number } | null;
 }
 
-/** What values of a recording are for: the screen, what lies behind it, a file. */
-export type Into = "shown" | "beside" | "file";
+/** What values of a recording are for: the screen, what lies behind it, spectra, a file. */
+export type Into = "shown" | "beside" | "whole" | "file";
 export type Format = "csv" | "mcap" | "svg";
 
 export type ToWorker =
@@ -69,8 +83,17 @@ export type ToWorker =
   // `apart`: of what came for a file, and of nothing else.
   | { kind: "export"; number: number; format: Format; from_ns: number; to_ns: number; system: string; apart: boolean };
 
+/** What a spectrum is of, and its strongest frequency. */
+export interface RowSpectrum {
+  count: number;
+  held: number;
+  rate_hz: number;
+  peak: { hz: number; value: number } | null;
+}
+
 export interface Row {
   id: string;
+  spectrum: RowSpectrum | null;
   measures: Measures | null;
   a: number | null;
   b: number | null;

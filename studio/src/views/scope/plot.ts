@@ -23,7 +23,13 @@ export interface Gestures {
 
 const AXIS_WIDTH = 62;
 
-/** The screen: axes, grid and gestures by uPlot, the lines from the worker's picture. */
+/** How a plot stands among others under each other: the last has the labels along x; all are as wide as the one with most axes. */
+export interface Among {
+  isLast: boolean;
+  axes: number;
+}
+
+/** A plot of the screen: axes, grid and gestures by uPlot, the lines from its part of the worker's picture. */
 export class Plot {
   readonly #host: HTMLElement;
   readonly #gestures: Gestures;
@@ -34,6 +40,8 @@ export class Plot {
   #drawn: Drawn | null = null;
   /** Where the cursors are put. */
   over: HTMLElement | null = null;
+  /** Where its part of the picture begins, from the top, in pixels of the device. */
+  from = 0;
   onRebuilt: () => void = () => {};
 
   constructor(host: HTMLElement, gestures: Gestures) {
@@ -42,14 +50,14 @@ export class Plot {
   }
 
   /** Axes and size; built anew where something changed. `along`: unit of the x axis where that is not time. */
-  build(axes: Axis[], along: string | null, width: number, height: number, theme: number): void {
-    const asked = JSON.stringify([axes, along, width, height, theme]);
-    if (asked === this.#built || width < 50 || height < 50) return;
+  build(axes: Axis[], along: string | null, width: number, height: number, theme: number, among: Among): void {
+    const asked = JSON.stringify([axes, along, width, height, theme, among]);
+    if (asked === this.#built || width < 50 || height < 24) return;
     this.#built = asked;
     this.#axes = axes;
     this.#along = along ?? "";
     this.#plot?.destroy();
-    this.#plot = new uPlot(this.#options(width, height, along !== null), this.#data(), this.#host);
+    this.#plot = new uPlot(this.#options(width, height, along !== null, among), this.#data(), this.#host);
     this.over = this.#plot.over;
     this.#listen(this.#plot.over);
     this.onRebuilt();
@@ -62,14 +70,12 @@ export class Plot {
   }
 
   draw(drawn: Drawn): void {
-    this.#drawn?.bitmap.close();
     this.#drawn = drawn;
     this.#plot?.setData(this.#data());
   }
 
   destroy(): void {
     this.#plot?.destroy();
-    this.#drawn?.bitmap.close();
     this.#plot = null;
     this.#drawn = null;
   }
@@ -109,7 +115,7 @@ export class Plot {
     ] as uPlot.AlignedData;
   }
 
-  #options(width: number, height: number, xy: boolean): uPlot.Options {
+  #options(width: number, height: number, xy: boolean, among: Among): uPlot.Options {
     const quiet = colour("--quiet");
     const line = colour("--line");
     const font = `12px ${getComputedStyle(this.#host).fontFamily}`;
@@ -132,6 +138,8 @@ export class Plot {
         },
       };
     }
+    // Others under it have the same axis.
+    const above = { ticks: { show: false }, size: 0, gap: 0, values: (_: uPlot, splits: number[]) => splits.map(() => "") };
     const xAxis: uPlot.Axis = {
       ...common,
       grid,
@@ -154,14 +162,15 @@ export class Plot {
         values: (_, splits) => splits.map(figureLabel),
       }),
     );
+    const [right, widest] = [Math.max(0, this.#axes.length - 1), Math.max(0, among.axes - 1)];
     return {
       width,
       height,
-      padding: [8, this.#axes.length > 1 ? 0 : 16, 0, this.#axes.length === 0 ? 16 : 0],
+      padding: [8, widest === 0 ? 16 : (widest - right) * AXIS_WIDTH, among.isLast ? 0 : 8, this.#axes.length === 0 ? 16 : 0],
       legend: { show: false },
       cursor: { points: { show: false }, y: xy, drag: { x: !xy, y: false, setScale: false } },
       scales,
-      axes: [xAxis, ...yAxes],
+      axes: [among.isLast ? xAxis : { ...xAxis, ...above }, ...yAxes],
       series: [{}, ...this.#axes.map(({ key }) => ({ scale: key, paths: () => null, points: { show: false } }))],
       hooks: {
         draw: [(plot) => this.#paint(plot)],
@@ -171,7 +180,9 @@ export class Plot {
   }
 
   #paint(plot: uPlot): void {
-    if (this.#drawn) plot.ctx.drawImage(this.#drawn.bitmap, Math.round(plot.bbox.left), Math.round(plot.bbox.top));
+    const { width, height } = this.size();
+    const [left, top] = [Math.round(plot.bbox.left), Math.round(plot.bbox.top)];
+    if (this.#drawn) plot.ctx.drawImage(this.#drawn.bitmap, 0, this.from, width, height, left, top, width, height);
   }
 
   #select(plot: uPlot): void {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
+import type { Differs } from "../../control/recorded/replaying";
 import type { RecordedSpan } from "../../control/shapes";
 import type { Past } from "../../control/source";
 import { Watched } from "../../control/watched";
@@ -35,6 +36,7 @@ function pastOf(asked: string[][]): Past {
     begins_ns: 0,
     ends_ns: 1e9,
     cursor: new Watched(0),
+    differs: new Watched<Differs | null>(null),
     go: () => undefined,
     channel: (name) => CHANNELS.find((channel) => channel.name === name),
     others: async () => ["run.mcap"],

@@ -185,7 +185,7 @@ export class Scope {
     if (!span) throw new Error("there is nothing to export: no value came yet");
     const { from_ns, to_ns } = { from_ns: Math.ceil(span.from_ns), to_ns: Math.floor(span.to_ns) };
     const apart = this.past !== null && format !== "svg";
-    if (this.past && apart) await this.#fetch(this.past, from_ns, to_ns);
+    if (this.past && apart) await this.#fetch(this.past, "file", from_ns, to_ns, new AbortController().signal);
     this.#exported += 1;
     const number = this.#exported;
     const done = new Promise<Blob>((done, failed) => this.#exports.set(number, { done, failed }));
@@ -194,12 +194,14 @@ export class Scope {
   }
 
   // Of a recording the screen has only what a pixel can show.
-  async #fetch(past: Past, from_ns: number, to_ns: number): Promise<void> {
+  async #fetch(past: Past, into: "file" | "whole", from_ns: number, to_ns: number, signal: AbortSignal): Promise<void> {
     const channels = channelsOf(this.setup.get()).flatMap((name) => past.channel(name) ?? []);
-    const say = (begins: boolean, runs: Run[]) =>
-      this.#say({ kind: "past", into: "file", begins, channels, runs, sums: [] }, buffersOf(runs));
+    const say = (begins: boolean, runs: Run[]) => this.#say({ kind: "past", into, begins, channels, runs, sums: [] }, buffersOf(runs));
     say(true, []);
-    for await (const runs of wholeOf(past, channels, from_ns, to_ns, new AbortController().signal)) say(false, runs);
+    for await (const runs of wholeOf(past, channels, from_ns, to_ns, signal)) {
+      if (signal.aborted) return;
+      say(false, runs);
+    }
   }
 
   #apply(before: Setup | null, after: Setup): void {
@@ -215,6 +217,7 @@ export class Scope {
     }
     this.feeds.want(channelsOf(after));
     this.#behind?.feed.want(channelsOf(after));
+    this.#loadWhole();
   }
 
   #columns = 0;
@@ -231,6 +234,30 @@ export class Scope {
     this.#recorded?.look({ from_ns, to_ns, columns: this.#columns });
     const behind = this.#behind;
     behind?.feed.look({ from_ns: from_ns + behind.shift_ns, to_ns: to_ns + behind.shift_ns, columns: this.#columns });
+    this.#loadWhole();
+  }
+
+  #whole = { asked: "", over: new AbortController() };
+
+  // Spectra of a recording are of all its values, not of those that a pixel can show.
+  #loadWhole(): void {
+    const past = this.past;
+    const window = this.window.get();
+    if (!past || !window) return;
+    const names = this.setup.get().spectrum ? channelsOf(this.setup.get()) : [];
+    const asked = JSON.stringify([names, window.from_ns, window.to_ns]);
+    if (asked === this.#whole.asked) return;
+    this.#whole.over.abort();
+    this.#whole = { asked, over: new AbortController() };
+    const { signal } = this.#whole.over;
+    if (names.length === 0) {
+      this.#say({ kind: "past", into: "whole", begins: true, channels: [], runs: [], sums: [] });
+      return;
+    }
+    const [from_ns, to_ns] = [Math.max(past.begins_ns, Math.ceil(window.from_ns)), Math.min(past.ends_ns, Math.floor(window.to_ns))];
+    this.#fetch(past, "whole", from_ns, to_ns, signal).catch((why) => {
+      if (!signal.aborted) this.trouble.set(why instanceof Error ? why.message : String(why));
+    });
   }
 
   // Of a recording a time base is so much around the cursor.

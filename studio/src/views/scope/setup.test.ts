@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 import { found, score } from "../../design/fuzzy";
 import { colourOf, patternOf } from "./looks";
-import { channelsOf, checked, EMPTY, fromLink, type Setup, toLink, traceId, withChannel, withFormula } from "./setup";
+import { channelsOf, checked, EMPTY, fromLink, plotsOf, type Setup, toLink, traceId, withChannel, withFormula } from "./setup";
 
 const NAMES = ["ur5e.shoulder_pan.sensed", "ur5e.shoulder_pan.reference", "ur5e.shoulder_lift.sensed", "ur5e.elbow.sensed", "override"];
 
@@ -65,4 +65,15 @@ test("a formula names traces that are on the screen", () => {
   expect(() => withFormula(setup, "force[2] + 1")).toThrow("there is no trace 'force[2]' on the screen; there are force[0], force[1]");
   const broken = { ...made.traces[2], derive: { kind: "formula", text: "force[0] +", of: [] } };
   expect(() => checked({ ...made, traces: [broken] })).toThrow("not understood at its end");
+});
+
+test("traces are in the plots that they name, and a spectrum that is none is refused", () => {
+  const traces = [{ channel: "a" }, { channel: "b", plot: 2 }, { channel: "c", plot: 1, hidden: true }];
+  const setup = checked({ traces });
+  expect(plotsOf(setup)).toEqual([0, 2]);
+  expect(plotsOf({ ...setup, scales: "lanes" })).toEqual([0]);
+  expect(plotsOf(EMPTY)).toEqual([0]);
+  expect(() => checked({ traces: [{ channel: "a", plot: 99 }] })).toThrow(/trace 1 is in plot 99, and may be in 0 to 5/);
+  expect(() => checked({ spectrum: { window: "round", amount: "amplitude", to_hz: null } })).toThrow(/window function is 'round'/);
+  expect(() => checked({ spectrum: { window: "hann", amount: "amplitude", to_hz: -1 } })).toThrow(/'to_hz' is -1/);
 });

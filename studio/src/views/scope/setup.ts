@@ -2,6 +2,7 @@
 // What a scope looks at, and how: kept by name, sent as a link.
 
 import { formula } from "./signal/formula";
+import { AMOUNTS, type SpectrumSetup, WINDOW_FUNCTIONS } from "./signal/spectrum";
 import type { SweepMode } from "./signal/sweep";
 import type { Edge } from "./signal/trigger";
 
@@ -21,6 +22,8 @@ export interface TraceSetup extends Source {
   /** Index of colour and line pattern. */
   look: number;
   hidden?: boolean;
+  /** Which plot it is in, from the top; the first where it is not said. */
+  plot?: number;
   /** A fixed range of its scale; else it follows what is shown. */
   range?: [number, number];
 }
@@ -42,6 +45,8 @@ export interface Setup {
   scales: ScaleMode;
   /** Name of the trace along x; null: time. */
   xy: string | null;
+  /** Frequency along x instead of time: spectra of what is on the screen; null: time. */
+  spectrum: SpectrumSetup | null;
   /** Lines that stay at a value until the next one comes. */
   steps: boolean;
   /** How much is kept, s. */
@@ -56,6 +61,7 @@ export const EMPTY: Setup = {
   trigger: null,
   scales: "unit",
   xy: null,
+  spectrum: null,
   steps: false,
   keep_s: 60,
 };
@@ -67,6 +73,13 @@ export function traceId(trace: TraceSetup): string {
   if (trace.derive?.kind === "difference") return `${name} − ${trace.derive.less.channel}${trace.derive.less.component}`;
   if (trace.derive?.kind === "formula") return trace.derive.text;
   return name;
+}
+
+/** The plots that have a trace, from the top: only where time or frequency is along x, and lanes are not drawn. */
+export function plotsOf(setup: Setup): number[] {
+  if (setup.scales === "lanes" || setup.xy !== null) return [0];
+  const used = [...new Set(setup.traces.filter((trace) => !trace.hidden).map((trace) => trace.plot ?? 0))].sort((a, b) => a - b);
+  return used.length > 0 ? used : [0];
 }
 
 /** The unit of a trace, of a channel with this one; null: none, or, of a formula, one that is not known. */
@@ -146,6 +159,9 @@ function parsed(text: string): unknown {
   }
 }
 
+/** Plots under each other. */
+export const PLOTS_MAX = 6;
+
 const SWEEPS = ["roll", "auto", "normal", "single"];
 const SCALES = ["unit", "own", "lanes"];
 
@@ -159,11 +175,19 @@ export function checked(said: unknown): Setup {
   if (!Array.isArray(setup.traces)) wrong("'traces' is no list");
   setup.traces.forEach((trace, i) => {
     if (typeof trace?.channel !== "string" || trace.channel === "") wrong(`trace ${i + 1} names no channel`);
+    if (trace.plot !== undefined && !(Number.isInteger(trace.plot) && trace.plot >= 0 && trace.plot < PLOTS_MAX))
+      wrong(`trace ${i + 1} is in plot ${trace.plot}, and may be in 0 to ${PLOTS_MAX - 1}`);
     if (trace.derive?.kind === "formula" && formula(String(trace.derive.text)).names.length !== trace.derive.of?.length)
       wrong(`the formula of trace ${i + 1} has other names than it says`);
   });
   if (!SWEEPS.includes(setup.sweep)) wrong(`'sweep' is '${setup.sweep}', and there are ${SWEEPS.join(", ")}`);
   if (!SCALES.includes(setup.scales)) wrong(`'scales' is '${setup.scales}', and there are ${SCALES.join(", ")}`);
+  const { spectrum } = setup;
+  if (spectrum && !WINDOW_FUNCTIONS.includes(spectrum.window))
+    wrong(`the window function is '${spectrum.window}', and there are ${WINDOW_FUNCTIONS.join(", ")}`);
+  if (spectrum && !AMOUNTS.includes(spectrum.amount))
+    wrong(`'amount' of the spectrum is '${spectrum.amount}', and there are ${AMOUNTS.join(", ")}`);
+  if (spectrum && !(spectrum.to_hz === null || spectrum.to_hz > 0)) wrong(`'to_hz' is ${spectrum.to_hz}, and may be more than 0`);
   if (!(setup.span_s >= 1e-6 && setup.span_s <= 600)) wrong(`'span_s' is ${setup.span_s}, and may be from 0.000001 to 600`);
   if (!(setup.pre_s >= 0)) wrong(`'pre_s' is ${setup.pre_s}, and may be 0 or more`);
   if (!(setup.keep_s >= 1 && setup.keep_s <= 600)) wrong(`'keep_s' is ${setup.keep_s}, and may be from 1 to 600`);

@@ -25,7 +25,7 @@ function pastOf(times_ns: number[]): Pick<Past, "span"> {
         view.setFloat64(16 * kept.length + 8 * at, time, true);
       });
       const samples = btoa(Array.from(new Uint8Array(view.buffer), (byte) => String.fromCharCode(byte)).join(""));
-      const sums = { count: inside.length, min: 0, max: 0, sum: 0, squares: 0 };
+      const sums = { count: inside.length, min: 0, max: 0, sum: 0, squares: 0, spread: 0 };
       yield { channels: [{ samples, sums: [sums] }], next: null } satisfies RecordedSpan;
     },
   };
@@ -51,7 +51,7 @@ test("every value comes once and in order, however densely the values lie", asyn
 test("too many values are refused with what to do", async () => {
   const past: Pick<Past, "span"> = {
     async *span() {
-      const sums = { count: VALUES_MAX + 1, min: 0, max: 0, sum: 0, squares: 0 };
+      const sums = { count: VALUES_MAX + 1, min: 0, max: 0, sum: 0, squares: 0, spread: 0 };
       yield { channels: [{ samples: "", sums: [sums] }], next: null };
     },
   };

@@ -91,7 +91,15 @@ test("the difference takes the value that the other has then, and nothing where 
 
 test("measures are over every finite value of the span", () => {
   const series = all(ringOf([3, -1, Number.NaN, 1, 100]));
-  expect(measure(series, 0, 400)).toEqual({ count: 3, min: -1, max: 3, mean: 1, rms: Math.sqrt(11 / 3), peak_to_peak: 4 });
+  expect(measure(series, 0, 400)).toEqual({
+    count: 3,
+    min: -1,
+    max: 3,
+    mean: 1,
+    rms: Math.sqrt(11 / 3),
+    deviation: Math.sqrt(8 / 3),
+    peak_to_peak: 4,
+  });
   expect(measure(series, 1000, 2000)).toBeNull();
 });
 

@@ -9,6 +9,8 @@ export interface Measures {
   max: number;
   mean: number;
   rms: number;
+  /** Standard deviation, of the values themselves: the root of the mean squared difference from the mean. */
+  deviation: number;
   peak_to_peak: number;
 }
 
@@ -32,13 +34,30 @@ export function measure(series: Series, from_ns = Number.NEGATIVE_INFINITY, to_n
     }
   }
   if (count === 0) return null;
-  return { count, min, max, mean: sum / count, rms: Math.sqrt(squares / count), peak_to_peak: max - min };
+  // Around the mean, which is known by now: of large values that differ little nothing else has digits enough.
+  const mean = sum / count;
+  let spread = 0;
+  for (const { times_ns, values, from, to } of series) {
+    for (let i = from; i < to; i += 1) {
+      const apart = (values[i] as number) - mean;
+      const time_ns = times_ns[i] as number;
+      if (apart - apart === 0 && time_ns >= from_ns && time_ns <= to_ns) spread += apart * apart;
+    }
+  }
+  return measuresOf({ count, min, max, sum, squares, spread });
 }
 
 /** The same from exact sums over all values. */
-export function measuresOf({ count, min, max, sum, squares }: Sums): Measures | null {
+export function measuresOf({ count, min, max, sum, squares, spread }: Sums): Measures | null {
   if (count === 0) return null;
-  return { count, min, max, mean: sum / count, rms: Math.sqrt(squares / count), peak_to_peak: max - min };
+  const [mean, rms, deviation] = [sum / count, Math.sqrt(squares / count), Math.sqrt(spread / count)];
+  return { count, min, max, mean, rms, deviation, peak_to_peak: max - min };
+}
+
+/** Of two parts together: both spreads, and how far their means lie apart. */
+export function spreadOf(one: Sums, other: Sums): number {
+  const apart = other.sum / other.count - one.sum / one.count;
+  return one.spread + other.spread + (apart * apart * one.count * other.count) / (one.count + other.count);
 }
 
 /** The value that a series has at a time: the last one at or before it; null before the first, and in a gap. */

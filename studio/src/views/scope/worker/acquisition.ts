@@ -3,6 +3,7 @@ import type { RecordedSums as Sums } from "../../../control/shapes";
 import type { ChannelCounts, TriggerRule } from "../messages";
 import { componentNames } from "../signal/components";
 import { decodeFrame, MalformedFrame, type Run, type StreamChannel } from "../signal/frame";
+import { spreadOf } from "../signal/measure";
 import { Ring } from "../signal/ring";
 import { Sweep, type SweepMode } from "../signal/sweep";
 import { EdgeFinder } from "../signal/trigger";
@@ -26,6 +27,7 @@ function added(before: Sums | undefined, more: Sums): Sums {
     max: Math.max(before.max, more.max),
     sum: before.sum + more.sum,
     squares: before.squares + more.squares,
+    spread: spreadOf(before, more),
   };
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Row, Show, ShownTrace } from "../messages";
+import type { Row, RowSpectrum, Show, ShownTrace } from "../messages";
 import { decimate } from "../signal/decimate";
 import { heldAt, measure, measuresOf } from "../signal/measure";
 import { type Range, Ranges } from "../signal/ranges";
@@ -7,7 +7,9 @@ import type { Series } from "../signal/series";
 import type { Span } from "../signal/sweep";
 import { type Acquisition, sumsKey } from "./acquisition";
 import { type Canvas, drawLine, drawMissing, extent, type Placed } from "./draw";
+import { placed } from "./placing";
 import { type Scales, scaleKey } from "./scales";
+import { drawSpectra } from "./spectral";
 import { type Line, svg } from "./svg";
 import { type Behind, live, missingOf, type Store, traceSeries } from "./traces";
 import { drawXy } from "./xy";
@@ -16,37 +18,57 @@ import { drawXy } from "./xy";
 export class Picture {
   reference: Behind | null = null;
   readonly #acquisition: Acquisition;
+  /** Of a recording: all values of the span. */
+  readonly #whole: Acquisition;
+  #spectra: ReadonlyMap<string, RowSpectrum> = new Map();
   readonly #ranges = new Ranges();
   #scaled = "";
 
-  constructor(acquisition: Acquisition) {
+  constructor(acquisition: Acquisition, whole: Acquisition) {
     this.#acquisition = acquisition;
+    this.#whole = whole;
   }
 
   draw(canvas: Canvas, show: Show, span: Span): Scales {
-    const scaled = `${show.scales} ${show.xy}`;
+    const { spectrum } = show;
+    const scaled = `${show.scales} ${show.xy} ${spectrum?.amount}`;
     if (scaled !== this.#scaled) this.#ranges.forget();
     this.#scaled = scaled;
     if (show.xy !== null) return drawXy(canvas, show, live(this.#acquisition), span, this.#ranges);
+    this.#spectra = new Map();
+    if (spectrum) {
+      const of = live(show.recorded ? this.#whole : this.#acquisition);
+      const { spectra, ...scales } = drawSpectra(canvas, { ...show, spectrum }, of, span, this.#ranges);
+      this.#spectra = spectra;
+      return scales;
+    }
     const per_ns = show.width / (span.to_ns - span.from_ns);
     const lines = this.#lines(show, span);
     const ranges = this.#rangesOf(lines, show);
     const missing = missingOf(this.#acquisition, show.traces, span.from_ns, span.to_ns);
     drawMissing(canvas, missing, { from_ns: span.from_ns, per_ns, ...sizes(show) }, { ...show.ink, font: show.font });
     lines.forEach(({ trace, points, earlier }, i) => {
-      const on = placed(ranges[scaleKey(trace, show)] as Range, i, lines.length, show);
+      const on = placed(ranges[scaleKey(trace, show)] as Range, i, lines.length, trace, show);
+      canvas.save();
+      canvas.beginPath();
+      canvas.rect(0, on.top, show.width, on.bottom - on.top);
+      canvas.clip();
       const pen = { colour: trace.colour, pattern: trace.pattern.map((dash) => dash * show.ratio), steps: show.steps };
       if (earlier) drawLine(canvas, earlier, on, { ...pen, width: show.ratio, alpha: 0.45 }, show.width);
       drawLine(canvas, points, on, { ...pen, width: 1.5 * show.ratio, alpha: 1 }, show.width);
       if (show.scales === "lanes") lane(canvas, trace, on, i, show);
       marker(canvas, trace, on, show);
+      canvas.restore();
     });
     return { ranges, x: null };
   }
 
   rows(show: Show, span: Span): Row[] {
     const of = live(this.#acquisition);
-    const rows = show.traces.map((trace) => exact(row(of, trace, show, span, false), trace, this.#acquisition.sums));
+    const rows = show.traces.map((trace) => ({
+      ...exact(row(of, trace, show, span, false), trace, this.#acquisition.sums),
+      spectrum: this.#spectra.get(trace.id) ?? null,
+    }));
     const reference = this.reference;
     if (!reference) return rows;
     const moved = reference.origin_ns - span.origin_ns;
@@ -57,12 +79,12 @@ export class Picture {
 
   /** The same as a drawing of lines, for documents. Errors: `Error` where there is none. */
   svg(show: Show, span: Span): string {
-    if (show.xy !== null) throw new Error("SVG is of traces against time: choose time along x");
+    if (show.xy !== null || show.spectrum) throw new Error("SVG is of traces against time: choose time along x");
     const lines = this.#lines(show, span);
     const ranges = this.#rangesOf(lines, show);
     const placedLines = lines.map((line, i) => ({
       ...line,
-      on: placed(ranges[scaleKey(line.trace, show)] as Range, i, lines.length, show),
+      on: placed(ranges[scaleKey(line.trace, show)] as Range, i, lines.length, line.trace, show),
       key: scaleKey(line.trace, show),
     }));
     return svg(placedLines, show, span);
@@ -108,13 +130,6 @@ function exact(measured: Row, { setup }: ShownTrace, known: Acquisition["sums"] 
 
 function sizes(show: Show): { width: number; height: number; ratio: number } {
   return { width: show.width, height: show.height, ratio: show.ratio };
-}
-
-function placed(range: Range, i: number, of: number, show: Show): Placed {
-  if (show.scales !== "lanes") return { ...range, top: 0, bottom: show.height };
-  const height = show.height / of;
-  const air = Math.min(2 * show.ratio, height / 8);
-  return { ...range, top: i * height + air, bottom: (i + 1) * height - air };
 }
 
 function lane(canvas: Canvas, trace: ShownTrace, on: Placed, i: number, show: Show): void {
@@ -168,6 +183,7 @@ function row(of: Store, trace: ShownTrace, show: Show, span: Span, reference: bo
   const at = (cursor: number | undefined) => (cursor === undefined ? null : heldAt(series, span.origin_ns + cursor * 1e9));
   return {
     id: trace.id,
+    spectrum: null,
     measures: measure(series, span.from_ns, span.to_ns),
     a: at(show.cursors?.[0]),
     b: at(show.cursors?.[1]),

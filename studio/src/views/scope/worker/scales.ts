@@ -8,7 +8,9 @@ export interface Scales {
   x: Range | null;
 }
 
-/** Traces with one key have one scale. */
-export function scaleKey(trace: ShownTrace, show: { scales: Show["scales"] }): string {
-  return show.scales === "unit" ? `unit ${trace.unit ?? ""}` : `trace ${trace.id}`;
+/** Traces with one key have one scale: those of one unit, in each plot. */
+export function scaleKey(trace: Pick<ShownTrace, "id" | "unit" | "setup">, show: { scales: Show["scales"] }): string {
+  if (show.scales !== "unit") return `trace ${trace.id}`;
+  const { plot = 0 } = trace.setup;
+  return plot === 0 ? `unit ${trace.unit ?? ""}` : `plot ${plot} unit ${trace.unit ?? ""}`;
 }

@@ -76,19 +76,26 @@ function axes(lines: readonly PlacedLine[], show: Show, span: Span, width: numbe
   });
   made.push(text(LEFT + width, TOP + height + 34, "end", unit));
   made.push(line(LEFT, TOP + height, LEFT + width, TOP + height, 1), line(LEFT, TOP, LEFT, TOP + height, 1));
-  const first = lines[0];
-  if (!first || show.scales === "lanes") return made;
-  for (const tick of ticks(first.on.lo, first.on.hi, Math.max(2, height / 60))) {
-    const y =
-      TOP + (first.on.bottom + ((tick - first.on.lo) / (first.on.hi - first.on.lo)) * (first.on.top - first.on.bottom)) / show.ratio;
-    made.push(line(LEFT, y, LEFT + width, y, 0.2), text(LEFT - 6, y + 4, "end", String(tick)));
+  if (show.scales === "lanes") return made;
+  for (const { on } of lines.filter((one) => firstOf(one, lines) === one)) {
+    for (const tick of ticks(on.lo, on.hi, Math.max(2, (on.bottom - on.top) / show.ratio / 60))) {
+      const y = TOP + (on.bottom + ((tick - on.lo) / (on.hi - on.lo)) * (on.top - on.bottom)) / show.ratio;
+      made.push(line(LEFT, y, LEFT + width, y, 0.2), text(LEFT - 6, y + 4, "end", String(tick)));
+    }
+    const border = TOP + on.top / show.ratio;
+    if (on.top > 0) made.push(line(LEFT, border, LEFT + width, border, 1));
   }
   return made;
 }
 
+/** The line whose scale has the axis of its plot. */
+function firstOf(one: PlacedLine, lines: readonly PlacedLine[]): PlacedLine | undefined {
+  return lines.find((other) => other.on.top === one.on.top);
+}
+
 function legend(line: PlacedLine, i: number, lines: readonly PlacedLine[], y: number, show: Show): string {
   const { trace, on } = line;
-  const hasAxis = show.scales !== "lanes" && line.key === lines[0]?.key;
+  const hasAxis = show.scales !== "lanes" && line.key === firstOf(line, lines)?.key;
   const range = hasAxis ? "" : `, ${Number(on.lo.toPrecision(4))} … ${Number(on.hi.toPrecision(4))}`;
   const said = `${trace.id}${trace.unit ? ` (${trace.unit})` : ""}${range}${line.earlier ? "; fainter: behind it" : ""}`;
   const dashes = trace.pattern.length > 0 ? ` stroke-dasharray="${trace.pattern.join(" ")}"` : "";

@@ -12,8 +12,13 @@ const MEASURE_MS = 250;
 
 const acquisition = new Acquisition();
 /** Of recordings: what is drawn is `shown`. */
-const stores: Record<Into, Acquisition> = { shown: acquisition, beside: new Acquisition(), file: new Acquisition() };
-const picture = new Picture(acquisition);
+const stores: Record<Into, Acquisition> = {
+  shown: acquisition,
+  beside: new Acquisition(),
+  whole: new Acquisition(),
+  file: new Acquisition(),
+};
+const picture = new Picture(acquisition, stores.whole);
 const surface = new OffscreenCanvas(1, 1);
 const canvas = surface.getContext("2d");
 

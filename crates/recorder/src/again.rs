@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A recording that is run again beside the system that runs, in a process of its own; and what its values say of a difference.
+use crate::opened;
+use model::refusal::{Class, Refusal, Refusals};
+use replay::{Apart, Found, Shown, Standing, Told, elements};
+use serde::Serialize;
+use std::any::Any;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use supervisor::{Companion, System};
+
+/// How a replay stands.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Replaying {
+    /// It goes on.
+    pub running: bool,
+    /// Firings that were run again.
+    pub firings: u64,
+    /// Release of the last of them, ns on the recording's clock; null: there was none yet.
+    pub time_ns: Option<i64>,
+    /// What was found, once it is over.
+    pub found: Option<Found>,
+    /// Why it could not be run, or not to its end.
+    pub failure: Option<String>,
+}
+
+/// A recording that is run again. Ends with [`Again::stop`], or with its system.
+pub struct Again {
+    path: PathBuf,
+    apart: Apart,
+    /// What was found, with what the recording's values say of it.
+    found: Mutex<Option<Found>>,
+}
+
+impl Again {
+    /// Begins; its number in the system. The recording's own code modules run where the system has had them, or their digests are in `trust`.
+    /// `present`: with the modules of the same names that the system has now in their place. Refused where no process can be started.
+    pub fn start(system: &System, path: &Path, mut trust: Vec<String>, present: bool) -> Result<u64, Refusals> {
+        let archive = opened(path)?;
+        let cannot = |why: String, remedy: &str| {
+            let message = format!("cannot run '{}' again: {why}", path.display());
+            vec![Refusal::new(Class::InvalidState, message).remedy(remedy)]
+        };
+        if !archive.has(replay::TOPIC) {
+            return Err(cannot("it has nothing to replay".to_owned(), "record with replay=True, before the first interrupt source is made"));
+        }
+        let Some((command, python)) = system.replay_command() else {
+            return Err(cannot("this system was made without a way to start processes".to_owned(), "run it again with 'opengpac replay'"));
+        };
+        trust.extend(system.module_digests());
+        let others = if present { system.module_code() } else { Vec::new() };
+        let apart = Apart::start(command, python.to_string_lossy().into_owned(), path, trust, others).map_err(|why| cannot(why, ""))?;
+        Ok(system.accompany(Arc::new(Again { path: path.to_owned(), apart, found: Mutex::new(None) })))
+    }
+
+    /// How it stands.
+    pub fn standing(&self) -> Replaying {
+        let Standing { running, firings, time_ns, found, failure } = self.apart.standing();
+        Replaying { running, firings, time_ns, found: found.map(|found| self.told(found)), failure }
+    }
+
+    /// Ends it where it is. Idempotent.
+    pub fn stop(&self) {
+        self.apart.stop();
+    }
+
+    /// With the value that differs, where only a digest is known: the recording has values of SVVs too.
+    fn told(&self, found: Found) -> Found {
+        let mut known = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        known
+            .get_or_insert_with(|| {
+                let mut found = found;
+                if let Some(difference) = found.difference.as_mut().filter(|difference| difference.block.is_empty()) {
+                    self.name(difference);
+                }
+                found
+            })
+            .clone()
+    }
+
+    fn name(&self, difference: &mut Told) {
+        // A file that went away in the meantime says nothing more of the difference.
+        let Ok(archive) = opened(&self.path) else { return };
+        let recorded = |shown: &Shown| {
+            let (bytes, _, time_ns) = archive.value_at(&shown.name, difference.time_ns).ok()??;
+            (time_ns == difference.time_ns).then(|| elements(&shown.type_text, &bytes))
+        };
+        let found = difference.stored.iter().find_map(|shown| Some((shown.clone(), recorded(shown)?)).filter(|(shown, recorded)| shown.value != *recorded));
+        if let Some((shown, recorded)) = found {
+            difference.svv = shown.name;
+            difference.type_text = shown.type_text;
+            difference.replayed = shown.value;
+            difference.recorded = recorded;
+        }
+    }
+}
+
+impl Companion for Again {
+    fn end(&self) {
+        self.stop();
+    }
+
+    fn as_any(self: Arc<Self>) -> Arc<dyn Any + Send + Sync> {
+        self
+    }
+}

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A record that is run again in a process of its own, beside a system that runs: its code, its memory and its processor time are none of
+//! the process that controls. It is ended by ending the process.
+use crate::found::Found;
+use crate::run::{Asked, Run};
+use crate::trust::{Trust, modules_in};
+use process_kit::{Child, Launch, inherited};
+use serde::{Deserialize, Serialize};
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::Shutdown;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// The descriptor over which both talk.
+const LINK: &str = "replay";
+/// How long it runs before it tells how far it has come.
+const SLICE: Duration = Duration::from_millis(100);
+/// How long the end of a process may take whose link is closed.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// What the process is asked for.
+#[derive(Serialize, Deserialize)]
+struct Request {
+    path: PathBuf,
+    trust: Vec<String>,
+    /// Code modules in the place of recorded ones of the same names, where the record has such.
+    others: Vec<(String, Vec<u8>)>,
+    python: String,
+}
+
+/// What it tells, a line each.
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Said {
+    Progress { time_ns: Option<i64>, firings: u64 },
+    Found(Box<Found>),
+    Refused(String),
+}
+
+/// How a replay stands.
+#[derive(Clone, Debug, Default)]
+pub struct Standing {
+    /// It goes on.
+    pub running: bool,
+    /// Firings that were run again.
+    pub firings: u64,
+    /// Release of the last of them, ns on the clock of the record.
+    pub time_ns: Option<i64>,
+    /// What was found, once it is over.
+    pub found: Option<Found>,
+    /// Why it could not be run, or not to its end.
+    pub failure: Option<String>,
+}
+
+/// A replay in a process of its own. Dropping it ends the process.
+pub struct Apart {
+    child: Arc<Child>,
+    standing: Arc<Mutex<Standing>>,
+    is_cancelled: Arc<AtomicBool>,
+    listener: Mutex<Option<JoinHandle<()>>>,
+}
+
+impl Apart {
+    /// Starts one. `command` comes to call [`serve`]; `trust`: digests of the code modules that may run; `others` stand in for modules of the
+    /// same names, where the record has such.
+    ///
+    /// # Errors
+    /// In words: the process cannot be started.
+    pub fn start(command: Vec<OsString>, python: String, path: &Path, trust: Vec<String>, others: Vec<(String, Vec<u8>)>) -> Result<Apart, String> {
+        let cannot = |why: std::io::Error| format!("no process can be started for a replay: {why}");
+        let (ours, theirs) = UnixStream::pair().map_err(cannot)?;
+        let child = Launch::new(command).descriptor(LINK, OwnedFd::from(theirs)).start().map_err(|why| why.to_string())?;
+        let (child, is_cancelled) = (Arc::new(child), Arc::new(AtomicBool::new(false)));
+        let standing = Arc::new(Mutex::new(Standing { running: true, ..Standing::default() }));
+        let request = Request { path: path.to_owned(), trust, others, python };
+        let heard = Listener { child: child.clone(), standing: standing.clone(), is_cancelled: is_cancelled.clone() };
+        let listener = std::thread::Builder::new().name("replay".to_owned()).spawn(move || heard.listen(ours, &request)).map_err(cannot)?;
+        Ok(Apart { child, standing, is_cancelled, listener: Mutex::new(Some(listener)) })
+    }
+
+    /// How it stands.
+    pub fn standing(&self) -> Standing {
+        locked(&self.standing).clone()
+    }
+
+    /// Ends it where it is. Idempotent.
+    pub fn stop(&self) {
+        self.is_cancelled.store(true, Ordering::Release);
+        self.child.kill();
+        let listener = self.listener.lock().unwrap_or_else(PoisonError::into_inner).take();
+        // It ends with the process; what it panicked with was told.
+        let _ended = listener.map(JoinHandle::join);
+    }
+}
+
+impl Drop for Apart {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+fn locked(standing: &Mutex<Standing>) -> MutexGuard<'_, Standing> {
+    standing.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+struct Listener {
+    child: Arc<Child>,
+    standing: Arc<Mutex<Standing>>,
+    is_cancelled: Arc<AtomicBool>,
+}
+
+impl Listener {
+    fn listen(self, mut link: UnixStream, request: &Request) {
+        let bytes = postcard::to_allocvec(request).expect("every request can be written");
+        // A process that is gone already says so by the end of what it tells.
+        let _asked = link.write_all(&bytes).and_then(|()| link.shutdown(Shutdown::Write));
+        for line in BufReader::new(link).lines().map_while(Result::ok) {
+            let Ok(said) = serde_json::from_str(&line) else { continue };
+            self.hear(said);
+        }
+        let status = self.child.wait(GRACE);
+        let mut standing = locked(&self.standing);
+        standing.running = false;
+        if standing.found.is_some() || standing.failure.is_some() {
+            return;
+        }
+        standing.failure = Some(match status {
+            _ if self.is_cancelled.load(Ordering::Acquire) => "it was stopped".to_owned(),
+            Some(status) => format!("the process in which it ran {status}"),
+            None => "the process in which it ran says nothing more".to_owned(),
+        });
+    }
+
+    fn hear(&self, said: Said) {
+        let mut standing = locked(&self.standing);
+        match said {
+            Said::Progress { time_ns, firings } => (standing.time_ns, standing.firings) = (time_ns, firings),
+            Said::Found(found) => {
+                (standing.time_ns, standing.firings) = (Some(found.time_ns), found.firings);
+                standing.found = Some(*found);
+            }
+            Said::Refused(why) => standing.failure = Some(why),
+        }
+    }
+}
+
+/// The life of the process: runs what it is asked for, and tells how far it has come and what was found.
+///
+/// # Errors
+/// In words: it was not started for this.
+pub fn serve() -> Result<(), String> {
+    process_kit::stand_back();
+    let mut link = UnixStream::from(inherited(LINK).map_err(|why| why.to_string())?);
+    let mut bytes = Vec::new();
+    link.read_to_end(&mut bytes).map_err(|why| format!("nothing was asked for: {why}"))?;
+    let request: Request = postcard::from_bytes(&bytes).map_err(|why| format!("what was asked for is not understood: {why}"))?;
+    match run(request, &mut link) {
+        Err(why) => say(&mut link, &Said::Refused(why)),
+        Ok(found) => found.map_or(Ok(()), |found| say(&mut link, &Said::Found(Box::new(found)))),
+    }
+    // Nobody listens any more.
+    .or(Ok(()))
+}
+
+/// Nothing where nobody listens any more.
+fn run(request: Request, link: &mut UnixStream) -> Result<Option<Found>, String> {
+    let Request { path, trust, mut others, python } = request;
+    if !others.is_empty() {
+        let brought = modules_in(&path)?;
+        others.retain(|(name, _)| brought.iter().any(|one| one.name == *name));
+    }
+    let asked = Asked { trust: Trust::Of(trust), python, ..Asked::default() };
+    let mut run = Run::with_code(&path, asked, others)?;
+    loop {
+        if let Some(found) = run.some(SLICE)? {
+            return Ok(Some(found));
+        }
+        let (time_ns, firings) = run.progress();
+        if say(link, &Said::Progress { time_ns, firings }).is_err() {
+            return Ok(None);
+        }
+    }
+}
+
+fn say(link: &mut UnixStream, said: &Said) -> std::io::Result<()> {
+    let mut line = serde_json::to_vec(said).expect("everything that is said can be written");
+    line.push(b'\n');
+    link.write_all(&line)
+}

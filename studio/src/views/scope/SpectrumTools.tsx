@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Choice } from "./Choice";
+import { NumberField } from "./NumberField";
+import type { Scope } from "./scope";
+import type { Setup } from "./setup";
+import { AMOUNTS, type Amount, type SpectrumSetup, WINDOW_FUNCTIONS, type WindowFunction } from "./signal/spectrum";
+
+const WORDS: Record<WindowFunction | Amount, string> = {
+  rectangular: "rectangular",
+  hann: "Hann",
+  hamming: "Hamming",
+  blackman: "Blackman",
+  flattop: "flat top",
+  amplitude: "amplitude",
+  decibel: "amplitude, dB",
+  density: "power density",
+};
+
+/** How spectra are computed, and what is shown of them. */
+export function SpectrumTools(props: { scope: Scope; setup: Setup; of: SpectrumSetup }) {
+  const { scope, setup, of } = props;
+  const change = (next: Partial<SpectrumSetup>) => scope.change({ ...setup, spectrum: { ...of, ...next } });
+  return (
+    <>
+      <Choice
+        label="Window"
+        value={of.window}
+        title="Hann separates frequencies, flat top has amplitudes right, rectangular is for what begins and ends within the screen"
+        put={(window) => change({ window: window as WindowFunction })}
+      >
+        {WINDOW_FUNCTIONS.map((name) => (
+          <option key={name} value={name}>
+            {WORDS[name]}
+          </option>
+        ))}
+      </Choice>
+      <Choice label="Shows" value={of.amount} put={(amount) => change({ amount: amount as Amount })}>
+        {AMOUNTS.map((name) => (
+          <option key={name} value={name}>
+            {WORDS[name]}
+          </option>
+        ))}
+      </Choice>
+      <NumberField label="Up to" unit="Hz" value={of.to_hz ?? 0} minimum={0} put={(to_hz) => change({ to_hz: to_hz > 0 ? to_hz : null })}>
+        <span className="quiet small">{of.to_hz === null ? "0: all" : ""}</span>
+      </NumberField>
+    </>
+  );
+}

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+/** What is used of fft.js, which has no types of its own. */
+declare module "fft.js" {
+  export default class FFT {
+    /** `size`: a power of two, 2 at least. */
+    constructor(size: number);
+    createComplexArray(): number[];
+    /** Fills the first half of `out`, and the value in its middle: real and imaginary part in turn. */
+    realTransform(out: number[], input: ArrayLike<number>): void;
+  }
+}

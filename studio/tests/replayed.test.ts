@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording is run again from the page: equal runs say so, the first difference is marked on the axis. Spectra and plots of it.
+import type { ChildProcess } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import type { Browser } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { freePort, serveProgram, tokenIn } from "./daemon";
+import { axeFindings, browse, goTo, LOOKS, type Opened, open, shoot } from "./running";
+
+let folder: string;
+let daemon: ChildProcess | undefined;
+let browser: Browser;
+let studio: Opened;
+
+beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "studio-replayed-"));
+  const [token, port] = [tokenIn(folder), await freePort()];
+  const program = join(import.meta.dirname, "replayed.py");
+  [daemon, browser] = await Promise.all([serveProgram([program, folder], folder, port), browse(false)]);
+  studio = await open(browser, `http://127.0.0.1:${port}/#token=${token}`);
+});
+
+afterAll(async () => {
+  await browser?.close();
+  daemon?.kill("SIGKILL");
+  rmSync(folder, { recursive: true, force: true });
+});
+
+test("equal runs say so, and the first difference of other code is marked on the axis", async () => {
+  const { page } = studio;
+  await goTo(page, "Recordings");
+  await page.locator("tr").filter({ hasText: "run.mcap" }).getByRole("button", { name: "Open" }).click();
+  const replay = page.getByRole("group", { name: "Replay" });
+  await replay.getByRole("button", { name: "Replay" }).click();
+  await replay.getByText("every value as it was recorded").waitFor();
+  expect(await page.getByTestId("difference").count()).toBe(0);
+  await replay.getByLabel("with the code of now").check();
+  await replay.getByRole("button", { name: "Replay" }).click();
+  await replay.getByText("first difference").waitFor();
+  expect(await replay.getByRole("status").textContent()).toContain("bench.n: recorded 1000, now 1001");
+  // Half of the 2 s, on the slider; a press goes there.
+  const [slider, mark] = [await page.getByLabel("Time in the recording").boundingBox(), await page.getByTestId("difference").boundingBox()];
+  expect(((mark?.x ?? 0) + 1.5 - (slider?.x ?? 0)) / (slider?.width ?? 1)).toBeCloseTo(0.5, 1);
+  await replay.getByRole("status").getByRole("button").click();
+  expect(Number.parseFloat((await page.getByTestId("cursor").textContent()) ?? "")).toBeCloseTo(1, 2);
+  await replay.getByRole("link", { name: "bench.n" }).click();
+  await page.locator(".difference-mark:not([hidden])").first().waitFor();
+});
+
+test("traces in two plots have one time axis, and the spectrum has the frequency and amplitude of the sine", async () => {
+  const { page } = studio;
+  await page.evaluate(() => {
+    window.location.hash = "#/scope?names=bench.n,bench.y";
+  });
+  const tools = page.getByRole("toolbar", { name: "Scope" });
+  const cell = (name: string) => page.locator(`tr[data-trace="bench.y"] [data-cell="${name}"]`);
+  await expect.poll(async () => Number(await cell("deviation").textContent())).toBeCloseTo(0.5 / Math.SQRT2, 2);
+  expect(((await cell("count").textContent()) ?? "").replace(/\D/g, "")).toMatch(/^200[01]$/);
+  await page.getByRole("button", { name: "More for bench.y" }).click();
+  await page.getByLabel("Plot", { exact: true }).selectOption({ label: "2" });
+  await expect.poll(() => page.locator(".one-plot").count()).toBe(2);
+  const [upper, lower] = [
+    await page.locator('[data-plot="1"] .u-over').boundingBox(),
+    await page.locator('[data-plot="2"] .u-over').boundingBox(),
+  ];
+  expect([lower?.x, lower?.width]).toEqual([upper?.x, upper?.width]);
+  await shoot(page, "scope-plots");
+  await tools.getByLabel("Along x").selectOption("frequency");
+  await tools.getByLabel("Window").selectOption("flat top");
+  await expect.poll(async () => Number(await cell("hz").textContent())).toBeCloseTo(50, 0);
+  expect(Number(await cell("peak").textContent())).toBeCloseTo(0.5, 2);
+  await page.getByTestId("axis").getByText("at 1000 Hz").waitFor();
+  for (const look of LOOKS) {
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
+    expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);
+    await shoot(page, `scope-spectrum-${look.width}-${look.scheme}`);
+    const wide = () => page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    await expect.poll(wide, { message: `wider than ${look.width} pixels` }).toBeLessThanOrEqual(0);
+  }
+  expect(studio.errors).toEqual([]);
+});
