@@ -332,6 +332,37 @@ class Calls(Asking):
         """Returns commands, conditions, faults, transitions and ends."""
         return self._ask("log", {"since": since})
 
+    def ship_workspace(self, workspace: Mapping[str, Any]) -> None:
+        """Enters a workspace that a program ships, in the place of the one that it shipped before under that
+        name."""
+        return self._ask_of("ship_workspace", workspace)
+
+    def withdraw_workspace(self, name: str) -> None:
+        """Removes a workspace that a program has shipped."""
+        return self._ask("withdraw_workspace", {"name": name})
+
+    def keep_workspace(self, workspace: Mapping[str, Any]) -> None:
+        """Keeps a workspace for all who look at the system. One that a program has shipped is not
+        replaced."""
+        return self._ask_of("keep_workspace", workspace)
+
+    def forget_workspace(self, name: str) -> None:
+        """Removes a workspace that a person keeps."""
+        return self._ask("forget_workspace", {"name": name})
+
+    def workspaces(self) -> list[Any]:
+        """Returns the workspaces, each in one line."""
+        return self._ask("workspaces")
+
+    def workspace(self, name: str) -> Any:
+        """Returns a workspace."""
+        return self._ask("workspace", {"name": name})
+
+    def check_workspace(self, workspace: Mapping[str, Any]) -> list[Any]:
+        """Returns all that is wrong with a workspace here and now: its form, and what it names and is not
+        there."""
+        return self._ask_of("check_workspace", workspace)
+
     def record(self, path: str, svvs: list[str] | None = None, cells: bool | None = None, replay: bool | None = None) -> Any:
         """Begins to record into a new MCAP file. Returns its number."""
         return self._ask("record", {"path": path, "svvs": svvs, "cells": cells, "replay": replay})

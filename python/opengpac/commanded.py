@@ -16,6 +16,7 @@ from .observing import Observed
 from .physical import Channel
 from .quantities import Quantity, optional_ns
 from .svvs import SVV
+from .workspaces import Workspaces
 
 if TYPE_CHECKING:
     from .system import System
@@ -135,6 +136,11 @@ class Commanded(Observed):
     def alarms(self) -> Alarms:
         """What a person has to know of: active or not yet acknowledged."""
         return Alarms(cast("System", self))
+
+    @property
+    def workspaces(self) -> Workspaces:
+        """Layouts of panels for the studio: those that programs ship, and those that people keep."""
+        return Workspaces(cast("System", self))
 
 
 def _names(devices: tuple[Any, ...], call: str) -> list[str] | None:

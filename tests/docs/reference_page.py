@@ -64,6 +64,8 @@ GROUPS: dict[str, tuple[str, str]] = {
         "DigitalInput DigitalOutput AnalogInput AnalogOutput set_output pulse wait_for_input InputTimeout",
     ),
     "Alarms": ("opengpac.alarms", "Alarms Alarm"),
+    "Workspaces": ("opengpac.workspaces", "Workspaces"),
+    "Sessions with a remote system": ("opengpac.remote.session", "Session Commanding CommandRequest"),
     "The component data base": (
         "opengpac.library",
         "list search show get block blocks add problems refresh padded Component Found Manual Problem",

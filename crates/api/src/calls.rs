@@ -10,13 +10,14 @@ mod recorded;
 mod recordings;
 mod software;
 mod values;
+mod workspaces;
 
 use crate::Call;
 use std::collections::HashMap;
 use std::sync::{LazyLock, OnceLock};
 
 /// The calls by subject.
-const SUBJECTS: [&[Call]; 10] = [
+const SUBJECTS: [&[Call]; 11] = [
     configuration::CONFIGURATION,
     software::SOFTWARE,
     devices::DEVICES,
@@ -25,6 +26,7 @@ const SUBJECTS: [&[Call]; 10] = [
     cell::CELL,
     alarms::ALARMS,
     observation::OBSERVATION,
+    workspaces::WORKSPACES,
     recordings::RECORDINGS,
     recorded::RECORDED,
 ];

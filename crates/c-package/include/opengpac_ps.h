@@ -263,6 +263,23 @@ void opengpac_close(opengpac_system *system);
  *   log([since]) -> list of LogEntry
  *       Returns commands, conditions, faults, transitions and ends.
  *         since: The number of the first one.
+ * workspaces
+ *   ship_workspace(...workspace)
+ *       Enters a workspace that a program ships, in the place of the one that it shipped before under that
+ *       name.
+ *   withdraw_workspace(name)
+ *       Removes a workspace that a program has shipped.
+ *   keep_workspace(...workspace)
+ *       Keeps a workspace for all who look at the system. One that a program has shipped is not replaced.
+ *   forget_workspace(name)
+ *       Removes a workspace that a person keeps.
+ *   workspaces() -> list of WorkspaceAbout
+ *       Returns the workspaces, each in one line.
+ *   workspace(name) -> Workspace
+ *       Returns a workspace.
+ *   check_workspace(...workspace) -> list of Refusal
+ *       Returns all that is wrong with a workspace here and now: its form, and what it names and is not
+ *       there.
  * recordings
  *   record(path, [svvs], [cells], [replay]) -> RecordingBegun
  *       Begins to record into a new MCAP file. Returns its number.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Paths and methods of version 1, each a few lines around what it is for.
 mod code;
+mod command;
 mod request;
 mod sessions;
 
@@ -42,7 +43,10 @@ pub fn router(service: Arc<Service>) -> Router {
         .route("/v1/sessions/{name}/reports", get(sessions::reports).delete(sessions::collect))
         .route("/v1/heartbeat", post(sessions::heartbeat))
         .route("/v1/hold", get(sessions::hold))
-        .route("/v1/command", get(sessions::holder).post(sessions::take_command).delete(sessions::give_back))
+        .route("/v1/command", get(command::holder).post(command::take).delete(command::give_back))
+        .route("/v1/command/request", post(command::ask).delete(command::withdraw))
+        .route("/v1/command/hand_over", post(command::hand_over))
+        .route("/v1/command/decline", post(command::decline))
         .route("/v1/modules/{name}", put(code::module))
         .route("/v1/files/{sha256}", get(code::file_is_there).put(code::file))
         .route("/v1/stream", get(stream::open))

@@ -53,6 +53,6 @@ pub use playing::Watcher;
 pub use rates::Rates;
 pub use schema::all as schemas;
 pub use serve::{Options, Server};
-pub use sessions::{Kept, Listed, Opened, REPORTS_MAX, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
+pub use sessions::{Kept, Listed, Opened, Outcome, REPORTS_MAX, SESSIONS_EACH_MAX, SESSIONS_MAX, SETTLED_MAX, Sessions, Settled};
 pub use socket::default_path;
 pub use tls::{certificates, fingerprint};

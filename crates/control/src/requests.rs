@@ -108,6 +108,9 @@ pub struct OpenSession {
     /// Takes up a session of that name that is alive, as the same caller.
     #[serde(default)]
     pub take_up: bool,
+    /// What the person is called, for others to see; at most 64 characters. Left out: as before, if the session was there before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub person: Option<String>,
 }
 
 fn lost_after_ms() -> u64 {
@@ -124,6 +127,9 @@ impl OpenSession {
         if !(1_000..=60_000).contains(&self.lost_after_ms) {
             return Err(wrong(format!("lost_after_ms is {}", self.lost_after_ms), "take 1,000 to 60,000 ms"));
         }
+        if let Some(person) = &self.person {
+            said("person", person, PERSON_MAX)?;
+        }
         Ok(self)
     }
 }
@@ -135,6 +141,80 @@ pub struct TakeCommand {
     /// Takes it from the holder; needs the role `configure`.
     #[serde(default)]
     pub force: bool,
+}
+
+/// What a person is called, and what is said beside a request, characters at most.
+const PERSON_MAX: usize = 64;
+const REASON_MAX: usize = 200;
+
+/// Refuses a text that is shown to other people and is empty, too long, or has control characters.
+fn said(what: &str, text: &str, most: usize) -> Result<(), Failure> {
+    if text.trim().is_empty() || text.chars().count() > most || text.chars().any(char::is_control) {
+        return Err(wrong(format!("{what} is {text:?}"), &format!("write 1 to {most} characters on one line, or leave it out")));
+    }
+    Ok(())
+}
+
+/// `POST /v1/command/request`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AskForCommand {
+    /// What for, for the holder to read.
+    #[serde(default)]
+    pub reason: String,
+    /// How long it waits for an answer, ms, 1,000 to 600,000.
+    #[serde(default = "wait_ms")]
+    pub wait_ms: u64,
+}
+
+fn wait_ms() -> u64 {
+    60_000
+}
+
+impl AskForCommand {
+    /// Refuses bounds that are none.
+    pub fn checked(self) -> Result<AskForCommand, Failure> {
+        if !(1_000..=600_000).contains(&self.wait_ms) {
+            return Err(wrong(format!("wait_ms is {}", self.wait_ms), "take 1,000 to 600,000 ms"));
+        }
+        Ok(AskForCommand { reason: reason(self.reason)?, ..self })
+    }
+}
+
+/// `DELETE /v1/command/request`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WithdrawRequest {
+    /// Why, for people.
+    #[serde(default)]
+    pub reason: String,
+}
+
+/// `POST /v1/command/decline`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DeclineRequest {
+    /// The session that asks.
+    pub name: String,
+    /// Why, for people.
+    #[serde(default)]
+    pub reason: String,
+}
+
+/// Refuses a reason that cannot be shown.
+pub fn reason(given: String) -> Result<String, Failure> {
+    if !given.is_empty() {
+        said("reason", &given, REASON_MAX)?;
+    }
+    Ok(given)
+}
+
+/// `POST /v1/command/hand_over`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HandOver {
+    /// The session that commands from now on.
+    pub to: String,
 }
 
 /// A frame that the client of a stream sends.

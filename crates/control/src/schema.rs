@@ -3,7 +3,7 @@
 use crate::calls::{self, Call};
 use crate::definitions::unite;
 use crate::files::Stored;
-use crate::requests::{OpenSession, StreamFrame, TakeCommand};
+use crate::requests::{AskForCommand, DeclineRequest, HandOver, OpenSession, StreamFrame, TakeCommand, WithdrawRequest};
 use crate::sessions::{Holder, Listed, Reports, Returned};
 use crate::told::Told;
 use crate::version::Version;
@@ -23,6 +23,10 @@ pub fn all() -> Value {
         "requests": {
             "POST /v1/sessions": sent.subschema_for::<OpenSession>(),
             "POST /v1/command": sent.subschema_for::<TakeCommand>(),
+            "POST /v1/command/request": sent.subschema_for::<AskForCommand>(),
+            "DELETE /v1/command/request": sent.subschema_for::<WithdrawRequest>(),
+            "POST /v1/command/hand_over": sent.subschema_for::<HandOver>(),
+            "POST /v1/command/decline": sent.subschema_for::<DeclineRequest>(),
             "GET /v1/stream": sent.subschema_for::<StreamFrame>(),
         },
     });
@@ -83,6 +87,10 @@ fn answers(of: &mut SchemaGenerator) -> Vec<(&'static str, Value)> {
         ("GET /v1/command", one::<Holder>(of)),
         ("POST /v1/command", one::<Holder>(of)),
         ("DELETE /v1/command", one::<Holder>(of)),
+        ("POST /v1/command/request", one::<Holder>(of)),
+        ("DELETE /v1/command/request", one::<Holder>(of)),
+        ("POST /v1/command/hand_over", one::<Holder>(of)),
+        ("POST /v1/command/decline", one::<Holder>(of)),
         ("PUT /v1/modules/{name}", one::<ModuleAbout>(of)),
         ("GET /v1/files/{sha256}", one::<Stored>(of)),
         ("PUT /v1/files/{sha256}", one::<Stored>(of)),

@@ -100,7 +100,11 @@ impl Service {
 
     /// Enters a command into the system's log, and who gave it.
     fn log(&self, act: &Act, failure: Option<&Failure>) {
-        let who = if act.session.is_empty() { act.caller.who.clone() } else { format!("{} ({})", act.session, act.caller.who) };
+        let caller = match self.sessions.person(&act.session) {
+            Some(person) => format!("{person}, {}", act.caller.who),
+            None => act.caller.who.clone(),
+        };
+        let who = if act.session.is_empty() { caller } else { format!("{} ({caller})", act.session) };
         let refused = failure.map(|failure| failure.refusals.first().map_or_else(String::new, |refusal| refusal.message.clone()));
         let about = if act.about.is_empty() { "system" } else { &act.about };
         self.system.log_command(&who, &act.call, about, refused.as_deref());
@@ -291,6 +295,9 @@ impl Service {
         }
         if let Some(journal) = &self.journal {
             journal.look(&self.system);
+        }
+        for settled in self.sessions.settle(now) {
+            self.system.log_control(&settled.line());
         }
     }
 

@@ -3,6 +3,8 @@
 //!
 //! Nothing here looks at a clock: the caller says what time it is.
 mod answers;
+mod command;
+mod commanding;
 
 use crate::caller::Caller;
 use crate::failure::Failure;
@@ -17,6 +19,8 @@ use std::time::{Duration, Instant};
 use supervisor::End;
 
 pub use answers::{Described, Holder, Kept, Listed, Opened, Reports, Returned};
+use command::Command;
+pub use command::{Outcome, SETTLED_MAX, Settled};
 
 /// Sessions that are kept, alive and lost.
 pub const SESSIONS_MAX: usize = 64;
@@ -31,6 +35,8 @@ const RESTORED: &str = "restored";
 struct Session {
     id: String,
     who: String,
+    /// What the person who opened it is called.
+    person: Option<String>,
     role: Role,
     from: String,
     alive: bool,
@@ -49,7 +55,7 @@ struct Session {
 #[derive(Default)]
 struct State {
     by_name: IndexMap<String, Session>,
-    commander: Option<String>,
+    command: Command,
     owners: HashMap<u64, String>,
     /// Number of the next end report to be looked at.
     next_end: u64,
@@ -65,6 +71,7 @@ impl Session {
         Session {
             id: String::new(),
             who: caller.who.clone(),
+            person: None,
             role: caller.role,
             from: caller.from.clone(),
             alive: false,
@@ -85,10 +92,11 @@ impl State {
         self.by_name.iter_mut().find(|(_, session)| session.alive && session.id == id)
     }
 
-    fn release(&mut self, name: &str) {
-        if self.commander.as_deref() == Some(name) {
-            self.commander = None;
-        }
+    /// The session leaves: it neither commands nor asks for that any more.
+    fn leave(&mut self, name: &str, how: &str) {
+        let reason = format!("session '{name}' {how}");
+        self.command.end(name, Outcome::Withdrawn, None, &reason);
+        self.command.release(name, &reason);
     }
 
     /// Room for one more of a caller: of his own too many, or of all, the lost session goes that is out longest; of all, first those
@@ -151,6 +159,7 @@ impl Sessions {
         (session.id, session.role, session.from, session.seen) = (id.clone(), caller.role, caller.from.clone(), now);
         (session.alive, session.broken, session.lost_after) = (true, false, Duration::from_millis(asked.lost_after_ms));
         (session.in_flight, session.holds) = (0, 0);
+        session.person = asked.person.clone().or(session.person.take());
         Ok(Opened {
             session: id,
             name: asked.name.clone(),
@@ -202,7 +211,7 @@ impl Sessions {
         let name = state.of_id(id).map(|(name, _)| name.clone()).ok_or_else(ended)?;
         state.by_name.shift_remove(&name);
         state.owners.retain(|_, owner| *owner != name);
-        state.release(&name);
+        state.leave(&name, "was closed");
         Ok(name)
     }
 
@@ -227,7 +236,12 @@ impl Sessions {
         let is_lost =
             |session: &Session| session.alive && (session.broken || (session.in_flight == 0 && now.duration_since(session.seen) > session.lost_after));
         let names: Vec<String> = state.by_name.iter().filter(|(_, session)| is_lost(session)).map(|(name, _)| name.clone()).collect();
-        names.iter().for_each(|name| state.release(name));
+        state.command.expire(now);
+        // All of them before any command passes on: it goes to none of them.
+        for name in &names {
+            state.command.end(name, Outcome::Withdrawn, None, &format!("session '{name}' was lost"));
+        }
+        names.iter().for_each(|name| state.leave(name, "was lost"));
         let mut lost = Vec::new();
         for name in names {
             let session = state.by_name.get_mut(&name).expect("it was found just now");
@@ -240,42 +254,6 @@ impl Sessions {
     /// Instances of sessions that are lost.
     pub fn orphans(&self) -> Vec<u64> {
         self.locked().by_name.values().filter(|session| !session.alive).flat_map(|session| session.instances.iter().copied()).collect()
-    }
-
-    /// Takes command.
-    pub fn take(&self, name: &str, role: Role, force: bool) -> Result<(), Failure> {
-        let mut state = self.locked();
-        match &state.commander {
-            Some(holder) if holder != name && !(force && role >= Role::Configure) => {
-                let remedy = if force { "taking it from the holder needs the role configure" } else { "wait until it is given back, or take it with force" };
-                Err(Failure::new(Class::NotCommanding, format!("session '{holder}' commands the system"), remedy))
-            }
-            _ => {
-                state.commander = Some(name.to_owned());
-                Ok(())
-            }
-        }
-    }
-
-    /// Gives command back; nothing where it was not had.
-    pub fn give_back(&self, name: &str) {
-        self.locked().release(name);
-    }
-
-    /// Who commands.
-    pub fn holder(&self) -> Option<String> {
-        self.locked().commander.clone()
-    }
-
-    /// Refuses a command of who does not command.
-    pub fn require_command(&self, name: Option<&str>) -> Result<(), Failure> {
-        let state = self.locked();
-        let remedy = "open a session and take command: POST /v1/command";
-        match (&state.commander, name) {
-            (Some(holder), Some(name)) if holder == name => Ok(()),
-            (Some(holder), _) => Err(Failure::new(Class::NotCommanding, format!("session '{holder}' commands the system"), remedy)),
-            (None, _) => Err(Failure::new(Class::NotCommanding, "no session commands the system", remedy)),
-        }
     }
 
     /// An instance belongs to a session: its end is told there, and it follows its policy when that is lost.
@@ -353,9 +331,10 @@ impl Sessions {
         let listed = |(name, session): (&String, &Session)| Listed {
             name: name.clone(),
             who: session.who.clone(),
+            person: session.person.clone(),
             role: session.role,
             from: session.from.clone(),
-            commands: state.commander.as_ref() == Some(name),
+            commands: state.command.holder() == Some(name.as_str()),
             alive: session.alive,
             held: session.holds > 0,
             kept_reports: session.reports.len(),

@@ -31,7 +31,7 @@ const FRAMES_MAX: usize = 64;
 /// The largest frame of a client, bytes.
 const FRAME_MAX: usize = 64 << 10;
 /// Subscriptions of one stream.
-const SUBSCRIPTIONS_MAX: usize = 16;
+const SUBSCRIPTIONS_MAX: usize = 32;
 /// Entries of the log, or ends, in one frame.
 const ENTRIES_MAX: usize = 256;
 /// How often a silent reader is asked whether it is there, and how long a frame may take to leave.

@@ -31,6 +31,7 @@ mod undriven;
 pub mod value;
 mod wires;
 pub mod wording;
+pub mod workspace;
 mod writers;
 mod written;
 

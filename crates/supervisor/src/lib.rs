@@ -59,6 +59,7 @@ pub use observation::inbox::TapChannel;
 pub use observation::log::Entry;
 pub use observation::samples::{Run, Samples};
 pub use observation::states::{DeviceState, InstanceState, Paused};
+pub use observation::workspaces::{WORKSPACES_MAX, WorkspaceAbout};
 pub use precedence::first;
 pub use registry::download::{build, library, load};
 pub use registry::location::{InProcess, Location, Patience};

@@ -25,6 +25,7 @@ def connect(
     certificate: str | os.PathLike[str] | None = None,
     command: bool = True,
     lost_after: Quantity = "5 s",
+    person: str | None = None,
     progress: bool | None = None,
 ) -> System:
     """The real-time system at a URL, as the same `System` that an embedded one is.
@@ -33,7 +34,8 @@ def connect(
     session: connecting with it again takes up what a lost session left (`cell.session.returned`, `cell.instance(name)`,
     `cell.kept_reports()`). `token` is needed on a port (else `OPENGPAC_TOKEN`), `ca` is a file of certificates to trust,
     `certificate` one with the client's own and its key. `command=False` watches; `command=True` is refused with `NotCommanding`
-    while another session commands. A session without a sign of life for `lost_after` (1 s to 60 s) is lost.
+    while another session commands: then `cell.session.request_command` asks for it. `person` is what others read beside the session's
+    name, for example "Anna Maier". A session without a sign of life for `lost_after` (1 s to 60 s) is lost.
 
     `processors`, `sources` and `physical_devices` are those that are there. Leaving `with`, or `close`, ends the session, and what
     runs goes on; leaving `with` by an exception, or ending without `close`, is being cut off: each verb that this session started
@@ -44,7 +46,7 @@ def connect(
     if checking.active():
         address(url)
         return System(name or "remote", clock="virtual")
-    session = open_session(url, name, token=token, ca=ca, certificate=certificate, command=command, lost_after=lost_after)
+    session = open_session(url, name, token=token, ca=ca, certificate=certificate, command=command, lost_after=lost_after, person=person)
     system = System.__new__(System)
     system._begin(Remote(session), session.version["system"], session.version["clock"] == "virtual", progress, session)
     opened.keep(system, f"{session.url} {session.name}")

@@ -54,6 +54,7 @@ def open_session(
     certificate: File | None = None,
     command: bool = True,
     lost_after: Quantity = "5 s",
+    person: str | None = None,
 ) -> Session:
     """A session with the system at a URL, in command where that is asked for; as `connect` says."""
     to = address(url)
@@ -67,7 +68,7 @@ def open_session(
     before = _opened.get((to.url, named))
     take_up = before is not None and before.lost
     try:
-        session = Session(transport, named, lost_after_ns, take_up)
+        session = Session(transport, named, lost_after_ns, take_up, person)
     except BaseException:
         transport.close()
         raise

@@ -15,8 +15,10 @@ from typing import Any
 
 from .. import _native
 from ..errors import ConnectionLost, VersionMismatch, refusals, refuse
+from ..quantities import Quantity
 from ..reports import Report
 from .answers import Answer
+from .commanding import Commanding, CommandRequest, asked_for, commanding, name_of
 from .transport import Transport, readable, spoken
 
 _logger = logging.getLogger("opengpac")
@@ -41,14 +43,16 @@ class Session:
     `ConnectionLost`, those that wait just then too. The system sees at once when this process ends.
     """
 
-    def __init__(self, transport: Transport, name: str, lost_after_ns: int, take_up: bool) -> None:
+    def __init__(self, transport: Transport, name: str, lost_after_ns: int, take_up: bool, person: str | None = None) -> None:
         self.url = str(transport.address)
         self.transport = transport
         self._id = ""
         self.version: dict[str, Any] = _version(transport)
         transport.reached = True
         transport.remedy = f"what runs there follows its policy; gpac.connect({self.url!r}, name={name!r}) takes it up again"
-        asked = {"name": name, "lost_after_ms": lost_after_ns // 1_000_000, "take_up": take_up}
+        asked: dict[str, Any] = {"name": name, "lost_after_ms": lost_after_ns // 1_000_000, "take_up": take_up}
+        if person is not None:
+            asked["person"] = person
         with refusals:
             opened = self.request("POST", "/v1/sessions", asked)
         self.name: str = opened["name"]
@@ -74,8 +78,37 @@ class Session:
             self.request("POST", "/v1/command", {"force": True} if force else {})
         self.commands = True
 
+    def request_command(self, reason: str = "", *, timeout: Quantity = "60 s") -> None:
+        """Asks for command and waits until this session has it; at once where nobody commands.
+
+        The holder reads the `reason` (one line, at most 200 characters) and hands over or declines: `NotCommanding` tells who declined
+        and why, or that nobody has answered within `timeout` (1 s to 10 min). Ctrl-C takes the request back.
+        """
+        asked_for(self.request, self.name, reason, timeout)
+        self.commands = True
+
+    @property
+    def command(self) -> Commanding:
+        """Who commands, and who asks for command: `session.command.requests`."""
+        with refusals:
+            told = commanding(self.request("GET", "/v1/command"))
+        # Command may have been handed to it, or taken from it.
+        self.commands = told.holder == self.name
+        return told
+
+    def hand_over(self, to: CommandRequest | str) -> None:
+        """Hands command over to a session that asks for it, or to another one by its name; this one watches from here on."""
+        with refusals:
+            self.request("POST", "/v1/command/hand_over", {"to": name_of(to)})
+        self.commands = False
+
+    def decline(self, request: CommandRequest | str, reason: str = "") -> None:
+        """Declines the request of a session for command; it is told the `reason`."""
+        with refusals:
+            self.request("POST", "/v1/command/decline", {"name": name_of(request), "reason": reason})
+
     def release_command(self) -> None:
-        """Gives command back; from here on this session watches."""
+        """Gives command back, to the session that asks for it first where one does; from here on this session watches."""
         with refusals:
             self.request("DELETE", "/v1/command")
         self.commands = False

@@ -162,6 +162,18 @@ def test_tunable_values_emergency_stop_and_alarms(far: gpac.System) -> None:
     assert far.mode == "automatic" and far.log()[-1]["kind"]
 
 
+def test_each_alarm_is_acknowledged_alone(far: gpac.System) -> None:
+    for code in ("E1", "E2"):
+        far.alarms.define(code, f"alarm {code}", severity="low")
+        far.alarms.trip(code)
+    assert far.alarms.acknowledge(far.alarms["E1"]) == 1 and far.alarms.acknowledge(far.alarms["E1"].number) == 0
+    assert [(alarm.code, alarm.severity, alarm.state) for alarm in far.alarms] == [("E1", "low", "acknowledged"), ("E2", "low", "active")]
+    far.alarms.clear("E1")
+    far.alarms.clear("E2")
+    assert [(alarm.code, alarm.state) for alarm in far.alarms] == [("E2", "returned")]
+    assert [alarm.state for alarm in far.alarms.history] == ["over"]
+
+
 async def _both(first: gpac.VerbInstance[gpac.Report], second: gpac.VerbInstance[gpac.Report]) -> list[gpac.Report]:
     return await asyncio.gather(first, second)
 

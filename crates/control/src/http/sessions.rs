@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests about sessions: who is there, who commands, which end reports wait.
+//! Requests about sessions: who is there, which end reports wait.
 use crate::audit::Act;
 use crate::caller::Caller;
 use crate::clock::now;
@@ -7,8 +7,8 @@ use crate::failure::Failure;
 use crate::http::request::{Answer, BODY_TIME, Shared, apart, body};
 use crate::lanes::{Lane, SMALL};
 use crate::presence::{Held, needed, present};
-use crate::requests::{self, OpenSession, TakeCommand};
-use crate::sessions::{Holder, Reports, Returned};
+use crate::requests::{self, OpenSession};
+use crate::sessions::{Reports, Returned};
 use api::Role;
 use axum::Json;
 use axum::body::Body;
@@ -23,7 +23,7 @@ use std::time::Duration;
 const HOLD_LOOK: Duration = Duration::from_millis(100);
 
 /// The lane of what leads to a stop.
-fn to_stop(caller: &Caller) -> Lane {
+pub(super) fn to_stop(caller: &Caller) -> Lane {
     if caller.role >= Role::Operate { Lane::Stop } else { Lane::Usual }
 }
 
@@ -71,34 +71,6 @@ pub(super) async fn hold(State(service): Shared, Extension(caller): Extension<Ca
     }
     held.in_order = true;
     Ok(Json(json!({ "result": null })))
-}
-
-pub(super) async fn holder(State(service): Shared) -> Json<Value> {
-    Json(json!({ "result": Holder { holder: service.sessions.holder() } }))
-}
-
-pub(super) async fn take_command(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
-    let presence = needed(present(&service, &headers, &caller)?)?;
-    let given = body(given, SMALL, BODY_TIME).await?;
-    let asked: TakeCommand = requests::object(&given)?;
-    let here = service.clone();
-    apart(&here, to_stop(&caller), &caller.clone(), move || {
-        // Who is lost commands no longer.
-        service.look_after(now());
-        let act = Act::new(&caller, &presence.name, "take_command", &given);
-        service.recorded(&act, Role::Operate, || {
-            service.require_role(&caller, Role::Operate, "command")?;
-            service.sessions.take(&presence.name, caller.role, asked.force)
-        })?;
-        Ok(Json(json!({ "result": Holder { holder: Some(presence.name.clone()) } })))
-    })
-    .await
-}
-
-pub(super) async fn give_back(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
-    let presence = needed(present(&service, &headers, &caller)?)?;
-    service.sessions.give_back(&presence.name);
-    Ok(Json(json!({ "result": Holder { holder: service.sessions.holder() } })))
 }
 
 pub(super) async fn reports(State(service): Shared, Extension(caller): Extension<Caller>, Path(name): Path<String>) -> Answer {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What requests about sessions are answered.
+use super::command::Settled;
 use api::Role;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -48,6 +49,8 @@ pub struct Listed {
     pub name: String,
     /// Its caller: a user, a token or a certificate.
     pub who: String,
+    /// What the person who opened it is called, where that was said.
+    pub person: Option<String>,
     pub role: Role,
     /// Where it calls from.
     pub from: String,
@@ -76,11 +79,36 @@ pub struct Described {
     pub state: InstanceState,
 }
 
-/// Who commands.
+/// Who commands, who asks for it, and what became of the last requests.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Holder {
     /// Name of the session that commands; null: none does.
     pub holder: Option<String>,
+    /// Its caller: a user, a token or a certificate.
+    pub who: Option<String>,
+    /// What its person is called, where that was said.
+    pub person: Option<String>,
+    /// Requests for command that wait, oldest first.
+    pub requests: Vec<Asks>,
+    /// The last requests that have ended, oldest first.
+    pub settled: Vec<Settled>,
+}
+
+/// A session that asks for command.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "AskingSession")]
+pub struct Asks {
+    /// Counts the requests of the system.
+    pub number: u64,
+    /// The session that asks.
+    pub name: String,
+    /// Its caller.
+    pub who: String,
+    pub person: Option<String>,
+    /// What for, for people.
+    pub reason: String,
+    /// How long it still waits, ms.
+    pub left_ms: u64,
 }
 
 /// The end reports that wait for a session.

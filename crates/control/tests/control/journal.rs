@@ -391,3 +391,30 @@ fn what_only_operates_is_not_recorded() {
     let (status, answer) = rig.ask("POST", "/v1/call/write", &[("opengpac-session", &session)], r#"{"name": "no", "value": 1.0}"#);
     assert_eq!((status, class(&answer)), (404, "UnknownName"));
 }
+
+#[test]
+fn workspaces_are_there_again_and_keeping_one_needs_no_command() {
+    let rig = kept();
+    let session = rig.commander("panel");
+    let of = |name: &str, panel: &str| json!({ "name": name, "layout": { "panel": panel } });
+    rig.call(&session, "ship_workspace", of("shipped", "alarms"));
+    rig.call(&session, "ship_workspace", of("gone", "alarms"));
+    rig.call(&session, "withdraw_workspace", json!({ "name": "gone" }));
+    // Nothing is moved by it: whoever may operate keeps one, whoever commands. What it names need not be there, then or ever.
+    let other = rig.open("other");
+    let mut mine = of("mine", "verb");
+    mine["layout"]["verb"] = json!("no_such");
+    rig.call(&other, "keep_workspace", of("mine", "alarms"));
+    rig.call(&other, "keep_workspace", mine.clone());
+    rig.call(&other, "keep_workspace", of("forgotten", "alarms"));
+    rig.call(&other, "forget_workspace", json!({ "name": "forgotten" }));
+    let missing = rig.call("", "check_workspace", mine.clone());
+    assert!(missing[0]["message"].as_str().is_some_and(|m| m.contains("no verb 'no_such'")), "{missing}");
+    let headers = [("opengpac-session", other.as_str())];
+    let (status, answer) = rig.ask("POST", "/v1/call/ship_workspace", &headers, &of("x", "alarms").to_string());
+    assert_eq!((status, class(&answer)), (403, "NotCommanding"));
+    let (rig, _) = again(killed(&rig));
+    let names: Vec<Json> = rig.call("", "workspaces", json!({})).as_array().expect("a list").iter().map(|one| json!([one["name"], one["shipped"]])).collect();
+    assert_eq!(names, [json!(["shipped", true]), json!(["mine", false])]);
+    assert_eq!(rig.call("", "workspace", json!({ "name": "mine" })), mine);
+}

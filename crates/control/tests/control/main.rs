@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The control interface, from its decoders to its sockets.
 mod audit;
+mod command;
 mod doors;
 mod files;
 mod gate;

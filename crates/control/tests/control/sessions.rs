@@ -11,7 +11,7 @@ fn caller(who: &str, role: Role) -> Caller {
 }
 
 fn asked(name: &str, take_up: bool) -> OpenSession {
-    OpenSession { name: name.to_owned(), lost_after_ms: 5_000, take_up }
+    OpenSession { name: name.to_owned(), lost_after_ms: 5_000, take_up, person: None }
 }
 
 fn end(number: u64, instance: u64) -> End {

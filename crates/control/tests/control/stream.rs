@@ -60,7 +60,7 @@ fn what_is_wrong_with_a_frame_is_said_and_the_stream_goes_on() {
     say(&mut stream, json!({ "subscribe": "svvs", "id": "a", "names": ["nothing"] }));
     let frame = next(&mut stream);
     assert_eq!((&frame["id"], class(&frame)), (&json!("a"), "UnknownName"));
-    for index in 0..17 {
+    for index in 0..33 {
         say(&mut stream, json!({ "subscribe": "ends", "id": format!("s{index}") }));
     }
     assert_eq!(class(&next(&mut stream)), "LimitExceeded");

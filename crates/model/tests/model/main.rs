@@ -14,4 +14,5 @@ mod refusals;
 mod schema;
 mod types;
 mod wires;
+mod workspaces;
 mod written;

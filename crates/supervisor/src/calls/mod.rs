@@ -38,3 +38,4 @@ pub(crate) mod tap;
 pub(crate) mod time;
 pub(crate) mod values;
 pub(crate) mod verbs;
+pub(crate) mod workspaces;

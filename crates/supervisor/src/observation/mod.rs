@@ -15,3 +15,4 @@ pub(crate) mod stamp;
 pub(crate) mod state;
 pub(crate) mod states;
 pub(crate) mod taps;
+pub(crate) mod workspaces;

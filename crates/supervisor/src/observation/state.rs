@@ -3,6 +3,7 @@
 use crate::observation::ends::Ends;
 use crate::observation::log::Log;
 use crate::observation::taps::Taps;
+use crate::observation::workspaces::Workspaces;
 use crate::scripts::Ticket;
 use kernel::{Cell, SourceId};
 use std::collections::HashMap;
@@ -15,6 +16,8 @@ pub(crate) struct Observation {
     /// Ends not yet told to an event loop.
     pub ended: u64,
     pub taps: Taps,
+    /// Layouts of panels, which people look at it with.
+    pub workspaces: Workspaces,
     /// Snapshots that have arrived: ticket → (time, bytes of each script).
     pub reads: HashMap<Ticket, (i64, Vec<u8>)>,
     /// Of a system that is recorded: the cells whose SVV the record knows.

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Who commands, who has asked for it, and what became of that. One session commands at a time; a request for command waits in order, and
+//! ends by one of the words of [`Outcome`], each with its reason.
+//!
+//! It knows sessions by their names alone: who may ask, and who is there, the table of sessions says.
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// Requests that are over and are still told.
+pub const SETTLED_MAX: usize = 32;
+
+/// How a request for command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The session that asked commands.
+    Granted,
+    /// The holder declined it.
+    Declined,
+    /// Its time had passed.
+    TimedOut,
+    /// The session that asked took it back, or has left.
+    Withdrawn,
+}
+
+impl Outcome {
+    fn word(self) -> &'static str {
+        match self {
+            Outcome::Granted => "granted",
+            Outcome::Declined => "declined",
+            Outcome::TimedOut => "timed out",
+            Outcome::Withdrawn => "withdrawn",
+        }
+    }
+}
+
+impl Settled {
+    /// One line of the log.
+    pub fn line(&self) -> String {
+        let by = self.by.as_ref().filter(|by| **by != self.name).map(|by| format!(" by session '{by}'")).unwrap_or_default();
+        let reason = if self.reason.is_empty() { String::new() } else { format!(": {}", self.reason) };
+        let verb = if self.outcome == Outcome::TimedOut { "has" } else { "was" };
+        format!("the request of session '{}' for command {verb} {}{by}{reason}", self.name, self.outcome.word())
+    }
+}
+
+/// A request for command that has ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[schemars(rename = "SettledRequest")]
+pub struct Settled {
+    /// Counts the requests of the system.
+    pub number: u64,
+    /// The session that asked.
+    pub name: String,
+    pub outcome: Outcome,
+    /// The session that granted, declined or withdrew it; null: nobody did, as where its time has passed.
+    pub by: Option<String>,
+    /// Why, for people.
+    pub reason: String,
+}
+
+/// A request that waits.
+pub(super) struct Request {
+    pub number: u64,
+    pub name: String,
+    pub reason: String,
+    pub until: Instant,
+}
+
+/// The state of command.
+#[derive(Default)]
+pub(super) struct Command {
+    holder: Option<String>,
+    waiting: Vec<Request>,
+    settled: VecDeque<Settled>,
+    /// Those of them that the log has not got yet.
+    untold: Vec<Settled>,
+    last: u64,
+}
+
+impl Command {
+    pub fn holder(&self) -> Option<&str> {
+        self.holder.as_deref()
+    }
+
+    /// Requests that wait, oldest first.
+    pub fn waiting(&self) -> &[Request] {
+        &self.waiting
+    }
+
+    /// Requests that have ended, oldest first.
+    pub fn settled(&self) -> impl Iterator<Item = &Settled> {
+        self.settled.iter()
+    }
+
+    /// Requests that have ended since this was asked last.
+    pub fn untold(&mut self) -> Vec<Settled> {
+        std::mem::take(&mut self.untold)
+    }
+
+    /// Makes a session the holder, whoever held it. A request of that session is granted.
+    pub fn hold(&mut self, name: &str, by: Option<&str>, reason: &str) {
+        self.holder = Some(name.to_owned());
+        self.settle(|request| request.name == name, Outcome::Granted, by, reason);
+    }
+
+    /// Enters a request, or renews the one that the session has. Where nobody commands it is granted at once. Returns its number.
+    pub fn ask(&mut self, name: &str, reason: &str, wait: Duration, now: Instant) -> u64 {
+        let (reason, until) = (reason.to_owned(), now + wait);
+        let number = match self.waiting.iter_mut().find(|request| request.name == name) {
+            Some(known) => {
+                (known.reason, known.until) = (reason, until);
+                known.number
+            }
+            None => {
+                self.last += 1;
+                self.waiting.push(Request { number: self.last, name: name.to_owned(), reason, until });
+                self.last
+            }
+        };
+        if self.holder.as_deref().is_none_or(|holder| holder == name) {
+            self.hold(name, None, "nobody else commanded");
+        }
+        number
+    }
+
+    /// The request of a session ends without command. False where it has none.
+    pub fn end(&mut self, name: &str, outcome: Outcome, by: Option<&str>, reason: &str) -> bool {
+        self.settle(|request| request.name == name, outcome, by, reason)
+    }
+
+    /// The session gives command back, or has left: whose request waits longest commands. Nothing where it did not command.
+    pub fn release(&mut self, name: &str, reason: &str) {
+        if self.holder.as_deref() != Some(name) {
+            return;
+        }
+        self.holder = None;
+        if let Some(next) = self.waiting.first().map(|request| request.name.clone()) {
+            self.hold(&next, Some(name), reason);
+        }
+    }
+
+    /// Ends the requests whose time has passed.
+    pub fn expire(&mut self, now: Instant) {
+        let holder = self.holder.clone().unwrap_or_default();
+        let reason = format!("session '{holder}' did not answer in time");
+        self.settle(|request| request.until <= now, Outcome::TimedOut, None, &reason);
+    }
+
+    fn settle(&mut self, of: impl Fn(&Request) -> bool, outcome: Outcome, by: Option<&str>, reason: &str) -> bool {
+        let over: Vec<Request> = self.waiting.extract_if(.., |request| of(request)).collect();
+        let any = !over.is_empty();
+        for Request { number, name, .. } in over {
+            if self.settled.len() == SETTLED_MAX {
+                self.settled.pop_front();
+            }
+            let settled = Settled { number, name, outcome, by: by.map(str::to_owned), reason: reason.to_owned() };
+            self.untold.push(settled.clone());
+            self.settled.push_back(settled);
+        }
+        any
+    }
+}

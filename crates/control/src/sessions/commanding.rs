@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Taking command, asking for it, handing it over: what the table of sessions adds is who is there and what its role allows.
+use super::answers::{Asks, Holder};
+use super::command::{Outcome, Request, Settled};
+use super::{Session, Sessions, State};
+use crate::failure::Failure;
+use api::Role;
+use model::refusal::Class;
+use std::time::{Duration, Instant};
+
+impl State {
+    /// Who that is, for people: the session, and the person or else the caller.
+    fn called(&self, name: &str) -> String {
+        match self.by_name.get(name) {
+            Some(session) => format!("session '{name}' of {}", session.person.as_deref().unwrap_or(&session.who)),
+            None => format!("session '{name}'"),
+        }
+    }
+
+    fn not_commanding(&self, remedy: &str) -> Failure {
+        let message = match self.command.holder() {
+            Some(holder) => format!("{} commands the system", self.called(holder)),
+            None => "no session commands the system".to_owned(),
+        };
+        Failure::new(Class::NotCommanding, message, remedy)
+    }
+
+    fn require_holder(&self, name: &str) -> Result<(), Failure> {
+        if self.command.holder() == Some(name) {
+            return Ok(());
+        }
+        Err(self.not_commanding("only the session that commands answers requests for command"))
+    }
+
+    fn told(&self, now: Instant) -> Holder {
+        let of = |name: &str| self.by_name.get(name).map_or((None, None), |session: &Session| (Some(session.who.clone()), session.person.clone()));
+        let asks = |request: &Request| {
+            let (who, person) = of(&request.name);
+            Asks {
+                number: request.number,
+                name: request.name.clone(),
+                who: who.unwrap_or_default(),
+                person,
+                reason: request.reason.clone(),
+                left_ms: u64::try_from(request.until.saturating_duration_since(now).as_millis()).unwrap_or(u64::MAX),
+            }
+        };
+        let (who, person) = self.command.holder().map_or((None, None), of);
+        Holder {
+            holder: self.command.holder().map(str::to_owned),
+            who,
+            person,
+            requests: self.command.waiting().iter().map(asks).collect(),
+            settled: self.command.settled().cloned().collect(),
+        }
+    }
+}
+
+impl Sessions {
+    /// Takes command. Errors: another session has it, and it is not taken with force by the role `configure`.
+    pub fn take(&self, name: &str, role: Role, force: bool) -> Result<(), Failure> {
+        let mut state = self.locked();
+        match state.command.holder() {
+            Some(holder) if holder != name && !(force && role >= Role::Configure) => {
+                let remedy =
+                    if force { "taking it from the holder needs the role configure" } else { "request it, wait until it is given back, or take it with force" };
+                Err(state.not_commanding(remedy))
+            }
+            _ => {
+                let reason = if force { "taken with force" } else { "taken" };
+                state.command.hold(name, Some(name), reason);
+                Ok(())
+            }
+        }
+    }
+
+    /// Gives command back; whose request waits longest has it then. Nothing where it was not had.
+    pub fn give_back(&self, name: &str) {
+        let mut state = self.locked();
+        let reason = format!("{} gave it back", state.called(name));
+        state.command.release(name, &reason);
+    }
+
+    /// Asks for command. Where nobody commands it is granted at once. Returns the number of the request.
+    pub fn ask(&self, name: &str, reason: &str, wait: Duration, now: Instant) -> u64 {
+        let mut state = self.locked();
+        state.command.expire(now);
+        state.command.ask(name, reason, wait, now)
+    }
+
+    /// Takes a request for command back. Errors: it has none.
+    pub fn withdraw(&self, name: &str, reason: &str) -> Result<(), Failure> {
+        if self.locked().command.end(name, Outcome::Withdrawn, Some(name), reason) {
+            return Ok(());
+        }
+        Err(Failure::new(Class::InvalidState, format!("session '{name}' does not ask for command"), "see GET /v1/command: it may have been answered"))
+    }
+
+    /// Hands command over to another session, whether it asked or not. Errors: the session `name` does not command; the other one is not
+    /// there, or may not.
+    pub fn hand_over(&self, name: &str, to: &str) -> Result<(), Failure> {
+        let mut state = self.locked();
+        state.require_holder(name)?;
+        match state.by_name.get(to) {
+            Some(session) if !session.alive => {
+                Err(Failure::new(Class::UnknownName, format!("session '{to}' is lost, and cannot command"), "wait until it has come back"))
+            }
+            Some(session) if session.role < Role::Operate => {
+                let message = format!("session '{to}' has the role {}, and commanding needs operate", session.role.word());
+                Err(Failure::new(Class::NotAllowed, message, "it needs a token of that role").status(axum::http::StatusCode::FORBIDDEN))
+            }
+            Some(_) => {
+                let reason = format!("{} handed it over", state.called(name));
+                state.command.hold(to, Some(name), &reason);
+                Ok(())
+            }
+            None => Err(Failure::new(Class::UnknownName, format!("there is no session '{to}'"), "see GET /v1/sessions")),
+        }
+    }
+
+    /// Declines the request of another session. Errors: the session `name` does not command; the other one does not ask.
+    pub fn decline(&self, name: &str, asking: &str, reason: &str) -> Result<(), Failure> {
+        let mut state = self.locked();
+        state.require_holder(name)?;
+        if state.command.end(asking, Outcome::Declined, Some(name), reason) {
+            return Ok(());
+        }
+        Err(Failure::new(Class::UnknownName, format!("session '{asking}' does not ask for command"), "see the requests of GET /v1/command"))
+    }
+
+    /// What a session's person is called, where that was said.
+    pub fn person(&self, name: &str) -> Option<String> {
+        self.locked().by_name.get(name)?.person.clone()
+    }
+
+    /// Ends the requests whose time has passed. Returns all that have ended since this was asked last.
+    pub fn settle(&self, now: Instant) -> Vec<Settled> {
+        let mut state = self.locked();
+        state.command.expire(now);
+        state.command.untold()
+    }
+
+    /// The name of the session that commands.
+    pub fn holder(&self) -> Option<String> {
+        self.locked().command.holder().map(str::to_owned)
+    }
+
+    /// Who commands, who asks for it, and what became of the last requests.
+    pub fn command(&self, now: Instant) -> Holder {
+        let mut state = self.locked();
+        state.command.expire(now);
+        state.told(now)
+    }
+
+    /// Refuses a command of a session that does not command.
+    pub fn require_command(&self, name: Option<&str>) -> Result<(), Failure> {
+        let state = self.locked();
+        if name.is_some() && state.command.holder() == name {
+            return Ok(());
+        }
+        Err(state.not_commanding("open a session and take command: POST /v1/command"))
+    }
+}

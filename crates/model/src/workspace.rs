@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Workspaces: panels side by side and one above the other, as a program ships them and a person composes them in the studio. Here is their
+//! form, and what is wrong with one by itself; whether what it names is there, the system says.
+mod check;
+
+use crate::definition::Application;
+use crate::value::Value;
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+pub use check::{BUTTONS_MAX, DEPTH_MAX, NAMES_MAX, PANELS_MAX, PLOTS_MAX, SECONDS_MAX, check_workspace};
+
+/// A layout of panels.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Workspace {
+    /// Name among the workspaces of the system.
+    pub name: String,
+    /// What people read; the name where it is empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub title: String,
+    /// What it is for.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub doc: String,
+    /// It is a panel for operators: large buttons and values, and nothing can be changed in it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub operator: bool,
+    pub layout: Region,
+}
+
+/// A part of a layout: a row or a column of regions, tabs, or one panel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Its share of the row or column, relative to its neighbours'; 1 where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<f64>,
+    /// Regions side by side.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub row: Vec<Region>,
+    /// Regions one above the other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub column: Vec<Region>,
+    /// Panels in one place, of which one is seen.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tabs: Vec<Region>,
+    /// What the panel shows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub panel: Option<PanelKind>,
+    /// Heading of the panel; what it shows, where it is empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub title: String,
+    /// Of a plot: SVVs and private cells, each at its full rate.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<String>,
+    /// Of a plot: how long it looks back, s, 0.1 to 600; 10 where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
+    /// Of a table of values.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<ShownValue>,
+    /// Of a scene: the physical device that is drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
+    /// Of a state diagram: the verb.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verb: Option<String>,
+    /// Of buttons: what each starts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub buttons: Vec<Button>,
+}
+
+/// What a panel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum PanelKind {
+    /// Values over time.
+    Plot,
+    /// A machine in 3-D.
+    Scene,
+    /// Present values, with units and limits.
+    Values,
+    /// The state diagram of a verb and its instances.
+    Verb,
+    /// The alarms.
+    Alarms,
+    /// Buttons that start verbs and halt them.
+    Buttons,
+}
+
+impl PanelKind {
+    /// All of them.
+    pub const ALL: [PanelKind; 6] = [PanelKind::Plot, PanelKind::Scene, PanelKind::Values, PanelKind::Verb, PanelKind::Alarms, PanelKind::Buttons];
+
+    /// How a file writes it.
+    pub fn word(self) -> &'static str {
+        match self {
+            PanelKind::Plot => "plot",
+            PanelKind::Scene => "scene",
+            PanelKind::Values => "values",
+            PanelKind::Verb => "verb",
+            PanelKind::Alarms => "alarms",
+            PanelKind::Buttons => "buttons",
+        }
+    }
+}
+
+/// A value of a table: an SVV, a private cell or a channel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ShownValue {
+    pub name: String,
+    /// What people read; the name where it is empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub label: String,
+    /// The lower limit, in the unit of the value: below it the value is marked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub minimum: Option<f64>,
+    /// The upper limit: above it the value is marked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub maximum: Option<f64>,
+}
+
+/// A button that starts a verb, and halts it while it runs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Button {
+    pub label: String,
+    /// Makes an instance of a verb and starts it with these values. Its name, where it has none, is `WORKSPACE.LABEL`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<Application>,
+    /// The instance that is started instead: a program has made it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instance: Option<String>,
+    /// Values of the start of that instance: input parameter to value.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub values: IndexMap<String, Value>,
+}
+
+impl Region {
+    /// The regions in it.
+    pub fn inner(&self) -> impl Iterator<Item = &Region> {
+        self.row.iter().chain(&self.column).chain(&self.tabs)
+    }
+
+    /// Visits every panel, from the first to the last.
+    pub fn panels<'a>(&'a self, visit: &mut impl FnMut(&'a Region, PanelKind)) {
+        if let Some(kind) = self.panel {
+            visit(self, kind);
+        }
+        self.inner().for_each(|region| region.panels(visit));
+    }
+
+    /// What a message calls the panel: its heading, or what it shows.
+    pub fn called(&self) -> String {
+        match (self.title.as_str(), self.panel) {
+            ("", Some(kind)) => format!("panel '{}'", kind.word()),
+            ("", None) => "a region".to_owned(),
+            (title, _) => format!("panel '{title}'"),
+        }
+    }
+}

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is wrong with a workspace by itself: its form, whatever system it is for.
+use super::{Button, PanelKind, Region, ShownValue, Workspace};
+use crate::refusal::{Class, Refusal, Refusals};
+use std::collections::HashSet;
+
+/// Panels of a workspace.
+pub const PANELS_MAX: usize = 64;
+/// Plots of a workspace: each is a subscription of its page.
+pub const PLOTS_MAX: usize = 16;
+/// Rows and columns in each other.
+pub const DEPTH_MAX: usize = 8;
+/// Names of a plot, and values of a table.
+pub const NAMES_MAX: usize = 64;
+/// Buttons of a panel.
+pub const BUTTONS_MAX: usize = 32;
+/// How long a plot looks back at the most, s.
+pub const SECONDS_MAX: f64 = 600.0;
+/// Characters of a name, a title or a label.
+const CHARACTERS_MAX: usize = 100;
+
+/// Returns all that is wrong with the form of a workspace, each with its remedy.
+pub fn check_workspace(of: &Workspace) -> Refusals {
+    let mut check = Check { name: of.name.clone(), refusals: Vec::new(), panels: 0, plots: 0, labels: HashSet::new() };
+    if of.name.trim().is_empty() || !is_line(&of.name) {
+        check.refuse(format!("a workspace cannot be named {:?}", of.name), format!("give 1 to {CHARACTERS_MAX} characters on one line"));
+    }
+    for (what, text) in [("title", &of.title), ("doc", &of.doc)] {
+        if text.chars().any(|c| c.is_control() && c != '\n') || text.chars().count() > 10 * CHARACTERS_MAX {
+            check.refuse(format!("the {what} of workspace '{}' cannot be shown", of.name), "write one short text".to_owned());
+        }
+    }
+    check.region(&of.layout, 1);
+    if check.panels > PANELS_MAX {
+        check.refuse(format!("workspace '{}' has {} panels", of.name, check.panels), format!("at most {PANELS_MAX} are shown; divide it"));
+    }
+    if check.plots > PLOTS_MAX {
+        check.refuse(format!("workspace '{}' has {} plots", of.name, check.plots), format!("at most {PLOTS_MAX} are shown; put several names into one"));
+    }
+    check.refusals
+}
+
+fn is_line(text: &str) -> bool {
+    text.chars().count() <= CHARACTERS_MAX && !text.chars().any(char::is_control)
+}
+
+struct Check {
+    name: String,
+    refusals: Refusals,
+    panels: usize,
+    plots: usize,
+    labels: HashSet<String>,
+}
+
+impl Check {
+    fn refuse(&mut self, message: String, remedy: String) {
+        self.refusals.push(Refusal::new(Class::DefinitionError, message).remedy(remedy));
+    }
+
+    /// Refuses something about a panel.
+    fn wrong(&mut self, of: &Region, what: impl std::fmt::Display, remedy: impl Into<String>) {
+        let message = format!("workspace '{}', {}: {what}", self.name, of.called());
+        self.refuse(message, remedy.into());
+    }
+
+    fn region(&mut self, of: &Region, depth: usize) {
+        let parts = [&of.row, &of.column, &of.tabs].into_iter().filter(|inner| !inner.is_empty()).count() + usize::from(of.panel.is_some());
+        if parts != 1 {
+            let words: Vec<&str> = PanelKind::ALL.iter().map(|kind| kind.word()).collect();
+            let what = if parts == 0 { "it has neither a panel nor regions" } else { "it is more than one of row, column, tabs and panel" };
+            return self.wrong(of, what, format!("write one: \"row\": […], \"column\": […], \"tabs\": […], or \"panel\": one of {}", words.join(", ")));
+        }
+        if depth > DEPTH_MAX {
+            return self.wrong(of, format!("it lies {depth} rows and columns deep"), format!("at most {DEPTH_MAX} are shown"));
+        }
+        if of.share.is_some_and(|share| !(share.is_finite() && (0.01..=100.0).contains(&share))) {
+            self.wrong(of, format!("its share is {}", of.share.unwrap_or_default()), "take 0.01 to 100; its neighbours have 1");
+        }
+        if let Some(inner) = of.tabs.iter().find(|inner| inner.panel.is_none()) {
+            self.wrong(inner, "it is a tab, and is no panel", "put rows and columns around tabs, not into them");
+        }
+        if !is_line(&of.title) {
+            self.wrong(of, "its title cannot be shown", format!("give at most {CHARACTERS_MAX} characters on one line"));
+        }
+        for (has, word, belongs) in [
+            (!of.names.is_empty(), "names", PanelKind::Plot),
+            (of.seconds.is_some(), "seconds", PanelKind::Plot),
+            (!of.values.is_empty(), "values", PanelKind::Values),
+            (of.device.is_some(), "device", PanelKind::Scene),
+            (of.verb.is_some(), "verb", PanelKind::Verb),
+            (!of.buttons.is_empty(), "buttons", PanelKind::Buttons),
+        ] {
+            if has && of.panel != Some(belongs) {
+                self.wrong(of, format!("it has '{word}', which only a panel '{}' has", belongs.word()), format!("leave '{word}' out"));
+            }
+        }
+        match of.panel {
+            Some(kind) => self.panel(of, kind),
+            None => of.inner().for_each(|inner| self.region(inner, depth + 1)),
+        }
+    }
+
+    fn panel(&mut self, of: &Region, kind: PanelKind) {
+        self.panels += 1;
+        match kind {
+            PanelKind::Plot => {
+                self.plots += 1;
+                self.several(of, of.names.len(), "names", "the SVVs that it shows");
+                if of.seconds.is_some_and(|seconds| !(0.1..=SECONDS_MAX).contains(&seconds)) {
+                    self.wrong(of, format!("it looks back {} s", of.seconds.unwrap_or_default()), format!("take 0.1 to {SECONDS_MAX} s"));
+                }
+            }
+            PanelKind::Values => {
+                self.several(of, of.values.len(), "values", "the SVVs that it shows");
+                of.values.iter().for_each(|value| self.value(of, value));
+            }
+            PanelKind::Scene if of.device.is_none() => self.wrong(of, "it names no 'device'", "name the physical device that it draws"),
+            PanelKind::Verb if of.verb.is_none() => self.wrong(of, "it names no 'verb'", "name the verb whose state diagram it shows"),
+            PanelKind::Buttons => {
+                if of.buttons.is_empty() || of.buttons.len() > BUTTONS_MAX {
+                    self.wrong(of, format!("it has {} buttons", of.buttons.len()), format!("give 1 to {BUTTONS_MAX}"));
+                }
+                of.buttons.iter().for_each(|button| self.button(of, button));
+            }
+            _ => {}
+        }
+    }
+
+    fn several(&mut self, of: &Region, count: usize, word: &str, which: &str) {
+        if count == 0 || count > NAMES_MAX {
+            self.wrong(of, format!("it has {count} '{word}'"), format!("name {which}, 1 to {NAMES_MAX}"));
+        }
+    }
+
+    fn value(&mut self, of: &Region, value: &ShownValue) {
+        if !is_line(&value.label) {
+            self.wrong(of, format!("the label of '{}' cannot be shown", value.name), format!("give at most {CHARACTERS_MAX} characters on one line"));
+        }
+        let (low, high) = (value.minimum.unwrap_or(f64::NEG_INFINITY), value.maximum.unwrap_or(f64::INFINITY));
+        // Not ordered either: a limit that is no number.
+        if low.partial_cmp(&high).is_none_or(std::cmp::Ordering::is_ge) {
+            self.wrong(of, format!("the limits of '{}' are {low} and {high}", value.name), "the minimum lies below the maximum");
+        }
+    }
+
+    fn button(&mut self, of: &Region, button: &Button) {
+        let label = &button.label;
+        if label.trim().is_empty() || !is_line(label) {
+            self.wrong(of, format!("a button has the label {label:?}"), format!("give 1 to {CHARACTERS_MAX} characters on one line"));
+        } else if !self.labels.insert(label.clone()) {
+            self.wrong(of, format!("there are two buttons '{label}'"), "the name of what a button starts is its label: give each another");
+        }
+        match (&button.start, &button.instance) {
+            (Some(_), None) if button.values.is_empty() => {}
+            (Some(_), None) => self.wrong(of, format!("button '{label}' has 'values' beside 'start'"), "write them into 'start'"),
+            (None, Some(_)) => {}
+            (Some(_), Some(_)) => self.wrong(of, format!("button '{label}' has 'start' and 'instance'"), "give one of them"),
+            (None, None) => self.wrong(of, format!("button '{label}' starts nothing"), "give 'start' with a verb, or 'instance' with the name of one"),
+        }
+    }
+}

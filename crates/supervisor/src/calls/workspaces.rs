@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Workspaces: keeping them, and whether what they name is there.
+use crate::observation::workspaces::WorkspaceAbout;
+use crate::refuse::unknown;
+use crate::system::System;
+use model::definition::Application;
+use model::refusal::{Refusal, Refusals};
+use model::workspace::{Button, PanelKind, Region, Workspace, check_workspace};
+
+impl System {
+    /// Enters a workspace that a program ships. What it names need not be there; [`System::check_workspace`] says so.
+    pub fn ship_workspace(&self, workspace: Workspace) -> Result<(), Refusals> {
+        self.enter_workspace(workspace, true)
+    }
+
+    /// Enters a workspace that a person keeps.
+    pub fn keep_workspace(&self, workspace: Workspace) -> Result<(), Refusals> {
+        self.enter_workspace(workspace, false)
+    }
+
+    fn enter_workspace(&self, workspace: Workspace, shipped: bool) -> Result<(), Refusals> {
+        let wrong = check_workspace(&workspace);
+        if !wrong.is_empty() {
+            return Err(wrong);
+        }
+        self.shared.command(|core| core.observation.workspaces.enter(workspace, shipped))
+    }
+
+    /// Removes a workspace that a program has shipped.
+    pub fn withdraw_workspace(&self, name: &str) -> Result<(), Refusals> {
+        self.shared.command(|core| core.observation.workspaces.remove(name, true))
+    }
+
+    /// Removes a workspace that a person keeps.
+    pub fn forget_workspace(&self, name: &str) -> Result<(), Refusals> {
+        self.shared.command(|core| core.observation.workspaces.remove(name, false))
+    }
+
+    /// The workspaces, each in one line.
+    pub fn workspaces(&self) -> Vec<WorkspaceAbout> {
+        self.shared.locked().observation.workspaces.list()
+    }
+
+    /// One workspace.
+    pub fn workspace(&self, name: &str) -> Result<Workspace, Refusals> {
+        self.shared.locked().observation.workspaces.get(name).cloned()
+    }
+
+    /// All that is wrong with a workspace here and now: its form, and what it names and is not there.
+    pub fn check_workspace(&self, workspace: &Workspace) -> Refusals {
+        let mut found = check_workspace(workspace);
+        if found.is_empty() {
+            workspace.layout.panels(&mut |region, kind| {
+                let at = format!("workspace '{}', {}", workspace.name, region.called());
+                found.extend(self.check_panel(region, kind).into_iter().map(|refusal| told_of(&at, refusal)));
+            });
+        }
+        found
+    }
+
+    fn check_panel(&self, of: &Region, kind: PanelKind) -> Refusals {
+        let mut found = Vec::new();
+        let names = of.names.iter().chain(of.values.iter().map(|value| &value.name));
+        found.extend(names.filter_map(|name| self.svv_about(name).err()).flatten());
+        if let (PanelKind::Scene, Some(device)) = (kind, &of.device) {
+            let core = self.shared.locked();
+            if !core.registry.physical.contains_key(device) {
+                found.extend(unknown("physical device", device, core.registry.physical.keys().map(String::as_str)));
+            }
+        }
+        found.extend(of.verb.iter().filter_map(|verb| self.verb_form(verb).err()).flatten());
+        for button in &of.buttons {
+            let at = format!("button '{}'", button.label);
+            found.extend(self.check_button(button).into_iter().map(|refusal| told_of(&at, refusal)));
+        }
+        found
+    }
+
+    /// A button: whether what it starts could be started, as far as the names, types, units and ranges of it go.
+    fn check_button(&self, button: &Button) -> Refusals {
+        if let Some(application) = &button.start {
+            let checked = self.check(application).err().unwrap_or_default();
+            return if checked.is_empty() { self.check_values(application) } else { checked };
+        }
+        let Some(name) = &button.instance else { return Vec::new() };
+        let verb = {
+            let core = self.shared.locked();
+            match core.instances.values().find(|instance| instance.name == *name) {
+                Some(instance) => instance.plan.verb.clone(),
+                None => return unknown("verb instance", name, core.instances.values().map(|instance| instance.name.as_str())),
+            }
+        };
+        self.check_values(&Application { verb, values: button.values.clone(), ..Application::default() })
+    }
+
+    /// The values of a start: each is an input of the verb, and those that are needed are there.
+    fn check_values(&self, application: &Application) -> Refusals {
+        let form = match self.verb_form(&application.verb) {
+            Ok(form) => form,
+            Err(refusals) => return refusals,
+        };
+        let known = || form.inputs.iter().map(|input| input.name.as_str());
+        let strange = application.values.keys().filter(|name| !known().any(|input| input == *name));
+        let mut found: Refusals = strange.flat_map(|name| unknown(&format!("input parameter of verb '{}'", form.name), name, known())).collect();
+        for input in form.inputs.iter().filter(|input| input.required && !application.values.contains_key(&input.name)) {
+            let message = format!("input parameter '{}' of verb '{}' has no value", input.name, form.name);
+            found.push(Refusal::new(model::refusal::Class::DefinitionError, message).remedy("give it one in 'values'"));
+        }
+        found
+    }
+}
+
+/// A refusal with what it is about before it.
+fn told_of(at: &str, mut refusal: Refusal) -> Refusal {
+    refusal.message = format!("{at}: {}", refusal.message);
+    refusal
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The workspaces of a system: those that programs ship, and those that people keep. Neither takes the place of the other.
+use crate::refuse::{refuse, unknown};
+use indexmap::IndexMap;
+use model::refusal::{Class, Refusals};
+use model::workspace::Workspace;
+use serde::Serialize;
+
+/// Workspaces of a system.
+pub const WORKSPACES_MAX: usize = 64;
+
+/// A workspace in one line.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct WorkspaceAbout {
+    pub name: String,
+    pub title: String,
+    pub doc: String,
+    /// It is a panel for operators.
+    pub operator: bool,
+    /// A program has shipped it: people do not change it.
+    pub shipped: bool,
+    /// Another one whenever it has been changed.
+    pub revision: u64,
+}
+
+struct Kept {
+    workspace: Workspace,
+    shipped: bool,
+    revision: u64,
+}
+
+/// All workspaces, by their names.
+#[derive(Default)]
+pub(crate) struct Workspaces {
+    by_name: IndexMap<String, Kept>,
+    last: u64,
+}
+
+impl Workspaces {
+    /// Enters a workspace, in the place of the one of that name. Errors: the other kind has that name; there are too many.
+    pub fn enter(&mut self, workspace: Workspace, shipped: bool) -> Result<(), Refusals> {
+        let name = &workspace.name;
+        match self.by_name.get(name) {
+            Some(kept) if kept.shipped && !shipped => {
+                return Err(refuse(Class::InUse, format!("workspace '{name}' is one that a program has shipped"), "keep this one under another name"));
+            }
+            Some(kept) if shipped && !kept.shipped => {
+                return Err(refuse(Class::InUse, format!("workspace '{name}' is one that a person keeps"), "ship it under another name, or forget that one"));
+            }
+            None if self.by_name.len() == WORKSPACES_MAX => {
+                return Err(refuse(Class::LimitExceeded, format!("there are {WORKSPACES_MAX} workspaces already"), "forget one"));
+            }
+            _ => {}
+        }
+        self.last += 1;
+        self.by_name.insert(name.clone(), Kept { workspace, shipped, revision: self.last });
+        Ok(())
+    }
+
+    /// Removes a workspace of this kind. Errors: there is none, or it is of the other kind.
+    pub fn remove(&mut self, name: &str, shipped: bool) -> Result<(), Refusals> {
+        if self.known(name)?.shipped != shipped {
+            let (is, remedy) = if shipped { ("that a person keeps", "forget it") } else { ("that a program has shipped", "the program withdraws it") };
+            return Err(refuse(Class::InUse, format!("workspace '{name}' is one {is}"), remedy));
+        }
+        self.by_name.shift_remove(name);
+        Ok(())
+    }
+
+    pub fn get(&self, name: &str) -> Result<&Workspace, Refusals> {
+        Ok(&self.known(name)?.workspace)
+    }
+
+    pub fn list(&self) -> Vec<WorkspaceAbout> {
+        let about = |kept: &Kept| WorkspaceAbout {
+            name: kept.workspace.name.clone(),
+            title: kept.workspace.title.clone(),
+            doc: kept.workspace.doc.clone(),
+            operator: kept.workspace.operator,
+            shipped: kept.shipped,
+            revision: kept.revision,
+        };
+        self.by_name.values().map(about).collect()
+    }
+
+    fn known(&self, name: &str) -> Result<&Kept, Refusals> {
+        self.by_name.get(name).ok_or_else(|| unknown("workspace", name, self.by_name.keys().map(String::as_str)))
+    }
+}

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Who commands a remote system: asking for command, answering who asks."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from .. import _native
+from ..errors import CallError, ConnectionLost, NotCommanding, ValueRefused, refusals, refuse
+from ..quantities import Quantity, duration_ns, duration_text
+
+LOOK_S = 0.1
+"""How often it is looked whether a request for command was answered."""
+
+Ask = Callable[[str, str, Any], Any]
+"""A request of the session: method, path, body."""
+
+
+@dataclass(frozen=True)
+class CommandRequest:
+    """A session that asks for command: `name`, its caller `who`, its `person`, its `reason`, and how many seconds it still waits."""
+
+    number: int
+    name: str
+    who: str
+    person: str | None
+    reason: str
+    left_s: float
+
+    def __str__(self) -> str:
+        why = f": {self.reason}" if self.reason else ""
+        return f"session '{self.name}' of {self.person or self.who} asks for command{why} (waits {self.left_s:.0f} s more)"
+
+
+@dataclass(frozen=True)
+class Commanding:
+    """Who commands: the session `holder`, its caller `who`, its `person`; and the `requests` of those who ask, oldest first."""
+
+    holder: str | None
+    who: str | None
+    person: str | None
+    requests: tuple[CommandRequest, ...]
+
+    def __str__(self) -> str:
+        first = f"session '{self.holder}' of {self.person or self.who} commands" if self.holder else "no session commands"
+        return "\n".join([first, *map(str, self.requests)])
+
+
+def commanding(told: Mapping[str, Any]) -> Commanding:
+    """What the system tells of command, as an object."""
+    fields = ("number", "name", "who", "person", "reason")
+    asks = tuple(CommandRequest(**{field: one[field] for field in fields}, left_s=one["left_ms"] / 1e3) for one in told["requests"])
+    return Commanding(told["holder"], told["who"], told["person"], asks)
+
+
+def asked_for(ask: Ask, name: str, reason: str, timeout: Quantity) -> None:
+    """Asks for command as the session of that name, and waits until it has it. Raises `NotCommanding` where it does not get it."""
+    wait_ns = duration_ns(timeout, "timeout")
+    if not 1e9 <= wait_ns <= 600e9:
+        refuse(ValueRefused, f"the timeout of a request for command is {timeout!r}", "give 1 s to 10 min")
+    with refusals:
+        told = ask("POST", "/v1/command/request", {"reason": reason, "wait_ms": wait_ns // 1_000_000})
+    mine = [*told["requests"], *told["settled"]]
+    number = max((one["number"] for one in mine if one["name"] == name), default=0)
+    try:
+        while not _settled(told, number, name, wait_ns):
+            time.sleep(LOOK_S)
+            with refusals:
+                told = ask("GET", "/v1/command", None)
+    except (NotCommanding, ConnectionLost):
+        raise
+    except BaseException:
+        _withdraw(ask, name)
+        raise
+
+
+def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> bool:
+    """Whether the request of that number was granted. Raises where it ended otherwise."""
+    if told["holder"] == name:
+        return True
+    ended = [one for one in told["settled"] if one["number"] == number]
+    if not ended:
+        if any(one["number"] == number for one in told["requests"]):
+            return False
+        refuse(NotCommanding, f"the request of session '{name}' for command is not known any more", "ask again")
+    outcome, by, reason = ended[0]["outcome"], ended[0]["by"], ended[0]["reason"]
+    holder = f"session '{told['holder']}' of {told['person'] or told['who']}" if told["holder"] else "no session"
+    if outcome == "timed_out":
+        refuse(
+            NotCommanding, f"nobody answered the request for command within {duration_text(wait_ns)}: {holder} commands", "ask its person"
+        )
+    if outcome == "granted":
+        refuse(NotCommanding, f"command was granted to session '{name}' and taken from it again: {holder} commands", "ask again")
+    by = f" by session '{by}'" if by and by != name else ""
+    refuse(
+        NotCommanding, f"the request for command was {outcome}{by}{f': {reason}' if reason else ''}", f"{holder} commands; ask again later"
+    )
+
+
+def _withdraw(ask: Ask, name: str) -> None:
+    """Takes the request back, and command too where it was granted meanwhile: nobody waits for it any more."""
+    with contextlib.suppress(ConnectionLost):
+        try:
+            ask("DELETE", "/v1/command/request", {"reason": f"session '{name}' waits no longer"})
+        except _native.Refused:
+            with contextlib.suppress(_native.Refused):
+                ask("DELETE", "/v1/command", None)
+
+
+def name_of(session: object) -> str:
+    """The name of a session: of its request, or itself."""
+    if isinstance(session, CommandRequest):
+        return session.name
+    if not isinstance(session, str):
+        refuse(
+            CallError,
+            f"the session that command goes to is {session!r}",
+            "give one of session.command.requests, or a name of session.sessions",
+        )
+    return session
