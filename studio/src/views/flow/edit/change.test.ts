@@ -1,8 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { addBlock, addBoundary, allSets, connect, disconnect, removeBlock, renameBlock, renameSet, setWith } from "./change";
+import {
+  addBlock,
+  addBoundary,
+  allSets,
+  connect,
+  disconnect,
+  removeBlock,
+  renameBlock,
+  renameSet,
+  setDivide,
+  setRequirement,
+  setWith,
+} from "./change";
 import { type Draft, newGraph, newVerb } from "./definition";
 import type { Face, Item } from "./faces";
+import { renameRequirement } from "./rename";
 
 function item(name: string, kind: Item["kind"]): Item {
   return { name, kind, mode: "synchronous", type_text: "double", unit: "", doc: "", has_default: false };
@@ -91,6 +104,7 @@ test("what names a block follows its label, and goes with it", () => {
       },
       conditions: { done: { on: ["a.done"], returns: null, raises: false, during: [], priority: 0 } },
       output_values: { result: "a.y" },
+      suspend: { holding: [{ set: "a.k", until: "a.done" }] },
     },
   };
   const renamed = renameBlock(draft, "a", "first");
@@ -99,4 +113,18 @@ test("what names a block follows its label, and goes with it", () => {
   expect(renameBlock(draft, "a", "b")).toBe(draft);
   const gone = removeBlock(draft, "a");
   expect(JSON.stringify(gone)).not.toMatch(/"a[."]/);
+});
+
+test("a part of the rate of a graph goes with its block; requirements are set, renamed and removed", () => {
+  const divided = setDivide(with3(newGraph("g")), "a", 5);
+  const divide = (draft: Draft) => (draft.kind === "graph" ? draft.of.divide : undefined);
+  expect(divide(renameBlock(divided, "a", "slow"))).toEqual({ slow: 5 });
+  expect(divide(removeBlock(divided, "a"))).toEqual({});
+  expect(divide(setDivide(divided, "a", undefined))).toEqual({});
+
+  const required = setRequirement(newVerb("v"), "arm.homed", { raises: "NotHomed", when: "arm.needs_home" });
+  if (required.kind !== "verb") throw new Error("a verb is wanted");
+  const renamed = renameRequirement(required, "arm.homed", "arm.ready");
+  expect(renamed.of.requires).toEqual({ "arm.ready": { raises: "NotHomed", when: "arm.needs_home" } });
+  expect((setRequirement(renamed, "arm.ready", null) as typeof renamed).of.requires).toEqual({});
 });
