@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import lines
 import open_bars
-from rows import ethercat, hal, hosts, jitter, kernel, planned, processes, recording, remote, servos, verbs, virtual_clock
+from rows import ethercat, hal, hosts, jitter, kernel, planned, processes, python_blocks, recording, remote, servos, verbs, virtual_clock
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "hosts": lambda options: hosts.measure(options.rounds),
     "ethercat": lambda options: ethercat.measure(options.rounds, options.quick),
     "servos": lambda options: servos.measure(options.rounds, options.quick),
+    "python": lambda options: python_blocks.measure(options.rounds),
     "virtual": lambda options: virtual_clock.measure(options.rounds),
 }
 

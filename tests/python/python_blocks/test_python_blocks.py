@@ -4,7 +4,6 @@
 import importlib
 import math
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated as A
 from typing import Any
@@ -90,27 +89,6 @@ def test_items_of_each_kind() -> None:
 @pytest.mark.parametrize("i", [0, 3, 10**9])
 def test_what_raises_in_python_is_a_fault(i: int) -> None:
     assert pick.run(i=[1, i], q=[1.0, 2.0, 3.0]).fault["invocation"] == 1
-
-
-def _moved(source: Callable[[gpac.System], gpac.Source], clock: str) -> list[float]:
-    cell = gpac.System("cell", clock=clock)
-    fast = cell.processor("rtp0").timer("fast", period="2 ms", priority=80)
-    there = source(cell)
-    verb = gpac.Verb("divided",
-        blocks={"noise": lib.noise(seed=7), "filter": wander, "clock": lib.time_limit(limit=0.1)},
-        instantiation_parameters={"y": "filter.y", "n": "filter.n"}, cells={"u": ["noise.y", "filter.u"]},
-        command_lists={"start": [activate("filter"), activate("noise", every="2 ms"), activate("clock", every="2 ms")]},
-        conditions={"over": on("clock.expired", returns=[])})  # fmt: skip
-    y = cell.svv("y", unit="rad", history=100)
-    with cell:
-        verb.on({"noise": fast, "clock": fast, "filter": there})(y, cell.svv("n", int))
-        return y.history[:]["value"][:40].tolist()
-
-
-def test_the_same_values_in_a_process_and_under_the_virtual_clock() -> None:
-    alone = _moved(lambda cell: cell.processor("rtp1").software("there", priority=70), "virtual")
-    apart = _moved(lambda cell: cell.processor("rtp1", process=True).software("there", priority=70), "monotonic")
-    assert len(alone) == 40 and alone == apart
 
 
 def _defined(path: Path, text: str) -> dict[str, Any]:
