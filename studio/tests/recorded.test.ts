@@ -82,6 +82,28 @@ test("from a condition to the pose of the arm in two clicks, with the value that
   expect(await cursor(page)).toBeCloseTo(said.conditions[1]?.time_s ?? 0, 6);
 });
 
+test("the path of the tool, a ghost of what is commanded and frames are drawn at the cursor", async () => {
+  const { page } = studio;
+  const beside = page.getByRole("group", { name: "Drawn beside the machine" });
+  await beside.getByLabel("Path").selectOption("5");
+  await beside.getByLabel("Ghost").selectOption("commanded");
+  await beside.getByLabel("frames").check();
+  const stage = page.locator('.stage[data-ghost="commanded"]');
+  await stage.waitFor();
+  // The joint sways by 0.4 rad within these 10 s: the tool has been at many places.
+  await expect.poll(async () => Number(await stage.getAttribute("data-path"))).toBeGreaterThan(20);
+  await press(page, "Next condition");
+  await expect.poll(async () => Number(await stage.getAttribute("data-path"))).toBeGreaterThan(20);
+  await shoot(page, "recorded-path");
+  await press(page, "Previous condition");
+  await beside.getByLabel("Path").selectOption("0");
+  await beside.getByLabel("Ghost").selectOption("goal");
+  await page.locator('.stage[data-ghost="goal"]').waitFor();
+  await beside.getByLabel("Ghost").selectOption("");
+  await beside.getByLabel("frames").uncheck();
+  await page.locator(".stage:not([data-ghost]):not([data-path])").waitFor();
+});
+
 test("at every time the views have the values of gpac.open_recording", async () => {
   const { page } = studio;
   const shown = page.locator(`[data-live="${said.name}"]`).first();

@@ -6,8 +6,13 @@ import { Panel, Refusals } from "../../design/parts";
 import { Age } from "../../live/Age";
 import { MOVE_MS } from "../../live/values";
 import { useControl } from "../../shell/context";
+import { drawBeside, type Scene } from "./beside";
 import { buildMachine } from "./machine";
+import { type Drawn, PathAndGhost } from "./PathAndGhost";
 import { Stage, type Viewpoint } from "./stage";
+import { toolOf } from "./trail";
+
+const NOTHING: Drawn = { path_s: 0, body: null, ghost: null, frames: false };
 
 /** A physical device that has a shape, drawn as it stands now. Nothing where it has none. */
 export default function Machine(props: { device: string; lost: string | null }) {
@@ -19,6 +24,9 @@ export default function Machine(props: { device: string; lost: string | null }) 
   const [still, setStill] = useState<string[]>([]);
   const [isPlaced, setPlaced] = useState(false);
   const [trouble, setTrouble] = useState<Refusal[]>([]);
+  const [scene, setScene] = useState<Scene | null>(null);
+  const [drawn, setDrawn] = useState(NOTHING);
+  const [undrawn, setUndrawn] = useState<Refusal[]>([]);
 
   useEffect(() => {
     let over = false;
@@ -53,32 +61,48 @@ export default function Machine(props: { device: string; lost: string | null }) 
     stage.current = drawn;
     setStill(machine.still);
     // Until it is told where each joint stands it is not shown: the pose of the model is that of no machine.
-    const untold = new Set(machine.joints.map((joint) => joint.svv));
+    const untold = new Set([...machine.joints, ...machine.free].map((joint) => joint.svv));
     const show = () => {
       machine.root.visible = untold.size === 0;
       setPlaced(machine.root.visible);
       drawn.draw();
     };
     show();
-    const ends = machine.joints.map((joint) =>
+    const moved = [
+      ...machine.joints.map(({ name, svv, move }) => ({
+        name,
+        svv,
+        put: (value: unknown) => typeof value === "number" && done(move, value),
+      })),
+      ...machine.free.map(({ name, svv, place }) => ({ name, svv, put: (value: unknown) => isPose(value) && done(place, value) })),
+    ];
+    const ends = moved.map((joint) =>
       control.values.watch(
         joint.svv,
         (reading, missing) => {
-          if (typeof reading?.value === "number") joint.move(reading.value);
-          else if (missing) setStill((before) => [...new Set([...before, joint.name])]);
-          else return;
+          if (missing) setStill((before) => [...new Set([...before, joint.name])]);
+          else if (!reading || !joint.put(reading.value)) return;
           if (untold.delete(joint.svv)) show();
           else drawn.draw();
         },
         MOVE_MS,
       ),
     );
+    setScene({ control, geometry, machine, stage: drawn, told: place.current.dataset });
     return () => {
       for (const end of ends) end();
+      setScene(null);
       drawn.dispose();
       stage.current = null;
     };
   }, [control, geometry]);
+
+  useEffect(() => {
+    if (!scene) return;
+    setUndrawn([]);
+    const body = drawn.body ?? toolOf(scene.geometry);
+    return drawBeside(scene, { ...drawn, body }, (why) => setUndrawn(refusalsOf(why)));
+  }, [scene, drawn]);
 
   if (!geometry && trouble.length === 0) return null;
   return (
@@ -92,7 +116,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
       ))}
       flush
     >
-      <Refusals of={trouble} />
+      <Refusals of={[...trouble, ...undrawn]} />
       {props.lost !== null && (
         <p className="stage-note wrong">
           Lost: it stands here as it was told last. <Age of={geometry ? jointsOf(geometry) : []} />
@@ -106,11 +130,29 @@ export default function Machine(props: { device: string; lost: string | null }) 
         aria-label={`${device} as it stands at the time that is shown; its joints stand in the table of the devices`}
       />
       {geometry && !isPlaced && <p className="stage-note quiet small">Waiting to hear where it stands…</p>}
+      {geometry && (
+        <PathAndGhost
+          of={geometry}
+          drawn={{ ...drawn, body: drawn.body ?? toolOf(geometry) }}
+          put={setDrawn}
+          isRecorded={control.past !== null}
+        />
+      )}
       {still.length > 0 && (
         <p className="stage-note quiet small">Drawn where the model has them, because nobody tells where they are: {still.join(", ")}</p>
       )}
     </Panel>
   );
+}
+
+function done<T>(move: (to: T) => void, to: T): true {
+  move(to);
+  return true;
+}
+
+/** x, y, z, then w x y z. */
+function isPose(value: unknown): value is number[] {
+  return Array.isArray(value) && value.length === 7 && value.every((one) => typeof one === "number");
 }
 
 function jointsOf(geometry: Geometry): string[] {

@@ -89,3 +89,22 @@ test("a joint that nobody tells of stays, and is named", () => {
   expect(machine.still).toEqual(["ball"]);
   expect(place(machine)).toEqual([0, 0, 1.5]);
 });
+
+test("a free body stands where its pose says, in the world", () => {
+  const free = {
+    name: "ball",
+    kind: "free" as const,
+    axis: [0, 0, 1] as [number, number, number],
+    position: [0, 0, 0] as [number, number, number],
+    reference: null,
+    svv: "cell.ball.pose",
+  };
+  const machine = buildMachine({
+    bodies: [body("world", null, 0), { ...body("ball", "world", 1), joints: [free], geoms: [geom] }],
+    meshes: [],
+  });
+  expect(machine.still).toEqual([]);
+  machine.free[0]?.place([1, 2, 3, Math.SQRT1_2, Math.SQRT1_2, 0, 0]);
+  // Turned about x, what was above it lies at its side.
+  expect(place(machine)).toEqual([1, 1.5, 3]);
+});

@@ -24,14 +24,18 @@ export interface BuiltMachine {
   root: Group;
   /** Moves the joint whose position this name has; rad or m. */
   joints: { name: string; svv: string; move: (position: number) => void }[];
+  /** Puts the body of a free joint where this name has it: x, y, z in m, then w x y z. */
+  free: { name: string; svv: string; place: (pose: readonly number[]) => void }[];
   /** Joints whose position nobody tells: they stay as the model was drawn. */
   still: string[];
+  /** What moves with each body, by the body's name. */
+  bodies: ReadonlyMap<string, Object3D>;
 }
 
 export function buildMachine(geometry: Geometry): BuiltMachine {
   const root = new Group();
-  const built: BuiltMachine = { root, joints: [], still: [] };
   const inner = new Map<string, Object3D>();
+  const built: BuiltMachine = { root, joints: [], free: [], still: [], bodies: inner };
   const meshes = geometry.meshes.map(meshGeometry);
   for (const body of geometry.bodies) {
     const outer = new Group();
@@ -39,7 +43,7 @@ export function buildMachine(geometry: Geometry): BuiltMachine {
     turn(outer, body.quaternion);
     ((body.parent !== null && inner.get(body.parent)) || root).add(outer);
     let inside: Object3D = outer;
-    for (const joint of body.joints) inside = addJoint(inside, joint, built);
+    for (const joint of body.joints) inside = addJoint(inside, joint, built, outer);
     for (const geom of body.geoms) {
       const shape = shapeOf(geom, meshes);
       if (shape) inside.add(shape);
@@ -54,9 +58,18 @@ function turn(object: Object3D, [w, x, y, z]: [number, number, number, number]):
 }
 
 /** What moves by a joint hangs on what is returned. */
-function addJoint(on: Object3D, joint: GeometryJoint, built: BuiltMachine): Object3D {
+function addJoint(on: Object3D, joint: GeometryJoint, built: BuiltMachine, body: Object3D): Object3D {
   const moved = new Group();
   on.add(moved);
+  if (joint.kind === "free" && joint.svv !== null) {
+    // Its pose is that in the world, on which such a body stands.
+    const place = ([x = 0, y = 0, z = 0, w = 1, i = 0, j = 0, k = 0]: readonly number[]) => {
+      body.position.set(x, y, z);
+      turn(body, [w, i, j, k]);
+    };
+    built.free.push({ name: joint.name, svv: joint.svv, place });
+    return moved;
+  }
   if (joint.svv === null || (joint.kind !== "hinge" && joint.kind !== "slide")) {
     built.still.push(joint.name);
     return moved;

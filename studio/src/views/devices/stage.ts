@@ -69,6 +69,17 @@ export class Stage {
     });
   }
 
+  /** Adds something beside the machine; who adds it frees it. */
+  add(object: Object3D): void {
+    this.#scene.add(object);
+    this.draw();
+  }
+
+  remove(object: Object3D): void {
+    this.#scene.remove(object);
+    this.draw();
+  }
+
   look(from: Viewpoint | "corner"): void {
     const seen = new Box3().setFromObject(this.#machine);
     const sphere = seen.getBoundingSphere(new Sphere());

@@ -3,7 +3,7 @@ import { type KeyboardEvent, memo, useCallback, useEffect, useLayoutEffect, useR
 import type { Past } from "../../control/source";
 import { seconds } from "../../design/numbers";
 import { BAD_KINDS, type Line, linesUntil, WARN_KINDS } from "./lines";
-import { broughtIntoSight, rowsInSight, type Sight } from "./sight";
+import { BEYOND, broughtIntoSight, rowsInSight, type Sight } from "./sight";
 
 /** The height of a line, px; where there is little room it has two rows. */
 const [WIDE, NARROW] = [24, 44];
@@ -55,7 +55,7 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
     return () => resized.disconnect();
   }, [see]);
 
-  const [first, last] = rowsInSight(sight, lines.length, LINE);
+  const [first, last] = rowsInSight(sight, lines.length, LINE, past ? BEYOND.jumped : BEYOND.scrolled);
 
   const step = (event: KeyboardEvent) => {
     const by = { ArrowDown: 1, ArrowUp: -1 }[event.key];

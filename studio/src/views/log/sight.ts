@@ -7,13 +7,13 @@ export interface Sight {
   height: number;
 }
 
-/** Rows drawn beyond what is seen. */
-const BEYOND = 6;
+/** Rows drawn beyond what is seen: so many that a wheel shows no empty place, and one where a cursor that jumps brings all others anyway. */
+export const BEYOND = { scrolled: 6, jumped: 1 };
 
 /** The rows that are drawn: from the first, up to but not including the second. */
-export function rowsInSight(sight: Sight, rows: number, row_px: number): [number, number] {
-  const first = Math.max(0, Math.floor(sight.top / row_px) - BEYOND);
-  return [first, Math.min(rows, Math.ceil((sight.top + sight.height) / row_px) + BEYOND)];
+export function rowsInSight(sight: Sight, rows: number, row_px: number, beyond: number): [number, number] {
+  const first = Math.max(0, Math.floor(sight.top / row_px) - beyond);
+  return [first, Math.min(rows, Math.ceil((sight.top + sight.height) / row_px) + beyond)];
 }
 
 /** What is seen once a row is: the same where it is seen already, else with the row in the middle. */

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Geometry } from "../../control/shapes";
+import { Choice } from "../scope/Choice";
+import { AIMS, type Aim } from "./ghost";
+
+/** What is drawn beside the machine. */
+export interface Drawn {
+  /** So far before the cursor, of a recording behind it too, s; 0: no path. */
+  path_s: number;
+  body: string | null;
+  ghost: Aim | null;
+  frames: boolean;
+}
+
+const SPANS_S = [0, 1, 5, 20, 60];
+
+/** Chooses what is drawn beside the machine: a path, a ghost, frames. */
+export function PathAndGhost(props: { of: Geometry; drawn: Drawn; put: (drawn: Drawn) => void; isRecorded: boolean }) {
+  const { of, drawn, put } = props;
+  return (
+    <div className="row stage-tools" role="group" aria-label="Drawn beside the machine">
+      <Choice
+        label="Path"
+        value={String(drawn.path_s)}
+        title={props.isRecorded ? "So far before the cursor, and fainter behind it" : "So far back"}
+        put={(path) => put({ ...drawn, path_s: Number(path) })}
+      >
+        {SPANS_S.map((span) => (
+          <option key={span} value={span}>
+            {span === 0 ? "none" : `${span} s`}
+          </option>
+        ))}
+      </Choice>
+      {drawn.path_s > 0 && (
+        <Choice label="of" value={drawn.body ?? ""} put={(body) => put({ ...drawn, body })}>
+          {of.bodies.slice(1).map(({ name }) => (
+            <option key={name}>{name}</option>
+          ))}
+        </Choice>
+      )}
+      <Choice
+        label="Ghost"
+        value={drawn.ghost ?? ""}
+        title="The machine where its joints are to be"
+        put={(ghost) => put({ ...drawn, ghost: AIMS.find((aim) => aim === ghost) ?? null })}
+      >
+        <option value="">none</option>
+        {AIMS.map((aim) => (
+          <option key={aim}>{aim}</option>
+        ))}
+      </Choice>
+      <label>
+        <input type="checkbox" checked={drawn.frames} onChange={(event) => put({ ...drawn, frames: event.target.checked })} /> frames
+      </label>
+    </div>
+  );
+}

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is drawn beside a machine: frames of its bodies, a ghost where it is to be, the path of a body. All of it stands at the cursor.
+import { AxesHelper, Box3, BufferGeometry, Color, Group, Line, LineBasicMaterial, Sphere, Vector3 } from "three";
+import type { Geometry } from "../../control/shapes";
+import type { Source } from "../../control/source";
+import { colour } from "../../design/colours";
+import { MOVE_MS } from "../../live/values";
+import { type Aim, aimed, buildGhost } from "./ghost";
+import { type BuiltMachine, disposeMachine } from "./machine";
+import type { Drawn } from "./PathAndGhost";
+import type { Stage } from "./stage";
+import { LivePath, type Place, placeOf, RecordedPath } from "./trail";
+
+export interface Scene {
+  control: Source;
+  geometry: Geometry;
+  machine: BuiltMachine;
+  stage: Pick<Stage, "add" | "remove" | "draw">;
+  /** Told what is drawn by now: places of the path, whether the ghost stands. */
+  told: DOMStringMap;
+}
+
+/** Draws it until the answer is called. `failed`: what could not be drawn, and why. */
+export function drawBeside(scene: Scene, drawn: Drawn, failed: (why: unknown) => void): () => void {
+  const over = new AbortController();
+  const ends: (() => void)[] = [];
+  if (drawn.frames) ends.push(drawFrames(scene));
+  if (drawn.path_s > 0 && drawn.body !== null) ends.push(drawPath(scene, drawn.body, drawn.path_s * 1e9, over.signal, failed));
+  if (drawn.ghost) drawGhost(scene, drawn.ghost, over.signal).then((end) => (over.signal.aborted ? end() : ends.push(end)), failed);
+  return () => {
+    over.abort();
+    for (const end of ends) end();
+    scene.stage.draw();
+  };
+}
+
+function drawFrames({ machine, stage }: Scene): () => void {
+  const { radius } = new Box3().setFromObject(machine.root).getBoundingSphere(new Sphere());
+  const frames = [...machine.bodies.values()].map((body) => {
+    const axes = new AxesHelper(radius > 0 ? 0.15 * radius : 0.1);
+    body.add(axes);
+    return axes;
+  });
+  stage.draw();
+  return () => {
+    for (const axes of frames) {
+      axes.removeFromParent();
+      axes.dispose();
+    }
+  };
+}
+
+async function drawGhost({ control, geometry, stage, told }: Scene, aim: Aim, signal: AbortSignal): Promise<() => void> {
+  const { past } = control;
+  const svvs = past ? null : new Set((await control.look("names", {}, signal)).svvs);
+  const known = (name: string) => (past ? past.channel(name) !== undefined : (svvs?.has(name) ?? false));
+  const there = aimed(geometry, aim, control.topics.installed.get()?.instances ?? [], known);
+  if (!there) throw new Error(`no joint of this machine has a '${aim}' that is known here`);
+  const ghost = buildGhost(there);
+  const untold = new Set(ghost.joints.map((joint) => joint.svv));
+  ghost.root.visible = false;
+  stage.add(ghost.root);
+  const ends = ghost.joints.map((joint) =>
+    control.values.watch(
+      joint.svv,
+      (reading) => {
+        if (typeof reading?.value !== "number") return;
+        joint.move(reading.value);
+        untold.delete(joint.svv);
+        ghost.root.visible = untold.size === 0;
+        if (ghost.root.visible) told.ghost = aim;
+        stage.draw();
+      },
+      MOVE_MS,
+    ),
+  );
+  return () => {
+    for (const end of ends) end();
+    delete told.ghost;
+    stage.remove(ghost.root);
+    disposeMachine(ghost.root);
+  };
+}
+
+/** The path as two lines: up to the cursor, and, fainter, behind it. */
+class PathLines {
+  readonly root = new Group();
+  readonly #before = line(1);
+  readonly #behind = line(0.35);
+
+  constructor() {
+    this.root.add(this.#before, this.#behind);
+  }
+
+  put(places: readonly Place[], cursor_ns: number): void {
+    const passed = places.filter((place) => place.time_ns <= cursor_ns);
+    setPoints(this.#before, passed);
+    setPoints(this.#behind, places.slice(Math.max(0, passed.length - 1)));
+  }
+
+  dispose(): void {
+    for (const one of [this.#before, this.#behind]) {
+      one.geometry.dispose();
+      one.material.dispose();
+    }
+  }
+}
+
+function line(opacity: number): Line<BufferGeometry, LineBasicMaterial> {
+  const material = new LineBasicMaterial({ color: new Color(colour("--accent")), transparent: opacity < 1, opacity });
+  return new Line(new BufferGeometry(), material);
+}
+
+function setPoints(of: Line, places: readonly Place[]): void {
+  of.geometry.dispose();
+  of.geometry = new BufferGeometry().setFromPoints(places.length > 1 ? places.map((place) => place.at) : [new Vector3(), new Vector3()]);
+  of.visible = places.length > 1;
+}
+
+function drawPath(scene: Scene, body: string, span_ns: number, signal: AbortSignal, failed: (why: unknown) => void): () => void {
+  const lines = new PathLines();
+  scene.stage.add(lines.root);
+  const put = (places: readonly Place[], cursor_ns: number) => {
+    lines.put(places, cursor_ns);
+    scene.told.path = String(places.length);
+    scene.stage.draw();
+  };
+  const end = scene.control.past ? followCursor(scene, body, span_ns, signal, put, failed) : followSystem(scene, body, span_ns, put);
+  return () => {
+    end();
+    delete scene.told.path;
+    scene.stage.remove(lines.root);
+    lines.dispose();
+  };
+}
+
+type Put = (places: readonly Place[], cursor_ns: number) => void;
+
+function followSystem({ control, machine }: Scene, body: string, span_ns: number, put: Put): () => void {
+  const path = new LivePath(span_ns);
+  let frame = 0;
+  let newest_ns = Number.NaN;
+  // Once all joints of a moment have moved.
+  const soon = (time_ns: number) => {
+    newest_ns = time_ns;
+    frame ||= requestAnimationFrame(() => {
+      frame = 0;
+      if (machine.root.visible) put(path.add(newest_ns, placeOf(machine, body)), newest_ns);
+    });
+  };
+  const ends = machine.joints.map((joint) => control.values.watch(joint.svv, (reading) => reading && soon(reading.time_ns), MOVE_MS));
+  return () => {
+    cancelAnimationFrame(frame);
+    for (const end of ends) end();
+  };
+}
+
+function followCursor(
+  { control, geometry }: Scene,
+  body: string,
+  span_ns: number,
+  signal: AbortSignal,
+  put: Put,
+  failed: (why: unknown) => void,
+): () => void {
+  const { past } = control;
+  if (!past) return () => undefined;
+  const path = new RecordedPath(past, geometry, body, span_ns);
+  let looking = false;
+  // One question at a time: the cursor may have moved on meanwhile.
+  const look = async () => {
+    if (looking) return;
+    looking = true;
+    for (let asked = Number.NaN; asked !== past.cursor.get() && !signal.aborted; ) {
+      asked = past.cursor.get();
+      const places = await path.around(asked, signal);
+      if (!signal.aborted) put(places, asked);
+    }
+    looking = false;
+  };
+  const soon = () => {
+    look().catch((why) => {
+      looking = false;
+      if (!signal.aborted) failed(why);
+    });
+  };
+  soon();
+  return past.cursor.watch(soon);
+}
