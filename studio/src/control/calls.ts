@@ -21,6 +21,9 @@ const SLICE_MS = 1000;
 /** Calls that stop something. They need no command, and have stopped it when their first answer comes. */
 export type Stops = Pick<Orders, "halt" | "suspend" | "disable" | "pause">;
 
+/** Calls that keep something for people: they need no command, and take none. */
+export type Stores = Pick<Orders, "keep_workspace" | "forget_workspace">;
+
 interface Waiting {
   waiting: true;
   go_on: { call: string; arguments: Record<string, unknown> };

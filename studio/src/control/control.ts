@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { LiveValues } from "../live/values";
 import { Alarming } from "./alarming";
-import { call, type Looks, type Orders, type Stops, stop } from "./calls";
+import { call, type Looks, type Orders, type Stops, type Stores, stop } from "./calls";
 import { Command, may } from "./command";
 import { Refused } from "./refusals";
 import { type Asker, answer, request } from "./requests";
@@ -92,6 +92,12 @@ export class Control implements Source {
   /** Stops something. It neither needs command nor takes it: who may operate may stop. Errors: `Refused`. */
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void> {
     return this.#sure(() => stop(this.#asker, name, args));
+  }
+
+  /** Keeps something for people with the system. It neither needs command nor takes it. Errors: `Refused`. */
+  async store<N extends keyof Stores>(name: N, args: Stores[N][0]): Promise<Stores[N][1]> {
+    await this.session.open();
+    return this.#sure(() => call<Stores[N][1]>(this.#asker, name, args));
   }
 
   /** Stops everything at once: needs the role `operate`, and no command. */
