@@ -17,10 +17,18 @@ export class Commander {
     const made = new Commander(origin, decodeURIComponent(hash.replace("#token=", "")));
     const { session } = await made.#ask<{ session: string }>("POST", "/v1/sessions", { name: "commander", lost_after_ms: 60_000 });
     made.#session = session;
-    await made.#ask("POST", "/v1/command", force ? { force } : {});
+    await made.take(force);
     // Where one is lost, the next call says that the session is.
     made.#alive = setInterval(() => made.#ask("POST", "/v1/heartbeat").catch(() => {}), 2000);
     return made;
+  }
+
+  async take(force = true): Promise<void> {
+    await this.#ask("POST", "/v1/command", force ? { force } : {});
+  }
+
+  async giveBack(): Promise<void> {
+    await this.#ask("DELETE", "/v1/command");
   }
 
   async start(verb: string): Promise<void> {

@@ -122,14 +122,14 @@ test("an alarm is seen in every view, and acknowledged where it is seen", async 
     await page.getByRole("status", { name: "Alarms" }).getByText("press: oil is low").waitFor();
   }
   await other.close();
-  await page.getByRole("button", { name: "Acknowledge", exact: true }).click();
-  await page.getByRole("button", { name: "Acknowledge", exact: true }).waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Acknowledge E7 of press" }).click();
+  await page.getByRole("button", { name: "Acknowledge E7 of press" }).waitFor({ state: "detached" });
 });
 
 test("the emergency stop stands at one place in every state and width, and says what became of a press", async () => {
   const { page, context } = await open(browser, running.url);
   await page.getByRole("status", { name: "Alarms" }).waitFor();
-  for (const view of ["System", "Data flow", "Verbs", "Devices", "Scope", "Log", "Recordings"]) {
+  for (const view of ["System", "Data flow", "Verbs", "Devices", "Scope", "Log", "Recordings", "Workspaces"]) {
     await goTo(page, view);
     expect(await stopRectangles(page), `${view}, with an alarm`).toEqual([STOP]);
   }

@@ -1,19 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Refused } from "./refusals";
 import { type Asker, request } from "./requests";
-import type { Role } from "./shapes";
+import type { Holder, Role } from "./shapes";
 import { Watched } from "./watched";
 
 /** How often it is looked who commands, ms. */
 const LOOK_MS = 1000;
 
-/** Who commands the system: one session at a time. The page takes command when a person presses a command, and not before. */
+/** Nobody commands, and nobody asks for it. */
+const NOBODY: Holder = { holder: null, who: null, person: null, requests: [], settled: [] };
+
+/**
+ * Who commands the system: one session at a time. The page takes command when a person presses a command, and not before; from another
+ * session it is asked for, and that hands over or declines.
+ */
 export class Command {
+  /** Who commands, who asks for it, and what became of the last requests. */
+  readonly state = new Watched<Holder>(NOBODY);
   /** The name of the session that commands; null: nobody. */
   readonly holder = new Watched<string | null>(null);
   readonly #asker: Asker;
   readonly #name: () => string | null;
   #looking: ReturnType<typeof setTimeout> | undefined;
+  #said = "";
 
   constructor(asker: Asker, name: () => string | null) {
     this.#asker = asker;
@@ -26,14 +35,30 @@ export class Command {
   }
 
   /** Takes command. `force`: from its holder (role `configure`). Errors: `Refused`, naming the holder. */
-  async take(force = false): Promise<void> {
-    const { holder } = await request<{ holder: string }>(this.#asker, "POST", "/v1/command", force ? { force: true } : {});
-    this.holder.set(holder);
+  take(force = false): Promise<void> {
+    return this.#ask("POST", "/v1/command", force ? { force: true } : {});
   }
 
-  async giveBack(): Promise<void> {
-    await request(this.#asker, "DELETE", "/v1/command");
-    await this.look();
+  giveBack(): Promise<void> {
+    return this.#ask("DELETE", "/v1/command");
+  }
+
+  /** Asks the holder for command; granted at once where there is none. */
+  request(reason: string): Promise<void> {
+    return this.#ask("POST", "/v1/command/request", { reason });
+  }
+
+  /** Takes the request back. */
+  withdraw(): Promise<void> {
+    return this.#ask("DELETE", "/v1/command/request", {});
+  }
+
+  handOver(to: string): Promise<void> {
+    return this.#ask("POST", "/v1/command/hand_over", { to });
+  }
+
+  decline(name: string, reason: string): Promise<void> {
+    return this.#ask("POST", "/v1/command/decline", { name, reason });
   }
 
   /** Makes an order, with command. Where it was lost meanwhile, it is asked for once more. */
@@ -49,9 +74,8 @@ export class Command {
     }
   }
 
-  async look(): Promise<void> {
-    const answered = await request<{ holder: string | null } | null>(this.#asker, "GET", "/v1/command");
-    this.holder.set(answered?.holder ?? null);
+  look(): Promise<void> {
+    return this.#ask("GET", "/v1/command");
   }
 
   /** Looks once a second who commands. */
@@ -67,6 +91,19 @@ export class Command {
   stop(): void {
     clearTimeout(this.#looking);
   }
+
+  async #ask(method: string, path: string, body?: object): Promise<void> {
+    const told = (await request<Holder | null>(this.#asker, method, path, body)) ?? NOBODY;
+    const said = JSON.stringify(told);
+    if (said !== this.#said) this.state.set(told);
+    this.#said = said;
+    this.holder.set(told.holder);
+  }
+}
+
+/** A person by name, or else the caller: who stands behind a session. */
+export function personOf(of: { who?: string | null; person?: string | null }): string {
+  return of.person ?? of.who ?? "";
 }
 
 const RANKS: Role[] = ["observe", "operate", "configure", "download"];

@@ -90,7 +90,8 @@ export class Control implements Source {
   }
 
   /** Makes a call that leaves the machine alone: it neither needs command nor takes it. Errors: `Refused`. */
-  aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]> {
+  async aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]> {
+    await this.session.open();
     return this.#sure(() => call<Asides[N][1]>(this.#asker, name, args));
   }
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The session's sign of life. In a worker: a page in the background has its timers held back, and would be taken for lost.
 let beat: ReturnType<typeof setInterval> | undefined;
+/** What is kept alive now: an answer about an earlier session says nothing of it. */
+let present: unknown = null;
 
 self.onmessage = (message: MessageEvent<{ token: string | null; session: string; every_ms: number } | null>) => {
   clearInterval(beat);
   const said = message.data;
+  present = said;
   if (!said) return;
   const headers: Record<string, string> = { "OpenGPAC-Session": said.session };
   if (said.token) headers.Authorization = `Bearer ${said.token}`;
@@ -12,7 +15,7 @@ self.onmessage = (message: MessageEvent<{ token: string | null; session: string;
     try {
       const answered = await fetch("/v1/heartbeat", { method: "POST", headers, cache: "no-store" });
       // 410: the session is over. The page opens another one.
-      if (answered.status === 410) {
+      if (answered.status === 410 && present === said) {
         clearInterval(beat);
         self.postMessage("lost");
       }

@@ -4,6 +4,8 @@ import { type Asker, request } from "./requests";
 import { Watched } from "./watched";
 
 const KEY = "opengpac.session";
+/** What the person at this browser is called. */
+const PERSON = "opengpac.person";
 
 interface Opened {
   session: string;
@@ -18,6 +20,8 @@ export class Session {
   readonly name = new Watched<string | null>(null);
   /** Why there is none. */
   readonly trouble = new Watched<Refusal[]>([]);
+  /** What the person at this page is called, for others to read; empty: it was not said. */
+  readonly person = new Watched<string>(localStorage.getItem(PERSON) ?? "");
   readonly #asker: Asker;
   readonly #heartbeat: Worker;
   #opening: Promise<void> | null = null;
@@ -42,6 +46,16 @@ export class Session {
     return this.open();
   }
 
+  /** Says what the person at this page is called: the session goes on under that name. Errors: `Refused`. */
+  async introduce(person: string): Promise<void> {
+    const said = person.trim();
+    if (said === "" || said === this.person.get()) return;
+    const name = this.name.get();
+    if (name !== null) this.#take(await request<Opened>(this.#asker, "POST", "/v1/sessions", { name, take_up: true, person: said }));
+    localStorage.setItem(PERSON, said);
+    this.person.set(said);
+  }
+
   /** Closes it in order: what it has started goes on. */
   async close(): Promise<void> {
     if (this.#asker.session === null) return;
@@ -53,25 +67,32 @@ export class Session {
   async #open(): Promise<void> {
     if (this.#asker.session !== null) return;
     try {
-      const opened = await this.#ask();
-      sessionStorage.setItem(KEY, opened.name);
-      this.#asker.session = opened.session;
-      this.#heartbeat.postMessage({ token: this.#asker.token, session: opened.session, every_ms: opened.heartbeat_ms });
+      this.#take(await this.#ask());
       this.trouble.set([]);
-      this.name.set(opened.name);
     } catch (why) {
       this.trouble.set(refusalsOf(why));
     }
   }
 
+  #take(opened: Opened): void {
+    sessionStorage.setItem(KEY, opened.name);
+    this.#asker.session = opened.session;
+    this.#heartbeat.postMessage({ token: this.#asker.token, session: opened.session, every_ms: opened.heartbeat_ms });
+    this.name.set(opened.name);
+  }
+
   async #ask(): Promise<Opened> {
+    const person = this.person.get() === "" ? {} : { person: this.person.get() };
     const before = sessionStorage.getItem(KEY);
     try {
       // A page that is loaded again goes on with its session: what it commands and has started stays its own.
-      return await request<Opened>(this.#asker, "POST", "/v1/sessions", before ? { name: before, take_up: true } : { name: newName() });
+      return await request<Opened>(this.#asker, "POST", "/v1/sessions", {
+        ...(before ? { name: before, take_up: true } : { name: newName() }),
+        ...person,
+      });
     } catch (why) {
       if (before && why instanceof Refused && why.is("InUse")) {
-        return await request<Opened>(this.#asker, "POST", "/v1/sessions", { name: newName() });
+        return await request<Opened>(this.#asker, "POST", "/v1/sessions", { name: newName(), ...person });
       }
       throw why;
     }

@@ -78,6 +78,24 @@ export interface Application {
   /** Name of a verb that was defined in the system. */
   verb: string;
   /** Instance name, or absent: `verb#n`. */
+  name: string | null;
+  arguments: { [name: string]: Argument };
+  /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first that fits counts. */
+  placement: { [name: string]: string };
+  /** Intervals changed at application: label → ns. */
+  every: { [name: string]: number };
+  /** Values of a start, where a check is to look at them too. */
+  values?: { [name: string]: Value };
+  /** The logical device whose own verb this is. */
+  owner: string | null;
+  place: Place | null;
+}
+
+/** A verb applied to arguments: what makes a verb instance. */
+export interface ApplicationRequest {
+  /** Name of a verb that was defined in the system. */
+  verb: string;
+  /** Instance name, or absent: `verb#n`. */
   name?: string | null;
   arguments?: { [name: string]: Argument };
   /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first that fits counts. */
@@ -117,6 +135,29 @@ export type Argument = {
 
 /** What an argument of a verb is given. */
 export type ArgumentKind = "device" | "group" | "svv" | "channel";
+
+/** `POST /v1/command/request`. */
+export interface AskForCommand {
+  /** What for, for the holder to read. */
+  reason?: string;
+  /** How long it waits for an answer, ms, 1,000 to 600,000. */
+  wait_ms?: number;
+}
+
+/** A session that asks for command. */
+export interface AskingSession {
+  /** Counts the requests of the system. */
+  number: number;
+  /** The session that asks. */
+  name: string;
+  /** Its caller. */
+  who: string;
+  person: string | null;
+  /** What for, for people. */
+  reason: string;
+  /** How long it still waits, ms. */
+  left_ms: number;
+}
 
 /** A block of a verb instance. */
 export interface BlockAbout {
@@ -188,6 +229,28 @@ export interface BlockUseRequest {
 
 /** An end of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`. */
 export type Bound = number | string;
+
+/** A button that starts a verb, and halts it while it runs. */
+export interface Button {
+  label: string;
+  /** Makes an instance of a verb and starts it with these values. Its name, where it has none, is `WORKSPACE.LABEL`. */
+  start?: Application | null;
+  /** The instance that is started instead: a program has made it. */
+  instance?: string | null;
+  /** Values of the start of that instance: input parameter to value. */
+  values?: { [name: string]: Value };
+}
+
+/** A button that starts a verb, and halts it while it runs. */
+export interface ButtonRequest {
+  label: string;
+  /** Makes an instance of a verb and starts it with these values. Its name, where it has none, is `WORKSPACE.LABEL`. */
+  start?: ApplicationRequest | null;
+  /** The instance that is started instead: a program has made it. */
+  instance?: string | null;
+  /** Values of the start of that instance: input parameter to value. */
+  values?: { [name: string]: Value };
+}
 
 /** What a data object is. */
 export type CellKind = "svv" | "private" | "constant" | "channel";
@@ -305,6 +368,14 @@ export interface Configuration {
   /** Device types of the logical devices. */
   logical_devices: { [name: string]: string };
   device_types: { [name: string]: DeviceType };
+}
+
+/** `POST /v1/command/decline`. */
+export interface DeclineRequest {
+  /** The session that asks. */
+  name: string;
+  /** Why, for people. */
+  reason?: string;
 }
 
 export interface DeviceParameter {
@@ -552,10 +623,24 @@ export interface GraphRequest {
   place?: Place | null;
 }
 
-/** Who commands. */
+/** `POST /v1/command/hand_over`. */
+export interface HandOver {
+  /** The session that commands from now on. */
+  to: string;
+}
+
+/** Who commands, who asks for it, and what became of the last requests. */
 export interface Holder {
   /** Name of the session that commands; null: none does. */
   holder: string | null;
+  /** Its caller: a user, a token or a certificate. */
+  who: string | null;
+  /** What its person is called, where that was said. */
+  person: string | null;
+  /** Requests for command that wait, oldest first. */
+  requests: AskingSession[];
+  /** The last requests that have ended, oldest first. */
+  settled: SettledRequest[];
 }
 
 /**
@@ -946,6 +1031,8 @@ export interface OpenSession {
   lost_after_ms?: number;
   /** Takes up a session of that name that is alive, as the same caller. */
   take_up?: boolean;
+  /** What the person is called, for others to see; at most 64 characters. Left out: as before, if the session was there before. */
+  person?: string | null;
 }
 
 /** Another condition that came in the firing that ended the verb, or while it was moving. */
@@ -954,6 +1041,12 @@ export interface Other {
   block: string;
   time_s: number;
 }
+
+/** How a request for command ended. */
+export type Outcome = "granted" | "declined" | "timed_out" | "withdrawn";
+
+/** What a panel shows. */
+export type PanelKind = "plot" | "scene" | "values" | "verb" | "alarms" | "buttons";
 
 /** A part of a composed verb. */
 export interface Part {
@@ -1533,6 +1626,62 @@ export interface RefusalEnd {
   place?: Place | null;
 }
 
+/** A part of a layout: a row or a column of regions, tabs, or one panel. */
+export interface Region {
+  /** Its share of the row or column, relative to its neighbours'; 1 where it is left out. */
+  share?: number | null;
+  /** Regions side by side. */
+  row?: Region[];
+  /** Regions one above the other. */
+  column?: Region[];
+  /** Panels in one place, of which one is seen. */
+  tabs?: Region[];
+  /** What the panel shows. */
+  panel?: PanelKind | null;
+  /** Heading of the panel; what it shows, where it is empty. */
+  title?: string;
+  /** Of a plot: SVVs and private cells, each at its full rate. */
+  names?: string[];
+  /** Of a plot: how long it looks back, s, 0.1 to 600; 10 where it is left out. */
+  seconds?: number | null;
+  /** Of a table of values. */
+  values?: ShownValue[];
+  /** Of a scene: the physical device that is drawn. */
+  device?: string | null;
+  /** Of a state diagram: the verb. */
+  verb?: string | null;
+  /** Of buttons: what each starts. */
+  buttons?: Button[];
+}
+
+/** A part of a layout: a row or a column of regions, tabs, or one panel. */
+export interface RegionRequest {
+  /** Its share of the row or column, relative to its neighbours'; 1 where it is left out. */
+  share?: number | null;
+  /** Regions side by side. */
+  row?: RegionRequest[];
+  /** Regions one above the other. */
+  column?: RegionRequest[];
+  /** Panels in one place, of which one is seen. */
+  tabs?: RegionRequest[];
+  /** What the panel shows. */
+  panel?: PanelKind | null;
+  /** Heading of the panel; what it shows, where it is empty. */
+  title?: string;
+  /** Of a plot: SVVs and private cells, each at its full rate. */
+  names?: string[];
+  /** Of a plot: how long it looks back, s, 0.1 to 600; 10 where it is left out. */
+  seconds?: number | null;
+  /** Of a table of values. */
+  values?: ShownValue[];
+  /** Of a scene: the physical device that is drawn. */
+  device?: string | null;
+  /** Of a state diagram: the verb. */
+  verb?: string | null;
+  /** Of buttons: what each starts. */
+  buttons?: ButtonRequest[];
+}
+
 /** Something that was filled in or is worth knowing: an implied cell, an edge that is a delay. */
 export interface Remark {
   text: string;
@@ -1713,6 +1862,8 @@ export interface SessionInfo {
   name: string;
   /** Its caller: a user, a token or a certificate. */
   who: string;
+  /** What the person who opened it is called, where that was said. */
+  person: string | null;
   role: Role;
   /** Where it calls from. */
   from: string;
@@ -1729,6 +1880,19 @@ export interface SessionInstance {
   instance: number;
   name: string;
   state: InstanceState;
+}
+
+/** A request for command that has ended. */
+export interface SettledRequest {
+  /** Counts the requests of the system. */
+  number: number;
+  /** The session that asked. */
+  name: string;
+  outcome: Outcome;
+  /** The session that granted, declined or withdrew it; null: nobody did, as where its time has passed. */
+  by: string | null;
+  /** Why, for people. */
+  reason: string;
 }
 
 /** How urgent an alarm is. */
@@ -1769,6 +1933,17 @@ export type ShortCommandRequest = {
 } | {
   ready: boolean;
 };
+
+/** A value of a table: an SVV, a private cell or a channel. */
+export interface ShownValue {
+  name: string;
+  /** What people read; the name where it is empty. */
+  label?: string;
+  /** The lower limit, in the unit of the value: below it the value is marked. */
+  minimum?: number | null;
+  /** The upper limit: above it the value is marked. */
+  maximum?: number | null;
+}
 
 /** Values at one time. */
 export interface Snapshot {
@@ -2271,6 +2446,51 @@ export type Where = {
 /** Why two ports cannot be wired; of one port and all others, a list. */
 export type Wired = string | null | Verdict[];
 
+/** `DELETE /v1/command/request`. */
+export interface WithdrawRequest {
+  /** Why, for people. */
+  reason?: string;
+}
+
+/** A layout of panels. */
+export interface Workspace {
+  /** Name among the workspaces of the system. */
+  name: string;
+  /** What people read; the name where it is empty. */
+  title?: string;
+  /** What it is for. */
+  doc?: string;
+  /** It is a panel for operators: large buttons and values, and nothing can be changed in it. */
+  operator?: boolean;
+  layout: Region;
+}
+
+/** A workspace in one line. */
+export interface WorkspaceAbout {
+  name: string;
+  title: string;
+  doc: string;
+  /** It is a panel for operators. */
+  operator: boolean;
+  /** A program has shipped it: people do not change it. */
+  shipped: boolean;
+  /** Another one whenever it has been changed. */
+  revision: number;
+}
+
+/** A layout of panels. */
+export interface WorkspaceRequest {
+  /** Name among the workspaces of the system. */
+  name: string;
+  /** What people read; the name where it is empty. */
+  title?: string;
+  /** What it is for. */
+  doc?: string;
+  /** It is a panel for operators: large buttons and values, and nothing can be changed in it. */
+  operator?: boolean;
+  layout: RegionRequest;
+}
+
 export type WrittenBlockSource = string | BlockSource;
 
 export type WrittenBlockSourceRequest = string | BlockSourceRequest;
@@ -2612,7 +2832,7 @@ export interface Calls {
   /** Plans an application without making anything. Returns the plan. */
   check: {
     role: "observe";
-    arguments: Application;
+    arguments: ApplicationRequest;
     result: Plan;
   };
   /** Calls a verb: makes an instance, starts it with the values of the application, waits until it has ended and deletes it. Returns its end report. */
@@ -2622,7 +2842,7 @@ export interface Calls {
       limits?: Limits;
       /** How long this request may last, ms. */
       slice_ms?: number;
-    } & Application;
+    } & ApplicationRequest;
     result: Report | null;
   };
   /** Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end report. */
@@ -2638,7 +2858,7 @@ export interface Calls {
   /** Makes an instance. Returns its number. */
   create: {
     role: "operate";
-    arguments: Application;
+    arguments: ApplicationRequest;
     result: number;
   };
   /** Starts an instance. */
@@ -2993,6 +3213,54 @@ export interface Calls {
       since?: number;
     };
     result: LogEntry[];
+  };
+  /** Enters a workspace that a program ships, in the place of the one that it shipped before under that name. */
+  ship_workspace: {
+    role: "configure";
+    arguments: WorkspaceRequest;
+    result: null;
+  };
+  /** Removes a workspace that a program has shipped. */
+  withdraw_workspace: {
+    role: "configure";
+    arguments: {
+      name: string;
+    };
+    result: null;
+  };
+  /** Keeps a workspace for all who look at the system. One that a program has shipped is not replaced. */
+  keep_workspace: {
+    role: "operate";
+    arguments: WorkspaceRequest;
+    result: null;
+  };
+  /** Removes a workspace that a person keeps. */
+  forget_workspace: {
+    role: "operate";
+    arguments: {
+      name: string;
+    };
+    result: null;
+  };
+  /** Returns the workspaces, each in one line. */
+  workspaces: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: WorkspaceAbout[];
+  };
+  /** Returns a workspace. */
+  workspace: {
+    role: "observe";
+    arguments: {
+      name: string;
+    };
+    result: Workspace;
+  };
+  /** Returns all that is wrong with a workspace here and now: its form, and what it names and is not there. */
+  check_workspace: {
+    role: "observe";
+    arguments: WorkspaceRequest;
+    result: Refusal[];
   };
   /** Begins to record into a new MCAP file. Returns its number. */
   record: {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import { personOf } from "../control/command";
 import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
+import { RequestForm } from "./CommandRequests";
 import { useAction, useLive, useWatched } from "./context";
 
 /** What runs although no session commands: started by the program that the system is part of, or by a session that has left. */
@@ -8,30 +11,39 @@ export function moving(now: Statistics | null): string[] {
   return (now?.instances ?? []).filter((one) => one.state === "running" && one.owner === null).map((one) => one.name);
 }
 
-/** Who commands the system. It is taken by the first command; here it is given back, or taken from another one. */
+/** Who commands the system. It is taken by the first command; here it is given back, asked for, or taken from another one. */
 export function CommandHolder(props: { now: Statistics | null }) {
   const control = useLive();
-  const holder = useWatched(control.command.holder);
+  const state = useWatched(control.command.state);
   const name = useWatched(control.session.name);
   const action = useAction();
+  const [asking, setAsking] = useState(false);
+  const { holder } = state;
   const running = moving(props.now);
   const ours = holder !== null && holder === name;
+  const waits = state.requests.some((one) => one.name === name);
   const alone = running.length > 0 ? `a program: ${running[0]}${running.length > 1 ? ` and ${running.length - 1} more` : ""}` : "nobody";
   const title =
     running.length > 0 ? `No session commands. What runs was started by a program: ${running.join(", ")}` : "No session commands.";
   if (!control.may("operate")) {
     return (
       <div className="holder quiet" title="The token of this page has the role 'observe': it looks, and commands nothing.">
-        observing; {holder ?? alone} commands
+        observing; {holder === null ? alone : <Named name={holder} person={state.person ?? null} />} commands
       </div>
     );
   }
   return (
-    <div className="holder" title={holder === null ? title : undefined}>
-      <span className="quiet">Commanded by</span> <strong>{ours ? "this page" : (holder ?? alone)}</strong>
+    <div className="holder" title={holder === null ? title : `Session ${holder}, ${personOf(state)}`}>
+      <span className="quiet">Commanded by</span>{" "}
+      <strong>{ours ? "this page" : holder === null ? alone : <Named name={holder} person={state.person ?? null} />}</strong>
       {ours && (
         <button type="button" disabled={action.busy} onClick={() => action.run(() => control.command.giveBack())}>
           Give back
+        </button>
+      )}
+      {!ours && holder !== null && !waits && (
+        <button type="button" aria-expanded={asking} onClick={() => setAsking(!asking)}>
+          Request command
         </button>
       )}
       {!ours && holder !== null && control.may("configure") && (
@@ -39,7 +51,19 @@ export function CommandHolder(props: { now: Statistics | null }) {
           Take from {holder}
         </button>
       )}
+      {asking && !ours && !waits && holder !== null && <RequestForm done={() => setAsking(false)} />}
       <Refusals of={action.refusals} />
     </div>
+  );
+}
+
+/** A session by its name, and by that of its person where it was said. */
+function Named(props: { name: string; person: string | null }) {
+  return props.person === null ? (
+    <span>{props.name}</span>
+  ) : (
+    <>
+      <span>{props.person}</span> <span className="quiet small">{props.name}</span>
+    </>
   );
 }

@@ -7,13 +7,15 @@ export function Navigation(props: { present: string }) {
   return (
     <nav className="navigation" aria-label="Views">
       <ul>
-        {views.map((view) => (
-          <li key={view.name}>
-            <a href={addressOf(view.name)} title={view.about} aria-current={view.name === props.present ? "page" : undefined}>
-              {view.title}
-            </a>
-          </li>
-        ))}
+        {views
+          .filter((view) => !view.alone)
+          .map((view) => (
+            <li key={view.name}>
+              <a href={addressOf(view.name)} title={view.about} aria-current={view.name === props.present ? "page" : undefined}>
+                {view.title}
+              </a>
+            </li>
+          ))}
       </ul>
       <ThemeSwitch />
     </nav>

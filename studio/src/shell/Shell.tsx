@@ -24,12 +24,12 @@ export function Shell() {
   const isHeard = useWatched(control.stream.connection) === "open";
   const Part = view?.part;
   return (
-    <div className="shell" data-heard={isHeard || source.past !== null ? "yes" : "no"}>
+    <div className="shell" data-heard={isHeard || source.past !== null ? "yes" : "no"} data-panel={view?.alone ? "yes" : "no"}>
       <button type="button" className="skip" onClick={() => document.getElementById("main")?.focus()}>
         To the view
       </button>
       <TopBar />
-      <Navigation present={view?.name ?? ""} />
+      {!view?.alone && <Navigation present={view?.name ?? ""} />}
       <main id="main" tabIndex={-1} aria-label={view?.title}>
         <Boundary key={`${view?.name} ${source.version.run} ${source.version.system}`}>
           <Suspense fallback={<p className="quiet wait">Loading…</p>}>

@@ -4,6 +4,7 @@ import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
 import { AlarmBar } from "./AlarmBar";
 import { CommandHolder } from "./CommandHolder";
+import { CommandRequests } from "./CommandRequests";
 import { useLive, useTopic, useWatched } from "./context";
 import { EmergencyStop, Stopped, useEmergencyStop } from "./EmergencyStop";
 import { ModeAndPause } from "./ModeAndPause";
@@ -34,6 +35,7 @@ export function TopBar() {
       <Unheard />
       <Restarted />
       <Stopped now={now} press={press} />
+      <CommandRequests />
       <AlarmBar />
       <TimeBar />
       <Refusals of={[...sessionTrouble, ...statisticsTrouble]} />

@@ -2,6 +2,7 @@
 import { expect, test } from "vitest";
 import type { Alarm } from "../control/shapes";
 import { foremost } from "./AlarmBar";
+import { inOrder, stateOf } from "./AlarmTable";
 import { moving } from "./CommandHolder";
 
 const alarm = (code: string, severity: Alarm["severity"], active: boolean, time_ns: number): Alarm => ({
@@ -28,6 +29,14 @@ test("the alarm that is told first: active, severe, new", () => {
   const [old, fresh] = [alarm("old", "high", true, 1), alarm("fresh", "high", true, 2)];
   expect(foremost([past, low, fresh, old])?.code).toBe("fresh");
   expect(foremost([past])?.code).toBe("past");
+});
+
+test("an alarm has one of three states, and what nobody has acknowledged comes first", () => {
+  const acknowledged = { ...alarm("acknowledged", "critical", true, 5), acknowledged: true };
+  const active = alarm("active", "low", true, 1);
+  const returned = alarm("returned", "low", false, 2);
+  expect([acknowledged, active, returned].map(stateOf)).toEqual(["acknowledged", "active", "returned"]);
+  expect(inOrder([acknowledged, returned, active]).map((one) => one.code)).toEqual(["active", "returned", "acknowledged"]);
 });
 
 test("what moves although no session commands: running instances, not those that keep devices going", () => {

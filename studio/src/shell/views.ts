@@ -7,6 +7,8 @@ export interface View {
   title: string;
   /** What one finds there, for the tooltip. */
   about: string;
+  /** It stands alone, without the navigation, which does not list it. */
+  alone?: boolean;
   part: LazyExoticComponent<ComponentType>;
 }
 
@@ -38,4 +40,11 @@ export const views: View[] = [
     about: "record every value into a file",
     part: lazy(() => import("../views/recordings")),
   },
+  {
+    name: "workspaces",
+    title: "Workspaces",
+    about: "layouts of plots, values, machines, alarms and buttons",
+    part: lazy(() => import("../views/workspaces")),
+  },
+  { name: "panel", title: "Panel", about: "a workspace for operators", alone: true, part: lazy(() => import("../views/panel")) },
 ];

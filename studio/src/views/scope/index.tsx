@@ -16,6 +16,7 @@ import { fromLink, traceId } from "./setup";
 import { Table } from "./Table";
 import { Tools } from "./Tools";
 import { Trigger } from "./Trigger";
+import { useStill } from "./useStill";
 import "./scope.css";
 
 /** Any value at its full rate. */
@@ -56,15 +57,6 @@ export default function View() {
       </div>
     </div>
   );
-}
-
-/** Where the page is paused, what comes is not kept. */
-function useStill(scope: Scope, isStill: boolean): void {
-  useEffect(() => {
-    if (!isStill || scope.stopped.get()) return;
-    scope.stop(true);
-    return () => scope.stop(false);
-  }, [scope, isStill]);
 }
 
 /** Under the screen of a recording: how many values there are in what is seen. */

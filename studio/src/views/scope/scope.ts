@@ -52,36 +52,51 @@ export class Scope {
   #shown: ((drawn: Drawn) => void) | null = null;
   #log_end: (() => void) | null = null;
   #log_seen = -1;
+  #ends: (() => void)[] = [];
+  readonly #own: boolean;
   #exported = 0;
 
-  constructor(control: Source) {
+  /** `own`: what it looks at, for a plot of its own; without it the setup that this browser kept. */
+  constructor(control: Source, own: Setup | null = null) {
     this.#control = control;
+    this.#own = own !== null;
     this.#worker = new Worker(new URL("./worker/worker.ts", import.meta.url), { type: "module" });
     this.#worker.onmessage = (message: MessageEvent<FromWorker>) => this.#take(message.data);
     this.past = control.past;
     const say = (message: ToWorker, transfer?: Transferable[]) => this.#say(message, transfer);
     this.#recorded = this.past && new RecordedFeed(this.past, say, (why) => this.trouble.set(why));
     this.feeds = this.#recorded ?? new Feeds(control.stream, say);
-    this.setup = new Watched(kept());
-    control.topics.installed.latest.watch(() => this.feeds.again(channelsOf(this.setup.get())));
+    this.setup = new Watched(own ?? kept());
+    const installed = control.topics.installed.latest.watch(() => this.feeds.again(channelsOf(this.setup.get())));
     // Of another run times and numbers begin anew: nothing of the earlier one is drawn beside them.
-    control.restarts.watch(() => {
+    const restarts = control.restarts.watch(() => {
       this.#log_seen = -1;
       this.clear();
     });
+    this.#ends = [installed, restarts];
     this.#apply(null, this.setup.get());
     const past = this.past;
     if (!past) return;
     this.stopped.set(true);
     this.fit();
     // What is at the cursor is in sight.
-    past.cursor.watch(() => {
+    const moved = past.cursor.watch(() => {
       const window = this.window.get();
       const at = past.cursor.get();
       if (!window || (at >= window.from_ns && at <= window.to_ns)) return;
       const size = window.to_ns - window.from_ns;
       this.#see({ ...window, from_ns: at - size / 2, to_ns: at + size / 2 });
     });
+    this.#ends.push(moved);
+  }
+
+  /** Ends it: nothing comes any more, and nothing is kept. */
+  end(): void {
+    this.feeds.want([]);
+    this.#behind?.feed.end();
+    this.#log_end?.();
+    for (const end of this.#ends) end();
+    this.#worker.terminate();
   }
 
   /** Looks at something else, or differently. */
@@ -91,7 +106,7 @@ export class Scope {
     if (after === before) return;
     const full = this.#spread(after);
     this.setup.set(full);
-    keepLast(full);
+    if (!this.#own) keepLast(full);
     this.#apply(before, full);
   }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Statistics } from "../../control/shapes";
-import { seconds } from "../../design/numbers";
 import { Panel, Refusals, Tag } from "../../design/parts";
-import { useAction, useControl, useWatched } from "../../shell/context";
+import { AcknowledgeAll, AlarmTable } from "../../shell/AlarmTable";
+import { useControl, useWatched } from "../../shell/context";
 
 /** What holds the cell: emergency stop, pause, lost devices, alarms that are raised. Nothing where nothing does. */
 export function Stops(props: { now: Statistics }) {
@@ -37,7 +37,6 @@ export function Stops(props: { now: Statistics }) {
 
 function RaisedAlarms() {
   const control = useControl();
-  const action = useAction();
   const alarms = useWatched(control.alarms.latest);
   const trouble = useWatched(control.alarms.trouble);
   if (trouble.length > 0) return <Refusals of={trouble} />;
@@ -48,46 +47,11 @@ function RaisedAlarms() {
       end={
         <>
           <Tag tone="warn">{alarms.current.length} raised</Tag>
-          {control.may("operate") && (
-            <button
-              type="button"
-              disabled={action.busy}
-              onClick={() => action.run(() => control.order("acknowledge_alarms", {}).then(() => control.alarms.look()))}
-            >
-              Acknowledge all
-            </button>
-          )}
+          <AcknowledgeAll of={alarms.current} from={control} />
         </>
       }
     >
-      <Refusals of={action.refusals} />
-      <div className="alarms" role="group" aria-label="Alarms that are raised" tabIndex={0}>
-        <table>
-          <thead>
-            <tr>
-              <th scope="col">Code</th>
-              <th scope="col">Source</th>
-              <th scope="col">Text</th>
-              <th scope="col" className="number">
-                Since
-              </th>
-            </tr>
-          </thead>
-          <tbody>
-            {alarms.current.map((alarm) => (
-              <tr key={alarm.number}>
-                <th scope="row">{alarm.code}</th>
-                <td>{alarm.source || "–"}</td>
-                <td>
-                  {alarm.text}
-                  {alarm.remedy && <div className="quiet">{alarm.remedy}</div>}
-                </td>
-                <td className="number">{seconds(alarm.time_ns * 1e-9)}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
-      </div>
+      <AlarmTable of={alarms.current} from={control} />
     </Panel>
   );
 }

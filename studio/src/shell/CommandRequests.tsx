@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import { personOf } from "../control/command";
+import type { AskingSession, Holder } from "../control/shapes";
+import { Refusals } from "../design/parts";
+import { useAction, useLive, useWatched } from "./context";
+
+/** Who asks for command is named, with the reason. */
+export function RequestForm(props: { done: () => void }) {
+  const control = useLive();
+  const action = useAction();
+  const person = useWatched(control.session.person);
+  const [reason, setReason] = useState("");
+  const [name, setName] = useState(person);
+  const ask = async () => {
+    await control.session.open();
+    await control.session.introduce(name);
+    await control.command.request(reason.trim());
+  };
+  return (
+    <form
+      className="request row"
+      aria-label="Request command"
+      onSubmit={(event) => {
+        event.preventDefault();
+        void action.run(ask).then((done) => done && props.done());
+      }}
+    >
+      <label>
+        Your name <input value={name} maxLength={64} size={14} autoComplete="name" onChange={(event) => setName(event.target.value)} />
+      </label>
+      <label>
+        Reason <input value={reason} maxLength={200} size={24} onChange={(event) => setReason(event.target.value)} />
+      </label>
+      <button type="submit" className="primary" disabled={action.busy}>
+        Send
+      </button>
+      <button type="button" onClick={props.done}>
+        Cancel
+      </button>
+      <Refusals of={action.refusals} />
+    </form>
+  );
+}
+
+/** Requests for command, over the whole width: those of others where this page commands, its own while it waits, and what became of that. */
+export function CommandRequests() {
+  const control = useLive();
+  const state = useWatched(control.command.state);
+  const name = useWatched(control.session.name);
+  const [seen, setSeen] = useState(0);
+  if (name === null || !control.may("operate")) return null;
+  const own = state.requests.find((one) => one.name === name);
+  const over = settledOf(state, name, seen);
+  return (
+    <>
+      {state.holder === name && state.requests.map((one) => <Asked key={one.number} of={one} />)}
+      {own && <Waiting of={own} holder={state} />}
+      {over && !own && (
+        <div className={`notice ${over.outcome === "granted" ? "good" : "warn"}`} role="status">
+          <span className="said">{wordsOf(over)}</span>
+          <button type="button" onClick={() => setSeen(over.number)}>
+            Put away
+          </button>
+        </div>
+      )}
+    </>
+  );
+}
+
+type Settled = Holder["settled"][number];
+
+/** The last request of a session that has ended, and was not put away. */
+export function settledOf(state: Holder, name: string, seen: number): Settled | null {
+  const last = state.settled.findLast((one) => one.name === name);
+  return last && last.number > seen && last.by !== name ? last : null;
+}
+
+/** What became of a request of this page, in one sentence. */
+export function wordsOf(of: Settled): string {
+  const by = of.by ? ` by ${of.by}` : "";
+  const reason = of.reason ? `: ${of.reason}` : "";
+  if (of.outcome === "granted") return `Command was granted to this page${reason}.`;
+  if (of.outcome === "timed_out") return `Nobody answered the request for command${reason}.`;
+  return `The request for command was ${of.outcome}${by}${reason}.`;
+}
+
+function Waiting(props: { of: AskingSession; holder: Holder }) {
+  const control = useLive();
+  const action = useAction();
+  return (
+    <div className="notice warn" role="status">
+      <span className="said">
+        Waiting for {props.holder.holder ?? "nobody"}
+        {props.holder.holder !== null && ` (${personOf(props.holder)})`} to hand over command…
+      </span>{" "}
+      <span className="quiet figures">{Math.ceil(props.of.left_ms / 1000)} s more</span>
+      <button type="button" disabled={action.busy} onClick={() => action.run(() => control.command.withdraw())}>
+        Withdraw
+      </button>
+      <Refusals of={action.refusals} />
+    </div>
+  );
+}
+
+function Asked(props: { of: AskingSession }) {
+  const { of } = props;
+  const control = useLive();
+  const action = useAction();
+  const [reason, setReason] = useState("");
+  return (
+    <div className="notice warn" role="alert">
+      <span className="said">
+        <strong>{of.person ?? of.name}</strong> {of.person ? `(${of.name}) ` : ""}asks for command{of.reason && `: ${of.reason}`}
+      </span>{" "}
+      <span className="quiet figures">{Math.ceil(of.left_ms / 1000)} s more</span>
+      <button type="button" className="primary" disabled={action.busy} onClick={() => action.run(() => control.command.handOver(of.name))}>
+        Hand over
+      </button>
+      <input
+        aria-label={`Why ${of.name} is declined`}
+        placeholder="why not, if you like"
+        maxLength={200}
+        size={18}
+        value={reason}
+        onChange={(event) => setReason(event.target.value)}
+      />
+      <button type="button" disabled={action.busy} onClick={() => action.run(() => control.command.decline(of.name, reason.trim()))}>
+        Decline
+      </button>
+      <Refusals of={action.refusals} />
+    </div>
+  );
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Empty, Refusals } from "../../design/parts";
+import { addressOf, useRoute } from "../../shell/route";
+import { Fixed } from "../workspaces/Fixed";
+import { useFindings, useWorkspace, useWorkspaces } from "../workspaces/kept";
+import "../workspaces/workspaces.css";
+import "./panel.css";
+
+/** A workspace as a panel for operators: large, with nothing beside it but what is always at the top. */
+export default function OperatorPanel() {
+  const { all, refusals } = useWorkspaces();
+  const { path } = useRoute();
+  const name = path[0] ?? "";
+  const about = all?.find((one) => one.name === name) ?? null;
+  const { workspace, refusals: more } = useWorkspace(about);
+  const findings = useFindings(workspace);
+  if (!all) return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Loading…</p>;
+  if (!about) {
+    return (
+      <Empty title={`There is no workspace '${name}'`}>
+        <a href={addressOf("workspaces")}>All workspaces</a>
+      </Empty>
+    );
+  }
+  return (
+    <div className="operator">
+      <Refusals of={[...refusals, ...more, ...findings]} />
+      {workspace && <Fixed layout={workspace.layout} workspace={name} />}
+      <footer className="row">
+        <span className="quiet">{workspace?.title || name}</span>
+        <a className="button" href={addressOf("workspaces", [name])}>
+          Leave the panel
+        </a>
+      </footer>
+    </div>
+  );
+}

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect } from "react";
+import type { Scope } from "./scope";
+
+/** Where the page is paused, what comes is not kept. */
+export function useStill(scope: Scope, isStill: boolean): void {
+  useEffect(() => {
+    if (!isStill || scope.stopped.get()) return;
+    scope.stop(true);
+    return () => scope.stop(false);
+  }, [scope, isStill]);
+}

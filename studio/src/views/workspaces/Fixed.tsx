@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { CSSProperties } from "react";
+import type { Region } from "../../control/shapes";
+import { Panel } from "../../design/parts";
+import { headingOf, innerOf } from "./layout";
+import { PanelBody } from "./PanelBody";
+
+/** A layout that stands as its author made it: a row that has no room becomes several; tabs stand one below the other. */
+export function Fixed(props: { layout: Region; workspace: string }) {
+  const { layout, workspace } = props;
+  if (layout.panel) {
+    return (
+      <Panel title={headingOf(layout)} className={`fixed-panel ${layout.panel}`}>
+        <PanelBody of={layout} workspace={workspace} />
+      </Panel>
+    );
+  }
+  const { regions, side } = innerOf(layout);
+  return (
+    <div className={side === "row" ? "fixed-row" : "fixed-column"}>
+      {regions.map((region, index) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: a region is known by its place
+        <div key={index} className="fixed-region" style={{ "--share": region.share ?? 1 } as CSSProperties}>
+          <Fixed layout={region} workspace={workspace} />
+        </div>
+      ))}
+    </div>
+  );
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import { Refusals } from "../../design/parts";
+import { useControl, useWatched } from "../../shell/context";
+import { addressOf } from "../../shell/route";
+import { colourOf } from "../scope/looks";
+import { Screen } from "../scope/Screen";
+import { Scope } from "../scope/scope";
+import { EMPTY, type Setup, traceId, withChannel } from "../scope/setup";
+import { useStill } from "../scope/useStill";
+import "../scope/scope.css";
+
+/** Values over time, each at its full rate: a scope of its own that rolls. */
+export function PlotPanel(props: { names: readonly string[]; seconds: number }) {
+  const source = useControl();
+  const { origin } = source;
+  const [scope, setScope] = useState<Scope | null>(null);
+  const asked = JSON.stringify([props.names, props.seconds]);
+  useEffect(() => {
+    const [names, seconds] = JSON.parse(asked) as [string[], number];
+    const made = new Scope(origin, setupOf(names, seconds));
+    setScope(made);
+    return () => {
+      setScope(null);
+      made.end();
+    };
+  }, [origin, asked]);
+  return scope && <Plotted scope={scope} isStill={source !== origin} />;
+}
+
+/** What a plot looks at: it rolls, and keeps what it shows. */
+export function setupOf(names: readonly string[], seconds: number): Setup {
+  const rolling: Setup = { ...EMPTY, span_s: seconds, keep_s: Math.min(600, Math.max(1, seconds * 1.2)) };
+  return names.reduce((setup, name) => withChannel(setup, name), rolling);
+}
+
+function Plotted(props: { scope: Scope; isStill: boolean }) {
+  const { scope } = props;
+  const setup = useWatched(scope.setup);
+  const channels = useWatched(scope.channels);
+  const refused = useWatched(scope.feeds.refused);
+  const trouble = useWatched(scope.trouble);
+  const lost = useWatched(scope.counts).reduce((sum, one) => sum + one.lost, 0);
+  useStill(scope, props.isStill);
+  const traces = setup.traces.filter((trace) => trace.component !== null);
+  return (
+    <div className="plot-panel">
+      <div className="screen-frame">
+        <Screen scope={scope} chosen={null} />
+      </div>
+      <ul className="legend small">
+        {traces.map((trace) => (
+          <li key={traceId(trace)}>
+            <span className="ink" style={{ background: `var(${colourOf(trace.look)})` }} />
+            <a href={addressOf("scope", [], { names: trace.channel })}>{traceId(trace)}</a>{" "}
+            <span className="quiet">{channels.get(trace.channel)?.unit ?? ""}</span>
+          </li>
+        ))}
+        {lost > 0 && <li className="wrong">{lost} values lost</li>}
+      </ul>
+      {trouble && <p className="wrong">{trouble}</p>}
+      <Refusals of={[...refused.values()].flat()} />
+    </div>
+  );
+}

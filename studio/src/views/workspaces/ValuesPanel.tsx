@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import type { ShownValue, SvvAbout } from "../../control/shapes";
+import { Tag } from "../../design/parts";
+import { LiveValue } from "../../live/LiveValue";
+import { useControl } from "../../shell/context";
+import { beyond, limitsText } from "./limits";
+
+/** Present values with their units and limits; one beyond a limit says so in words. */
+export function ValuesPanel(props: { of: readonly ShownValue[] }) {
+  return (
+    <dl className="shown-values">
+      {props.of.map((value) => (
+        <ValueRow key={`${value.name} ${value.label}`} of={value} />
+      ))}
+    </dl>
+  );
+}
+
+function ValueRow(props: { of: ShownValue }) {
+  const { of } = props;
+  const control = useControl();
+  const about = useAbout(of.name);
+  const [wrong, setWrong] = useState<string | null>(null);
+  const [missing, setMissing] = useState<string | null>(null);
+  const unit = about?.unit ?? "";
+  useEffect(
+    () =>
+      control.values.watch(of.name, (reading, refused) => {
+        setWrong(beyond(reading?.value, of, unit));
+        setMissing(refused ? refused.map((one) => one.message).join("; ") : null);
+      }),
+    [control, of, unit],
+  );
+  const limits = limitsText(of);
+  return (
+    <div className={wrong ? "beyond" : ""} data-value={of.name}>
+      <dt title={of.name}>{of.label || of.name}</dt>
+      <dd>
+        <LiveValue name={of.name} type_text={about?.type_text} unit={unit} /> {wrong && <Tag tone="bad">{wrong}</Tag>}
+        {limits && <span className="quiet small limits">{`${limits}${unit ? `\u202f${unit}` : ""}`}</span>}
+        {missing && <span className="wrong small">{missing}</span>}
+      </dd>
+    </div>
+  );
+}
+
+/** Type and unit of a value; null until they are known, and where nobody tells them. */
+export function useAbout(name: string): SvvAbout | null {
+  const control = useControl();
+  const [about, setAbout] = useState<SvvAbout | null>(null);
+  useEffect(() => {
+    let over = false;
+    setAbout(null);
+    // Without it the value is shown all the same; what is not there says its own value.
+    control.look("svv_about", { name }).then(
+      (found) => over || setAbout(found),
+      () => undefined,
+    );
+    return () => {
+      over = true;
+    };
+  }, [control, name]);
+  return about;
+}

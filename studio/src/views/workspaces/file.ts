@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// A workspace as a file: JSON that a program ships.
+import type { Workspace } from "../../control/shapes";
+
+/** The version of the format. */
+const FORMAT = 1;
+
+export function fileText(workspace: Workspace): string {
+  return `${JSON.stringify({ workspace: FORMAT, ...workspace }, null, 2)}\n`;
+}
+
+export function fileName(workspace: Workspace): string {
+  return `${workspace.name.replace(/[^\p{L}\p{N}._-]+/gu, "-")}.workspace.json`;
+}
+
+/** The workspace of a file. Errors: `Error` in a sentence; whether its layout is right the system says. */
+export function fromFile(text: string): Workspace {
+  let said: unknown;
+  try {
+    said = JSON.parse(text);
+  } catch (why) {
+    throw new Error(`the file is no workspace: ${why instanceof Error ? why.message : why}`);
+  }
+  if (typeof said !== "object" || said === null || !("layout" in said)) throw new Error("the file is no workspace: it has no 'layout'");
+  const { workspace = FORMAT, ...rest } = said as { workspace?: unknown } & Workspace;
+  if (workspace !== FORMAT)
+    throw new Error(`the file has the format ${JSON.stringify(workspace)} of workspaces, and this page reads ${FORMAT}`);
+  return rest;
+}

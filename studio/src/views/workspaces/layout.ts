@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// A layout as files have it, and as the docking library has it. Ours is shares of rows and columns, as a person writes them; the library's
+// is percentages, with an identity for each panel.
+import type {
+  TabNode,
+  TabsetNode,
+  TabsetNodeInput,
+  WorkspaceModel,
+  WorkspaceModelInput,
+  WorkspaceNode,
+  WorkspaceNodeInput,
+} from "react-resizable-panels";
+import type { PanelKind, Region } from "../../control/shapes";
+
+export const KINDS: readonly PanelKind[] = ["plot", "scene", "values", "verb", "alarms", "buttons"];
+
+const WORDS: Record<PanelKind, string> = {
+  plot: "Plot",
+  scene: "Machine",
+  values: "Values",
+  verb: "Verb",
+  alarms: "Alarms",
+  buttons: "Buttons",
+};
+
+/** What a kind of panel is called. */
+export function kindWord(kind: PanelKind): string {
+  return WORDS[kind];
+}
+
+/** The heading of a panel. */
+export function headingOf(panel: Region): string {
+  if (panel.title) return panel.title;
+  const kind = panel.panel ?? "alarms";
+  const of = panel.names?.[0] ?? panel.device ?? panel.verb;
+  return of ? `${kindWord(kind)} ${of}` : kindWord(kind);
+}
+
+/** The regions in a region, and how they stand. */
+export function innerOf(of: Region): { regions: readonly Region[]; side: "row" | "column" | "tabs" } {
+  if (of.row && of.row.length > 0) return { regions: of.row, side: "row" };
+  if (of.column && of.column.length > 0) return { regions: of.column, side: "column" };
+  return { regions: of.tabs ?? [], side: "tabs" };
+}
+
+/** All panels, from the first to the last. */
+export function panelsOf(of: Region): Region[] {
+  return of.panel ? [of] : innerOf(of).regions.flatMap(panelsOf);
+}
+
+/** The same panel without what says where it stands. */
+function alone(of: Region): Region {
+  const { share: _, ...panel } = of;
+  return panel;
+}
+
+/** The layout as the docking library takes it. No panels: one empty place. */
+export function modelOf(layout: Region): WorkspaceModelInput<Region> {
+  let last = 0;
+  const tab = (of: Region): TabNode<Region> => {
+    last += 1;
+    return { id: `panel-${last}`, title: headingOf(of), data: alone(of) };
+  };
+  const node = (of: Region): WorkspaceNodeInput<Region> => {
+    const { regions, side } = innerOf(of);
+    if (of.panel) return { type: "tabset", tabs: [tab(of)] };
+    if (side === "tabs") return { type: "tabset", tabs: regions.map(tab) };
+    const whole = regions.reduce((sum, region) => sum + (region.share ?? 1), 0);
+    const children = regions.map((region) => ({ ...node(region), size: (100 * (region.share ?? 1)) / whole }));
+    return { type: "split", orientation: side === "row" ? "horizontal" : "vertical", children };
+  };
+  return { version: 1, root: node(layout) };
+}
+
+/** The layout that the docking library has now; null where no panel is left. */
+export function layoutOf(model: WorkspaceModel<Region>): Region | null {
+  return regionOf(model.root);
+}
+
+function regionOf(node: WorkspaceNode<Region>): Region | null {
+  if (node.type === "tabset") {
+    const panels = node.tabs.map((one) => alone(one.data));
+    return panels.length > 1 ? { tabs: panels } : (panels[0] ?? null);
+  }
+  const kept = node.children.flatMap((child) => {
+    const region = regionOf(child);
+    return region ? [{ region, size: percentOf(child.size) }] : [];
+  });
+  const [first] = kept;
+  if (!first) return null;
+  if (kept.length === 1) return first.region;
+  const shares = sharesOf(kept.map((one) => one.size));
+  const regions = kept.map(({ region }, index) => (shares ? { share: shares[index], ...region } : region)) as Region[];
+  return node.orientation === "horizontal" ? { row: regions } : { column: regions };
+}
+
+function percentOf(size: number | string | undefined): number | null {
+  const read = typeof size === "string" ? Number.parseFloat(size) : size;
+  return read === undefined || !Number.isFinite(read) ? null : read;
+}
+
+/** Shares relative to an equal part, to two digits; null where all are equal. What has no size has an equal part of what is left. */
+export function sharesOf(percents: readonly (number | null)[]): number[] | null {
+  const given = percents.filter((size) => size !== null);
+  const left = Math.max(0, 100 - given.reduce((sum, size) => sum + size, 0));
+  const open = percents.length - given.length;
+  const shares = percents.map((size) => {
+    const share = ((size ?? left / Math.max(1, open)) * percents.length) / 100;
+    return Math.max(0.01, Math.round(share * 100) / 100);
+  });
+  return shares.every((share) => Math.abs(share - (shares[0] ?? 1)) < 0.015) ? null : shares;
+}
+
+/** All tabsets of a model, in the order in which they stand. */
+export function tabsetsOf(node: WorkspaceNode<Region>): TabsetNode<Region>[] {
+  return node.type === "tabset" ? [node] : node.children.flatMap(tabsetsOf);
+}
+
+/** A model with nothing in it. */
+export const NOTHING: TabsetNodeInput<Region> = { type: "tabset", tabs: [] };
+
+/** A new identity for a panel of this model. */
+export function freshId(model: WorkspaceModel<Region>): string {
+  const used = new Set(tabsetsOf(model.root).flatMap((tabset) => tabset.tabs.map((one) => one.id)));
+  let number = used.size + 1;
+  while (used.has(`panel-${number}`)) number += 1;
+  return `panel-${number}`;
+}

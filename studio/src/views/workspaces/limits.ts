@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Values against their limits, in words.
+import type { ShownValue, Value } from "../../control/shapes";
+import { figure, withUnit } from "../../design/numbers";
+
+/** What is wrong with a value: "above 2 m", "below 0 m"; null where it lies within, or has no limits. Of an array each element counts. */
+export function beyond(value: Value | null | undefined, of: ShownValue, unit: string): string | null {
+  if (Array.isArray(value)) {
+    for (const one of value) {
+      const found = beyond(one, of, unit);
+      if (found) return found;
+    }
+    return null;
+  }
+  if (typeof value !== "number") return null;
+  if (of.maximum !== null && of.maximum !== undefined && value > of.maximum) return `above ${withUnit(figure(of.maximum), unit)}`;
+  if (of.minimum !== null && of.minimum !== undefined && value < of.minimum) return `below ${withUnit(figure(of.minimum), unit)}`;
+  return null;
+}
+
+/** The limits in words: "0 … 2", "at most 2", "at least 0"; empty: none. */
+export function limitsText(of: ShownValue): string {
+  const { minimum, maximum } = of;
+  const [low, high] = [typeof minimum === "number" ? figure(minimum) : null, typeof maximum === "number" ? figure(maximum) : null];
+  if (low !== null && high !== null) return `${low} … ${high}`;
+  if (high !== null) return `at most ${high}`;
+  return low === null ? "" : `at least ${low}`;
+}

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useSyncExternalStore } from "react";
+
+/** Below this width panels stand one below the other, and are not docked. */
+const NARROW = "(max-width: 700px)";
+
+/** Whether the window is too narrow for panels side by side. */
+export function useIsNarrow(): boolean {
+  return useSyncExternalStore(
+    (changed) => {
+      const query = window.matchMedia(NARROW);
+      query.addEventListener("change", changed);
+      return () => query.removeEventListener("change", changed);
+    },
+    () => window.matchMedia(NARROW).matches,
+  );
+}

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// A panel as a person writes it in the form: lines of text, read with a sentence for what is wrong.
+import type { Button, PanelKind, Region, ShownValue, Value } from "../../control/shapes";
+
+export interface Written {
+  title: string;
+  names: string;
+  seconds: string;
+  values: string;
+  device: string;
+  verb: string;
+  buttons: string;
+}
+
+function linesOf(text: string): string[] {
+  return text
+    .split("\n")
+    .map((line) => line.trim())
+    .filter(Boolean);
+}
+
+export function valuesText(values: readonly ShownValue[]): string {
+  const line = (of: ShownValue) => [of.name, of.label ?? "", of.minimum ?? "", of.maximum ?? ""].join(" | ").replace(/(\s*\|\s*)+$/, "");
+  return values.map(line).join("\n");
+}
+
+/** Buttons as lines; one that makes its instance itself stands as JSON behind its label. */
+export function buttonsText(buttons: readonly Button[]): string {
+  const line = (of: Button) => {
+    if (of.start) return `${of.label}: ${JSON.stringify(of.start)}`;
+    const values = of.values && Object.keys(of.values).length > 0 ? ` ${JSON.stringify(of.values)}` : "";
+    return `${of.label}: ${of.instance ?? ""}${values}`;
+  };
+  return buttons.map(line).join("\n");
+}
+
+/** The panel that was written, or in a sentence why there is none. What the form does not show of the panel before stays. */
+export function panelOf(kind: PanelKind, written: Written, before: Region | null): Region | string {
+  const head = {
+    ...(before?.share ? { share: before.share } : {}),
+    panel: kind,
+    ...(written.title.trim() && { title: written.title.trim() }),
+  };
+  switch (kind) {
+    case "plot": {
+      const names = linesOf(written.names);
+      const seconds = Number(written.seconds);
+      if (names.length === 0) return "name at least one SVV to plot";
+      if (!(seconds >= 0.1 && seconds <= 600)) return `'${written.seconds}' is no number of seconds from 0.1 to 600`;
+      return { ...head, names, seconds };
+    }
+    case "values": {
+      const values = linesOf(written.values).map(shownOf);
+      const wrong = values.find((one) => typeof one === "string");
+      if (wrong !== undefined) return wrong as string;
+      return values.length === 0 ? "name at least one SVV to show" : { ...head, values: values as ShownValue[] };
+    }
+    case "buttons": {
+      const buttons = linesOf(written.buttons).map(buttonOf);
+      const wrong = buttons.find((one) => typeof one === "string");
+      if (wrong !== undefined) return wrong as string;
+      return buttons.length === 0 ? "write at least one button" : { ...head, buttons: buttons as Button[] };
+    }
+    case "scene":
+      return written.device.trim() ? { ...head, device: written.device.trim() } : "name the physical device that is drawn";
+    case "verb":
+      return written.verb.trim() ? { ...head, verb: written.verb.trim() } : "name the verb whose state diagram is shown";
+    default:
+      return head;
+  }
+}
+
+function shownOf(line: string): ShownValue | string {
+  const [name = "", label = "", low = "", high = "", ...more] = line.split("|").map((part) => part.trim());
+  if (name === "" || more.length > 0) return `'${line}' is not understood: write NAME | label | minimum | maximum`;
+  const found: ShownValue = { name, ...(label && { label }) };
+  for (const [word, text] of [
+    ["minimum", low],
+    ["maximum", high],
+  ] as const) {
+    if (text === "") continue;
+    const limit = Number(text);
+    if (!Number.isFinite(limit)) return `the ${word} of '${name}' is '${text}': write a number in the unit of the value`;
+    found[word] = limit;
+  }
+  return found;
+}
+
+function buttonOf(line: string): Button | string {
+  const [, label = "", rest = ""] = /^([^:]+):\s*(.*)$/.exec(line) ?? [];
+  const at = rest.indexOf("{");
+  const name = (at < 0 ? rest : rest.slice(0, at)).trim();
+  let given: Record<string, Value> | null = null;
+  if (at >= 0) {
+    try {
+      given = JSON.parse(rest.slice(at)) as Record<string, Value>;
+    } catch {
+      return `what stands behind '${label || line}' is no JSON: write {"input": value}`;
+    }
+  }
+  if (label.trim() === "" || (name === "" && given === null)) return `'${line}' is not understood: write label: INSTANCE {"input": value}`;
+  if (name !== "") return { label: label.trim(), instance: name, ...(given && { values: given }) };
+  return { label: label.trim(), start: given as unknown as NonNullable<Button["start"]> };
+}

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two people at one system: who commands, alarms one by one, workspaces that both see, and the operator's panel on a tablet.
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { Commander } from "./commander";
+import { axeFindings, browse, goTo, type Opened, open, type Running, run, STOP, shoot, stopRectangles } from "./running";
+
+let running: Running;
+let browser: Browser;
+let anna: Opened;
+let bert: Opened;
+
+beforeAll(async () => {
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "people.py"), "--role", "configure"), browse(false)]);
+  [anna, bert] = await Promise.all([open(browser, running.url), open(browser, running.url)]);
+});
+
+afterAll(async () => {
+  await browser?.close();
+  await running?.stop();
+});
+
+/** Opens a view that the navigation does not lead to. */
+async function show(page: Page, address: string): Promise<void> {
+  await page.evaluate((hash) => {
+    window.location.hash = hash;
+  }, address);
+}
+
+const button = (page: Page, label: string) => page.locator(`[data-button="${label}"]`);
+
+test("the operator's panel of a program fits a tablet, is touched with a finger, and starts what it names and nothing else", async () => {
+  const { page } = anna;
+  await show(page, "#/panel/joint");
+  await page.getByRole("button", { name: "Reach out", exact: true }).waitFor();
+  expect(await page.locator("[data-button] .start").allTextContents()).toEqual(["Home", "Reach out", "Sway"]);
+  expect(await page.getByRole("navigation").count()).toBe(0);
+  expect(await stopRectangles(page)).toEqual([STOP]);
+  for (const [width, height] of [
+    [800, 1280],
+    [1024, 768],
+    [390, 844],
+  ] as const) {
+    await page.setViewportSize({ width, height });
+    const small = await page.evaluate(() =>
+      [...document.querySelectorAll<HTMLElement>("button, select, input, .operator a")]
+        .filter((one) => one.offsetParent !== null || getComputedStyle(one).position === "fixed")
+        .filter((one) => !one.classList.contains("skip"))
+        .map((one) => ({ text: one.textContent, box: one.getBoundingClientRect() }))
+        .filter(({ box }) => box.width < 44 || box.height < 44)
+        .map(({ text, box }) => `${text} ${box.width}×${box.height}`),
+    );
+    expect(small, `touched at ${width}`).toEqual([]);
+    expect(await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth)).toBe(0);
+    expect(await axeFindings(page), `${width}`).toEqual([]);
+    await shoot(page, `panel-${width}`);
+  }
+  await page.setViewportSize({ width: 1024, height: 768 });
+  await button(page, "Reach out").locator(".start").click();
+  await button(page, "Reach out").getByText("ended: arrived").waitFor();
+  await expect.poll(() => page.locator('[data-live="elbow.sensed"]').textContent()).toMatch(/^1\.(19|2)/);
+  await button(page, "Sway").locator(".start").click();
+  await button(page, "Sway")
+    .getByText(/^running: /)
+    .waitFor();
+  expect(await button(page, "Sway").getByRole("button", { name: "Sway", exact: true }).isDisabled()).toBe(true);
+});
+
+test("command is asked for by name, declined with a reason, handed over; stopping needs none of it", async () => {
+  const { page: holder } = anna;
+  const { page: other } = bert;
+  const ask = async (reason: string) => {
+    await other.getByRole("button", { name: "Request command" }).click();
+    const form = other.getByRole("form", { name: "Request command" });
+    await form.getByLabel("Your name").fill("Bert");
+    await form.getByLabel("Reason").fill(reason);
+    await form.getByRole("button", { name: "Send" }).click();
+    await other.getByText("to hand over command…").waitFor();
+  };
+  await ask("shift change");
+  const asked = holder.getByRole("alert").filter({ hasText: "Bert" });
+  await asked.getByText("asks for command: shift change").waitFor();
+  expect(await stopRectangles(holder), "somebody asks").toEqual([STOP]);
+  expect(await stopRectangles(other), "it waits").toEqual([STOP]);
+  expect(await axeFindings(holder)).toEqual([]);
+  expect(await axeFindings(other)).toEqual([]);
+  // Who waits for command stops all the same.
+  await show(other, "#/panel/joint");
+  await other.getByRole("button", { name: "Halt Sway" }).click();
+  await button(other, "Sway").getByText("ended: halted").waitFor();
+  await asked.getByLabel(/^Why/).fill("in a minute");
+  await asked.getByRole("button", { name: "Decline" }).click();
+  await other.getByText(/The request for command was declined by studio-\w+: in a minute\./).waitFor();
+  await ask("");
+  await asked.getByRole("button", { name: "Hand over" }).click();
+  await other.locator(".holder").getByText("this page").waitFor();
+  await holder.locator(".holder").getByText("Bert", { exact: true }).waitFor();
+  expect(await other.getByRole("button", { name: "Request command" }).count()).toBe(0);
+});
+
+test("each alarm is seen with its severity and state in every view, and acknowledged alone", async () => {
+  const { page } = bert;
+  const other = await Commander.open(running.url, true);
+  await other.call("define_alarm", { code: "E102", text: "the brake is worn", remedy: "", severity: "critical" });
+  for (const code of ["E101", "E102"]) await other.call("raise_alarm", { code, source: "elbow" });
+  const bar = page.getByRole("region", { name: "Alarm bar" });
+  await other.giveBack();
+  await show(page, "#/log");
+  for (const view of ["Scope", "Workspaces"]) {
+    await goTo(page, view);
+    await bar.getByText("the brake is worn").waitFor();
+    expect(await bar.locator(".alarm .tag").allTextContents()).toEqual(["critical", "active"]);
+  }
+  await bar.getByRole("button", { name: "All 2 alarms" }).click();
+  expect(await stopRectangles(page), "the list of alarms is open").toEqual([STOP]);
+  expect(await axeFindings(page)).toEqual([]);
+  const grease = bar.locator('[data-alarm="E101"]');
+  await bar.getByRole("button", { name: "Acknowledge E102 of elbow" }).click();
+  await expect.poll(() => bar.locator('[data-alarm="E102"] .tag').allTextContents()).toEqual(["critical", "acknowledged"]);
+  expect(await grease.locator(".tag").allTextContents()).toEqual(["low", "active"]);
+  await other.take();
+  await other.call("clear_alarm", { code: "E101" });
+  await expect.poll(() => grease.locator(".tag").allTextContents()).toEqual(["low", "returned"]);
+  await other.call("clear_alarm", { code: "E102" });
+  await other.call("acknowledge_alarms", {});
+  await bar.waitFor({ state: "detached" });
+  await other.close();
+});
+
+/** Fills the form of a new panel. */
+async function write(page: Page, kind: string, fill: (form: ReturnType<Page["getByRole"]>) => Promise<void>): Promise<void> {
+  const form = page.getByRole("form", { name: "New panel" });
+  await form.getByLabel("Shows").selectOption(kind);
+  await fill(form);
+  await form.getByRole("button", { name: "Add" }).click();
+  await form.waitFor({ state: "detached" });
+}
+
+/** Where a panel stands, by its heading. */
+async function place(page: Page, heading: string) {
+  const box = await page
+    .locator(".docked")
+    .filter({ has: page.getByRole("tab", { name: heading }) })
+    .boundingBox();
+  if (!box) throw new Error(`there is no panel '${heading}'`);
+  return box;
+}
+
+test("a workspace is composed with the mouse and the keyboard, kept, and seen by another person; it is a file", async () => {
+  const { page, errors } = bert;
+  await show(page, "#/workspaces");
+  await page.getByLabel("Name of a new workspace").fill("mine");
+  await page.getByRole("button", { name: "Begin" }).click();
+  await page.getByRole("button", { name: "Add panel" }).click();
+  await write(page, "values", async (form) => {
+    await form.getByLabel("Heading").fill("Elbow");
+    await form.getByLabel(/^SVVs/).fill("elbow.sensed | Position | -9 | -8");
+  });
+  await page.getByLabel("Split beside Elbow").selectOption("right");
+  await write(page, "plot", async (form) => {
+    await form.getByLabel("Heading").fill("Curve");
+    await form.getByLabel(/^SVVs/).fill("elbow.sensed");
+  });
+  await page.locator('[data-value="elbow.sensed"]').getByText("above -8").waitFor();
+  await page.getByLabel("Split beside Curve").selectOption("bottom");
+  await write(page, "verb", async (form) => {
+    await form.getByRole("combobox", { name: "Verb" }).fill("sway");
+  });
+  await page.locator(".diagram svg").waitFor();
+  // By the keyboard: what divides two panels, and where a panel stands.
+  const before = await place(page, "Elbow");
+  await page.getByRole("separator", { name: "Width of the panels beside it" }).press("ArrowRight");
+  await expect.poll(async () => (await place(page, "Elbow")).width).toBeGreaterThan(before.width + 5);
+  await page.getByLabel("Move Verb sway", { exact: true }).selectOption({ label: "to its left edge" });
+  await expect.poll(async () => (await place(page, "Verb sway")).x).toBeLessThan((await place(page, "Elbow")).x);
+  // With the mouse: by its heading to the lower side of another one.
+  const target = await place(page, "Curve");
+  await page.getByRole("tab", { name: "Verb sway" }).hover();
+  await page.mouse.down();
+  await page.mouse.move(target.x + target.width / 2, target.y + target.height / 2, { steps: 5 });
+  await page.mouse.move(target.x + target.width / 2, target.y + target.height - 12, { steps: 5 });
+  await page.mouse.up();
+  await expect.poll(async () => (await place(page, "Verb sway")).y).toBeGreaterThan((await place(page, "Curve")).y + 40);
+  expect(await axeFindings(page)).toEqual([]);
+  expect(await stopRectangles(page), "a workspace is composed").toEqual([STOP]);
+  await shoot(page, "workspace");
+  await page.getByRole("button", { name: "Keep", exact: true }).click();
+  await page.getByText("not kept yet").waitFor({ state: "detached" });
+  await page.getByRole("tab", { name: "Curve" }).waitFor();
+  const download = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Export" }).click();
+  const file = JSON.parse(readFileSync(await (await download).path(), "utf8"));
+  expect(file).toMatchObject({
+    workspace: 1,
+    name: "mine",
+    layout: { row: [{ panel: "values", title: "Elbow" }, { column: [{ panel: "plot" }, { panel: "verb" }] }] },
+  });
+
+  // Another person, and what a program has shipped is not theirs to change.
+  await show(anna.page, "#/workspaces/mine");
+  await anna.page.getByRole("tab", { name: "Curve" }).waitFor();
+  await anna.page.setViewportSize({ width: 390, height: 844 });
+  await anna.page.getByRole("heading", { name: "Curve" }).waitFor();
+  expect(await axeFindings(anna.page), "390").toEqual([]);
+  await anna.page.setViewportSize({ width: 1440, height: 900 });
+  await show(anna.page, "#/workspaces/joint");
+  await anna.page.getByLabel("Keep under another name").waitFor();
+  expect(await anna.page.getByRole("button", { name: "Keep", exact: true }).count()).toBe(0);
+
+  // Removed, and forgotten.
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.getByRole("button", { name: "Remove Verb sway" }).click();
+  await page.getByRole("tab", { name: "Verb sway" }).waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Discard changes" }).click();
+  await page.getByRole("tab", { name: "Verb sway" }).waitFor();
+  await page.getByRole("button", { name: "Forget" }).click();
+  await page.getByRole("link", { name: "mine" }).waitFor({ state: "detached" });
+  expect(errors).toEqual([]);
+  expect(anna.errors).toEqual([]);
+});
