@@ -98,6 +98,13 @@ def _parser() -> argparse.ArgumentParser:
     build.add_argument("files", nargs="+")
     build.add_argument("-o", "--output", help="the module, else beside the first file")
     build.set_defaults(run=_build)
+    export = commands.add_parser("export", help="write a graph for another tool").add_subparsers(required=True, metavar="WHAT")
+    unit = export.add_parser("fmu", help="a graph of a file of definitions as an FMU (FMI 2, co-simulation)")
+    unit.add_argument("graph", help="FILE.toml, or FILE.toml:NAME where it has more than one")
+    unit.add_argument("--every", required=True, help='the interval at which it runs: "1 ms"')
+    unit.add_argument("-o", "--output", help="the FMU, else NAME.fmu")
+    unit.add_argument("--library", help="libopengpac_ps.so, which make c-package builds")
+    unit.set_defaults(run=_export_fmu)
     new = commands.add_parser("new", help="begin a file").add_subparsers(required=True, metavar="WHAT")
     block = new.add_parser("block", help="a function block in C")
     block.add_argument("name")
@@ -196,6 +203,13 @@ def _check_file(path: str) -> int:
 
 def _count(things: Sized, word: str) -> str:
     return f"{len(things)} {word}{'' if len(things) == 1 else 's'}"
+
+
+def _export_fmu(given: argparse.Namespace) -> int:
+    from .fmi.export import export_of_file
+
+    print(export_of_file(given.graph, given.every, given.output, given.library))
+    return 0
 
 
 def _build(given: argparse.Namespace) -> int:
