@@ -5,7 +5,9 @@ use super::channels::{Slots, channels};
 use super::functions::{Data, MuJoCo, state};
 use super::log;
 use super::model::{Arm, Tool};
-use device::{Channel, DeviceError, Driver, Slot};
+use super::placing::Places;
+use device::{Channel, DeviceError, Driver, Services, Slot};
+use std::sync::Arc;
 
 /// The most that one reading advances; a plant that was not read for longer stands still for the rest.
 const ADVANCE_NS_MAX: i64 = 1_000_000_000;
@@ -51,6 +53,9 @@ pub(super) struct Plant {
     push: [f64; 3],
     /// Room for what one sensor tells.
     sensed: Vec<f64>,
+    /// Where the service `place` has put it, and room for that.
+    places: Arc<Places>,
+    place: Vec<f64>,
 }
 
 impl Plant {
@@ -86,6 +91,8 @@ impl Plant {
             held: vec![0.0; count],
             push: [0.0; 3],
             sensed: vec![0.0; arm.sensors.iter().map(|sensor| sensor.elements).max().unwrap_or(0).max(3)],
+            places: Places::new(&arm.joints),
+            place: vec![0.0; count],
             arm,
         };
         plant.reset();
@@ -105,6 +112,18 @@ impl Plant {
         for (held, joint) in self.held.iter_mut().zip(&self.arm.joints) {
             *held = self.state[joint.position];
         }
+    }
+
+    /// Puts the joints where the service said, at rest, and all else as at the start.
+    fn put(&mut self) {
+        self.reset();
+        for (joint, (held, place)) in self.arm.joints.iter().zip(self.held.iter_mut().zip(&self.place)) {
+            (self.state[joint.position], *held) = (*place, *place);
+            self.state[self.positions + joint.velocity] = 0.0;
+        }
+        // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
+        unsafe { (self.arm.mujoco.mj_setState)(self.arm.model, self.motion.0, self.state.as_ptr(), state::QPOS | state::QVEL) };
+        self.sense();
     }
 
     /// Goes through the steps of a braked arm and of one whose first joint alone is braked.
@@ -256,6 +275,9 @@ impl Driver for Plant {
 
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         self.advance(release_ns)?;
+        if self.places.take(&mut self.place) {
+            self.put();
+        }
         for (joint, ([position, velocity, bias], _)) in self.arm.joints.iter().zip(&self.slots.joints) {
             position.set_double(readings, 0, self.state[joint.position]);
             velocity.set_double(readings, 0, self.state[self.positions + joint.velocity]);
@@ -306,5 +328,9 @@ impl Driver for Plant {
 
     fn close(&mut self) {
         self.safe_state();
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        Some(self.places.clone())
     }
 }
