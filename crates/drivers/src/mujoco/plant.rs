@@ -135,15 +135,20 @@ impl Plant {
         (0..WARM_UP_STEPS).for_each(|_| self.step());
     }
 
-    /// Takes the state out of MuJoCo and has it compute what depends on it: kinematics, inertia, bias.
+    /// Takes the state out of MuJoCo and has it compute what depends on it: kinematics, inertia.
     fn sense(&mut self) {
         let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
-        // SAFETY: model and data belong together; `state` and `bias` have the sizes that `mj_stateSize` gave.
+        // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
         unsafe {
             (mujoco.mj_step1)(model, data);
             (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL);
-            (mujoco.mj_rne)(model, data, 0, self.bias.as_mut_ptr());
         }
+    }
+
+    /// Takes the efforts that hold the arm: they are needed once a reading, and where a brake bears what moves beside it.
+    fn weigh(&mut self) {
+        // SAFETY: model and data belong together; `bias` has nv elements.
+        unsafe { (self.arm.mujoco.mj_rne)(self.arm.model, self.motion.0, 0, self.bias.as_mut_ptr()) };
     }
 
     /// One time step under the last commands.
@@ -154,13 +159,19 @@ impl Plant {
         // SAFETY: model and data belong together; `forces` has the size of both components, `state` as in `sense`.
         unsafe {
             (mujoco.mj_setState)(model, data, self.forces.as_ptr(), state::QFRC_APPLIED | state::XFRC_APPLIED);
-            if self.arm.runge_kutta {
-                (mujoco.mj_step)(model, data)
-            } else {
-                (mujoco.mj_step2)(model, data)
-            }
-            (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL);
+            if self.arm.runge_kutta { (mujoco.mj_step)(model, data) } else { (mujoco.mj_step2)(model, data) }
         }
+        if self.braked.contains(&true) {
+            self.hold();
+        }
+        self.sense();
+    }
+
+    /// Puts every joint whose brake is on back to where that holds it.
+    fn hold(&mut self) {
+        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
+        // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
+        unsafe { (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL) };
         for (joint, held) in self.arm.joints.iter().zip(&self.held) {
             if self.braked[joint.velocity] {
                 self.state[joint.position] = *held;
@@ -169,7 +180,6 @@ impl Plant {
         }
         // SAFETY: as above.
         unsafe { (mujoco.mj_setState)(model, data, self.state.as_ptr(), state::QPOS | state::QVEL) };
-        self.sense();
     }
 
     /// Efforts of the commanded joints, and what the brakes bear.
@@ -185,12 +195,13 @@ impl Plant {
             }
         }
         if free && self.braked.contains(&true) {
+            self.weigh();
             for i in 0..nv {
                 self.drift[i] = -self.bias[i] - self.arm.damping[i] * self.state[self.positions + i];
             }
             // SAFETY: model and data belong together; `inertia` has nv * nv elements.
             unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.0, self.inertia.as_mut_ptr()) };
-            self.brakes.hold(&self.inertia, &self.drift, &self.braked, effort);
+            self.brakes.hold(&self.inertia, &self.drift, &self.braked, &mut self.forces[..nv]);
         }
     }
 
@@ -278,6 +289,7 @@ impl Driver for Plant {
         if self.places.take(&mut self.place) {
             self.put();
         }
+        self.weigh();
         for (joint, ([position, velocity, bias], _)) in self.arm.joints.iter().zip(&self.slots.joints) {
             position.set_double(readings, 0, self.state[joint.position]);
             velocity.set_double(readings, 0, self.state[self.positions + joint.velocity]);
