@@ -27,7 +27,22 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import lines
 import open_bars
-from rows import ethercat, hal, hosts, jitter, kernel, planned, processes, recording, remote, servos, verbs, virtual_clock
+from rows import (
+    episodes,
+    ethercat,
+    hal,
+    hosts,
+    jitter,
+    kernel,
+    planned,
+    policies,
+    processes,
+    recording,
+    remote,
+    servos,
+    verbs,
+    virtual_clock,
+)
 
 
 @dataclass(frozen=True)
@@ -55,6 +70,8 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "ethercat": lambda options: ethercat.measure(options.rounds, options.quick),
     "servos": lambda options: servos.measure(options.rounds, options.quick),
     "virtual": lambda options: virtual_clock.measure(options.rounds),
+    "episodes": lambda options: episodes.measure(options.rounds, options.quick),
+    "policy": lambda options: policies.measure(options.rounds, options.quick),
 }
 
 
