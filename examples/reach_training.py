@@ -186,7 +186,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--steps", type=int, default=2000, help="steps of imitation")
-    parser.add_argument("--generations", type=int, default=6, help="generations of the evolution strategy; 0: imitation alone, without the environment")
+    parser.add_argument("--generations", type=int, default=6, help="of the evolution strategy; 0: imitation alone")
     parser.add_argument("--goals", type=int, default=100, help="unseen goals that are tried at the end")
     parser.add_argument("--output", type=Path, default=NETWORK)
     options = parser.parse_args()
