@@ -77,7 +77,7 @@ $(VENV)/ready: $(VENV)/builds
 	touch $@
 
 $(VENV)/tests: $(VENV)/ready Makefile
-	$(call install,pytest pytest-xdist hypothesis scipy onnx==1.23.2 ipython ipykernel nbclient mcap openapi-spec-validator==0.7.1 pysoem==1.1.13 ur_rtde==1.6.5 pymodbus==3.16.1 canopen==2.4.1 python-can==4.6.1 pyserial==3.5 rustypot==1.13.1 feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 numba==0.68.1 llvmlite==0.50.0 cloudpickle==3.1.2 casadi==3.8.2 fmpy==0.3.32 pythonfmu==0.7.0 pyright ruff)
+	$(call install,pytest pytest-xdist hypothesis scipy onnx==1.23.2 gymnasium==1.4.0 ipython ipykernel nbclient mcap openapi-spec-validator==0.7.1 pysoem==1.1.13 ur_rtde==1.6.5 pymodbus==3.16.1 canopen==2.4.1 python-can==4.6.1 pyserial==3.5 rustypot==1.13.1 feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 numba==0.68.1 llvmlite==0.50.0 cloudpickle==3.1.2 casadi==3.8.2 fmpy==0.3.32 pythonfmu==0.7.0 pyright ruff)
 	touch $@
 
 $(RELEASE): $(RUST) pyproject.toml $(VENV)/builds
@@ -193,6 +193,7 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/io_module.py
 	$(BIN)/python examples/cart_pole_mpc.py
 	OPENGPAC_NODES=all $(BIN)/python -m pytest -q tests/python/policies/test_nodes.py
+	OPENGPAC_GOALS=100 $(BIN)/python -m pytest -q tests/examples/test_reach.py -k not_seen
 	$(BIN)/python tests/faults/peers.py
 	$(BIN)/python tests/faults/shift.py
 	$(BIN)/python tests/faults/sixteen.py
@@ -206,6 +207,7 @@ soak: setup $(VENV)/tests
 	$(BIN)/python tests/faults/soak.py --minutes $(MINUTES)
 
 bench: setup-hosts $(VENV)/tests
+	@$(call install,onnxruntime==1.32.0) || echo "without onnxruntime: the rows of policies are not taken"
 	$(BIN)/python bench/run.py
 
 # One wheel for every Python from 3.11 on, to be installed where there is neither Rust nor Node; the debug information lies beside it.

@@ -27,7 +27,23 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import lines
 import open_bars
-from rows import ethercat, hal, hosts, jitter, kernel, planned, processes, python_blocks, recording, remote, servos, verbs, virtual_clock
+from rows import (
+    episodes,
+    ethercat,
+    hal,
+    hosts,
+    jitter,
+    kernel,
+    planned,
+    policies,
+    processes,
+    python_blocks,
+    recording,
+    remote,
+    servos,
+    verbs,
+    virtual_clock,
+)
 
 
 @dataclass(frozen=True)
@@ -56,6 +72,8 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "servos": lambda options: servos.measure(options.rounds, options.quick),
     "python": lambda options: python_blocks.measure(options.rounds),
     "virtual": lambda options: virtual_clock.measure(options.rounds),
+    "episodes": lambda options: episodes.measure(options.rounds, options.quick),
+    "policy": lambda options: policies.measure(options.rounds, options.quick),
 }
 
 

@@ -19,9 +19,10 @@ __version__ = _native.version()
 _OF_A_DRIVER = "opengpac.driver_process" in sys.orig_argv
 
 # Their definitions are checked by a real-time system: each is loaded when it is used, and not with the other names.
-_WITH_DEFINITIONS = ("cell", "motion", "robots")
+_WITH_DEFINITIONS = ("cell", "gym", "motion", "robots")
 
 if TYPE_CHECKING:
+    from . import gym as gym
     from .face import *  # noqa: F403
 elif not _OF_A_DRIVER:
     from . import face

@@ -209,6 +209,9 @@ class System:
     def read(self, names: list[str], /) -> tuple[int, list[tuple[bytes, int, int]]]:
         """One consistent snapshot: its time and for each SVV (bytes, number, time)."""
 
+    def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int, names: list[str], /) -> bytes:
+        """Virtual clock: stores numbers, runs what is due within the duration, and reads: the bytes of all SVVs, one after the other."""
+
     def history(self, name: str, count: int, /) -> list[tuple[int, int, bytes]]:
         """Up to `count` last values, oldest first: (number, time, bytes)."""
 

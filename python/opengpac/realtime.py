@@ -21,6 +21,16 @@ class RealTimeSystem(Calls):
         """One consistent snapshot: its time and for each SVV its bytes, number and time."""
         raise NotImplementedError
 
+    def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int, names: list[str], /) -> bytes:
+        """Virtual clock: stores numbers, runs what is due within the duration, and reads: the bytes of all SVVs, one after the other.
+
+        A system in this process does so in one call.
+        """
+        for name, numbers in stores:
+            self.write(name, numbers[0] if len(numbers) == 1 else numbers)
+        self.advance(duration_ns)
+        return b"".join(r[0] for r in self.read(names)[1])
+
     def history(self, name: str, count: int, /) -> list[tuple[int, int, bytes]]:
         """The last values, oldest first: number, time, bytes."""
         raise NotImplementedError

@@ -21,7 +21,16 @@ from opengpac.devices import ParameterMember, SvvMember
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "reference.md"
 
-MODULES = ["opengpac", "opengpac.motion", "opengpac.robots", "opengpac.cell", "opengpac.library", "opengpac.drivers", "opengpac.alarms"]
+MODULES = [
+    "opengpac",
+    "opengpac.motion",
+    "opengpac.robots",
+    "opengpac.cell",
+    "opengpac.library",
+    "opengpac.drivers",
+    "opengpac.alarms",
+    "opengpac.gym",
+]
 """The modules whose public names the page has. Those without `__all__` have what they define themselves."""
 
 GROUPS: dict[str, tuple[str, str]] = {
@@ -36,6 +45,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Items of a block in Python": ("opengpac.python", "Input Output State Parameter Condition Invocation"),
     "Learned policies": ("opengpac", "policy Policy Term"),
     "Symbolic models and FMUs": ("opengpac", "casadi CasadiBlock fmu FmuBlock"),
+    "Episodes": ("opengpac.gym", "Environment Task Values side_by_side"),
     "Verbs": ("opengpac", "Verb verb VerbInstance Report Terminated"),
     "Tables of a verb": ("opengpac", "each input required on Termination holding Holding"),
     "Commands of a list": ("opengpac", "activate execute deactivate wait install ready interval Interval Command"),

@@ -81,6 +81,15 @@ impl System {
         Ok((time_ns, readings))
     }
 
+    /// Virtual clock: stores numbers, advances, reads; the bytes of all that is read, one after the other.
+    #[pyo3(signature = (stores, duration_ns, names, /))]
+    fn turn<'py>(&self, py: Python<'py>, stores: Vec<(String, Vec<f64>)>, duration_ns: i64, names: Vec<String>) -> PyResult<Bound<'py, PyBytes>> {
+        let readings = py.detach(|| self.inner.turn(&stores, duration_ns, &names)).map_err(refused)?;
+        py.check_signals()?;
+        let bytes: Vec<u8> = readings.into_iter().flat_map(|(bytes, _, _)| bytes).collect();
+        Ok(PyBytes::new(py, &bytes))
+    }
+
     #[pyo3(signature = (name, count, /))]
     fn history<'py>(&self, py: Python<'py>, name: &str, count: usize) -> PyResult<Vec<(u64, i64, Bound<'py, PyBytes>)>> {
         let values = py.detach(|| self.inner.history(name, count)).map_err(refused)?;

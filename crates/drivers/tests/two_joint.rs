@@ -167,6 +167,31 @@ fn after_the_safe_state_every_brake_holds() {
 }
 
 #[test]
+fn it_is_placed_at_rest_and_what_was_before_leaves_no_trace() {
+    with_mujoco(|library| {
+        let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));
+        let services = machine.driver.services().expect("it has a service");
+        let mut moved = |begun: i64| {
+            services.call("place", &json!({ "positions": [0.3, -0.2] })).expect("it is placed");
+            machine.set("elbow.effort", &[5.0]);
+            machine.read(begun * MS);
+            let state = ["shoulder.position", "shoulder.velocity", "elbow.position", "elbow.velocity"].map(|name| machine.get(name)[0]);
+            assert_eq!(state, [0.3, 0.0, -0.2, 0.0]);
+            machine.write(begun * MS, &[false, true]);
+            machine.read((begun + 50) * MS);
+            machine.readings().to_vec()
+        };
+        assert_eq!(moved(1), moved(100));
+        let refused = |positions| services.call("place", &json!({ "positions": positions })).expect_err("refused").message;
+        assert!(refused(json!([0.3])).contains("1 positions for 2 joints: give one for each of shoulder, elbow"));
+        assert!(refused(json!([0.3, 9.0])).contains("9 rad of 'elbow' is outside of its range, -2.5 to 2.5 rad"));
+        services.call("place", &json!({})).expect("back where it was at the start");
+        machine.read(200 * MS);
+        assert_eq!(machine.get("elbow.position"), [0.0]);
+    });
+}
+
+#[test]
 fn a_model_that_does_not_do_says_why() {
     with_mujoco(|library| {
         let error = |text: &str| drivers::open("mujoco", &json!({ "path": scratch("wrong", text), "library": library })).err().expect("refused").to_string();

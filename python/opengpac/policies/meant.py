@@ -45,9 +45,14 @@ def check_order(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> None:
         for target in [targets] if isinstance(targets, str) else targets:
             label, _, port = str(target).partition(".")
             names = getattr(verb.blocks[label].block, "names", {}).get(port) if label in verb.blocks else None
-            if names and len(bound) == len(names) and _differ(bound, names):
-                text = f"'{target}' takes {', '.join(names)} in this order, '{parameter}' gives {', '.join(bound)}"
-                refuse(DefinitionError, text, "bind them in the policy's order")
+            check_names(f"'{target}'", names or (), f"'{parameter}'", bound)
+
+
+def check_names(taker: str, names: Sequence[str], giver: str, bound: Sequence[str]) -> None:
+    """Refuses variables of joints in another order than that of `names`. `taker` and `giver` are what messages call the two ends."""
+    if names and len(bound) == len(names) and _differ(bound, names):
+        text = f"{taker} takes {', '.join(names)} in this order, {giver} gives {', '.join(bound)}"
+        refuse(DefinitionError, text, "bind them in the policy's order")
 
 
 def _differ(bound: Sequence[str], names: Sequence[str]) -> bool:

@@ -48,7 +48,7 @@ class Term(_Term):
 
     def json(self) -> dict[str, Any]:
         """The form that the backend takes."""
-        size = self._size()
+        size = self.elements()
         pair = lambda ends: None if ends is None else [_list(end, size, self.port) for end in ends]  # noqa: E731
         return {
             "port": self.port, "size": size, "unit": self.unit, "doc": self.doc, "observation": self.observation,
@@ -57,7 +57,8 @@ class Term(_Term):
             "history": self.history, "previous": self.previous, "mode": "synchronous" if self.synchronous else "asynchronous",
         }  # fmt: skip
 
-    def _size(self) -> int:
+    def elements(self) -> int:
+        """How many elements it says that it has; 0 where it leaves that to its port or to the file."""
         if bool(self.port) == bool(self.previous):
             refuse(DefinitionError, f"{self!r} has {'both' if self.port else 'neither'} a port and a previous output", "give one of them")
         if self.history < 1:

@@ -16,6 +16,7 @@
 //! **Brakes**: a joint whose effort channel is not claimed keeps its position, as by a spring-applied brake.
 //! **Time**: reading a firing advances the plant to the release time in whole steps, under the efforts written last: one period
 //! of delay, as in a real drive. The same commands at the same release times give the same bits.
+//! **Service** `place`: the arm is somewhere else at once, at rest; what it did before leaves no trace in what follows.
 mod brake;
 mod channels;
 mod functions;
@@ -23,6 +24,7 @@ mod geometry;
 mod library;
 mod log;
 mod model;
+mod placing;
 mod plant;
 mod refusals;
 mod trial;
@@ -35,6 +37,7 @@ use std::path::PathBuf;
 pub(crate) static DRIVER: Declaration = Declaration {
     geometry: Some(shape),
     trial: Some(tried),
+    services: &placing::SERVICES,
     ..Declaration::new("mujoco", "a robot arm simulated by MuJoCo, from any MJCF file", &OPTIONS, open)
 };
 

@@ -5,7 +5,9 @@ use super::channels::{Slots, channels};
 use super::functions::{Data, MuJoCo, state};
 use super::log;
 use super::model::{Arm, Tool};
-use device::{Channel, DeviceError, Driver, Slot};
+use super::placing::Places;
+use device::{Channel, DeviceError, Driver, Services, Slot};
+use std::sync::Arc;
 
 /// The most that one reading advances; a plant that was not read for longer stands still for the rest.
 const ADVANCE_NS_MAX: i64 = 1_000_000_000;
@@ -51,6 +53,9 @@ pub(super) struct Plant {
     push: [f64; 3],
     /// Room for what one sensor tells.
     sensed: Vec<f64>,
+    /// Where the service `place` has put it, and room for that.
+    places: Arc<Places>,
+    place: Vec<f64>,
 }
 
 impl Plant {
@@ -86,6 +91,8 @@ impl Plant {
             held: vec![0.0; count],
             push: [0.0; 3],
             sensed: vec![0.0; arm.sensors.iter().map(|sensor| sensor.elements).max().unwrap_or(0).max(3)],
+            places: Places::new(&arm.joints),
+            place: vec![0.0; count],
             arm,
         };
         plant.reset();
@@ -107,6 +114,18 @@ impl Plant {
         }
     }
 
+    /// Puts the joints where the service said, at rest, and all else as at the start.
+    fn put(&mut self) {
+        self.reset();
+        for (joint, (held, place)) in self.arm.joints.iter().zip(self.held.iter_mut().zip(&self.place)) {
+            (self.state[joint.position], *held) = (*place, *place);
+            self.state[self.positions + joint.velocity] = 0.0;
+        }
+        // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
+        unsafe { (self.arm.mujoco.mj_setState)(self.arm.model, self.motion.0, self.state.as_ptr(), state::QPOS | state::QVEL) };
+        self.sense();
+    }
+
     /// Goes through the steps of a braked arm and of one whose first joint alone is braked.
     fn warm_up(&mut self) {
         (0..WARM_UP_STEPS).for_each(|_| self.step());
@@ -116,15 +135,20 @@ impl Plant {
         (0..WARM_UP_STEPS).for_each(|_| self.step());
     }
 
-    /// Takes the state out of MuJoCo and has it compute what depends on it: kinematics, inertia, bias.
+    /// Takes the state out of MuJoCo and has it compute what depends on it: kinematics, inertia.
     fn sense(&mut self) {
         let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
-        // SAFETY: model and data belong together; `state` and `bias` have the sizes that `mj_stateSize` gave.
+        // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
         unsafe {
             (mujoco.mj_step1)(model, data);
             (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL);
-            (mujoco.mj_rne)(model, data, 0, self.bias.as_mut_ptr());
         }
+    }
+
+    /// Takes the efforts that hold the arm: they are needed once a reading, and where a brake bears what moves beside it.
+    fn weigh(&mut self) {
+        // SAFETY: model and data belong together; `bias` has nv elements.
+        unsafe { (self.arm.mujoco.mj_rne)(self.arm.model, self.motion.0, 0, self.bias.as_mut_ptr()) };
     }
 
     /// One time step under the last commands.
@@ -135,13 +159,19 @@ impl Plant {
         // SAFETY: model and data belong together; `forces` has the size of both components, `state` as in `sense`.
         unsafe {
             (mujoco.mj_setState)(model, data, self.forces.as_ptr(), state::QFRC_APPLIED | state::XFRC_APPLIED);
-            if self.arm.runge_kutta {
-                (mujoco.mj_step)(model, data)
-            } else {
-                (mujoco.mj_step2)(model, data)
-            }
-            (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL);
+            if self.arm.runge_kutta { (mujoco.mj_step)(model, data) } else { (mujoco.mj_step2)(model, data) }
         }
+        if self.braked.contains(&true) {
+            self.hold();
+        }
+        self.sense();
+    }
+
+    /// Puts every joint whose brake is on back to where that holds it.
+    fn hold(&mut self) {
+        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
+        // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
+        unsafe { (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL) };
         for (joint, held) in self.arm.joints.iter().zip(&self.held) {
             if self.braked[joint.velocity] {
                 self.state[joint.position] = *held;
@@ -150,7 +180,6 @@ impl Plant {
         }
         // SAFETY: as above.
         unsafe { (mujoco.mj_setState)(model, data, self.state.as_ptr(), state::QPOS | state::QVEL) };
-        self.sense();
     }
 
     /// Efforts of the commanded joints, and what the brakes bear.
@@ -166,12 +195,13 @@ impl Plant {
             }
         }
         if free && self.braked.contains(&true) {
+            self.weigh();
             for i in 0..nv {
                 self.drift[i] = -self.bias[i] - self.arm.damping[i] * self.state[self.positions + i];
             }
             // SAFETY: model and data belong together; `inertia` has nv * nv elements.
             unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.0, self.inertia.as_mut_ptr()) };
-            self.brakes.hold(&self.inertia, &self.drift, &self.braked, effort);
+            self.brakes.hold(&self.inertia, &self.drift, &self.braked, &mut self.forces[..nv]);
         }
     }
 
@@ -256,6 +286,10 @@ impl Driver for Plant {
 
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         self.advance(release_ns)?;
+        if self.places.take(&mut self.place) {
+            self.put();
+        }
+        self.weigh();
         for (joint, ([position, velocity, bias], _)) in self.arm.joints.iter().zip(&self.slots.joints) {
             position.set_double(readings, 0, self.state[joint.position]);
             velocity.set_double(readings, 0, self.state[self.positions + joint.velocity]);
@@ -306,5 +340,9 @@ impl Driver for Plant {
 
     fn close(&mut self) {
         self.safe_state();
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        Some(self.places.clone())
     }
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The system's clock.
+use super::values::{Reading, store_value};
 use crate::refuse::refuse;
 use crate::system::System;
 use model::refusal::{Class, Refusals};
+use model::value::Value;
 
 impl System {
     /// ns on the system's clock.
@@ -25,6 +27,23 @@ impl System {
     pub fn step(&self) -> Result<bool, Refusals> {
         self.require_virtual("step")?;
         self.shared.step(i64::MAX)
+    }
+
+    /// Virtual clock: stores numbers in SVVs, runs the firings of the next `duration_ns`, and reads: a step of an episode. Numbers of an
+    /// array are its elements. What is stored is refused as by [`System::write`], and is not entered into the log.
+    pub fn turn(&self, stores: &[(String, Vec<f64>)], duration_ns: i64, reads: &[String]) -> Result<Vec<Reading>, Refusals> {
+        self.require_virtual("turn")?;
+        self.shared.command(|core| {
+            stores.iter().try_for_each(|(name, numbers)| {
+                let elements = numbers.iter().copied().map(Value::Number);
+                match &numbers[..] {
+                    [number] => store_value(core, name, &Value::Number(*number)).or_else(|_| store_value(core, name, &Value::List(elements.collect()))),
+                    _ => store_value(core, name, &Value::List(elements.collect())),
+                }
+            })
+        })?;
+        self.advance(duration_ns)?;
+        Ok(self.read(reads)?.1)
     }
 
     fn require_virtual(&self, call: &str) -> Result<(), Refusals> {

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Episodes: a Gymnasium environment over the virtual clock beside a bare Python loop over MuJoCo with the same physics.
+
+The loop has the controller written out in NumPy, as short as it can be: joint speeds are summed up to set-points, and a law of PID without
+I with the weight of the arm makes them efforts, 1,000 times a second. Ours has the whole system behind it: six joints as devices, their
+servos with limits, a generator within acceleration and jerk, kinematics at 50 Hz. Physics at 2 kHz are the same in both; one core each.
+"""
+
+from __future__ import annotations
+
+import sys
+import time as clock
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from lines import Line, digits, median, time
+
+import opengpac as gpac
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
+
+BAR = 0.7
+SECONDS = 3.0
+STEPS = 150
+MODEL = Path(gpac.__file__).parent / "robots" / "ur5e.xml"
+
+
+def measure(rounds: int, quick: bool) -> Iterator[Line]:
+    """Episodes of 3 s with actions that are drawn beforehand."""
+    what = f"episodes of {SECONDS:g} s, UR5e, actions at 50 Hz, servos at 1 kHz"
+    try:
+        from reach import environment
+
+        bare, physics = _bare(), _physics()
+        env = environment("bench", SECONDS)
+    except (ImportError, gpac.Error) as why:
+        yield Line("episodes", what, bar_text=f"≥ {BAR} ×", note=f"not taken: {why}")
+        return
+    actions = np.random.default_rng(1).uniform(-0.3, 0.3, (STEPS, 6)).astype(np.float32)
+
+    def ours() -> None:
+        env.reset(seed=1)
+        for action in actions:
+            env.step(action)
+
+    count = 2 if quick else 8
+    turns = [(_taken(ours, count), _taken(lambda: bare(actions), count), _taken(physics, count)) for _ in range(rounds)]
+    resets = _taken(lambda: env.reset(seed=1), 10)
+    env.close()
+    ratio = median([theirs / mine for mine, theirs, _ in turns])
+    mine, theirs, alone = (median([turn[k] for turn in turns]) for k in range(3))
+    yield Line(
+        "episodes", what, f"{1 / mine:.1f}/s", f"bare loop: {1 / theirs:.1f}/s", ratio, f"{digits(ratio)} ×", BAR, f"≥ {BAR} ×",
+        note=f"a reset {time(resets * 1e9)}; mj_step alone, without any controller: {1 / alone:.1f}/s", at_least=True,
+    )  # fmt: skip
+
+
+def _taken(does: Callable[[], object], count: int) -> float:
+    """The time of one, s."""
+    begun = clock.perf_counter()
+    for _ in range(count):
+        does()
+    return (clock.perf_counter() - begun) / count
+
+
+def _bare() -> Callable[[np.ndarray], None]:
+    """The loop and its controller."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_path(str(MODEL))
+    data = mujoco.MjData(model)
+    limit = model.actuator_ctrlrange[:, 1].copy()
+    kp, kd, dt = np.full(6, 2000.0), np.full(6, 100.0), 1e-3
+    per_ms = round(dt / model.opt.timestep)
+
+    def run(actions: np.ndarray) -> None:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        setpoint = data.qpos.copy()
+        for action in actions:
+            for _ in range(20):
+                setpoint += action * dt
+                effort = kp * (setpoint - data.qpos) + kd * (action - data.qvel) + data.qfrc_bias
+                data.ctrl[:] = np.clip(effort, -limit, limit)
+                mujoco.mj_step(model, data, per_ms)
+            np.concatenate([data.qpos, data.site_xpos[0]])
+
+    return run
+
+
+def _physics() -> Callable[[], None]:
+    """The steps of an episode, with nothing between them."""
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_path(str(MODEL))
+    data = mujoco.MjData(model)
+
+    def run() -> None:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_step(model, data, round(SECONDS / model.opt.timestep))
+
+    return run

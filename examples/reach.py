@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A learned policy: a UR5e reaches for goals that a camera sees, by a network that `reach_training.py` has trained under the virtual clock.
+
+The network thinks at 50 Hz, and gives joint speeds; a generator makes them set-points at 1 kHz within acceleration and jerk, and the
+servos follow these within their own limits. What it was not trained for ends it: a goal that is too far away is `out_of_distribution`, a
+camera that says nothing is `stale`, and a guard verb takes over and brings the arm to rest. The exit code is 0 only if it all does so.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import opengpac as gpac
+import programs
+from opengpac import activate, execute, on
+from opengpac import library as lib
+from opengpac.robots import Joint
+from programs import BLOCKS, Account, Trace
+
+NETWORK = Path(__file__).parent / "policies" / "reach.onnx"
+"""The trained network: `reach_training.py` makes it, and its metadata say with which seed."""
+
+EVERY = "20 ms"
+"""How often the policy thinks."""
+
+JOINTS = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
+HOME = np.array([0.0, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0.0])
+RATE_MAX = 1.0
+"""Maximum speed of a joint that the policy can ask for, rad/s."""
+
+TOLERANCE = 0.01
+"""How near the tip has to come on each axis, m."""
+
+SPREAD = np.array([0.2, 0.25, 0.2])
+"""How far from the tip's place at home a goal may be, m."""
+
+OBSERVATIONS = [
+    gpac.Term("q", names=JOINTS, unit="rad", offset=HOME, within=(HOME - 1.6, HOME + 1.6), doc="joint positions"),
+    gpac.Term("error", size=3, unit="m", within=(-0.7, 0.7), clip=(-0.1, 0.1), scale=10.0, doc="way from the tip to the goal"),
+]
+ACTIONS = gpac.Term("rate", names=JOINTS, unit="rad/s", scale=RATE_MAX, clip=(-RATE_MAX, RATE_MAX), doc="joint speeds")
+
+_SEES = {"arm.sensed": ["kinematics.q"], "goal": ["to_goal.goal"], "error": ["to_goal.error"], "tip": ["to_goal.tip"]}
+_MOVES = {"arm.commanded": ["generator.start", "generator.setpoint"], "arm.commanded_velocity": ["generator.start_velocity"]}
+_LIMITS = {
+    "chain": gpac.input("kinematics.chain", member="arm.chain"),
+    # Less than the joints can: the servos smooth what they are given, and come to 1 % more.
+    "acceleration": gpac.input("generator.acceleration", default="90 %", within=(1e-6, "arm.max_acceleration")),
+    "arm.max_jerk": ["generator.jerk"],
+    "arm.position_min": ["generator.position_min"],
+    "arm.position_max": ["generator.position_max"],
+}
+
+
+def _blocks(code: gpac.Module) -> dict[str, Any]:
+    generator = lib.block("velocity_generator")(lead=0.001)
+    return {"kinematics": lib.block("forward_kinematics"), "to_goal": code.to_goal, "generator": generator}
+
+
+def moved(code: gpac.Module) -> gpac.Verb[..., Any]:
+    """moved(arm, goal, error, tip, rate): the arm without its policy. Its joints move as fast as `rate` says, rad/s."""
+    return gpac.Verb(
+        "moved",
+        doc="Moves joints at speeds that are stored from outside, and tells the way from the tip to a goal.",
+        blocks=_blocks(code),
+        objects={"arm": gpac.each(Joint)},
+        instantiation_parameters={**_SEES, **_MOVES, "rate": "generator.velocity"},
+        cells={"pose": ["kinematics.pose", "to_goal.pose"]},
+        input_parameters=_LIMITS,
+        modes={"kinematics.q": "asynchronous"},
+        command_lists={"moving": [activate("kinematics", every=EVERY), activate("to_goal"), activate("generator", every="1 ms")]},
+    )
+
+
+def environment(name: str = "reach", seconds: float = 4.0) -> Any:
+    """The Gymnasium environment that the policy is trained in: the arm with its servos, its generator and its kinematics."""
+
+    def setup(cell: gpac.System) -> gpac.gym.Task:
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        arm = gpac.robots.load("ur5e", on=fast)
+        goal, error, tip = (cell.svv(what, "double[3]", unit="m") for what in ("goal", "error", "tip"))
+        rate = cell.svv("rate", "double[6]", unit="rad/s")
+        moving = moved(cell.download(BLOCKS / "reach.c")).on(fast).new_instance(arm, goal, error, tip, rate)
+        middle = arm.forward(HOME).position
+
+        def begin(rng: np.random.Generator) -> dict[str, Any]:
+            return {"goal": middle + rng.uniform(-SPREAD, SPREAD), "ur5e": HOME + rng.uniform(-0.2, 0.2, 6)}
+
+        ports = {"q": [joint.sensed for joint in arm], "goal": goal, "error": error, "tip": tip, "rate": rate}
+        return gpac.gym.Task(ports=ports, devices=arm, instances=[moving], begin=begin)
+
+    return gpac.gym.Environment(
+        setup, observations=OBSERVATIONS, actions=ACTIONS, every=EVERY, seconds=seconds, name=name,
+        reward=lambda values: -float(np.abs(values["error"]).max()),
+    )  # fmt: skip
+
+
+def policy() -> gpac.Policy:
+    """The trained network as a block: its file says the joints and the interval, and is compared with this."""
+    return gpac.policy(NETWORK, inputs={"obs": OBSERVATIONS}, outputs={"actions": ACTIONS}, every=EVERY, age_max="100 ms")
+
+
+def reach(code: gpac.Module) -> gpac.Verb[..., Any]:
+    """reach(arm, goal, error, tip, observed): the policy moves the tip to the goal; `arrived` when the arm is at rest there."""
+    return gpac.Verb(
+        "reach",
+        doc="Moves the tip of an arm to a goal by a learned policy.",
+        blocks=_blocks(code) | {"policy": policy(), "near": lib.block("in_position")(n=3), "hold": lib.block("flag")(value=True)},
+        objects={"arm": gpac.each(Joint)},
+        instantiation_parameters={
+            "arm.sensed": [*_SEES["arm.sensed"], "policy.q"],
+            "goal": [*_SEES["goal"], "near.goal"],
+            "error": [*_SEES["error"], "policy.error"],
+            "tip": [*_SEES["tip"], "near.sensed"],
+            "observed": "policy.observed",
+            **_MOVES,
+        },
+        cells={
+            "pose": ["kinematics.pose", "to_goal.pose"],
+            "rate": ["policy.rate", "generator.velocity"],
+            "holding": ["hold.y", "generator.holding"],
+        },
+        input_parameters={**_LIMITS, "tolerance": gpac.input("near.tolerance", default=TOLERANCE)},
+        output_values={"error": "near.error"},
+        modes={"kinematics.q": "asynchronous"},
+        command_lists={
+            "reaching": [
+                activate("kinematics", every=EVERY),
+                activate("to_goal"),
+                activate("policy", every=EVERY),
+                activate("near", every=EVERY),
+                activate("generator", every="1 ms"),
+            ],
+            # The generator goes on, and brings the arm to rest from how it moves.
+            "resting": [activate("generator", every="1 ms"), execute("hold")],
+        },
+        initial="reaching",
+        conditions={
+            "there": on("near.done", during="reaching"),
+            "arrived": on("generator.held", returns=["error"], during="resting"),
+            "out_of_distribution": on("policy.out_of_distribution", during="reaching"),
+            "stale": on("policy.stale", during="reaching"),
+        },
+        transitions={("reaching", "there"): "resting"},
+    )
+
+
+def guarded_reach(code: gpac.Module) -> gpac.Verb[..., Any]:
+    """The same with a guard: `motion.stop` takes over, in the same firing, where the policy must not go on."""
+    return gpac.compose(
+        "guarded_reach",
+        {"reach": reach(code), "guard": gpac.motion.stop},
+        transitions={("reach", why): "guard" for why in ("out_of_distribution", "stale", "time_limit")},
+    )
+
+
+def watching(code: gpac.Module) -> gpac.Verb[..., Any]:
+    """watching(target, goal, observed): a camera sees the goal 50 times a second, until it is halted."""
+    return gpac.Verb(
+        "watching",
+        blocks={"camera": code.camera},
+        instantiation_parameters={"target": "camera.target", "goal": "camera.goal", "observed": "camera.observed"},
+        command_lists={"start": [activate("camera", every=EVERY)]},
+    )
+
+
+class Work:
+    """A cell with an arm, a camera and the policy."""
+
+    def __init__(self, cell: gpac.System) -> None:
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        cell.place({"*": fast})
+        self.cell = cell
+        self.arm = gpac.robots.load("ur5e", on=fast)
+        self.middle = np.array(self.arm.forward(HOME).position)
+        code = cell.download(BLOCKS / "reach.c")
+        self.target = cell.svv("target", "double[3]", unit="m", initial=self.middle)
+        self.goal, self.error, self.tip = (cell.svv(what, "double[3]", unit="m", history=1000) for what in ("goal", "error", "tip"))
+        self.observed = cell.svv("observed", "int64_t")
+        self.camera = watching(code).new_instance(self.target, self.goal, self.observed)
+        self.reaching = guarded_reach(code).new_instance(self.arm, self.goal, self.error, self.tip, self.observed)
+
+    def reach(self, goal: np.ndarray, time_limit: str = "6 s") -> gpac.Report:
+        """Lets the policy reach for a goal that the camera sees."""
+        self.target.value = goal
+        self._let_it_see()
+        return self.reaching.start(time_limit=time_limit).wait()
+
+    def reach_unseen(self, goal: np.ndarray) -> gpac.Report:
+        """The same with a camera that falls silent."""
+        self.target.value = goal
+        self._let_it_see()
+        self.reaching.start(time_limit="6 s")
+        self.camera.halt()
+        return self.reaching.wait()
+
+    def _let_it_see(self) -> None:
+        """Two pictures of the camera: a policy that starts before them would find itself at the goal before."""
+        if self.cell.virtual:
+            self.cell.advance("40 ms")
+        else:
+            time.sleep(0.04)
+
+
+def accelerations(arm: gpac.Group[Joint]) -> np.ndarray:
+    """The greatest acceleration that each servo was commanded in what is kept, from references 1 ms apart, rad/s²."""
+    found = []
+    for joint in arm:
+        rows = joint.reference.history[:]
+        even = np.abs(np.diff(rows["time"]) - 1e-3) < 1e-9
+        steps = np.diff(rows["value"], 2)[even[1:] & even[:-1]] / 1e-6
+        found.append(float(np.abs(steps).max(initial=0.0)))
+    return np.array(found)
+
+
+def perform(work: Work, account: Account) -> Trace:
+    """Three goals, then one that is too far away, then a camera that falls silent."""
+    trace = Trace(work.tip, work.arm["elbow"].commanded)
+    rng = np.random.default_rng(2026)
+    work.camera.start()
+    for number in range(3):
+        goal = work.middle + rng.uniform(-SPREAD, SPREAD)
+        account.begin(f"reaches for {np.round(goal, 3).tolist()} m")
+        account.end(f"goal {number + 1}", work.reach(goal), "arrived")
+        trace.collect()
+    account.begin("a goal two metres away: the guard takes over")
+    account.end("too far", work.reach(work.middle + np.array([2.0, 0.0, 0.0])), "stopped")
+    account.begin("the camera falls silent: the guard takes over")
+    account.end("silent camera", work.reach_unseen(work.middle + SPREAD), "stopped")
+    trace.collect()
+    fastest, limits = accelerations(work.arm), np.array([joint.max_acceleration for joint in work.arm])
+    account.expect(
+        "keeps to the acceleration at 1 ms", bool((fastest <= limits * 1.001).all()), f"{fastest.max():.2f} of {limits.min():.2f} rad/s^2"
+    )
+    return trace
+
+
+def main() -> int:
+    """Runs the program; 0 where the policy reached its goals and the guard took over where it should."""
+    options = programs.parser(__doc__).parse_args()
+    account = Account()
+    with programs.system("reach", options) as cell:
+        work = Work(cell)
+        with work.arm.enabled():
+            perform(work, account).save(options.trace, every=0.05)
+    return account.verdict()
+
+
+if __name__ == "__main__":
+    programs.run(main)

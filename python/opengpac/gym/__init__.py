@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Gymnasium environments over the virtual clock: episodes of a whole system, with its servos and their limits, at many times real time.
+
+`Environment` sets a system up once; `reset` begins an episode with all that is installed there. `side_by_side` has many of them in one
+process. Needs the package gymnasium: `pip install 'opengpac[gym]'`.
+"""
+
+from ..errors import DefinitionError, refuse
+
+try:
+    from .environment import Environment, side_by_side
+    from .task import Task
+    from .values import Values
+except ModuleNotFoundError as missing:
+    if missing.name != "gymnasium":
+        raise
+    refuse(DefinitionError, "gpac.gym needs the package gymnasium, which is not installed", "pip install 'opengpac[gym]'")
+
+__all__ = ["Environment", "Task", "Values", "side_by_side"]

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An environment of Gymnasium whose world is a system under the virtual clock."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+from ..enabling import enable
+from ..errors import CallError, DefinitionError, UnknownName, did_you_mean, refusals, refuse
+from ..physical import PhysicalDevice
+from ..quantities import Quantity, duration_ns
+from ..system import System
+from .spaces import Acted, Observations, Terms
+from .task import Task
+from .values import Ports, Values
+
+_number = itertools.count()
+
+
+class Environment(gymnasium.Env[Any, np.ndarray]):
+    """An environment over a system under the virtual clock: one step is `every`, with all that runs in the system meanwhile.
+
+    `setup(cell)` sets a system up, once, and returns a `Task`. `observations` and `actions` are the `gpac.Term`s that a policy has,
+    with the names of the task's ports: spaces follow from `within`, `clip`, `scale` and `offset`, an observation is what the network
+    gets, an action what it gives, as `gpac.policy` computes it. Several inputs, `{"obs": …, "goal": …}`, are a space `Dict`.
+    `reward` and `terminated` are functions of the ports' `Values` at the end of a step. `seconds` truncates an episode. `name` is that
+    of the system, to which a number is added.
+
+    `reset` ends the verbs of the task, disables its devices, puts simulated arms back, and begins again: every verb instance with the
+    initial state of its blocks, every action 0. Nothing is installed anew. `options` take the place of what the task begins with. An
+    episode whose verb ends by itself is terminated; `info["ended"]` has its condition.
+
+    Raises `DefinitionError`, `TypeMismatch` and `UnitMismatch` where terms and ports do not fit, with both.
+    """
+
+    metadata = {"render_modes": []}
+
+    def __init__(
+        self,
+        setup: Callable[[System], Task],
+        *,
+        observations: Terms | Mapping[str, Terms],
+        actions: Terms,
+        every: Quantity,
+        reward: Callable[[Values], float],
+        terminated: Callable[[Values], bool] | None = None,
+        seconds: float | None = None,
+        name: str = "gym",
+    ) -> None:
+        self.system = System(f"{name}_{next(_number)}", clock="virtual", progress=False)
+        """The system."""
+        if self.system.session is not None:
+            self.system.close()
+            refuse(CallError, "an environment needs a system in this process, and OPENGPAC_SYSTEM names a remote one", "unset it")
+        self._every_ns = duration_ns(every, "the step of the environment")
+        if self._every_ns <= 0:
+            refuse(CallError, f"the step of the environment is {every!r}", "give a time, every='20 ms'")
+        self._reward, self._terminated = reward, terminated
+        self._steps_max = None if seconds is None else round(seconds * 1e9 / self._every_ns)
+        try:
+            task = setup(self.system)
+            if not isinstance(task, Task):
+                refuse(DefinitionError, f"the setup of the environment returns {task!r}", "return gpac.gym.Task(ports=…)")
+            self.task = task
+            """What `setup` returned."""
+            self._devices = [*task.devices]
+            self._ports = Ports(self.system, task.ports)
+            self._acted = Acted(actions, self._ports)
+            self._observations = Observations(observations, self._ports, len(self._acted.scale))
+        except BaseException:
+            self.system.close()
+            raise
+        self.action_space = self._acted.space
+        self.observation_space = self._observations.space
+        self.values = Values()
+        """What the ports had at the end of the last step."""
+        self._steps = 0
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begins an episode: the first observation. `seed` decides what the task begins with, `options` take its place."""
+        super().reset(seed=seed)
+        start = dict(self.task.begin(self.np_random) if self.task.begin else {}) | (options or {})
+        self._check(start)
+        self._end()
+        for machine in self._placed():
+            machine.services.place(positions=start.get(machine.name))
+        enable(self._devices, None)
+        nothing = np.zeros(len(self._acted.scale), np.float32)
+        self._ports.turn(self._acted.stores(nothing), 0)
+        for port in start.keys() & self._ports.variables.keys():
+            self._ports.write(port, start[port])
+        for instance in self.task.instances:
+            instance.start()
+        self._to_the_next_step()
+        self._steps = 0
+        self._observations.begin()
+        return self._observations.of(self._take(self._ports.turn([], 0)), nothing), {}
+
+    def step(self, action: np.ndarray) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """One step of `every`: observation, reward, terminated, truncated, info."""
+        action = np.asarray(action, dtype=np.float32)
+        if action.shape != self._acted.scale.shape:
+            refuse(CallError, f"an action has shape {action.shape}, the actions of the environment have {self._acted.scale.shape}")
+        numbers = self._ports.turn(self._acted.stores(action), self._every_ns)
+        self._steps += 1
+        observation = self._observations.of(self._take(numbers), action)
+        ended = self._ended()
+        terminated = ended is not None or bool(self._terminated and self._terminated(self.values))
+        truncated = self._steps_max is not None and self._steps >= self._steps_max
+        return observation, float(self._reward(self.values)), terminated, truncated, {} if ended is None else {"ended": ended}
+
+    def close(self) -> None:
+        """Closes the system."""
+        if not self.system.closed:
+            self.system.close()
+
+    def _check(self, start: Mapping[str, Any]) -> None:
+        known = [*self._ports.variables, *(machine.name for machine in self._placed())]
+        for name in start:
+            if name not in known:
+                refuse(UnknownName, f"an episode is to begin with '{name}', which is no port of the task", did_you_mean(name, known))
+
+    def _placed(self) -> list[PhysicalDevice]:
+        """The simulated arms, which are put back."""
+        return [device for device in self.system.physical_devices.values() if any(service.name == "place" for service in device.services)]
+
+    def _end(self) -> None:
+        """Ends what runs. The clock stands at a multiple of the step then, whatever that took."""
+        for device in self._devices:
+            if device.state != "disabled":
+                device.disable()
+        for instance in self.task.instances:
+            if instance.state not in ("created", "ended"):
+                instance.halt()
+        self._to_the_next_step()
+
+    def _to_the_next_step(self) -> None:
+        with refusals:
+            native = self.system._alive()
+            native.advance(self._every_ns - native.now() % self._every_ns)
+
+    def _take(self, numbers: np.ndarray) -> np.ndarray:
+        self.values = self._ports.values(numbers)
+        self.values.steps, self.values.time = self._steps, self._steps * self._every_ns * 1e-9
+        return numbers
+
+    def _ended(self) -> str | None:
+        """The condition by which a verb of the task has ended."""
+        for instance in self.task.instances:
+            if instance.state == "ended":
+                return str(getattr(instance.report, "condition", "ended"))
+        if not self.task.instances:
+            return next((device.state for device in self._devices if device.state in ("disabled", "fault")), None)
+        return None
+
+
+def side_by_side(
+    count: int, make: Callable[[], Environment], *, autoreset: AutoresetMode = AutoresetMode.SAME_STEP
+) -> SyncVectorEnv[Any, Any]:
+    """That many environments in this process, each with a system of its own, as one vector environment of Gymnasium.
+
+    `make` makes one. `autoreset` says when one whose episode is over begins the next: in the same step unless told otherwise.
+    """
+    return SyncVectorEnv([make] * count, autoreset_mode=autoreset)

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an environment is told of the system that was set up for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..devices import LogicalDevice
+from ..instances import VerbInstance
+from .values import Variables
+
+Begin = Callable[[np.random.Generator], Mapping[str, Any]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """What an environment is told of a system: made by the function that sets it up.
+
+    `ports` are what is observed, acted on and rewarded, by the names that terms have: an SVV, or a list of SVVs of one number each,
+    `[joint.sensed for joint in arm]`. `devices` are enabled at each reset, and `instances`, verb instances that were made by
+    `new_instance`, are started then. `begin(rng)` says what an episode begins with: values of ports, and the joint positions of
+    simulated arms by the name of the physical device, `{"goal": …, "ur5e": …}`; `rng` is the environment's, so that a seed decides.
+    """
+
+    ports: Mapping[str, Variables]
+    devices: Iterable[LogicalDevice] = ()
+    instances: Sequence[VerbInstance[Any]] = ()
+    begin: Begin | None = None

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values of ports as arrays: what an environment reads of its system at the end of each step, and what it writes there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..errors import CallError, DefinitionError, TypeMismatch, did_you_mean, refusals, refuse
+from ..svvs import SVV
+from ..system import System
+from ..values import plain
+
+Variables = SVV[Any] | Sequence[SVV[Any]]
+
+
+class Values(dict[str, Any]):
+    """What the ports of an environment's task have at the end of a step, by name: numbers and arrays, in their units.
+
+    `time` is the time since the start of the episode, in s; `steps` how many steps that were.
+    """
+
+    time: float = 0.0
+    steps: int = 0
+
+
+class Ports:
+    """The ports of a task in an order: each one SVV, or a list of SVVs of numbers."""
+
+    def __init__(self, system: System, ports: Mapping[str, Variables]) -> None:
+        self.system = system
+        self.variables: dict[str, list[SVV[Any]]] = {}
+        self.units: dict[str, str] = {}
+        self._names: list[str] = []
+        self._places: dict[str, tuple[slice, tuple[int, ...]]] = {}
+        self._types: list[np.dtype[Any]] = []
+        first = 0
+        for name, given in ports.items():
+            several = isinstance(given, Sequence)
+            variables = [*given] if isinstance(given, Sequence) else [given]
+            for variable in variables:
+                if not isinstance(variable, SVV):
+                    refuse(DefinitionError, f"port '{name}' of the task is {variable!r}", "give an SVV, or a list of SVVs")
+            shape = self._shape(name, variables, several)
+            size = int(np.prod(shape, dtype=int))
+            self.variables[name], self.units[name] = variables, variables[0].unit
+            self._names += [variable._asked for variable in variables]
+            self._types += [variable.dtype for variable in variables]
+            self._places[name] = (slice(first, first + size), shape)
+            first += size
+        self._are_doubles = all(_base(dtype) == np.dtype("<f8") for dtype in self._types)
+
+    def _shape(self, name: str, variables: Sequence[SVV[Any]], several: bool) -> tuple[int, ...]:
+        if not variables:
+            refuse(DefinitionError, f"port '{name}' of the task is an empty list of SVVs")
+        for variable in variables:
+            if _base(variable.dtype).names or (several and variable.dtype.shape):
+                refuse(TypeMismatch, f"port '{name}' of the task has SVV '{variable.name}' ({variable.type})", "give numbers, or one array")
+            if variable.unit != variables[0].unit:
+                text = f"port '{name}' has SVVs '{variables[0].name}' ({variables[0].unit}) and '{variable.name}' ({variable.unit})"
+                refuse(DefinitionError, text, "give SVVs of one unit")
+        return (len(variables),) if several else variables[0].dtype.shape
+
+    def size(self, name: str) -> int:
+        """How many numbers it has."""
+        place = self._places[name][0]
+        return place.stop - place.start
+
+    def where(self, name: str, why: str) -> slice:
+        """Where its numbers lie in what `read` gives. `why` says who asks."""
+        if name not in self._places:
+            refuse(DefinitionError, f"{why} '{name}' is no port of the task", did_you_mean(name, self._places))
+        return self._places[name][0]
+
+    def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int) -> np.ndarray:
+        """Stores numbers, lets time pass, and reads all of them at the end, one after the other."""
+        with refusals:
+            data = self.system._alive().turn(stores, duration_ns, self._names)
+        if self._are_doubles:
+            return np.frombuffer(data)
+        parts, first = [], 0
+        for dtype in self._types:
+            parts.append(np.frombuffer(data[first : first + dtype.itemsize], _base(dtype)).astype(float))
+            first += dtype.itemsize
+        return np.concatenate(parts)
+
+    def stores(self, name: str) -> list[tuple[str, int]]:
+        """The SVVs of a port by the names that the system has for them, each with how many numbers it takes."""
+        variables = self.variables[name]
+        return [(variable._asked, self.size(name) // len(variables)) for variable in variables]
+
+    def values(self, numbers: np.ndarray) -> Values:
+        """The same by name."""
+        return Values(
+            {name: numbers[place].reshape(shape) if shape else float(numbers[place][0]) for name, (place, shape) in self._places.items()}
+        )
+
+    def write(self, name: str, value: Any) -> None:
+        """Stores a value in a port."""
+        variables, native = self.variables[name], self.system._alive()
+        if len(variables) == 1 and not self._places[name][1]:
+            value = [value]
+        elif len(variables) == 1:
+            value = [np.asarray(value, dtype=float).reshape(self._places[name][1])]
+        if len(value) != len(variables):
+            refuse(CallError, f"port '{name}' has {len(variables)} numbers, and is given {len(value)}")
+        with refusals:
+            for variable, one in zip(variables, value, strict=True):
+                native.write(variable._asked, plain(one, f"the value of port '{name}'"))
+
+
+def _base(dtype: np.dtype[Any]) -> np.dtype[Any]:
+    """The type of the elements of an array of any dimensions."""
+    return dtype.base
