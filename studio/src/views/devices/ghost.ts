@@ -9,6 +9,7 @@ import { type BuiltMachine, buildMachine } from "./machine";
 /** Members of a joint that say where it is to be. */
 export const AIMS = ["goal", "commanded"] as const;
 export type Aim = (typeof AIMS)[number];
+const SENSED = ".sensed";
 
 /**
  * The shape with its joints where they are to be: each follows the member of its device that is called so, beside the sensed position
@@ -21,15 +22,19 @@ export function aimed(
   known: (name: string) => boolean,
 ): Geometry | null {
   let found = false;
-  const sensed = onSvvs(geometry, instances, known);
-  const joint = <J extends Geometry["bodies"][number]["joints"][number]>(of: J): J => {
-    const name = of.svv?.endsWith(".sensed") ? `${of.svv.slice(0, -"sensed".length)}${aim}` : null;
-    if (name === null || !known(name)) return of;
-    found = true;
-    return { ...of, svv: name };
-  };
-  const bodies = sensed.bodies.map((body) => ({ ...body, joints: body.joints.map(joint) }));
-  return found ? { ...sensed, bodies } : null;
+  // In a recording a joint may follow a private cell before it: the sensed position is made of that.
+  const sensed = onSvvs(geometry, instances, (name) => name.endsWith(SENSED) && known(name));
+  const bodies = geometry.bodies.map((body, at) => ({
+    ...body,
+    joints: body.joints.map((joint, of) => {
+      const beside = sensed.bodies[at]?.joints[of]?.svv;
+      const name = beside ? `${beside.slice(0, -SENSED.length)}.${aim}` : null;
+      if (name === null || !known(name)) return joint;
+      found = true;
+      return { ...joint, svv: name };
+    }),
+  }));
+  return found ? { ...geometry, bodies } : null;
 }
 
 /** The machine that is seen through. */

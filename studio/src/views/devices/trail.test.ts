@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Vector3 } from "three";
 import { expect, test } from "vitest";
-import type { Geometry, RecordedSpan } from "../../control/shapes";
+import type { Geometry, InstalledInstance, RecordedSpan } from "../../control/shapes";
 import type { Past } from "../../control/source";
 import { Watched } from "../../control/watched";
 import { aimed } from "./ghost";
@@ -96,4 +96,10 @@ test("a ghost follows the goals of the joints that have one", () => {
   const there = aimed(ARM, "goal", [], (name) => known.has(name));
   expect(there?.bodies.flatMap((one) => one.joints.map((joint) => joint.svv))).toEqual(["arm.a.goal", "arm.b.sensed"]);
   expect(aimed(ARM, "commanded", [], (name) => known.has(name))).toBeNull();
+  // A joint that follows a private cell, of which its sensed position is made.
+  const port = (writes: boolean, cell: string) => ({ writes, cell });
+  const read = { blocks: [{ ports: [port(false, "servo:reading"), port(true, "arm.a.sensed")] }] } as unknown as InstalledInstance;
+  const cells = { meshes: [], bodies: [body("world", null, [0, 0, 0]), body("one", "world", [0, 0, 0], "servo:reading")] };
+  const all = new Set([...known, "servo:reading"]);
+  expect(aimed(cells, "goal", [read], (name) => all.has(name))?.bodies[1]?.joints[0]?.svv).toBe("arm.a.goal");
 });
