@@ -37,6 +37,7 @@ test("the operator's panel of a program fits a tablet, is touched with a finger,
   await page.getByRole("button", { name: "Reach out", exact: true }).waitFor();
   expect(await page.locator("[data-button] .start").allTextContents()).toEqual(["Home", "Reach out", "Sway"]);
   expect(await page.getByRole("navigation").count()).toBe(0);
+  expect(await page.getByRole("link").allTextContents(), "it leads nowhere else").toEqual(["Leave the panel"]);
   expect(await stopRectangles(page)).toEqual([STOP]);
   for (const [width, height] of [
     [800, 1280],
@@ -180,7 +181,7 @@ test("a workspace is composed with the mouse and the keyboard, kept, and seen by
   await page.getByRole("tab", { name: "Verb sway" }).hover();
   await page.mouse.down();
   await page.mouse.move(target.x + target.width / 2, target.y + target.height / 2, { steps: 5 });
-  await page.mouse.move(target.x + target.width / 2, target.y + target.height - 12, { steps: 5 });
+  await page.mouse.move(target.x + target.width / 2, target.y + target.height * 0.8, { steps: 5 });
   await page.mouse.up();
   await expect.poll(async () => (await place(page, "Verb sway")).y).toBeGreaterThan((await place(page, "Curve")).y + 40);
   expect(await axeFindings(page)).toEqual([]);

@@ -8,6 +8,7 @@ import { Screen } from "../scope/Screen";
 import { Scope } from "../scope/scope";
 import { EMPTY, type Setup, traceId, withChannel } from "../scope/setup";
 import { useStill } from "../scope/useStill";
+import { Lead } from "./Lead";
 import "../scope/scope.css";
 
 /** Values over time, each at its full rate: a scope of its own that rolls. */
@@ -52,7 +53,7 @@ function Plotted(props: { scope: Scope; isStill: boolean }) {
         {traces.map((trace) => (
           <li key={traceId(trace)}>
             <span className="ink" style={{ background: `var(${colourOf(trace.look)})` }} />
-            <a href={addressOf("scope", [], { names: trace.channel })}>{traceId(trace)}</a>{" "}
+            <Lead to={addressOf("scope", [], { names: trace.channel })}>{traceId(trace)}</Lead>{" "}
             <span className="quiet">{channels.get(trace.channel)?.unit ?? ""}</span>
           </li>
         ))}

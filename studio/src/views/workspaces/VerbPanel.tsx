@@ -9,6 +9,7 @@ import { lastTransition, useHappened } from "../verbs/happened";
 import { StateDiagram } from "../verbs/StateDiagram";
 import { shapeOfDefinition, shapeOfInstance } from "../verbs/shape";
 import { stateTone } from "../verbs/stateTone";
+import { Lead } from "./Lead";
 import "../verbs/verbs.css";
 
 /** A verb with its state diagram: of the instance that runs, or else of the newest. */
@@ -26,7 +27,8 @@ export function VerbPanel(props: { verb: string }) {
       <p className="row">
         {shown ? (
           <>
-            <a href={addressOf("verbs", [props.verb, shown.name])}>{shown.name}</a> <Tag tone={stateTone(shown.state)}>{shown.state}</Tag>
+            <Lead to={addressOf("verbs", [props.verb, shown.name])}>{shown.name}</Lead>{" "}
+            <Tag tone={stateTone(shown.state)}>{shown.state}</Tag>
             {runs && shown.list && <span className="quiet">list {shown.list}</span>}
           </>
         ) : (

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { ReactNode } from "react";
+import { useRoute } from "../../shell/route";
+
+/** A link to another view; only its text in a panel for operators, which leads nowhere. */
+export function Lead(props: { to: string; children: ReactNode }) {
+  const { view } = useRoute();
+  return view === "panel" ? <span>{props.children}</span> : <a href={props.to}>{props.children}</a>;
+}
