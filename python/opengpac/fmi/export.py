@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac export fmu GRAPH`: a graph as an FMU of FMI 2 for co-simulation. It has the real-time system under its virtual clock inside, so
+"""`opengpac export fmu GRAPH`: a graph as an FMU of FMI 2 for co-simulation. It has the real-time system and its virtual clock inside, so
 it computes what the virtual clock does, and needs neither Python nor OpenGPAC where it is used."""
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ def _code(name: str, token: str, verb: Verb[..., Any], modules: dict[str, Path],
     bound = {m.name: {"svv": m.name} for m in members if m.role != "p"}
     create = {"verb": name, "placement": {"*": "rtp0.main"}, "arguments": bound}
     firsts = np.cumsum([0, *(max(1, m.size) for m in members)]).tolist()
-    svvs = [f"{{{_c(m.key)}, {m.role!r}, {m.size}, {firsts[k]}}}" for k, m in enumerate(members)]
+    variables = [f"{{{_c(m.key)}, {m.role!r}, {m.size}, {firsts[k]}}}" for k, m in enumerate(members)]
     values = [
         f"{{{k}, '{'b' if m.element == 'bool' else 'd' if m.element in ('double', 'float') else 'i'}', {start!r}}}"
         for k, m in enumerate(members)
@@ -201,7 +201,7 @@ def _code(name: str, token: str, verb: Verb[..., Any], modules: dict[str, Path],
         f"static const char FMU_READ[] = {_c(json.dumps({'names': [m.name for m in members if m.role == 'o']}))};",
         "typedef struct { const char *name; char role; int size, first; } variable;",
         "typedef struct { int svv; char kind; double start; } value;",
-        f"static const variable fmu_svvs[] = {{{', '.join(svvs)}}};",
+        f"static const variable fmu_svvs[] = {{{', '.join(variables)}}};",
         f"static const value fmu_values[] = {{{', '.join(values)}}};",
         CORE.read_text(),
     ]
@@ -239,7 +239,7 @@ def _description(graph: Graph, name: str, token: str, members: list[Member], per
         [
             '<?xml version="1.0" encoding="UTF-8"?>',
             f'<fmiModelDescription fmiVersion="2.0" modelName={quoteattr(graph.name)} guid="{token}"'
-            f' description={quoteattr(graph.doc or graph.name)}'
+            f" description={quoteattr(graph.doc or graph.name)}"
             f' generationTool="OpenGPAC {__version__}" variableNamingConvention="structured" numberOfEventIndicators="0">',
             f'  <CoSimulation modelIdentifier="{name}" canHandleVariableCommunicationStepSize="true"/>',
             *defined,
