@@ -125,6 +125,10 @@ def _interpreted(
     deadline_ns = duration_ns(deadline, f"the deadline of block '{tree.name}'") if deadline is not None else None
     if deadline_ns is not None and deadline_ns <= 0:
         refusing(tree.lineno, f"its deadline is {deadline!r}", "give a time above 0")
+    if deadline_ns is not None and any(item.name == interpreted.LATE for item in items):
+        refusing(tree.lineno, "it has a deadline, whose condition is 'late', and an item of that name", "give the item another name")
+    if deadline_ns is not None and len(items) >= 32:
+        refusing(tree.lineno, "it has a deadline, whose condition is the 33rd item", "put several items into an array")
     space = {**function.__globals__, **nonlocals} if nonlocals else function.__globals__
     made = interpreted.returning(tree, items, space, file, refusing)
     source = interpreted.source(tree.name, doc, items, made, deadline_ns * 1e-9 if deadline_ns else None, file, tree.lineno)
