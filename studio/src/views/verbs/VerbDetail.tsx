@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useEffect, useMemo, useState } from "react";
-import { type Refusal, Refused, refusalsOf } from "../../control/refusals";
-import type { InstalledInstance, VerbForm, VerbSummary } from "../../control/shapes";
+import { useMemo } from "react";
+import type { InstalledInstance, VerbSummary } from "../../control/shapes";
 import { Empty, Panel, Refusals, Tag } from "../../design/parts";
 import { useControl } from "../../shell/context";
+import { useForm } from "./form";
 import { History } from "./History";
 import { lastTransition, useHappened } from "./happened";
 import { Instances } from "./Instances";
@@ -73,22 +73,4 @@ export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInsta
       <Reports verb={verb.name} />
     </>
   );
-}
-
-function useForm(name: string): { form: VerbForm | null; refusals: Refusal[] } {
-  const control = useControl();
-  const [form, setForm] = useState<VerbForm | null>(null);
-  const [refusals, setRefusals] = useState<Refusal[]>([]);
-  useEffect(() => {
-    let over = false;
-    control.look("verb_form", { name }).then(
-      (found) => over || setForm(found),
-      // A recording has no forms: its diagrams come from its instances.
-      (why) => over || (why instanceof Refused && why.is("NotRecorded")) || setRefusals(refusalsOf(why)),
-    );
-    return () => {
-      over = true;
-    };
-  }, [control, name]);
-  return { form, refusals };
 }

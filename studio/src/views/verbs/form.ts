@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import { type Refusal, Refused, refusalsOf } from "../../control/refusals";
+import type { VerbForm } from "../../control/shapes";
+import { useControl } from "../../shell/context";
+
+/** The form and the definition of a verb. */
+export function useForm(name: string): { form: VerbForm | null; refusals: Refusal[] } {
+  const control = useControl();
+  const [form, setForm] = useState<VerbForm | null>(null);
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
+  useEffect(() => {
+    let over = false;
+    control.look("verb_form", { name }).then(
+      (found) => over || setForm(found),
+      // A recording has no forms: its diagrams come from its instances.
+      (why) => over || (why instanceof Refused && why.is("NotRecorded")) || setRefusals(refusalsOf(why)),
+    );
+    return () => {
+      over = true;
+    };
+  }, [control, name]);
+  return { form, refusals };
+}
