@@ -57,6 +57,22 @@ fn it_is_drawn_from_its_bodies_joints_and_shapes() {
 }
 
 #[test]
+fn a_free_body_tells_where_it_stands() {
+    with_mujoco(|library| {
+        let text = r#"<mujoco><worldbody><body name="b"><joint name="j" axis="0 0 1"/><geom size="0.1" mass="1"/></body>
+            <body name="ball" pos="1 2 3"><freejoint/><geom size="0.05" mass="1"/></body></worldbody><actuator><motor joint="j"/></actuator></mujoco>"#;
+        let mut machine = Machine::open("mujoco", json!({ "path": scratch("free", text), "library": library }));
+        machine.read(0);
+        assert_eq!(machine.get("ball.pose"), [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);
+        machine.read(500 * MS);
+        let pose = machine.get("ball.pose");
+        let fallen = 0.5 * G * 0.25;
+        assert_eq!((pose[0], pose[1], &pose[3..]), (1.0, 2.0, &[1.0, 0.0, 0.0, 0.0][..]));
+        assert!((3.0 - pose[2] - fallen).abs() < 0.01, "{pose:?}");
+    });
+}
+
+#[test]
 fn the_bias_is_the_weight_of_the_links_and_holds_them() {
     with_mujoco(|library| {
         let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));

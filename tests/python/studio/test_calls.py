@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import opengpac as gpac
@@ -46,6 +47,25 @@ def test_an_arm_is_drawn_and_its_joints_are_read_by_the_names_that_it_gives() ->
             owned = [i for i in drawn(native.call("installed"))["instances"] if i["owner"]]
             assert {i["device"] for i in owned} == {joint.name for joint in arm}
             running.halt()
+
+
+def test_a_free_body_of_a_plant_is_read_by_the_name_that_it_is_drawn_with(tmp_path: Path) -> None:
+    model = tmp_path / "table.xml"
+    model.write_text(
+        """<mujoco><worldbody><body name="b"><joint name="j" axis="0 0 1"/><geom size="0.1" mass="1"/></body>
+        <body name="ball" pos="1 2 3"><freejoint/><geom size="0.05" mass="1"/></body></worldbody>
+        <actuator><motor joint="j"/></actuator></mujoco>"""
+    )
+    with gpac.System("cell", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        gpac.robots.load(model, rtp, on=rtp.timer("fast", period="1 ms", priority=80))
+        shape = drawn(cell._native.call("geometry", json.dumps({"device": "table"})))
+        (ball,) = [body["joint"] for body in shape["bodies"] if body["name"] == "ball"]
+        assert (ball["kind"], ball["svv"]) == ("free", "table.ball.pose")
+        cell.advance("100 ms")
+        (reading,) = json.loads(cell._native.call("read", json.dumps({"names": ["table.ball.pose"]})))["values"].values()
+        x, y, z, *turn = reading["value"]
+        assert (x, y, turn) == (1.0, 2.0, [1.0, 0.0, 0.0, 0.0]) and 2.9 < z < 3.0
 
 
 def test_the_form_of_a_motion_has_its_units_and_limits() -> None:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The channels of an arm, and where they lie: joints in the order of the model, then the force, then the sensors.
+//! The channels of an arm, and where they lie: joints in the order of the model, then the force, the sensors and the free bodies.
 use super::model::Arm;
 use device::{Channel, Layout, Slot, Type};
 
@@ -9,6 +9,8 @@ pub(super) struct Slots {
     pub joints: Vec<([Slot; 3], Slot)>,
     pub force: Option<Slot>,
     pub sensors: Vec<Slot>,
+    /// Of each free body: its pose.
+    pub free: Vec<Slot>,
     pub push: Option<Slot>,
 }
 
@@ -35,6 +37,8 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
             .doc("a sensor of the model, as the model declares it")
     };
     let sensors = arm.sensors.iter().map(|of| layout.add(sensor(of))).collect();
+    let pose = |name: &str| Channel::read(format!("{name}.pose"), Type::doubles(7)).doc("where the free body stands: x y z, m, then its turn as w x y z");
+    let free = arm.free.iter().map(|(name, _)| layout.add(pose(name))).collect();
     let joints = arm.joints.iter().zip(reads).map(|(joint, reads)| {
         let effort = Channel::write(format!("{}.effort", joint.part.name), Type::DOUBLE).unit(effort_unit(joint.part.unit));
         (reads, layout.add(effort.doc("effort at the joint; the brake holds it while this channel is not claimed")))
@@ -42,5 +46,5 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
     let joints = joints.collect();
     let push = Channel::write("tool.push", Type::doubles(3)).unit("N").doc("force from outside at the tool, in the world frame");
     let push = arm.tool.as_ref().map(|_| layout.add(push));
-    (layout.into_channels(), Slots { joints, force, sensors, push })
+    (layout.into_channels(), Slots { joints, force, sensors, free, push })
 }

@@ -53,7 +53,7 @@ fn joints(arm: &Arm, fields: &Fields) -> Vec<(usize, Joint)> {
         // MuJoCo knows no fifth kind.
         let kind = JOINTS.get(kinds[j] as usize).copied().unwrap_or(JointKind::Free);
         let joint = Joint {
-            name: arm.name(object::JOINT, j as i32).unwrap_or_else(|| format!("joint_{j}")),
+            name: arm.joint_name(j, kinds[j], bodies[j]),
             kind,
             axis: row(&axes, j),
             position: row(&anchors, j),

@@ -9,6 +9,7 @@
 //! | `<joint>.effort` | double, N.m (N) | write, safe value 0 |
 //! | `tool.force` | double[3], N | read: what the tool does to the flange, in the frame of the sensor's site |
 //! | `sensor.<name>` | double or double[k], the sensor's unit | read: a sensor of the model (touch, force, joint and frame positions, …) |
+//! | `<joint>.pose` | double[7] | read: where a free body stands, x y z in m, then its turn as w x y z; without a name the joint is called as its body |
 //! | `tool.push` | double[3], N | write, safe value 0: a force from outside at the tool, in the world frame, for tests |
 //!
 //! **Effort** is a generalised force at the joint, within the limits of the model, whatever actuator the model has there: motors

@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 const DISABLE_ACTUATION: i32 = 1 << 11;
 const DISABLE_AUTORESET: i32 = 1 << 16;
 const INTEGRATOR_RK4: i32 = 1;
+const JOINT_FREE: i32 = 0;
 const JOINT_SLIDE: i32 = 2;
 const JOINT_HINGE: i32 = 3;
 const TRANSMISSION_JOINT: i32 = 0;
@@ -73,6 +74,8 @@ pub(super) struct Arm {
     pub joints: Vec<Joint>,
     pub tool: Option<Tool>,
     pub sensors: Vec<Sensor>,
+    /// Bodies that no joint holds: name of the joint, and the index of its pose in qpos.
+    pub free: Vec<(String, usize)>,
     /// Viscous damping of each degree of freedom.
     pub damping: Vec<f64>,
     pub timestep_ns: i64,
@@ -94,7 +97,8 @@ impl Drop for Arm {
 /// Loads and compiles an MJCF file. `timestep_s` replaces the model's own step where it is given.
 pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>) -> Result<Arm, DriverError> {
     let model = compile(mujoco, path)?;
-    let mut arm = Arm { mujoco, model, joints: vec![], tool: None, sensors: vec![], damping: vec![], timestep_ns: 0, runge_kutta: false, home: -1 };
+    let mut arm =
+        Arm { mujoco, model, joints: vec![], tool: None, sensors: vec![], free: vec![], damping: vec![], timestep_ns: 0, runge_kutta: false, home: -1 };
     let fields = Fields::new(&arm, path)?;
     fields.set_flags("opt.disableflags", DISABLE_ACTUATION | DISABLE_AUTORESET);
     if let Some(step) = timestep_s {
@@ -108,6 +112,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let joints = joints(&arm, &fields, home);
     let tool = tool(&arm, &fields);
     let sensors = sensors(&arm, &fields);
+    let free = free(&arm, &fields);
     let damping = fields.reals("dof_damping");
     drop(fields);
     if joints.is_empty() {
@@ -116,7 +121,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     if timestep_ns < 1_000 {
         return Err(refusals::model(path, &format!("its time step, {timestep_ns} ns, is below 1 us")));
     }
-    (arm.joints, arm.tool, arm.sensors, arm.damping) = (joints, tool, sensors, damping);
+    (arm.joints, arm.tool, arm.sensors, arm.free, arm.damping) = (joints, tool, sensors, free, damping);
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
     Ok(arm)
 }
@@ -163,6 +168,19 @@ impl Arm {
         // SAFETY: a name ends in NUL and lives as long as the model.
         (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
     }
+
+    /// Name of a joint; a free one without a name is called as its body.
+    pub fn joint_name(&self, joint: usize, kind: i32, body: i32) -> String {
+        let of_body = || (kind == JOINT_FREE).then(|| self.name(object::BODY, body)).flatten();
+        self.name(object::JOINT, joint as i32).or_else(of_body).unwrap_or_else(|| format!("joint_{joint}"))
+    }
+}
+
+/// The free joints, and where their poses lie.
+fn free(arm: &Arm, fields: &Fields) -> Vec<(String, usize)> {
+    let (kinds, bodies, first) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("jnt_qposadr"));
+    let of = |j: usize| (kinds[j] == JOINT_FREE).then(|| (arm.joint_name(j, kinds[j], bodies[j]), first[j] as usize));
+    (0..kinds.len()).filter_map(of).collect()
 }
 
 /// The joints that an actuator drives alone, in the order of the joints.

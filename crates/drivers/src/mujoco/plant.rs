@@ -299,6 +299,9 @@ impl Driver for Plant {
             // MuJoCo tells what the flange does to the tool.
             self.tell(sensor, 3, -1.0, readings, slot);
         }
+        for ((_, first), slot) in self.arm.free.iter().zip(&self.slots.free) {
+            (0..7).for_each(|k| slot.set_double(readings, k, self.state[first + k]));
+        }
         for s in 0..self.arm.sensors.len() {
             self.tell(self.arm.sensors[s].id, self.arm.sensors[s].elements, 1.0, readings, self.slots.sensors[s]);
         }

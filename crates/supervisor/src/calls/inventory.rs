@@ -2,7 +2,7 @@
 //! What there is in a system, in full: for a programming system that comes later and takes up what another one configured.
 use crate::refuse::{refuse, unknown};
 use crate::system::System;
-use device::{CounterAbout, Geometry, SafeStateAbout, ServiceAbout};
+use device::{CounterAbout, Geometry, JointKind, SafeStateAbout, ServiceAbout};
 use indexmap::IndexMap;
 use model::configuration::{Channel, Source};
 use model::definition::DeviceType;
@@ -136,8 +136,9 @@ impl System {
         };
         let mut geometry = found.ok_or_else(none)?;
         for joint in geometry.bodies.iter_mut().flat_map(|body| body.joint.iter_mut().chain(&mut body.joints)) {
-            let position = format!("{}.position", joint.name);
-            joint.svv = channels.contains(&position).then(|| format!("{device}.{position}"));
+            let told = if joint.kind == JointKind::Free { "pose" } else { "position" };
+            let channel = format!("{}.{told}", joint.name);
+            joint.svv = channels.contains(&channel).then(|| format!("{device}.{channel}"));
         }
         Ok(geometry)
     }
