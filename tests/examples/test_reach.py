@@ -43,15 +43,16 @@ def test_its_file_is_small_and_says_how_it_was_made() -> None:
 
 def test_it_reaches_goals_that_it_has_not_seen_within_the_acceleration_of_its_arm(work: reach.Work) -> None:
     limits = np.array([joint.max_acceleration for joint in work.arm])
-    missed = []
+    missed, looked = [], work.cell.now
     for seed in range(UNSEEN, UNSEEN + GOALS):
         goal = work.middle + np.random.default_rng(seed).uniform(-reach.SPREAD, reach.SPREAD)
-        begun = work.cell.now
         report = work.reach(goal)
-        assert work.cell.now - begun < 9.5, "all of it is in the histories"
-        assert (reach.accelerations(work.arm) <= limits * 1.001).all()
         if report.condition != "arrived" or np.abs(np.array(work.arm.pose().position) - goal).max() > reach.TOLERANCE:
             missed.append((seed, report.condition))
+        # The histories keep ten seconds, and one goal takes at most six.
+        if work.cell.now - looked > 3.5 or seed == UNSEEN + GOALS - 1:
+            assert (reach.accelerations(work.arm) <= limits * 1.001).all() and work.cell.now - looked < 10.0
+            looked = work.cell.now
     assert len(missed) <= GOALS * 5 // 100, missed
 
 

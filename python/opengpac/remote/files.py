@@ -29,13 +29,13 @@ def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
     """Downloads a code module to the system, and gives what that says of it.
 
     Source is compiled here where the machine there is of the same kind, so that its includes are found and its errors are those of
-    your file; else it is sent as it is, and compiled there.
+    your file; else it is sent as it is, and compiled there. A network includes nothing, and is translated there.
     """
     file = Path(path)
     if not file.is_file():
         refuse(ModuleError, f"there is no file '{path}'", "give a C or C++ file, or a shared object")
     module = name or file.stem.removeprefix("lib")
-    if is_source(file) and session.version["target"] == TARGET:
+    if is_source(file) and file.suffix != ".onnx" and session.version["target"] == TARGET:
         with tempfile.TemporaryDirectory() as folder:
             built = Path(folder) / f"{file.stem}.so"
             with refusals:

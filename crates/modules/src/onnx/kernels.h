@@ -12,7 +12,8 @@ typedef int32_t i8v __attribute__((vector_size(32)));
 
 INLINE v8 get(const float *p) { v8 v; __builtin_memcpy(&v, p, sizeof v); return v; }
 INLINE void put(float *p, v8 v) { __builtin_memcpy(p, &v, sizeof v); }
-INLINE v8 all(float x) { return (v8){x, x, x, x, x, x, x, x}; }
+// Not a function: gcc would take it apart before it is where there are instructions for it.
+#define all(x) ({ float x_ = (x); (v8){x_, x_, x_, x_, x_, x_, x_, x_}; })
 INLINE v8 pick(i8v mask, v8 yes, v8 no) { return (v8)((mask & (i8v)yes) | (~mask & (i8v)no)); }
 INLINE v8 larger(v8 a, v8 b) { return pick(a > b, a, b); }
 INLINE v8 smaller(v8 a, v8 b) { return pick(a < b, a, b); }
@@ -87,16 +88,29 @@ INLINE v8 root(v8 x) { return LANES(x, sqrtf); }
 #define START(j) v8 a##j = get(bias + 8 * j);
 #define ADD(j) a##j += s * get(w + 8 * j);
 #define KEEP(j) put(y + 8 * j, a##j);
-// y = bias + x W for 8 g outputs; W lies so that the g vectors of one input are side by side.
+// y = bias + x W for 8 g outputs; W lies so that the g vectors of one input are side by side. SET are the instructions that product.h is for, and
+// NAMED what it calls things.
+#define INSTRUCTIONS __attribute__((SET always_inline, unused)) static inline
 #define WIDE(g) \
-    INLINE const float *product_##g(const float *w, const float *bias, const float *x, float *y, int k) { \
+    INSTRUCTIONS const float *NAMED(product_##g)(const float *w, const float *bias, const float *x, float *y, int k) { \
         R##g(START) \
         for (int i = 0; i < k; i++, w += 8 * g) { v8 s = all(x[i]); R##g(ADD) } \
         R##g(KEEP) \
         return w; \
     }
-WIDE(8)
-WIDE(4)
+// The same where the weights do not fit the caches near the core: what comes next is fetched meanwhile, beyond a page too, where hardware stops.
+#define AHEAD 1024
+#define FAR(g) \
+    INSTRUCTIONS const float *NAMED(product_far_##g)(const float *w, const float *bias, const float *x, float *y, int k) { \
+        R##g(START) \
+        for (int i = 0; i < k; i++, w += 8 * g) { \
+            for (int next = 0; next < 8 * g; next += 16) __builtin_prefetch(w + AHEAD + next); \
+            v8 s = all(x[i]); \
+            R##g(ADD) \
+        } \
+        R##g(KEEP) \
+        return w; \
+    }
 // The same where few outputs leave the adder idle: four sums side by side, joined at the end in a fixed order.
 #define NARROW_START(j) v8 a##j = get(bias + 8 * j), b##j = all(0), c##j = all(0), d##j = all(0);
 #define NARROW_ADD(g, j) a##j += x[i] * get(w + 8 * (j)); b##j += x[i + 1] * get(w + 8 * (g + j)); c##j += x[i + 2] * get(w + 8 * (2 * g + j)); d##j += x[i + 3] * get(w + 8 * (3 * g + j));
@@ -104,7 +118,7 @@ WIDE(4)
 #define NARROW_ADD_1(j) NARROW_ADD(1, j)
 #define NARROW_ADD_2(j) NARROW_ADD(2, j)
 #define NARROW(g) \
-    INLINE const float *product_##g(const float *w, const float *bias, const float *x, float *y, int k) { \
+    INSTRUCTIONS const float *NAMED(product_##g)(const float *w, const float *bias, const float *x, float *y, int k) { \
         R##g(NARROW_START) \
         int i = 0; \
         for (; i + 4 <= k; i += 4, w += 32 * g) { R##g(NARROW_ADD_##g) } \
@@ -112,8 +126,6 @@ WIDE(4)
         R##g(NARROW_KEEP) \
         return w; \
     }
-NARROW(2)
-NARROW(1)
 
 // y = scale sum x[at(i)] z[at(i)] of two operands that are known while it runs only.
 INLINE float inner(const float *x, int dx, const float *z, int dz, int k) {

@@ -2,6 +2,7 @@
 //! Learned policies: an ONNX file of fixed shapes becomes C of ours, which is built like any other source. Weights are constants, scratch lies on
 //! the stack within a bound, and nothing of any library of networks is there at run time.
 mod block;
+mod items;
 mod meaning;
 mod metadata;
 mod network;

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The items of a policy's block, as its declaration in C has them.
+use super::meaning::Term;
+
+/// Items that a declaration has room for.
+const ITEMS_MAX: usize = 32;
+
+#[derive(Default)]
+pub(super) struct Items(Vec<String>);
+
+impl Items {
+    pub fn port(&mut self, term: &Term, word: &str, doc: &str) -> Result<(), String> {
+        let unit = if term.unit.is_empty() { String::new() } else { format!(", {}", quoted(&term.unit)) };
+        let names = if term.names.is_empty() { String::new() } else { format!(": {}", term.names.join(", ")) };
+        let doc = quoted(&format!("{}{names}", if term.doc.is_empty() { doc } else { &term.doc }));
+        self.0.push(format!("{word}(double[{}], {}, {doc}{unit})", term.size, identifier(&term.port)?));
+        Ok(())
+    }
+
+    /// A state of floats, and its name.
+    pub fn state(&mut self, name: &str, len: usize, doc: &str) -> String {
+        self.0.push(format!("state(float[{}], opengpac_{name}, 0, {})", len.max(1), quoted(doc)));
+        format!("opengpac_{name}")
+    }
+
+    /// An item of 64-bit numbers: a state, a condition, an input.
+    pub fn whole(&mut self, word: &str, name: &str, more: &str, doc: &str) {
+        self.0.push(format!("{word}(int64_t, {name}, {more}{})", quoted(doc)));
+    }
+
+    /// All of them, as arguments of the declaration.
+    pub fn declared(&self) -> Result<String, String> {
+        match self.0.len() {
+            count if count > ITEMS_MAX => Err(format!("its block would have {count} items, {ITEMS_MAX} are the most: join ports")),
+            _ => Ok(self.0.join(",\n    ")),
+        }
+    }
+}
+
+/// Numbers as the elements of an array in C.
+pub(super) fn numbers(values: &[f64]) -> String {
+    let number = |x: &f64| match *x {
+        x if x.is_finite() => format!("{x:e}"),
+        x if x > 0.0 => "__builtin_inf()".to_string(),
+        _ => "-__builtin_inf()".to_string(),
+    };
+    format!("{{{}}}", values.iter().map(number).collect::<Vec<_>>().join(", "))
+}
+
+pub(super) fn quoted(text: &str) -> String {
+    let letters: String = text
+        .chars()
+        .map(|c| match c {
+            '"' | '\\' => format!("\\{c}"),
+            c if c.is_control() => " ".to_string(),
+            c => c.to_string(),
+        })
+        .collect();
+    format!("\"{letters}\"")
+}
+
+pub(super) fn identifier(name: &str) -> Result<&str, String> {
+    let is_one = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_') && name.starts_with(|c: char| c.is_ascii_alphabetic());
+    if is_one { Ok(name) } else { Err(format!("'{name}' is no name of a port or block: use letters, digits and _")) }
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A policy's module needs nothing at run time that could allocate, lock or wait: only copies of memory and functions of numbers.
+
+mod common;
+use common::{examples, options};
+use std::path::PathBuf;
+use std::process::Command;
+
+/// What a policy may call of the C library.
+const ALLOWED: [&str; 13] = ["memcpy", "memmove", "memset", "ceilf", "cosf", "erff", "floorf", "log1pf", "logf", "powf", "sinf", "sqrtf", "exp"];
+
+#[test]
+fn a_policy_calls_nothing_that_could_allocate_or_wait() {
+    let module = modules::load(&examples().join("policies/reach.onnx"), &options()).expect("the policy of the examples loads");
+    let block = module.block("reach").expect("its block has the name of the file");
+    assert!(["obs", "actions"].iter().all(|port| block.items.iter().any(|item| item.name == *port)));
+    let file = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("reach.so");
+    std::fs::write(&file, &module.bytes).expect("the scratch folder can be written");
+    let told = Command::new("nm").args(["-D", "--undefined-only", "--format=posix"]).arg(&file).output().expect("nm runs");
+    assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+    let needed = String::from_utf8_lossy(&told.stdout).into_owned();
+    // What begins with an underscore is the compiler's own: the start of a module, its processor, a smashed stack.
+    let names = needed.lines().filter_map(|line| line.split([' ', '@']).next()).filter(|name| !name.starts_with('_'));
+    let strangers: Vec<&str> = names.filter(|name| !ALLOWED.contains(name)).collect();
+    assert_eq!(strangers, Vec::<&str>::new());
+}
