@@ -78,7 +78,7 @@ def _block(cell: gpac.System, policy: gpac.Policy, x: np.ndarray) -> Callable[[i
     )
 
     def run(times: int) -> float:
-        cell.probe_blocks("60 s")
+        cell.block_times(during="60 s")
         total, before = _seen(cell), None
         cell.advance(times * 1e-3)
         before, total = total, _seen(cell)

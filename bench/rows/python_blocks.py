@@ -51,7 +51,7 @@ def pid(
 def measure(rounds: int) -> Iterator[Line]:
     """Three lines: one call, beside C; the first block of a process."""
     with tempfile.TemporaryDirectory() as folder:
-        os.environ["OPENGPAC_PYTHON_BLOCKS"] = folder
+        os.environ["OPENGPAC_COMPILED"] = folder
         importlib.import_module("numba")
         begun = _processor_time_s()
         started = clock.perf_counter()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Geometry } from "../../control/shapes";
-import { Choice } from "../scope/Choice";
+import { Choice } from "../../design/Choice";
 import { AIMS, type Aim } from "./ghost";
 
 /** What is drawn beside the machine. */

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
 import type { Past } from "../../control/source";
+import { Choice } from "../../design/Choice";
 import { Refusals } from "../../design/parts";
 import { useAction, useWatched } from "../../shell/context";
 import { BEGINNING, momentsOf, nearest, shared } from "./beside";
-import { Choice } from "./Choice";
 import type { Scope } from "./scope";
 
 /** Another recording behind the one that is shown, and the moment at which both are laid over each other. */

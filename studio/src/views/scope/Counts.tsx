@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
+import { Choice } from "../../design/Choice";
 import { count } from "../../design/numbers";
 import { useWatched } from "../../shell/context";
-import { Choice } from "./Choice";
 import type { ChannelCounts } from "./messages";
 import type { Scope } from "./scope";
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Choice } from "./Choice";
+import { Choice } from "../../design/Choice";
 import { NumberField } from "./NumberField";
 import type { Scope } from "./scope";
 import type { Setup } from "./setup";

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
+import { Choice } from "../../design/Choice";
 import { Refusals, Tag } from "../../design/parts";
 import { useAction, useWatched } from "../../shell/context";
 import { BesideTools } from "./BesideTools";
-import { Choice } from "./Choice";
 import { SPANS_S, toggleCursors } from "./gestures";
 import type { Format } from "./messages";
 import { SpectrumTools } from "./SpectrumTools";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useState } from "react";
-import { Choice } from "./Choice";
+import { Choice } from "../../design/Choice";
 import type { Scope } from "./scope";
 import { freeLook, PLOTS_MAX, type Setup, type TraceSetup, traceId } from "./setup";
 

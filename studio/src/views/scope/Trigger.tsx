@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useId } from "react";
+import { Choice } from "../../design/Choice";
 import { Panel } from "../../design/parts";
 import { TextField } from "../../design/TextField";
 import { useControl, useTopic, useWatched } from "../../shell/context";
-import { Choice } from "./Choice";
 import { NumberField } from "./NumberField";
 import type { Scope } from "./scope";
 import { type Setup, type TraceSetup, type TriggerSetup, traceId } from "./setup";
