@@ -8,10 +8,12 @@ servos with limits, a generator within acceleration and jerk, kinematics at 50 H
 
 from __future__ import annotations
 
+import importlib
 import sys
 import time as clock
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from lines import Line, digits, median, time
@@ -30,8 +32,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
     """Episodes of 3 s with actions that are drawn beforehand."""
     what = f"episodes of {SECONDS:g} s, UR5e, actions at 50 Hz, servos at 1 kHz"
     try:
-        from reach import environment
-
+        environment: Any = importlib.import_module("reach").environment
         bare, physics = _bare(), _physics()
         env = environment("bench", SECONDS)
     except (ImportError, gpac.Error) as why:
@@ -66,8 +67,7 @@ def _taken(does: Callable[[], object], count: int) -> float:
 
 def _bare() -> Callable[[np.ndarray], None]:
     """The loop and its controller."""
-    import mujoco
-
+    mujoco: Any = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_path(str(MODEL))
     data = mujoco.MjData(model)
     limit = model.actuator_ctrlrange[:, 1].copy()
@@ -90,8 +90,7 @@ def _bare() -> Callable[[np.ndarray], None]:
 
 def _physics() -> Callable[[], None]:
     """The steps of an episode, with nothing between them."""
-    import mujoco
-
+    mujoco: Any = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_path(str(MODEL))
     data = mujoco.MjData(model)
 

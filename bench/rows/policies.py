@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import tempfile
 import time as clock
@@ -45,8 +46,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
 
 
 def _taken(sizes: tuple[int, ...], rounds: int, times: int) -> tuple[list[float], list[float], float]:
-    import onnxruntime
-
+    onnxruntime: Any = importlib.import_module("onnxruntime")
     with tempfile.TemporaryDirectory() as folder:
         file = _dense(Path(folder) / "policy.onnx", sizes)
         options = onnxruntime.SessionOptions()
@@ -73,9 +73,8 @@ def _block(cell: gpac.System, policy: gpac.Policy, x: np.ndarray) -> Callable[[i
         instantiation_parameters={"x": "policy.obs", "y": "policy.actions"},
         command_lists={"start": [activate("policy", every="1 ms")]},
     )
-    verb.on(source).asynch(
-        cell.svv("x", f"double[{len(x)}]", initial=x), cell.svv("y", f"double[{policy.items['actions'].type['array'][1]}]")
-    )
+    gives: Any = policy.items["actions"].type
+    verb.on(source).asynch(cell.svv("x", f"double[{len(x)}]", initial=x), cell.svv("y", f"double[{gives['array'][1]}]"))
 
     def run(times: int) -> float:
         cell.block_times(during="60 s")
