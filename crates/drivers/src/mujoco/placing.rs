@@ -64,7 +64,10 @@ impl Places {
 }
 
 impl Services for Places {
-    fn call(&self, _: &str, arguments: &Value) -> Result<Value, DeviceError> {
+    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        if service != SERVICES[0].name {
+            return Err(DeviceError { message: format!("no service '{service}'") });
+        }
         let positions = self.positions(&arguments["positions"]).map_err(|message| DeviceError { message })?;
         *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = Asked { is_new: true, positions };
         Ok(Value::Null)
