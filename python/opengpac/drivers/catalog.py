@@ -138,7 +138,10 @@ def manuals(kind: str) -> Manuals:
 
 
 def is_file(kind: str) -> bool:
-    """Whether this says where a driver is, and not which of those that are known."""
+    """Whether this says where a driver is, and not which of those that are known, `name@/its/file.so` of one that was loaded among them."""
+    name, _, kept = kind.partition("@")
+    if os.sep not in name and Path(kept).is_absolute():
+        return False
     return _is_class(kind) or bool(Path(kind).suffix) or (Path(kind).is_dir() and all(kind != manual.kind for manual in list()))
 
 

@@ -135,6 +135,8 @@ def test_the_driver_of_a_file_is_shown_and_looks(tmp_path: Path, capsys: pytest.
     shown = capsys.readouterr().out
     assert "conveyor: A conveyor" in shown and "place" in shown and "looks for devices: no" in shown
     assert [manual.kind for manual in gpac.drivers.manuals(conveyor)] == ["conveyor"]
+    with pytest.raises(gpac.CallError, match="driver 'conveyor' cannot look for devices"):
+        gpac.drivers.scan(gpac.drivers.load(conveyor)().kind)
     assert main(["devices", "scan", conveyor]) == 1
     assert "driver 'conveyor' cannot look for devices" in capsys.readouterr().err
 
