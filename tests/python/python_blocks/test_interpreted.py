@@ -156,8 +156,9 @@ def test_one_that_does_not_return_holds_up_no_firing_and_its_age_is_a_condition(
         seen = eyes.cell.svv("seen")
         assert watch.on(eyes.fast)(y, seen, age_max="100 ms").condition == "link_lost"
         assert seen.value == 0
-        (tmp_path / "door").write_text("7.0")
+        # Before the value comes: the next invocation waits again, and who begins to read it then has to wait for the one after.
         watch.on(eyes.fast).asynch(y, seen)
+        (tmp_path / "door").write_text("7.0")
         until(lambda: seen.value == 7, "its value comes")
     until(lambda: not children("run_processor"), "a function that does not return keeps no process")
 
