@@ -169,7 +169,11 @@ test("a workspace is composed with the mouse and the keyboard, kept, and seen by
   await write(page, "verb", async (form) => {
     await form.getByRole("combobox", { name: "Verb" }).fill("sway");
   });
-  await page.locator(".diagram svg").waitFor();
+  await page
+    .getByRole("group", { name: /State diagram/ })
+    .locator(".react-flow__node")
+    .first()
+    .waitFor();
   // By the keyboard: what divides two panels, and where a panel stands.
   const before = await place(page, "Elbow");
   await page.getByRole("separator", { name: "Width of the panels beside it" }).press("ArrowRight");
