@@ -8,11 +8,10 @@ from inspect import BoundArguments
 from typing import TYPE_CHECKING, Any
 
 from .arguments import argument_json, systems_in
+from .demands import check_order, check_placed
 from .errors import CallError, Error, UnknownName, did_you_mean, refuse
 from .groups import Group
 from .places import here
-from .policies.meant import check_order
-from .python.placed import check_placed
 from .quantities import duration_ns
 
 if TYPE_CHECKING:

@@ -65,6 +65,13 @@ class Block(Shown, FunctionBlock):
     the declarations of struct types, `module` is `"library"` or the file of its code, `system` that which downloaded it, or None.
     """
 
+    period_ns: int | None = None
+    """The only interval at which it can be activated."""
+    names: Mapping[str, Sequence[str]] = {}
+    """The joints of a port, in its order."""
+    native: bool = True
+    """Whether it runs without an interpreter."""
+
     def __init__(self, interface: Mapping[str, Any], module: str = "library", system: System | None = None) -> None:
         self.name: str = interface["name"]
         self.doc: str = interface["doc"]
@@ -73,6 +80,11 @@ class Block(Shown, FunctionBlock):
         self.module = module
         self.system = system
         self.__doc__ = repr(self)
+
+    @property
+    def _own_interval(self) -> str:
+        """What messages say before `period_ns`."""
+        return f"block '{self.name.rpartition('.')[2]}' takes steps of"
 
     def _instead(self, name: str) -> str:
         return f"give constants where it is used: {self.name.rpartition('.')[2]}({name}=…)" if name in self.items else ""

@@ -14,15 +14,33 @@ from typing import Any
 
 from . import __version__, _native
 from .checks import without_system
-from .errors import ModuleError, refusals, refuse
+from .errors import DefinitionError, ModuleError, refusals, refuse
+
+
+def user_cache() -> Path:
+    """The package's part of the user's cache."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "opengpac"
+
+
+def put(file: Path, content: bytes) -> None:
+    """Writes a file as a whole: others find all of it, or none."""
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as fresh:
+        fresh.write(content)
+    os.replace(fresh.name, file)
+
+
+def block_name(name: str) -> str:
+    """The name of a block, where C can have it."""
+    if not name.isidentifier() or not name.isascii():
+        refuse(DefinitionError, f"'{name}' is no name of a block", "give name= letters, digits and '_', a letter first")
+    return name
 
 
 def folder(kind: str) -> Path:
     """Where compiled blocks of a `kind`, for example "python-blocks", are kept for this user: in the folder that OPENGPAC_COMPILED names,
     else in that of the user's cache."""
     given = os.environ.get("OPENGPAC_COMPILED")
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    made = (Path(given) if given else cache / "opengpac").absolute() / kind
+    made = (Path(given).absolute() if given else user_cache()) / kind
     try:
         made.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as why:

@@ -13,19 +13,18 @@ from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, ParamSpec, Self, TypeVar, overload
 
 from . import checks, instances
-from .blocks import Blocks, mapping_of, modules_of, names_of, systems_of, uses_of
+from .blocks import Block, Blocks, mapping_of, modules_of, names_of, systems_of, uses_of
 from .commands import checked
 from .conditions import termination_of
 from .declared import Declared
 from .definitions import saving
+from .demands import check_rates, interpreted
 from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
 from .given import all_taking
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
 from .places import Place, here
-from .policies.meant import check_rates
 from .processors import system_of
-from .python.placed import interpreted
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import Report
 from .signatures import arguments_signature, call_signature, inputs_signature
@@ -286,7 +285,7 @@ class Verb(VerbTables, Declared, Generic[P, R]):
     @functools.cached_property
     def has_ordered_ports(self) -> bool:
         """Whether a block of it takes variables of joints in one order only."""
-        return any(getattr(use.block, "names", None) for use in self.blocks.values())
+        return any(isinstance(use.block, Block) and use.block.names for use in self.blocks.values())
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""

@@ -17,6 +17,7 @@ from .. import _native, processes
 from ..errors import CallError, ModuleError, did_you_mean, refusals, refuse
 from ..files import is_source
 from ..given import taking
+from ..kept import put, user_cache
 from ..quantities import duration_ns
 from .driver import Driver
 
@@ -140,15 +141,13 @@ def _kept(file: Path) -> Path:
         sources = ", ".join(f".{ending}" for ending in _native.source_endings())
         remedy = f"give a source in C or C++ ({sources}), a shared object (.so) or a folder"
         refuse(ModuleError, f"drivers do not come from '{file}'", remedy)
-    folder_kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "opengpac" / "drivers"
+    folder_kept = user_cache() / "drivers"
     kept = folder_kept / f"{file.stem}-{hashlib.sha256(content).hexdigest()[:16]}.so"
     if kept.exists() and kept.read_bytes() == content:
         return kept
     try:
         folder_kept.mkdir(parents=True, exist_ok=True, mode=0o700)
-        with tempfile.NamedTemporaryFile(dir=folder_kept, delete=False) as fresh:
-            fresh.write(content)
-        os.replace(fresh.name, kept)
+        put(kept, content)
     except OSError as why:
         refuse(ModuleError, f"the driver of '{file}' cannot be kept in '{folder_kept}': {why}", "set XDG_CACHE_HOME to a folder of yours")
     return kept

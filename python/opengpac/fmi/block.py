@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from ..blocks import Block, Item
 from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
 from ..given import taking
-from ..kept import folder, interface, kept
+from ..kept import block_name, folder, interface, kept, put
 from ..quantities import Quantity, optional_ns
 from . import code
 from .description import Description, described
@@ -73,9 +73,7 @@ def fmu(
     """
     fmu = described(Path(path).expanduser().absolute())
     given = name or "".join(c if c.isalnum() and c.isascii() else "_" for c in fmu.name)
-    given = f"fmu_{given}" if not given or given[0].isdigit() else given
-    if not given.isidentifier() or not given.isascii():
-        refuse(DefinitionError, f"'{given}' is no name of a block", "give name= letters, digits and '_', a letter first")
+    given = block_name(f"fmu_{given}" if not given or given[0].isdigit() else given)
     if isinstance(instances, bool) or not isinstance(instances, int) or not 1 <= instances <= 1024:
         refuse(DefinitionError, f"'{given}' is to have {instances!r} instances", "give a number, 1 to 1024")
     check_native(fmu)
@@ -86,7 +84,7 @@ def fmu(
         given, doc or fmu.doc or f"{fmu.name}, an FMU.", fmu, ports, library, not fmu.beside, resources, period_ns or 0,
         1 if fmu.once else instances,
     )  # fmt: skip
-    key = [hashlib.sha256(text.encode()).hexdigest(), hashlib.sha256(library.read_bytes()).hexdigest()]
+    key = [text, hashlib.sha256(library.read_bytes()).hexdigest()]
     found = kept(KIND, given, key, lambda: text)
     made = FmuBlock(_interface(given, found), str(found), fmu, period_ns)
     _try(made, fmu)
@@ -115,9 +113,7 @@ def unpacked(fmu: Description) -> tuple[Path, str]:
                 refuse(ModuleError, f"'{fmu.file.name}' has an entry '{entry}', which is outside of it")
             if not target.exists():
                 target.parent.mkdir(parents=True, exist_ok=True)
-                part = target.with_name(f".{os.getpid()}-{target.name}")
-                part.write_bytes(archive.read(entry))
-                os.replace(part, target)
+                put(target, archive.read(entry))
     if not any(entry.startswith("resources/") for entry in fmu.beside):
         return root / fmu.binary, ""
     resources = root / "resources"

@@ -75,17 +75,17 @@ def source(
         "        one->failed = 0;",
         "        if (one->touched && fmu_reset(one->component) > 1) problem = FMU_NOT_INITIALISED;",
         "        one->touched = 1;",
-        *_set(fmu.version, [*ports.fixed, *ports.tunable], "        "),
+        *_exchanged("Set", fmu.version, [*ports.fixed, *ports.tunable], "        "),
         "        if (!problem && fmu_entered(one->component) > 1) problem = FMU_NOT_INITIALISED;",
-        *_set(fmu.version, ports.inputs, "        "),
+        *_exchanged("Set", fmu.version, ports.inputs, "        "),
         "        if (!problem && fmu_exit(one->component) > 1) problem = FMU_NOT_INITIALISED;",
         "    } else if (one->failed) {",
         "        problem = FMU_STEP_FAILED;",
         "    } else {",
-        *_set(fmu.version, [*ports.tunable, *ports.inputs], "        "),
+        *_exchanged("Set", fmu.version, [*ports.tunable, *ports.inputs], "        "),
         "        if (!problem) problem = fmu_stepped(one, invocation->time_ns);",
         "    }",
-        *_get(fmu.version, ports.outputs, "    "),
+        *_exchanged("Get", fmu.version, ports.outputs, "    "),
         "    if (problem) one->failed = 1;",
         "    fmu_left(one);",
         "    if (problem) return FAULT(problem);",
@@ -125,34 +125,20 @@ def _functions(version: int, given: list[Port], taken: list[Port]) -> list[str]:
     return [*lines, "static void fmu_functions(void) {", *finds, "}"]
 
 
-def _set(version: int, ports: list[Port], indent: str) -> list[str]:
+def _exchanged(verb: str, version: int, ports: list[Port], indent: str) -> list[str]:
+    """The calls that `Set` what the block has, or `Get` it."""
     lines = []
     for group, members in _groups(ports).items():
-        total = sum(port.count for port in members)
-        values = [f"self->{port.item.name}{f'[{k}]' if port.variable.size else ''}" for port in members for k in range(port.count)]
-        lines += [
-            "if (!problem) {",
-            f"    static const uint32_t refs[] = {{{', '.join(str(port.variable.reference) for port in members)}}};",
-            f"    const {_native(version, group, members[0])} values[] = {{{', '.join(values)}}};",
-            f"    if (fmu_Set_{group}(one->component, refs, {len(members)}, values{f', {total}' if version == 3 else ''}) > 1) "
-            "problem = FMU_VALUE_REFUSED;",
-            "}",
-        ]
-    return [indent + line for line in lines]
-
-
-def _get(version: int, ports: list[Port], indent: str) -> list[str]:
-    lines = []
-    for group, members in _groups(ports).items():
-        total = sum(port.count for port in members)
         places = [f"self->{port.item.name}{f'[{k}]' if port.variable.size else ''}" for port in members for k in range(port.count)]
+        kind = _native(version, group, members[0])
+        values = f"const {kind} values[] = {{{', '.join(places)}}};" if verb == "Set" else f"{kind} values[{len(places)}];"
         lines += [
             "if (!problem) {",
             f"    static const uint32_t refs[] = {{{', '.join(str(port.variable.reference) for port in members)}}};",
-            f"    {_native(version, group, members[0])} values[{total}];",
-            f"    if (fmu_Get_{group}(one->component, refs, {len(members)}, values{f', {total}' if version == 3 else ''}) > 1) "
+            f"    {values}",
+            f"    if (fmu_{verb}_{group}(one->component, refs, {len(members)}, values{f', {len(places)}' if version == 3 else ''}) > 1) "
             "problem = FMU_VALUE_REFUSED;",
-            *(f"    {place} = values[{k}];" for k, place in enumerate(places)),
+            *(f"    {place} = values[{k}];" for k, place in enumerate(places) if verb == "Get"),
             "}",
         ]
     return [indent + line for line in lines]

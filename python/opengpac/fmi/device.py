@@ -14,7 +14,7 @@ from ..drivers.driver import Driver
 from ..drivers.in_python import python
 from ..errors import CallError, ModuleError, refuse
 from ..given import taking
-from ..kept import folder
+from ..kept import folder, put
 from ..quantities import Quantity, duration_ns
 from .block import Chosen, unpacked
 from .code import Port, Ports
@@ -53,9 +53,7 @@ def fmu(
     text = _source(fmu, ports, constants, str(library), resources, step_ns)
     file = folder("fmu-devices") / f"fmu_{hashlib.sha256(text.encode()).hexdigest()[:24]}.py"
     if not file.exists():
-        part = file.with_name(f".{os.getpid()}-{file.name}")
-        part.write_text(text)
-        os.replace(part, file)
+        put(file, text.encode())
     return python(file, period=step_ns * 1e-9, age_max=age_max)
 
 
@@ -95,7 +93,7 @@ def _source(fmu: Description, ports: Ports, constants: list[str], library: str, 
         "    def open(self):",
         f"        self._unit = Stepped({fmu.version}, {library!r}, {fmu.name!r}, {fmu.token!r}, {resources!r})",
         "        self._steps = 0",
-        f"        self._unit.initialised(lambda: iter([{', '.join(constants)}]))",
+        f"        self._unit.initialised([{', '.join(constants)}])",
         "        self._take()",
         "",
         "    def _take(self):",

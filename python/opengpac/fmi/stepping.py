@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from ctypes import CFUNCTYPE, Structure, byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_uint32, c_void_p
 from typing import Any, NamedTuple
 
@@ -49,9 +49,9 @@ class Stepped:
         if not self._unit:
             raise RuntimeError(f"the FMU refuses to be instantiated{self._words()}")
 
-    def initialised(self, values: Callable[[], Iterator[tuple[Whole, Any]]]) -> None:
+    def initialised(self, values: Iterable[tuple[Whole, Any]]) -> None:
         """Initialises it at time 0 with these values."""
-        for whole, value in values():
+        for whole, value in values:
             self.set(whole, value)
         if self._version == 2:
             self._done("SetupExperiment", c_int(0), c_double(0.0), c_double(0.0), c_int(0), c_double(0.0))

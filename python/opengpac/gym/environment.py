@@ -13,7 +13,6 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from ..enabling import enable
 from ..errors import CallError, DefinitionError, UnknownName, did_you_mean, refusals, refuse
-from ..physical import PhysicalDevice
 from ..quantities import Quantity, duration_ns
 from ..system import System
 from .spaces import Acted, Observations, Terms
@@ -70,6 +69,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
             self.task = task
             """What `setup` returned."""
             self._devices = [*task.devices]
+            self._arms = [one for one in self.system.physical_devices.values() if any(service.name == "place" for service in one.services)]
             self._ports = Ports(self.system, task.ports)
             self._acted = Acted(actions, self._ports)
             self._observations = Observations(observations, self._ports, len(self._acted.scale))
@@ -88,7 +88,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         start = dict(self.task.begin(self.np_random) if self.task.begin else {}) | (options or {})
         self._check(start)
         self._end()
-        for machine in self._placed():
+        for machine in self._arms:
             machine.services.place(positions=start.get(machine.name))
         enable(self._devices, None)
         nothing = np.zeros(len(self._acted.scale), np.float32)
@@ -121,14 +121,10 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
             self.system.close()
 
     def _check(self, start: Mapping[str, Any]) -> None:
-        known = [*self._ports.variables, *(machine.name for machine in self._placed())]
+        known = [*self._ports.variables, *(machine.name for machine in self._arms)]
         for name in start:
             if name not in known:
                 refuse(UnknownName, f"an episode is to begin with '{name}', which is no port of the task", did_you_mean(name, known))
-
-    def _placed(self) -> list[PhysicalDevice]:
-        """The simulated arms, which are put back."""
-        return [device for device in self.system.physical_devices.values() if any(service.name == "place" for service in device.services)]
 
     def _end(self) -> None:
         """Ends what runs. The clock stands at a multiple of the step then, whatever that took."""

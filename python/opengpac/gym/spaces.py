@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from ..demands import check_names
 from ..errors import DefinitionError, TypeMismatch, UnitMismatch, refuse
-from ..policies.meant import check_names
 from ..policies.terms import Numbers, Term
 from .values import Ports
 

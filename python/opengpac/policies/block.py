@@ -31,9 +31,14 @@ class Policy(Block):
     def __init__(self, interface: Mapping[str, Any], file: Path, declaration: Mapping[str, Any]) -> None:
         super().__init__(interface, str(file))
         self.file = file
-        self.period_ns: int | None = declaration["period_ns"]
+        self.period_ns = declaration["period_ns"]
         terms = [term for side in ("inputs", "outputs") for of in declaration[side].values() for term in of]
-        self.names: dict[str, list[str]] = {term["port"]: term["names"] for term in terms if term["names"]}
+        self.names = {term["port"]: term["names"] for term in terms if term["names"]}
+
+    @property
+    def _own_interval(self) -> str:
+        """What messages say before `period_ns`."""
+        return f"policy '{self.name.rpartition('.')[2]}' was trained for"
 
 
 def policy(

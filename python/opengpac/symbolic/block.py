@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any
 
 from ..blocks import Block
 from ..errors import DefinitionError, ModuleError, refuse
-from ..kept import interface, kept
+from ..kept import block_name, interface, kept
 from . import code
 from .arguments import Constant, Given, Side, arguments_of
 
@@ -58,15 +57,12 @@ def casadi(
     array([2.])
     """
     library = _library(function)
-    given = name or str(function.name())
-    if not given.isidentifier() or not given.isascii():
-        refuse(DefinitionError, f"'{given}' is no name of a block", "give name= letters, digits and '_', a letter first")
+    given = block_name(name or str(function.name()))
     sides = Side(inputs or {}, "input"), Side(outputs or {}, "output")
     arguments = arguments_of(given, function, *sides, parameters or {}, states or {}, initial or {})
     generated = code.generated(library, function, given)
     text = code.source(given, doc or f"{function.name()}, a symbolic function.", arguments, generated, function)
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    found = kept(KIND, given, digest, lambda: text)
+    found = kept(KIND, given, text, lambda: text)
     return CasadiBlock(_interface(given, found), str(found), function, code.work_bytes(function))
 
 
