@@ -2,28 +2,11 @@
 //! A recording that is run again beside the system that runs, in a process of its own; and what its values say of a difference.
 use crate::opened;
 use model::refusal::{Class, Refusal, Refusals};
-use replay::{Apart, Found, Shown, Standing, Told, elements};
-use serde::Serialize;
+use replay::{Apart, Found, Replaying, Shown, Told, elements};
 use std::any::Any;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use supervisor::{Companion, System};
-
-/// How a replay stands.
-#[derive(Clone, Debug, Serialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Replaying {
-    /// It goes on.
-    pub running: bool,
-    /// Firings that were run again.
-    pub firings: u64,
-    /// Release of the last of them, ns on the recording's clock; null: there was none yet.
-    pub time_ns: Option<i64>,
-    /// What was found, once it is over.
-    pub found: Option<Found>,
-    /// Why it could not be run, or not to its end.
-    pub failure: Option<String>,
-}
 
 /// A recording that is run again. Ends with [`Again::stop`], or with its system.
 pub struct Again {
@@ -56,8 +39,8 @@ impl Again {
 
     /// How it stands.
     pub fn standing(&self) -> Replaying {
-        let Standing { running, firings, time_ns, found, failure } = self.apart.standing();
-        Replaying { running, firings, time_ns, found: found.map(|found| self.told(found)), failure }
+        let standing = self.apart.standing();
+        Replaying { found: standing.found.map(|found| self.told(found)), ..standing }
     }
 
     /// Ends it where it is. Idempotent.

@@ -28,12 +28,13 @@ mod span;
 mod state;
 
 pub use about::{Recorded, RecordedChannel, RecordedEnd};
-pub use again::{Again, Replaying};
+pub use again::Again;
 pub use archive::{Archive, RecordedMessage};
 pub use digest::{Samples, Sums};
 pub use file::Sink;
 pub use reader::{Recording, Series};
 pub use recorder::{Options, Recorder, Summary};
+pub use replay::Replaying;
 pub use shelf::{RecordingFile, opened, recordings};
 pub use span::{Span, Trace};
 

@@ -44,13 +44,14 @@ enum Said {
 }
 
 /// How a replay stands.
-#[derive(Clone, Debug, Default)]
-pub struct Standing {
+#[derive(Clone, Debug, Default, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Replaying {
     /// It goes on.
     pub running: bool,
     /// Firings that were run again.
     pub firings: u64,
-    /// Release of the last of them, ns on the clock of the record.
+    /// Release of the last of them, ns on the recording's clock; null: there was none yet.
     pub time_ns: Option<i64>,
     /// What was found, once it is over.
     pub found: Option<Found>,
@@ -61,7 +62,7 @@ pub struct Standing {
 /// A replay in a process of its own. Dropping it ends the process.
 pub struct Apart {
     child: Arc<Child>,
-    standing: Arc<Mutex<Standing>>,
+    standing: Arc<Mutex<Replaying>>,
     is_cancelled: Arc<AtomicBool>,
     listener: Mutex<Option<JoinHandle<()>>>,
 }
@@ -77,7 +78,7 @@ impl Apart {
         let (ours, theirs) = UnixStream::pair().map_err(cannot)?;
         let child = Launch::new(command).descriptor(LINK, OwnedFd::from(theirs)).start().map_err(|why| why.to_string())?;
         let (child, is_cancelled) = (Arc::new(child), Arc::new(AtomicBool::new(false)));
-        let standing = Arc::new(Mutex::new(Standing { running: true, ..Standing::default() }));
+        let standing = Arc::new(Mutex::new(Replaying { running: true, ..Replaying::default() }));
         let request = Request { path: path.to_owned(), trust, others, python };
         let heard = Listener { child: child.clone(), standing: standing.clone(), is_cancelled: is_cancelled.clone() };
         let listener = std::thread::Builder::new().name("replay".to_owned()).spawn(move || heard.listen(ours, &request)).map_err(cannot)?;
@@ -85,7 +86,7 @@ impl Apart {
     }
 
     /// How it stands.
-    pub fn standing(&self) -> Standing {
+    pub fn standing(&self) -> Replaying {
         locked(&self.standing).clone()
     }
 
@@ -105,13 +106,13 @@ impl Drop for Apart {
     }
 }
 
-fn locked(standing: &Mutex<Standing>) -> MutexGuard<'_, Standing> {
+fn locked(standing: &Mutex<Replaying>) -> MutexGuard<'_, Replaying> {
     standing.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 struct Listener {
     child: Arc<Child>,
-    standing: Arc<Mutex<Standing>>,
+    standing: Arc<Mutex<Replaying>>,
     is_cancelled: Arc<AtomicBool>,
 }
 

@@ -17,7 +17,7 @@ mod recording;
 mod run;
 mod trust;
 
-pub use apart::{Apart, Standing, serve};
+pub use apart::{Apart, Replaying, serve};
 pub use comparison::{Comparison, Difference};
 pub use condition::Condition;
 pub use file::{ENCODING, Reader, TOPIC};

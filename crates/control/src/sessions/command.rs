@@ -100,7 +100,7 @@ impl Command {
         std::mem::take(&mut self.untold)
     }
 
-    /// Makes a session the holder, whoever held it. A request of that session is granted.
+    /// Makes a session the holder in the place of any other. A request of that session is granted.
     pub fn hold(&mut self, name: &str, by: Option<&str>, reason: &str) {
         self.holder = Some(name.to_owned());
         self.settle(|request| request.name == name, Outcome::Granted, by, reason);

@@ -400,7 +400,7 @@ fn workspaces_are_there_again_and_keeping_one_needs_no_command() {
     rig.call(&session, "ship_workspace", of("shipped", "alarms"));
     rig.call(&session, "ship_workspace", of("gone", "alarms"));
     rig.call(&session, "withdraw_workspace", json!({ "name": "gone" }));
-    // Nothing is moved by it: whoever may operate keeps one, whoever commands. What it names need not be there, then or ever.
+    // Nothing is moved by it: any session that may operate keeps one, with or without command. What it names need not be there, then or ever.
     let other = rig.open("other");
     let mut mine = of("mine", "verb");
     mine["layout"]["verb"] = json!("no_such");
