@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Looks, Orders, Stops } from "./calls";
-import type { Differs } from "./recorded/replaying";
 import type { Refusal } from "./refusals";
 import type { Alarms, End, Installed, LogEntry, Reading, RecordedSpan, Role, Statistics, Version } from "./shapes";
 import type { Started } from "./started";
@@ -27,6 +26,17 @@ export interface Values {
   latest(name: string): Reading | undefined;
   /** Asks again for what was not known. */
   renew(): void;
+}
+
+/** The first value that is not as it was recorded. */
+export interface Differs {
+  time_ns: number;
+  /** Which block and port, in which firing, and how. */
+  where: string;
+  /** The SVV or private cell that it is stored in; null: it is not known. */
+  signal: string | null;
+  recorded: string;
+  replayed: string;
 }
 
 /** Times that can be asked for: those of a recording. */

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useState } from "react";
 import type { Recording } from "../control/recorded/recording";
-import type { Differs, Replay as State } from "../control/recorded/replaying";
+import type { Replay as State } from "../control/recorded/replaying";
+import type { Differs } from "../control/source";
 import { count, percent } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
 import { useAction, useLive, useWatched } from "./context";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useId } from "react";
 import type { Recording } from "../control/recorded/recording";
-import type { Differs } from "../control/recorded/replaying";
+import type { Differs } from "../control/source";
 import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
 import { foremost } from "./AlarmBar";

@@ -3,21 +3,11 @@
 import type { Control } from "../control";
 import { type Refusal, refusalsOf } from "../refusals";
 import type { Installed, ReplayDifference, Replaying } from "../shapes";
+import type { Differs } from "../source";
 import { Watched } from "../watched";
 
 /** How often it is looked how far it has come, ms. */
 const LOOK_MS = 200;
-
-/** The first value that is not as it was recorded. */
-export interface Differs {
-  time_ns: number;
-  /** Which block and port, in which firing, and how. */
-  where: string;
-  /** The SVV or private cell that it is stored in; null: it is not known. */
-  signal: string | null;
-  recorded: string;
-  replayed: string;
-}
 
 export type Replay =
   | { kind: "none" }

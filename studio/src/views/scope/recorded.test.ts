@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import type { Differs } from "../../control/recorded/replaying";
 import type { RecordedSpan } from "../../control/shapes";
-import type { Past } from "../../control/source";
+import type { Differs, Past } from "../../control/source";
 import { Watched } from "../../control/watched";
 import type { ToWorker } from "./messages";
 import { RecordedFeed, runsOf } from "./recorded";

@@ -12,7 +12,7 @@ import {
 import "@xyflow/react/dist/style.css";
 import { type DragEvent, type KeyboardEvent, memo, type ReactNode, useCallback, useMemo, useRef, useState } from "react";
 import { type BoxNode, BoxView } from "./BoxView";
-import { type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
+import { type Chosen, type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
 import { Find } from "./Find";
 import { FIT, Overview, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
 import { type RegionNode, RegionView } from "./RegionView";
@@ -24,9 +24,6 @@ const boxViews = { box: BoxView, region: RegionView };
 /** No region has the name of a box. */
 const REGION = "region\n";
 const wireViews = { wire: WireView };
-
-/** What is chosen. */
-export type Chosen = { kind: "box" | "wire"; id: string } | null;
 
 export interface CanvasProps {
   drawing: Drawing;

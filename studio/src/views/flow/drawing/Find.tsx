@@ -2,8 +2,7 @@
 import { Panel as Corner, useReactFlow, useStoreApi } from "@xyflow/react";
 import { type KeyboardEvent, useEffect, useMemo, useRef, useState } from "react";
 import { score } from "../../../design/fuzzy";
-import type { Chosen } from "./Canvas";
-import { type Drawing, type Place, sizeOf } from "./drawing";
+import { type Chosen, type Drawing, type Place, sizeOf } from "./drawing";
 
 /** What can be found in a drawing: a box, a port of one, a cell. */
 export interface Findable {

@@ -104,3 +104,6 @@ export function portText(port: Pick<Port, "type_text" | "unit" | "mode">): strin
   const of = port.unit ? `${port.type_text} in ${port.unit}` : port.type_text;
   return port.mode ? `${of}, ${port.mode}` : of;
 }
+
+/** What is chosen of a drawing. */
+export type Chosen = { kind: "box" | "wire"; id: string } | null;

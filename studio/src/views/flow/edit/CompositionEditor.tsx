@@ -10,8 +10,9 @@ import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
 import { CompositionPanel, PartPanel, StepsPanel } from "./CompositionPanel";
 import * as composed from "./composed";
 import type { Composed, Part } from "./definition";
-import { Head, type Working } from "./Editor";
+import { Head, type Working } from "./Head";
 import { draftOf, withoutSources } from "./reading";
+import { SystemVerb } from "./SystemVerb";
 
 /** How long nothing must change before the system is asked, ms. */
 const PAUSE_MS = 250;
@@ -77,21 +78,8 @@ function said(one: Refusal): string {
 /** Verbs that can be parts: of the file, and of the system. */
 function Verbs(props: { draft: Composed; add: (name: string, part?: Part) => void }) {
   const { draft, add } = props;
-  const control = useLive();
-  const [names, setNames] = useState<string[]>([]);
   const [wrong, setWrong] = useState<Refusal[]>([]);
   const known = Object.keys(draft.made_of).filter((name) => !isWithin(draft, name));
-  const bring = async (name: string) => {
-    setWrong([]);
-    try {
-      const { defined } = await control.look("verb_form", { name });
-      if (Object.keys(defined.parts ?? {}).length > 0)
-        throw new Error(`'${name}' is composed, and a file would lose of what: open the file that has it, and add it from there`);
-      add(name, draftOf("verb", name, withoutSources(defined)) as Part);
-    } catch (why) {
-      setWrong(refusalsOf(why));
-    }
-  };
   return (
     <Panel title="Verbs" className="palette side">
       <ul>
@@ -104,24 +92,17 @@ function Verbs(props: { draft: Composed; add: (name: string, part?: Part) => voi
         ))}
       </ul>
       {known.length === 0 && <p className="quiet">Open a file with verbs, or add one of the system.</p>}
-      <select
-        aria-label="Add a verb of the system"
-        value=""
-        onFocus={() => {
-          control.look("names", {}).then(
-            (there) => setNames(there.verbs),
-            (why) => setWrong(refusalsOf(why)),
-          );
+      <SystemVerb
+        label="Add a verb of the system"
+        first="From the system…"
+        without={known}
+        take={(name, defined) => {
+          if (Object.keys(defined.parts ?? {}).length > 0)
+            throw new Error(`'${name}' is composed, and a file would lose of what: open the file that has it, and add it from there`);
+          add(name, draftOf("verb", name, withoutSources(defined)) as Part);
         }}
-        onChange={(event) => void bring(event.target.value)}
-      >
-        <option value="">From the system…</option>
-        {names
-          .filter((name) => !known.includes(name))
-          .map((name) => (
-            <option key={name}>{name}</option>
-          ))}
-      </select>
+        failed={setWrong}
+      />
       <Refusals of={wrong} />
     </Panel>
   );

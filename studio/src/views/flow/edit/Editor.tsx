@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { ReactNode } from "react";
-import type { Refusal } from "../../../control/refusals";
-import { Refusals } from "../../../design/parts";
-import { TextField } from "../../../design/TextField";
 import { CompositionEditor } from "./CompositionEditor";
-import { UnreadDraft } from "./DraftBoundary";
-import type { Drawn } from "./definition";
-import { FileTools } from "./FileTools";
 import { FlowEditor } from "./FlowEditor";
 import { useDraft } from "./history";
 import { useUndoKeys } from "./undoKeys";
@@ -19,55 +12,6 @@ export default function Editor() {
   return (
     <div className="flow editing">
       {draft.kind === "composition" ? <CompositionEditor work={work} draft={draft} /> : <FlowEditor work={work} whole={draft} />}
-    </div>
-  );
-}
-
-export type Working = ReturnType<typeof useDraft>;
-
-const KINDS: Record<Drawn["kind"], string> = { graph: "Graph", verb: "Verb", composition: "Composition" };
-
-/** The tools above the drawing: what it is called and is for, the way back, files. `children`: those of what is drawn. */
-export function Head(props: {
-  work: Working;
-  /** What is named: the whole, or the graph within that is drawn. */
-  of: Drawn;
-  put: (text: { name?: string; doc?: string }) => void;
-  trouble: Refusal[];
-  opened: () => void;
-  children: ReactNode;
-}) {
-  const { work, of, put } = props;
-  return (
-    <div className="tools stack">
-      <div className="row">
-        <TextField
-          label={KINDS[of.kind]}
-          value={of.of.name}
-          commit={(name) => {
-            if (name === "") return "a name is needed";
-            put({ name });
-          }}
-        />
-        <TextField label="is for" value={of.of.doc} placeholder="what it does" commit={(doc) => put({ doc })} />
-        <button type="button" disabled={!work.back} onClick={() => work.back?.()}>
-          Undo
-        </button>
-        <button type="button" disabled={!work.again} onClick={() => work.again?.()}>
-          Redo
-        </button>
-        {props.children}
-      </div>
-      <FileTools
-        draft={work.draft}
-        file={work.file}
-        open={(to, from) => {
-          work.open(to, from);
-          props.opened();
-        }}
-      />
-      <UnreadDraft />
-      <Refusals of={props.trouble} />
     </div>
   );
 }

@@ -2,11 +2,11 @@
 import { useId, useMemo, useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
-import { useLive } from "../../../shell/context";
 import { type Drawn, newComposition, newGraph, newVerb, type Part } from "./definition";
 import { besides, download, draftsOf, savedFile } from "./file";
 import type { OpenedFile } from "./history";
 import { draftOf, withoutSources } from "./reading";
+import { SystemVerb } from "./SystemVerb";
 
 /** The verbs and compositions of a file, or of what is drawn: what a new composition can be made of. */
 function partsAt(draft: Drawn, found: Drawn[]): Record<string, Part> {
@@ -20,9 +20,7 @@ function partsAt(draft: Drawn, found: Drawn[]): Record<string, Part> {
 
 /** New, open, save; and a verb that is in the system, to begin with. */
 export function FileTools(props: { draft: Drawn; file: OpenedFile | null; open: (draft: Drawn, file: OpenedFile | null) => void }) {
-  const control = useLive();
   const [said, setSaid] = useState<string | null>(null);
-  const [verbs, setVerbs] = useState<string[] | null>(null);
   const [wrong, setWrong] = useState<Refusal[]>([]);
   const field = useId();
   const read = async (file: File | undefined) => {
@@ -35,15 +33,6 @@ export function FileTools(props: { draft: Drawn; file: OpenedFile | null; open: 
       if (!first) throw new Error(`'${file.name}' defines no graph and no verb. ${more ?? ""}`);
       setSaid(more);
       props.open(first, { name: file.name, text });
-    } catch (why) {
-      setWrong(refusalsOf(why));
-    }
-  };
-  const openVerb = async (name: string) => {
-    setWrong([]);
-    try {
-      const { defined } = await control.look("verb_form", { name });
-      props.open(draftOf("verb", name, withoutSources(defined)), null);
     } catch (why) {
       setWrong(refusalsOf(why));
     }
@@ -100,22 +89,12 @@ export function FileTools(props: { draft: Drawn; file: OpenedFile | null; open: 
             event.target.value = "";
           }}
         />
-        <select
-          aria-label="Open a verb of the system"
-          value=""
-          onFocus={() => {
-            control.look("names", {}).then(
-              (names) => setVerbs(names.verbs),
-              (why) => setWrong(refusalsOf(why)),
-            );
-          }}
-          onChange={(event) => void openVerb(event.target.value)}
-        >
-          <option value="">Open from the system…</option>
-          {(verbs ?? []).map((name) => (
-            <option key={name}>{name}</option>
-          ))}
-        </select>
+        <SystemVerb
+          label="Open a verb of the system"
+          first="Open from the system…"
+          take={(name, defined) => props.open(draftOf("verb", name, withoutSources(defined)), null)}
+          failed={setWrong}
+        />
         {found.length > 1 && (
           <select
             aria-label="Definition of the file"

@@ -6,8 +6,7 @@ import { Refusals } from "../../../design/parts";
 import { useLive } from "../../../shell/context";
 import type { Draft, Graph } from "./definition";
 import type { Faces } from "./faces";
-import { type Begun, fitting, type Offered, offered, questionOf, tried } from "./offered";
-import type { Answered } from "./WireField";
+import { type Answered, type Begun, fitting, type Offered, offered, questionOf, tried } from "./offered";
 
 /** What a wire from a port may lead to, to be chosen: the system says what fits. */
 export function Offer(props: {

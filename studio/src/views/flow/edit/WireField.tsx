@@ -7,14 +7,7 @@ import type { PortSide } from "../drawing/drawing";
 import { allSets, connect, disconnect, type Named, setWith } from "./change";
 import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
-import type { Begun } from "./offered";
-
-/** A port as `compatible` names it, and why it cannot be the other end; null: it can. */
-export interface Answered {
-  block: string;
-  port: string;
-  reason: string | null;
-}
+import type { Answered, Begun } from "./offered";
 
 /** The other ends that a wire from a port may have: by the system's answer, and every boundary that binds nothing yet. */
 export function otherEnds(draft: Draft, side: PortSide, answered: Answered[]): Map<string, string | Named> {

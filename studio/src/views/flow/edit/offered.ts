@@ -5,7 +5,13 @@ import * as change from "./change";
 import { type BlockUse, type Draft, definitionOf, type Graph, type SetKind } from "./definition";
 import { boundaryOf, placeOf, portOf } from "./drawn";
 import { type Faces, type Item, inner, itemsOf, modeText, sideOf } from "./faces";
-import type { Answered } from "./WireField";
+
+/** A port as `compatible` names it, and why it cannot be the other end; null: it can. */
+export interface Answered {
+  block: string;
+  port: string;
+  reason: string | null;
+}
 
 /** Where the wire begins. */
 export type Begun = End & { side: PortSide };

@@ -4,7 +4,7 @@ import { period, valueText } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { LiveValue } from "../../../live/LiveValue";
 import { addressOf } from "../../../shell/route";
-import type { Chosen } from "../drawing/Canvas";
+import type { Chosen } from "../drawing/drawing";
 import { type Drawing, portText, type Wire } from "../drawing/drawing";
 
 /** What is chosen in the drawing, in full. */

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import { type Refusal, refusalsOf } from "../../../control/refusals";
+import type { VerbForm } from "../../../control/shapes";
+import { useLive } from "../../../shell/context";
+
+/** Chooses a verb of the system and takes its definition. `take` may throw; `failed` is told what is wrong, and nothing at each new choice. */
+export function SystemVerb(props: {
+  label: string;
+  /** What stands there while none is chosen. */
+  first: string;
+  without?: readonly string[];
+  take: (name: string, defined: VerbForm["defined"]) => void;
+  failed: (why: Refusal[]) => void;
+}) {
+  const control = useLive();
+  const [names, setNames] = useState<string[]>([]);
+  const bring = async (name: string) => {
+    props.failed([]);
+    try {
+      const { defined } = await control.look("verb_form", { name });
+      props.take(name, defined);
+    } catch (why) {
+      props.failed(refusalsOf(why));
+    }
+  };
+  return (
+    <select
+      aria-label={props.label}
+      value=""
+      onFocus={() => {
+        control.look("names", {}).then(
+          (there) => setNames(there.verbs),
+          (why) => props.failed(refusalsOf(why)),
+        );
+      }}
+      onChange={(event) => void bring(event.target.value)}
+    >
+      <option value="">{props.first}</option>
+      {names
+        .filter((name) => !props.without?.includes(name))
+        .map((name) => (
+          <option key={name}>{name}</option>
+        ))}
+    </select>
+  );
+}
