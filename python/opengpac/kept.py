@@ -13,20 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__, _native
+from .cache import folder
 from .checks import without_system
-from .errors import DefinitionError, ModuleError, refusals, refuse
-
-
-def user_cache() -> Path:
-    """The package's part of the user's cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "opengpac"
-
-
-def put(file: Path, content: bytes) -> None:
-    """Writes a file as a whole: others find all of it, or none."""
-    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as fresh:
-        fresh.write(content)
-    os.replace(fresh.name, file)
+from .errors import DefinitionError, refusals, refuse
 
 
 def block_name(name: str) -> str:
@@ -34,18 +23,6 @@ def block_name(name: str) -> str:
     if not name.isidentifier() or not name.isascii():
         refuse(DefinitionError, f"'{name}' is no name of a block", "give name= letters, digits and '_', a letter first")
     return name
-
-
-def folder(kind: str) -> Path:
-    """Where compiled blocks of a `kind`, for example "python-blocks", are kept for this user: in the folder that OPENGPAC_COMPILED names,
-    else in that of the user's cache."""
-    given = os.environ.get("OPENGPAC_COMPILED")
-    made = (Path(given).absolute() if given else user_cache()) / kind
-    try:
-        made.mkdir(parents=True, exist_ok=True, mode=0o700)
-    except OSError as why:
-        refuse(ModuleError, f"compiled blocks cannot be kept in '{made}': {why}", "set OPENGPAC_COMPILED to a folder of yours")
-    return made
 
 
 def kept(kind: str, name: str, key: object, source: Callable[[], str]) -> Path:

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from .. import _native, processes
+from ..cache import put, user_cache
 from ..errors import CallError, ModuleError, did_you_mean, refusals, refuse
 from ..files import is_source
 from ..given import taking
-from ..kept import put, user_cache
 from ..quantities import duration_ns
 from .driver import Driver
 

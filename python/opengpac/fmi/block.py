@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..blocks import Block, Item
+from ..cache import folder, put
 from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
 from ..given import taking
-from ..kept import block_name, folder, interface, kept, put
+from ..kept import block_name, interface, kept
 from ..quantities import Quantity, optional_ns
 from . import code
 from .description import Description, described

@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..cache import folder, put
 from ..drivers.driver import Driver
 from ..drivers.in_python import python
 from ..errors import CallError, ModuleError, refuse
 from ..given import taking
-from ..kept import folder, put
 from ..quantities import Quantity, duration_ns
 from .block import Chosen, unpacked
 from .code import Port, Ports
