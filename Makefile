@@ -25,7 +25,7 @@ BIN := $(VENV)/bin
 # How long a soak takes.
 MINUTES ?= 120
 # Processes of pytest: more than processors, as most tests wait for what happens in real time.
-WORKERS ?= $(shell echo $$(($$(nproc) + 2)))
+WORKERS ?= $(shell echo $$(($$(nproc) + 4)))
 IDLE := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0)
 # Clippy compiles the workspace for the tests: one pass instead of a build and a check, and the lints find it done.
 LINTED := --config 'build.rustc-workspace-wrapper="clippy-driver"'
@@ -105,18 +105,20 @@ $(PAGE): $(PAGE_SOURCES) studio/node_modules/ready
 	cd studio && npm run --silent build -- --logLevel error
 	touch $@
 
-# First what is built, then two strands: what runs in real time, and beside it, with what processor time that leaves, what only computes.
-# The second one's words come at the end, and are in out/beside.log. What fails keeps neither from going on: one run names everything that is wrong,
-# and tells it again in its last lines (tests/closing.py).
+# First what is built, then three strands: two of what runs in real time, which mostly waits, and beside them, with what processor time they
+# leave, what only computes. The words of the second and the third come at the end, and are in out/with.log and out/beside.log. What fails keeps
+# none from going on: one run names everything that is wrong, and tells it again in its last lines (tests/closing.py).
+WITH := test-rust simulated test-wheel
 BESIDE := lint test-doc test-outside test-loom build-sanitizer test-studio
 test: setup-checked
 	@$(MAKE) --no-print-directory build-tests
-	@mkdir -p out; rm -f out/*.log; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & beside=$$!; trap "kill $$beside" INT TERM; \
-	OPENGPAC_EXAMPLES=$(CURDIR)/target/checked/examples $(MAKE) --no-print-directory -k test-rust simulated test-python test-browser test-wheel; first=$$?; \
-	wait $$beside; second=$$?; cat out/beside.log; \
-	$(MAKE) --no-print-directory test-sanitizer; third=$$?; \
+	@mkdir -p out; rm -f out/*.log; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & beside=$$!; \
+	$(MAKE) --no-print-directory -k $(WITH) >out/with.log 2>&1 & with=$$!; trap "kill $$beside $$with" INT TERM; \
+	OPENGPAC_EXAMPLES=$(CURDIR)/target/checked/examples $(MAKE) --no-print-directory -k test-python test-browser; first=$$?; \
+	wait $$with; second=$$?; cat out/with.log; wait $$beside; third=$$?; cat out/beside.log; \
+	$(MAKE) --no-print-directory test-sanitizer; fourth=$$?; \
 	$(BIN)/python tests/closing.py out/rust.log out/pytest.log out/beside.log; \
-	exit $$((first || second || third))
+	exit $$((first || second || third || fourth))
 
 # What a change to one crate needs, in minutes: CRATE=supervisor, or what differs from the last commit.
 test-fast: setup-checked
