@@ -194,7 +194,7 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/driver_kills.py
 	$(BIN)/python tests/faults/io_module.py
 	$(BIN)/python examples/cart_pole_mpc.py
-	OPENGPAC_NODES=all $(BIN)/python -m pytest -q tests/python/policies/test_nodes.py
+	OPENGPAC_NODES=all $(BIN)/python -m pytest -q tests/python/policies/test_nodes.py tests/python/policies/test_sanitized.py
 	OPENGPAC_GOALS=100 $(BIN)/python -m pytest -q tests/examples/test_reach.py -k not_seen
 	$(BIN)/python tests/faults/peers.py
 	$(BIN)/python tests/faults/shift.py
