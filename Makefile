@@ -105,20 +105,22 @@ $(PAGE): $(PAGE_SOURCES) studio/node_modules/ready
 	cd studio && npm run --silent build -- --logLevel error
 	touch $@
 
-# First what is built, then three strands: two of what runs in real time, which mostly waits, and beside them, with what processor time they
-# leave, what only computes. The words of the second and the third come at the end, and are in out/with.log and out/beside.log. What fails keeps
-# none from going on: one run names everything that is wrong, and tells it again in its last lines (tests/closing.py).
+# First what is built, then the tests of Python, some of which have to be alone; then the page in its browser, and with it the Rust tests, both of which
+# mostly wait. Beside all of them goes, with what processor time they leave, what only computes. The words of these strands come at the end, and are in
+# out/with.log and out/beside.log. What fails keeps none from going on: one run names everything that is wrong, and tells it again in its last lines
+# (tests/closing.py).
 WITH := test-rust simulated test-wheel
 BESIDE := lint test-doc test-outside test-loom build-sanitizer test-studio
 test: setup-checked
 	@$(MAKE) --no-print-directory build-tests
-	@mkdir -p out; rm -f out/*.log; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & beside=$$!; \
-	$(MAKE) --no-print-directory -k $(WITH) >out/with.log 2>&1 & with=$$!; trap "kill $$beside $$with" INT TERM; \
-	OPENGPAC_EXAMPLES=$(CURDIR)/target/checked/examples $(MAKE) --no-print-directory -k test-python test-browser; first=$$?; \
-	wait $$with; second=$$?; cat out/with.log; wait $$beside; third=$$?; cat out/beside.log; \
-	$(MAKE) --no-print-directory test-sanitizer; fourth=$$?; \
+	@mkdir -p out; rm -f out/*.log; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & strands=$$!; beside=$$!; trap 'kill $$strands' INT TERM; \
+	OPENGPAC_EXAMPLES=$(CURDIR)/target/checked/examples $(MAKE) --no-print-directory test-python; first=$$?; \
+	$(MAKE) --no-print-directory -k $(WITH) >out/with.log 2>&1 & with=$$!; strands="$$beside $$with"; \
+	$(MAKE) --no-print-directory test-browser; second=$$?; \
+	wait $$with; third=$$?; cat out/with.log; wait $$beside; fourth=$$?; cat out/beside.log; \
+	$(MAKE) --no-print-directory test-sanitizer; fifth=$$?; \
 	$(BIN)/python tests/closing.py out/rust.log out/pytest.log out/beside.log; \
-	exit $$((first || second || third || fourth))
+	exit $$((first || second || third || fourth || fifth))
 
 # What a change to one crate needs, in minutes: CRATE=supervisor, or what differs from the last commit.
 test-fast: setup-checked

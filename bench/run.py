@@ -30,6 +30,7 @@ import open_bars
 from rows import (
     episodes,
     ethercat,
+    fmus,
     hal,
     hosts,
     jitter,
@@ -71,6 +72,7 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "ethercat": lambda options: ethercat.measure(options.rounds, options.quick),
     "servos": lambda options: servos.measure(options.rounds, options.quick),
     "python": lambda options: python_blocks.measure(options.rounds),
+    "fmu": lambda options: fmus.measure(options.rounds),
     "virtual": lambda options: virtual_clock.measure(options.rounds),
     "episodes": lambda options: episodes.measure(options.rounds, options.quick),
     "policy": lambda options: policies.measure(options.rounds, options.quick),
