@@ -16,6 +16,7 @@ import {
 } from "@xyflow/react";
 import "@xyflow/react/dist/style.css";
 import { memo, useEffect, useId, useMemo, useRef, useState } from "react";
+import { nodeId, nodeName } from "../../design/nodeIds";
 import "./states.css";
 import { type Arrow, arrowsOf, type Shape } from "./shape";
 import { ENDING, type Laid, type LaidBox, layOut, START, shortName } from "./states";
@@ -189,10 +190,10 @@ export function StatesCanvas(props: {
           if (change.type === "select" && change.selected) edit.choose(nameOf(change.id));
           if (change.type !== "position" || !change.position || !edit.move) continue;
           const at = { x: Math.round(change.position.x), y: Math.round(change.position.y) };
-          if (change.dragging) setMoving({ list: change.id, at });
+          if (change.dragging) setMoving({ list: nameOf(change.id), at });
           else {
             setMoving(null);
-            edit.move(change.id, at);
+            edit.move(nameOf(change.id), at);
           }
         }
       }}
@@ -267,11 +268,12 @@ function Told(props: { shape: Shape }) {
 }
 
 function idOf(box: { kind: LaidBox["kind"]; name: string }): string {
-  return box.kind === "part" ? `${PART}${box.name}` : box.name;
+  return nodeId(box.kind === "part" ? `${PART}${box.name}` : box.name);
 }
 
 function nameOf(id: string): string {
-  return id.startsWith(PART) ? id.slice(PART.length) : id;
+  const name = nodeName(id);
+  return name.startsWith(PART) ? name.slice(PART.length) : name;
 }
 
 function nodesOf(
@@ -307,7 +309,7 @@ function nodesOf(
       // What cannot have the focus has no name of its own: the arrows are told in words.
       ...(isState && edit ? { ariaLabel: box.kind === "part" ? `part ${box.name}` : `command list ${box.name}` } : {}),
     };
-    return box.within === null ? made : { ...made, parentId: `${PART}${box.within}` };
+    return box.within === null ? made : { ...made, parentId: nodeId(`${PART}${box.within}`) };
   });
 }
 

@@ -4,7 +4,7 @@ import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import * as composed from "./composed";
 import type { Composed, Step } from "./definition";
-import { constantOf, constantText, words } from "./written";
+import { constantText, givenOf, words } from "./written";
 
 type Of = { draft: Composed; change: (draft: Composed) => void };
 
@@ -78,7 +78,7 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
             placeholder="given at each start"
             value={constantText(draft.of.preset[`${label}.${name}`])}
             commit={(text) => {
-              const { value, wrong } = constantOf(text, "value");
+              const { value, wrong } = givenOf(text);
               if (wrong !== null) return wrong;
               change(composed.setPreset(draft, `${label}.${name}`, value));
             }}
