@@ -17,6 +17,7 @@ import {
 import "@xyflow/react/dist/style.css";
 import { memo, useEffect, useId, useMemo, useRef, useState } from "react";
 import { nodeId, nodeName } from "../../design/nodeIds";
+import { own } from "../../design/own";
 import "./states.css";
 import { type Arrow, arrowsOf, type Shape } from "./shape";
 import { ENDING, type Laid, type LaidBox, layOut, START, shortName } from "./states";
@@ -287,11 +288,11 @@ function nodesOf(
   const about = new Map(shape.parts.map((part) => [part.name, part.about]));
   return boxes.map((box): StateNode => {
     const isState = box.kind === "list" || box.kind === "part";
-    const own = box.kind === "list" && box.within === null ? edit?.places?.[box.name] : undefined;
+    const put = box.kind === "list" && box.within === null ? own(edit?.places, box.name) : undefined;
     const made: StateNode = {
       id: idOf(box),
       type: box.kind,
-      position: moving?.list === box.name && box.kind === "list" ? moving.at : (own ?? { x: box.x, y: box.y }),
+      position: moving?.list === box.name && box.kind === "list" ? moving.at : (put ?? { x: box.x, y: box.y }),
       width: box.width,
       height: box.height,
       data: {

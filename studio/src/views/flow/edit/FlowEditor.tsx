@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { ReactFlowProvider } from "@xyflow/react";
 import { useCallback, useEffect, useMemo, useState } from "react";
+import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { useLive } from "../../../shell/context";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
@@ -73,7 +75,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   const enter = useCallback((label: string) => go([...way, label]), [go, way]);
   const isPlaced = placed(draft);
   const { placement, placeOn } = work;
-  const sourceOf = useCallback((label: string) => placement[[...way, label].join(".")] ?? null, [placement, way]);
+  const sourceOf = useCallback((label: string) => own(placement, [...way, label].join(".")) ?? null, [placement, way]);
   const drawing = useMemo(
     () => (isPlaced ? coloured(drawnDraft(draft, faces, findings, refused), sourceOf) : NOTHING),
     [isPlaced, draft, faces, findings, refused, sourceOf],
@@ -361,7 +363,7 @@ function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | 
 
 /** Beside a box, on the side of the port. */
 function besideOf(draft: Draft, from: Begun): Place {
-  const at = draft.of.layout[from.box];
+  const at = own(draft.of.layout, from.box);
   return at ? { x: at.x + (from.side === "output" ? 260 : -260), y: at.y } : freePlace(draft);
 }
 
