@@ -14,8 +14,8 @@ import { type DragEvent, type KeyboardEvent, memo, type ReactNode, useCallback, 
 import { nodeId, nodeName } from "../../../design/nodeIds";
 import { type BoxNode, BoxView } from "./BoxView";
 import { type Chosen, type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
-import { Find } from "./Find";
-import { FIT, Overview, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
+import { type Elsewhere, Find } from "./Find";
+import { FIT, Overview, useFar, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
 import { type RegionNode, RegionView } from "./RegionView";
 import type { Region } from "./regions";
 import { useSlices } from "./slices";
@@ -33,7 +33,9 @@ export interface CanvasProps {
   choose: (chosen: Chosen) => void;
   /** Opens or closes a nested graph. */
   toggle?: (box: string) => void;
-  /** Grounds behind the boxes: interrupt sources. */
+  /** What *Find* finds that is not drawn. */
+  elsewhere?: Elsewhere | undefined;
+  /** Grounds behind the boxes: interrupt sources, instances. */
   regions?: Region[] | undefined;
   /** Shown anew as a whole when this changes: another graph. */
   of: string;
@@ -88,7 +90,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
     () =>
       (regions ?? []).map(
         (region): RegionNode => ({
-          id: `${REGION}${region.source ?? ""}`,
+          id: `${REGION}${region.title}`,
           type: "region",
           position: { x: region.x, y: region.y },
           width: region.width,
@@ -124,6 +126,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
     () => wires.map((edge) => (chosen?.kind === "wire" && chosen.id === edge.id ? { ...edge, selected: true } : edge)),
     [wires, chosen],
   );
+  const far = useFar();
   useFitting(props.of, drawing.boxes, places);
 
   const onNodesChange = useCallback(
@@ -179,7 +182,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
   };
   return (
     // biome-ignore lint/a11y/noStaticElementInteractions: the boxes in it have the focus
-    <div className="canvas" data-testid="canvas" ref={canvas} onKeyDown={press}>
+    <div className={far ? "canvas far" : "canvas"} style={far ?? {}} data-testid="canvas" ref={canvas} onKeyDown={press}>
       <ReactFlow<BoxNode | RegionNode, WireEdge>
         nodes={[...grounds, ...useSlices(nodes)]}
         edges={useSlices(edges)}
@@ -228,7 +231,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         <Background gap={20} />
         <Controls showInteractive={false} fitViewOptions={FIT} aria-label="Zoom" />
         <Overview boxes={drawing.boxes} places={places} />
-        <Find drawing={drawing} places={places} choose={choose} />
+        <Find drawing={drawing} places={places} choose={choose} elsewhere={props.elsewhere} />
         {props.children}
       </ReactFlow>
     </div>

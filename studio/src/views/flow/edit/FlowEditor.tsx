@@ -18,6 +18,7 @@ import { pasted } from "./clipboard";
 import { useCopyKeys } from "./copyKeys";
 import { type Draft, type Graph, newGraph } from "./definition";
 import { boundaryOf, drawnDraft, placeOf, portOf, type RefusedWire } from "./drawn";
+import { everythingIn } from "./elsewhere";
 import { definitionsOf } from "./file";
 import { about, type Finding, ofList, ofTransition } from "./findings";
 import { Head, type Working } from "./Head";
@@ -73,6 +74,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
     [showAnew],
   );
   const enter = useCallback((label: string) => go([...way, label]), [go, way]);
+  const elsewhere = useMemo(() => ({ here: way.join("."), list: () => everythingIn(whole, faces, go) }), [whole, way, faces, go]);
   const isPlaced = placed(draft);
   const { placement, placeOn } = work;
   const sourceOf = useCallback((label: string) => own(placement, [...way, label].join(".")) ?? null, [placement, way]);
@@ -251,6 +253,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
             of={`${draft.kind} ${way.join("/")} ${shownAnew}`}
             edit={edit}
             toggle={enter}
+            elsewhere={elsewhere}
             regions={bySource?.regions}
           >
             {offer && (
