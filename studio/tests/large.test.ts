@@ -35,7 +35,8 @@ test.each([1440, 800, 390])("what is seen of 200 blocks at %i pixels can be read
     if (grouping) await page.locator(".region").first().waitFor();
     else await openAnew(page);
     await expect.poll(() => illegible(page)).toEqual([]);
-    if (grouping !== "By source") expect(await axeFindings(page), `${grouping}`).toEqual([]);
+    // In groups an arm is checked, in flow.test.ts.
+    if (grouping === null) expect(await axeFindings(page)).toEqual([]);
     await shoot(page, `flow-200-${width}-${grouping ?? "whole"}`);
     if (grouping) await page.getByRole("button", { name: grouping }).click();
   }
