@@ -31,6 +31,40 @@ def guarded_move(modules: dict[str, gpac.Module]) -> gpac.Verb:
     return guarded_move(Blocks(modules["glide"], modules["tool_line"]))
 
 
+def careful() -> gpac.Verb:
+    """A move that asks for homing, is suspended at rest, and has a budget and an interval that may change."""
+    return gpac.Verb(
+        "careful",
+        blocks={"generator": gpac.library.motion_generator},
+        objects={"arm": gpac.each(gpac.robots.Joint)},
+        instantiation_parameters={
+            "arm.commanded": ["generator.start", "generator.setpoint"],
+            "arm.commanded_velocity": "generator.start_velocity",
+        },
+        input_parameters={
+            "goal": gpac.input("generator.goal", within=("arm.position_min", "arm.position_max"), counted_from="arm.commanded"),
+            "speed": gpac.input("generator.speed", default="25 %", within=(0.001, "arm.max_speed")),
+            "override": gpac.input("generator.override", default=1.0, tunable=True),
+        },
+        requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home", remedy="home it first")},
+        suspend=gpac.holding("generator.holding", "generator.held"),
+        command_lists={"start": [gpac.activate("generator", every=gpac.interval("20 ms", tunable=True), budget="5 ms")]},
+        conditions={"there": gpac.on("generator.finished", returns=[])},
+    )
+
+
+def thinned() -> gpac.Graph:
+    """A filter that runs once in five invocations of what it filters, and reads five values then."""
+    return gpac.Graph(
+        "thinned",
+        blocks={"wave": gpac.library.signal_generator, "slow": gpac.library.lowpass},
+        cells={"raw": ["wave.y", "slow.u"]},
+        outputs={"y": "slow.y"},
+        modes={"slow.u": gpac.ratio(5)},
+        divide={"slow": 5},
+    )
+
+
 def slide_of(code: gpac.Module) -> type[gpac.LogicalDevice]:
     import actions
 
@@ -54,13 +88,13 @@ def meant(path: Path, name: str, kind: str = "verbs") -> object:
         of.pop("layout", None)
         return of
     of.pop("layout", None)
-    for sets in (of["cells"], of["instantiation_parameters"]):
+    for sets in (of["cells"], of.get("instantiation_parameters", {})):
         for ports in sets.values():
             ports.sort()
     return of
 
 
-def compare(verb: gpac.Verb, folder: Path, kind: str, parts: list[str], **given: object) -> None:
+def compare(verb: gpac.Verb | gpac.Graph, folder: Path, kind: str, parts: list[str], **given: object) -> None:
     (again := folder / f"{verb.name}.again.json").unlink(missing_ok=True)
     gpac.load(folder / f"{verb.name}.json", **given)[verb.name].save(again)
     verb.save(folder / f"{verb.name}.docs.json")
@@ -82,4 +116,6 @@ if __name__ == "__main__":
             modules = {name: cell.download(EXAMPLES / "blocks" / f"{name}.c") for name in ("glide", "tool_line")}
             compare(swing(), folder, "verbs", [], system=cell, modules=modules)
             compare(guarded_move(modules), folder, "verbs", [], system=cell, modules=modules)
+            compare(careful(), folder, "verbs", [], system=cell)
+            compare(thinned(), folder, "graphs", [], system=cell)
             compare(whole, folder, "compositions", ["approach", "insert"], system=cell, modules={"closed_loop": code}, devices=[Slide])

@@ -233,9 +233,83 @@ test("press, made of a verb of a file and one of the system, as superstates", as
   expect(errors).toEqual([]);
 });
 
+test("a verb that requires, comes to rest before it is suspended, has a budget and an interval that may change", async () => {
+  const { page, errors } = opened;
+  await page.setViewportSize({ width: 1440, height: 1400 });
+  await begin(page, "careful");
+  await block(page, "library.motion_generator", "generator");
+  await add(page, "Objects", "Object", "joint", "arm", { "is a": "robot_joint" });
+  await panelOf(page, "Objects").getByLabel("several of them").check();
+  await parameter(page, "arm.commanded");
+  await wire(page, "generator", "Wire generator.start from", "arm.commanded");
+  await wire(page, "generator", "Wire generator.setpoint to", "arm.commanded");
+  await parameter(page, "arm.commanded_velocity");
+  await wire(page, "generator", "Wire generator.start_velocity from", "arm.commanded_velocity");
+  const inputs: Record<string, Record<string, string>> = {
+    goal: { within: "arm.position_min, arm.position_max", "counted from": "arm.commanded" },
+    speed: { default: "25 %", within: "0.001, arm.max_speed" },
+    override: { default: "1.0" },
+  };
+  for (const [name, fields] of Object.entries(inputs))
+    await add(page, "Input parameters", "Input parameter", name === "goal" ? "goal" : "goal2", name, {
+      "stored in": `generator.${name}`,
+      ...fields,
+    });
+  const override = panelOf(page, "Input parameters").getByRole("group", { name: "Input parameter override" });
+  await override.getByLabel("may be set while it runs").check();
+  await add(page, "Requirements", "Requirement", "arm.homed", "arm.homed", { "only when": "arm.needs_home", remedy: "home it first" });
+  const whole = panelOf(page, "The whole");
+  await whole.getByLabel("when it is suspended").selectOption({ label: "its blocks come to rest first" });
+  const rest = whole.getByRole("group", { name: "Coming to rest 1" });
+  await enter(rest, "sets", "generator.holding");
+  await enter(rest, "until", "generator.held");
+  await add(page, "Conditions", "Condition", "done", "there", { is: "generator.finished", returns: "nothing" });
+  await page.getByRole("button", { name: "Command lists" }).click();
+  await activate(page, "start", ["generator"], "20 ms");
+  const command = panelOf(page, "Command list start").getByRole("group", { name: "Command 1", exact: true });
+  await enter(command, "budget", "5 km");
+  await command.getByRole("alert").waitFor();
+  await enter(command, "budget", "5 ms");
+  await command.getByLabel("interval may change").check();
+  for (const look of LOOKS) {
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
+    expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);
+    expect(await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth)).toBe(0);
+  }
+  await save(page, "careful");
+  expect(errors).toEqual([]);
+});
+
+test("a graph in which a block runs once in five invocations", async () => {
+  const { page, errors } = opened;
+  await page.setViewportSize({ width: 1440, height: 1400 });
+  await page.getByRole("button", { name: "New graph" }).click();
+  await enter(page, "Graph", "thinned");
+  await block(page, "library.signal_generator", "wave");
+  await block(page, "library.lowpass", "slow");
+  await page.getByRole("button", { name: "Arrange" }).click();
+  await wire(page, "wave", "Wire wave.y to", "slow.u");
+  await nameCell(page, "y", "raw");
+  await page.getByRole("button", { name: "Add output" }).click();
+  await wire(page, "slow", "Wire slow.y to", "output");
+  await choose(page, "output");
+  await enter(panelOf(page, "output"), "Name", "y");
+  await choose(page, "slow");
+  await enter(panelOf(page, "slow"), "once in", "0");
+  await panelOf(page, "slow").getByText("'0' is no number of invocations").waitFor();
+  await enter(panelOf(page, "slow"), "once in", "5");
+  await page.getByLabel("Mode of slow.u").selectOption("ratio");
+  await enter(panelOf(page, "slow"), "values an invocation", "5");
+  await save(page, "thinned");
+  expect(errors).toEqual([]);
+});
+
 test("what was drawn is equal to what Python has", () => {
   const said = execFileSync(PYTHON, [join(import.meta.dirname, "drawn.py"), folder], { env: SURROUNDINGS }).toString();
   expect(said).toContain("swing is equal");
   expect(said).toContain("guarded_move is equal");
+  expect(said).toContain("careful is equal");
+  expect(said).toContain("thinned is equal");
   expect(said).toContain("press is equal");
 });

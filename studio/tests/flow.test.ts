@@ -4,6 +4,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
+import { illegible } from "./large";
 import { axeFindings, browse, goTo, LOOKS, type Look, type Opened, open, PATIENCE_MS, type Running, run, shoot } from "./running";
 
 let running: Running;
@@ -34,6 +35,57 @@ test("what is installed is drawn, with values that move on its wires", { timeout
   expect(await axeFindings(page)).toEqual([]);
   expect(errors).toEqual([]);
 });
+
+test("what is hidden is found and shown; instances have a region each", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  const move = page.getByRole("group", { name: "Instances shown" }).getByRole("checkbox", { name: /^move_absolute#1/ });
+  expect(await move.isChecked()).toBe(false);
+  await page.locator("h1").click();
+  await page.keyboard.press("Control+f");
+  const find = page.getByLabel("Find in the drawing");
+  await find.fill("generator.goal");
+  await find.press("Enter");
+  await page.getByText(/^1 of \d+: generator\.goal, in move_absolute#1/).waitFor();
+  await page.locator('.react-flow__node.selected[data-id="move_absolute#1/generator"]').waitFor();
+  expect(await move.isChecked()).toBe(true);
+  expect(await isSeen(page, "move_absolute#1/generator")).toBe(true);
+  await find.press("Escape");
+  for (const [grouping, regions] of [
+    ["By instance", ["move_absolute#1", "sway#1"]],
+    ["By source", ["rtp0.slow", "shared"]],
+  ] as const) {
+    await page.getByRole("button", { name: grouping }).click();
+    for (const region of regions) await page.locator(`[data-region="${region}"]`).waitFor();
+    for (const look of LOOKS) {
+      await page.setViewportSize({ width: look.width, height: look.height });
+      await page.emulateMedia({ colorScheme: look.scheme });
+      expect(await axeFindings(page), `${grouping} ${look.width} ${look.scheme}`).toEqual([]);
+      expect(await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth)).toBe(0);
+      expect(await illegible(page), `${grouping} ${look.width}`).toEqual([]);
+      await shoot(page, `${grouping.replace(" ", "-")}-${look.width}-${look.scheme}`);
+    }
+    await page.setViewportSize({ width: 1440, height: 900 });
+  }
+  const [ground, box] = await Promise.all([
+    page.locator('[data-region="rtp0.slow"]').boundingBox(),
+    page.locator('.react-flow__node[data-id="move_absolute#1/generator"]').boundingBox(),
+  ]);
+  if (!ground || !box) throw new Error("the region and the block are to be seen");
+  expect([box.x > ground.x, box.y > ground.y, box.x + box.width < ground.x + ground.width]).toEqual([true, true, true]);
+  await page.getByRole("button", { name: "By source" }).click();
+  expect(errors).toEqual([]);
+});
+
+/** Whether a box lies in the middle of the drawing's part that is seen. */
+async function isSeen(page: Page, id: string): Promise<boolean> {
+  const [box, canvas] = await Promise.all([
+    page.locator(`.react-flow__node[data-id="${id}"]`).boundingBox(),
+    page.locator(".canvas").boundingBox(),
+  ]);
+  if (!box || !canvas) return false;
+  const off = [box.x + box.width / 2 - canvas.x - canvas.width / 2, box.y + box.height / 2 - canvas.y - canvas.height / 2];
+  return off.every((by) => Math.abs(by) < 40);
+}
 
 test("a graph is drawn, a wire refused and mended, installed, and its output seen in the scope", { timeout: 2 * TIME }, async () => {
   const { page, errors } = opened;
@@ -241,6 +293,32 @@ test("a graph as a block is drawn within, and a port that disappears there is na
   await page.locator(".wire-label.wrong").getByText("'z'").first().waitFor();
   expect(await axeFindings(page)).toEqual([]);
   await shoot(page, "nested");
+  expect(errors).toEqual([]);
+});
+
+test("what is within a graph is found from outside, and from within what is outside; names may be any", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  const where = page.getByRole("navigation", { name: "Where in the drawing" });
+  await chosen(page, "gain");
+  await named(page, "Label", 'amp "x"');
+  await page.locator("[data-port='amp \"x\".u']").waitFor();
+  await page.locator('.react-flow__edge[aria-label*=" to u"]').first().waitFor({ state: "attached" });
+  await page.locator("h1").click();
+  await page.keyboard.press("Control+f");
+  const find = page.getByLabel("Find in the drawing");
+  await find.fill("lowpass.y");
+  await find.press("Enter");
+  await page.getByText("1 of 1: lowpass.y, in outer › graph").waitFor();
+  await page.locator('.react-flow__node.selected[data-id="lowpass"]').waitFor();
+  expect(await where.textContent()).toContain("graph");
+  expect(await isSeen(page, "lowpass")).toBe(true);
+  await find.fill("amp");
+  await find.press("Enter");
+  await page.locator(".react-flow__node.selected [data-box='amp \"x\"']").waitFor();
+  expect(await where.count()).toBe(0);
+  await find.press("Escape");
+  await page.getByRole("button", { name: "Undo" }).click();
+  await page.locator('[data-box="gain"]').waitFor();
   expect(errors).toEqual([]);
 });
 

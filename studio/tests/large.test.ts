@@ -3,8 +3,8 @@
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { choose, edit, move, openFlow, pan, valuesChange, zoom } from "./large";
-import { browse, type Opened, open, type Running, run, shoot } from "./running";
+import { choose, edit, illegible, move, openAnew, openFlow, pan, valuesChange, zoom } from "./large";
+import { axeFindings, browse, type Opened, open, type Running, run, shoot } from "./running";
 
 let running: Running;
 let browser: Browser;
@@ -27,6 +27,22 @@ test("all 200 blocks are drawn, and the values on their 180 wires change", async
   await shoot(page, "flow-200-blocks");
 });
 
+test.each([1440, 800, 390])("what is seen of 200 blocks at %i pixels can be read", async (width) => {
+  const { page } = opened;
+  await page.setViewportSize({ width, height: 900 });
+  for (const grouping of [null, "By source", "By instance"]) {
+    if (grouping) await page.getByRole("button", { name: grouping }).click();
+    if (grouping) await page.locator(".region").first().waitFor();
+    else await openAnew(page);
+    await expect.poll(() => illegible(page)).toEqual([]);
+    // In groups an arm is checked, in flow.test.ts.
+    if (grouping === null) expect(await axeFindings(page)).toEqual([]);
+    await shoot(page, `flow-200-${width}-${grouping ?? "whole"}`);
+    if (grouping) await page.getByRole("button", { name: grouping }).click();
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+});
+
 test("the drawing of 200 blocks is zoomed, moved, a block chosen, and its values go on changing", async () => {
   const { page, errors } = opened;
   await zoom(page);
@@ -43,6 +59,7 @@ test("the drawing of 200 blocks is zoomed, moved, a block chosen, and its values
 test("200 blocks are edited: opened from the system, laid out, checked, one moved and one renamed", async () => {
   const { page, errors } = opened;
   await edit(page);
+  await expect.poll(() => illegible(page)).toEqual([]);
   await move(page, "gain07_4");
   await page.getByLabel("Label").fill("other");
   await page.getByLabel("Label").press("Enter");

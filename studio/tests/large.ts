@@ -19,6 +19,35 @@ export async function drawnAll(page: Page): Promise<void> {
   await page.waitForFunction((boxes) => document.querySelectorAll("[data-box]").length === boxes, BOXES);
 }
 
+/** Opens the data flow again: in the window as it is now. */
+export async function openAnew(page: Page): Promise<void> {
+  await goTo(page, "Log");
+  await openFlow(page);
+}
+
+/** The least height of letters on the screen, px. */
+const LETTERS_PX = 9;
+
+/** Titles of boxes in sight that cannot be read: letters too small, or not all of them to be seen. Where no box is in sight, that. */
+export async function illegible(page: Page): Promise<string[]> {
+  return await page.evaluate((least) => {
+    const ground = document.querySelector(".canvas")?.getBoundingClientRect();
+    const heads = [...document.querySelectorAll<HTMLElement>(".box-head > strong")].filter((one) => {
+      const { x, y } = one.getBoundingClientRect();
+      return ground && x > ground.x && x < ground.right - 20 && y > ground.y && y < ground.bottom - 10;
+    });
+    const scale = new DOMMatrix(getComputedStyle(document.querySelector(".react-flow__viewport") as Element).transform).a;
+    const found = heads.flatMap((one) => {
+      const px = Number.parseFloat(getComputedStyle(one).fontSize) * scale;
+      const box = (one.closest(".box") as Element).getBoundingClientRect();
+      const own = one.getBoundingClientRect();
+      const isCut = one.scrollWidth > one.clientWidth + 1 || one.scrollHeight > one.clientHeight + 1 || own.height > box.height + 2;
+      return px < least || isCut ? [`${one.textContent}: ${px.toFixed(1)} px${isCut ? ", cut" : ""}`] : [];
+    });
+    return heads.length === 0 ? ["no box is in sight"] : found;
+  }, LETTERS_PX);
+}
+
 /** Waits until every value on a wire is another one than it was. */
 export async function valuesChange(page: Page): Promise<void> {
   const shown = () => [...document.querySelectorAll(".wire-label [data-live]")].map((one) => one.textContent);

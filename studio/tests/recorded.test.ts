@@ -242,6 +242,15 @@ test("two runs lie over each other, aligned at a condition", async () => {
   await expect.poll(apart).toBeLessThan(0.02);
   expect([...(await saved(page, "SVG")).matchAll(/<path /g)]).toHaveLength(2);
   await shoot(page, "recorded-beside");
+  // Their spectra too, of all values of both.
+  await tools.getByRole("button", { name: "Cursors" }).click();
+  await tools.getByLabel("Along x").selectOption("frequency");
+  const strongest = page.locator(`tr[data-trace="${said.name}"] [data-cell="peak"]`);
+  await expect.poll(async () => (await strongest.allTextContents()).filter((text) => Number(text) > 0)).toHaveLength(2);
+  expect([...(await saved(page, "SVG")).matchAll(/<path /g)]).toHaveLength(2);
+  await shoot(page, "recorded-beside-spectra");
+  await tools.getByLabel("Along x").selectOption("");
+  await tools.getByRole("button", { name: "Cursors" }).click();
   for (const look of LOOKS) {
     await page.setViewportSize({ width: look.width, height: look.height });
     await page.emulateMedia({ colorScheme: look.scheme });

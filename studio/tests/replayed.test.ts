@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A recording is run again from the page: equal runs say so, the first difference is marked on the axis. Spectra and plots of it.
 import type { ChildProcess } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
@@ -61,11 +61,18 @@ test("traces in two plots have one time axis, and the spectrum has the frequency
   await page.getByRole("button", { name: "More for bench.y" }).click();
   await page.getByLabel("Plot", { exact: true }).selectOption({ label: "2" });
   await expect.poll(() => page.locator(".one-plot").count()).toBe(2);
-  const [upper, lower] = [
-    await page.locator('[data-plot="1"] .u-over').boundingBox(),
-    await page.locator('[data-plot="2"] .u-over').boundingBox(),
-  ];
-  expect([lower?.x, lower?.width]).toEqual([upper?.x, upper?.width]);
+  // They are built anew when the second one comes.
+  const [upper, lower] = [page.locator('[data-plot="1"] .u-over'), page.locator('[data-plot="2"] .u-over')];
+  const wide = async (over: typeof upper) => {
+    const box = await over.boundingBox();
+    return box && [box.x, box.width];
+  };
+  await expect
+    .poll(async () => {
+      const [above, below] = [await wide(upper), await wide(lower)];
+      return above !== null && JSON.stringify(above) === JSON.stringify(below);
+    })
+    .toBe(true);
   await shoot(page, "scope-plots");
   await tools.getByLabel("Along x").selectOption("frequency");
   await tools.getByLabel("Window").selectOption("flat top");
@@ -81,5 +88,32 @@ test("traces in two plots have one time axis, and the spectrum has the frequency
     const wide = () => page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
     await expect.poll(wide, { message: `wider than ${look.width} pixels` }).toBeLessThanOrEqual(0);
   }
+  // Closer by the keyboard and by drag, and back; the file is of what is seen.
+  await page.setViewportSize({ width: 1440, height: 900 });
+  const screen = page.getByRole("group", { name: /^Screen\./ });
+  await screen.focus();
+  await page.keyboard.press("+");
+  await expect.poll(async () => Number(await tools.getByLabel("From").inputValue())).toBeCloseTo(50, 3);
+  await expect.poll(async () => Number(await tools.getByLabel("Up to").inputValue())).toBeCloseTo(450, 3);
+  await tools.getByLabel("From").fill("0");
+  await tools.getByLabel("From").press("Enter");
+  const box = await page.locator('[data-plot="2"] .u-over').boundingBox();
+  if (!box) throw new Error("the second plot is to be seen");
+  const at = (hz: number) => box.x + (hz / 450) * box.width;
+  await page.mouse.move(at(30), box.y + 20);
+  await page.mouse.down();
+  await page.mouse.move(at(70), box.y + 30, { steps: 5 });
+  await page.mouse.up();
+  await expect.poll(async () => Number(await tools.getByLabel("Up to").inputValue())).toBeCloseTo(70, 0);
+  expect(Number(await tools.getByLabel("From").inputValue())).toBeCloseTo(30, 0);
+  expect(Number(await cell("hz").textContent())).toBeCloseTo(50, 0);
+  const coming = page.waitForEvent("download");
+  await tools.getByRole("button", { name: "SVG", exact: true }).click();
+  const svg = readFileSync(await (await coming).path(), "utf8");
+  expect([...svg.matchAll(/<path /g)]).toHaveLength(2);
+  expect(svg).toContain(">Hz<");
+  await shoot(page, "scope-spectrum-closer");
+  await tools.getByRole("button", { name: "All frequencies" }).click();
+  await expect.poll(() => tools.getByLabel("Up to").inputValue()).toBe("0");
   expect(studio.errors).toEqual([]);
 });

@@ -14,7 +14,7 @@ export function TextField(props: {
 }) {
   const [text, setText] = useState<string | null>(null);
   const [wrong, setWrong] = useState<string | null>(null);
-  const id = useId();
+  const [id, name] = [useId(), useId()];
   const commit = () => {
     const why = text !== null && text.trim() !== props.value ? props.commit(text.trim()) : null;
     setWrong(why ?? null);
@@ -22,8 +22,12 @@ export function TextField(props: {
   };
   return (
     <label className={props.wide ? "field wide" : "row"}>
-      <span className={props.wide ? "name" : "quiet"}>{props.label}</span>
+      <span className={props.wide ? "name" : "quiet"} id={name}>
+        {props.label}
+      </span>
       <input
+        // The sentence about what is wrong is within the label, and is no part of the name.
+        aria-labelledby={name}
         aria-invalid={wrong !== null}
         aria-describedby={wrong === null ? undefined : id}
         data-typed={text === null ? "no" : "yes"}

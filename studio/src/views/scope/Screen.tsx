@@ -57,7 +57,7 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
     const made = plot.current;
     if (!made) return;
     const traces = shownTraces(setup, channels);
-    made.build(axesOf(setup, traces, chosen), setup.spectrum ? "Hz" : setup.xy, size.width, size.height, theme);
+    made.build(axesOf(setup, traces, chosen), setup.spectrum ? "Hz" : setup.xy, setup.xy !== null, size.width, size.height, theme);
     scope.show({ ...showOf(setup, traces, made.size(), window, cursors), recorded: scope.past !== null });
   }, [scope, setup, channels, window, cursors, size, theme, chosen]);
 

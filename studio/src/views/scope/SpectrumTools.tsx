@@ -41,9 +41,28 @@ export function SpectrumTools(props: { scope: Scope; setup: Setup; of: SpectrumS
           </option>
         ))}
       </Choice>
-      <NumberField label="Up to" unit="Hz" value={of.to_hz ?? 0} minimum={0} put={(to_hz) => change({ to_hz: to_hz > 0 ? to_hz : null })}>
+      <NumberField
+        label="From"
+        unit="Hz"
+        value={of.from_hz ?? 0}
+        minimum={0}
+        maximum={of.to_hz ?? Number.POSITIVE_INFINITY}
+        put={(from_hz) => change({ from_hz })}
+      />
+      <NumberField
+        label="Up to"
+        unit="Hz"
+        value={of.to_hz ?? 0}
+        minimum={0}
+        put={(to_hz) => change({ to_hz: to_hz > 0 ? to_hz : null, ...(to_hz > 0 && to_hz <= (of.from_hz ?? 0) ? { from_hz: 0 } : {}) })}
+      >
         <span className="quiet small">{of.to_hz === null ? "0: all" : ""}</span>
       </NumberField>
+      {((of.from_hz ?? 0) > 0 || of.to_hz !== null) && (
+        <button type="button" onClick={() => change({ from_hz: 0, to_hz: null })} title="Home, or a double click on the screen">
+          All frequencies
+        </button>
+      )}
     </>
   );
 }

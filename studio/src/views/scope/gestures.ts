@@ -9,6 +9,47 @@ const SPAN_MAX_NS = 600e9;
 
 /** What wheel, drag and keys do. A picture that moves gets another time base; one that stands is looked at more closely. */
 export function gesturesOf(scope: Scope): Gestures {
+  const of = (): Gestures => (scope.setup.get().spectrum ? overFrequency(scope) : overTime(scope));
+  return {
+    selected: (from, to) => of().selected(from, to),
+    zoomed: (factor, at) => of().zoomed(factor, at),
+    moved: (by) => of().moved(by),
+    clicked: (at) => of().clicked(at),
+    reset: () => of().reset(),
+  };
+}
+
+/** How many parts of the whole the frequencies that are shown are at the least. */
+const FREQUENCIES_MIN = 1e-5;
+
+/** The same where frequencies are along x: the times that they are of stay. */
+export function overFrequency(scope: Pick<Scope, "setup" | "along" | "rows" | "change">): Gestures {
+  const highest = () => Math.max(scope.along?.hi ?? 0, ...scope.rows.get().map((row) => (row.spectrum?.rate_hz ?? 0) / 2));
+  const show = (from: number, to: number) => {
+    const all = highest();
+    const size = Math.min(all, Math.max(all * FREQUENCIES_MIN, to - from));
+    const from_hz = Math.min(Math.max(0, from), all - size);
+    const to_hz = from_hz + size < all * (1 - FREQUENCIES_MIN) ? from_hz + size : null;
+    scope.change((setup) => (setup.spectrum ? { ...setup, spectrum: { ...setup.spectrum, from_hz, to_hz } } : setup));
+  };
+  return {
+    selected: show,
+    zoomed(factor, at) {
+      if (!scope.along) return;
+      const { lo, hi } = scope.along;
+      // What lies under the mouse stays there, as far as there are frequencies.
+      const [from, to] = [at - (at - lo) * factor, at + (hi - at) * factor];
+      show(Math.max(0, from), Math.min(highest(), to));
+    },
+    moved(by) {
+      if (scope.along) show(scope.along.lo + by, scope.along.hi + by);
+    },
+    clicked: () => {},
+    reset: () => show(0, Number.POSITIVE_INFINITY),
+  };
+}
+
+function overTime(scope: Scope): Gestures {
   return {
     selected(from_s, to_s) {
       const span = scope.span;
@@ -53,21 +94,22 @@ export function nextSpan(scope: Scope, by: 1 | -1): void {
 export function key(scope: Scope, event: { key: string; shiftKey: boolean }): boolean {
   const gestures = gesturesOf(scope);
   const span = scope.span;
-  const size_s = span ? (span.to_ns - span.from_ns) / 1e9 : 0;
-  const middle_s = span ? ((span.from_ns + span.to_ns) / 2 - span.origin_ns) / 1e9 : 0;
+  const time = { lo: ((span?.from_ns ?? 0) - (span?.origin_ns ?? 0)) / 1e9, hi: ((span?.to_ns ?? 0) - (span?.origin_ns ?? 0)) / 1e9 };
+  const { lo, hi } = scope.setup.get().spectrum && scope.along ? scope.along : time;
+  const [size, middle] = [hi - lo, (lo + hi) / 2];
   switch (event.key) {
     case "+":
     case "=":
-      gestures.zoomed(0.8, middle_s);
+      gestures.zoomed(0.8, middle);
       return true;
     case "-":
-      gestures.zoomed(1.25, middle_s);
+      gestures.zoomed(1.25, middle);
       return true;
     case "ArrowLeft":
-      gestures.moved(-size_s * (event.shiftKey ? 0.5 : 0.1));
+      gestures.moved(-size * (event.shiftKey ? 0.5 : 0.1));
       return true;
     case "ArrowRight":
-      gestures.moved(size_s * (event.shiftKey ? 0.5 : 0.1));
+      gestures.moved(size * (event.shiftKey ? 0.5 : 0.1));
       return true;
     case "Home":
       gestures.reset();
@@ -76,6 +118,8 @@ export function key(scope: Scope, event: { key: string; shiftKey: boolean }): bo
       scope.stop(!scope.stopped.get());
       return true;
     case "c":
+      // Cursors are of times.
+      if (scope.setup.get().spectrum || scope.setup.get().xy !== null) return false;
       toggleCursors(scope);
       return true;
     default:

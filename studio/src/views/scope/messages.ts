@@ -60,8 +60,8 @@ export interface Show {
   marker: { channel: string; component: string; level: number } | null;
 }
 
-/** What values of a recording are for: the screen, what lies behind it, spectra, a file. */
-export type Into = "shown" | "beside" | "whole" | "file";
+/** What values of a recording are for: the screen, what lies behind it, spectra of both, a file. */
+export type Into = "shown" | "beside" | "whole" | "wholeBeside" | "file";
 export type Format = "csv" | "mcap" | "svg";
 
 export type ToWorker =

@@ -27,6 +27,8 @@ const AXIS_WIDTH = 62;
 export interface Among {
   isLast: boolean;
   axes: number;
+  /** What is along x cannot be looked at more closely: the values of a trace. */
+  isFixed: boolean;
 }
 
 /** A plot of the screen: axes, grid and gestures by uPlot, the lines from its part of the worker's picture. */
@@ -36,7 +38,7 @@ export class Plot {
   #plot: uPlot | null = null;
   #built = "";
   #axes: Axis[] = [];
-  #along = "";
+  #isFixed = false;
   #drawn: Drawn | null = null;
   /** Where the cursors are put. */
   over: HTMLElement | null = null;
@@ -55,7 +57,7 @@ export class Plot {
     if (asked === this.#built || width < 50 || height < 24) return;
     this.#built = asked;
     this.#axes = axes;
-    this.#along = along ?? "";
+    this.#isFixed = among.isFixed;
     this.#plot?.destroy();
     this.#plot = new uPlot(this.#options(width, height, along !== null, among), this.#data(), this.#host);
     this.over = this.#plot.over;
@@ -168,7 +170,7 @@ export class Plot {
       height,
       padding: [8, widest === 0 ? 16 : (widest - right) * AXIS_WIDTH, among.isLast ? 0 : 8, this.#axes.length === 0 ? 16 : 0],
       legend: { show: false },
-      cursor: { points: { show: false }, y: xy, drag: { x: !xy, y: false, setScale: false } },
+      cursor: { points: { show: false }, y: xy, drag: { x: !among.isFixed, y: false, setScale: false } },
       scales,
       axes: [among.isLast ? xAxis : { ...xAxis, ...above }, ...yAxes],
       series: [{}, ...this.#axes.map(({ key }) => ({ scale: key, paths: () => null, points: { show: false } }))],
@@ -196,7 +198,7 @@ export class Plot {
     over.addEventListener(
       "wheel",
       (event) => {
-        if (this.#along) return;
+        if (this.#isFixed) return;
         event.preventDefault();
         const width = Math.max(1, over.clientWidth);
         const { lo, hi } = this.#x();
@@ -213,7 +215,7 @@ export class Plot {
       pressed = event.clientX;
     });
     over.addEventListener("click", (event) => {
-      if (!this.#along && Math.abs(event.clientX - pressed) < 4) this.#gestures.clicked(this.timeAt(event.offsetX));
+      if (!this.#isFixed && Math.abs(event.clientX - pressed) < 4) this.#gestures.clicked(this.timeAt(event.offsetX));
     });
     over.addEventListener("dblclick", () => this.#gestures.reset());
     // With the shift key, or the middle button, a drag moves the times instead of choosing some.

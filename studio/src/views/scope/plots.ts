@@ -27,8 +27,8 @@ export class Plots {
     this.#gestures = gestures;
   }
 
-  /** Axes and size of each; what is as it was stays. `along`: unit of the x axis where that is not time. */
-  build(plots: readonly PlotAxes[], along: string | null, width: number, height: number, theme: number): void {
+  /** Axes and size of each; what is as it was stays. `along`: unit of the x axis where that is not time. `isFixed`: it is a trace. */
+  build(plots: readonly PlotAxes[], along: string | null, isFixed: boolean, width: number, height: number, theme: number): void {
     if (JSON.stringify(this.#parts.map((part) => part.number)) !== JSON.stringify(plots.map((one) => one.plot))) {
       this.#clear();
       this.#parts = plots.map(({ plot }) => this.#part(plot));
@@ -41,7 +41,7 @@ export class Plots {
       const isLast = i === plots.length - 1;
       const tall = share + (isLast ? X_AXIS : 0);
       part.place.style.height = `${tall}px`;
-      part.plot.build(axes, along, width, tall, theme, { isLast, axes: most });
+      part.plot.build(axes, along, width, tall, theme, { isLast, axes: most, isFixed });
     });
     let top = 0;
     for (const { plot } of this.#parts) {

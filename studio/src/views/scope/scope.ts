@@ -11,6 +11,7 @@ import { buffersOf, RecordedFeed } from "./recorded";
 import { channelsOf, type Setup, type TraceSetup } from "./setup";
 import { componentNames } from "./signal/components";
 import type { Run, StreamChannel } from "./signal/frame";
+import type { Range } from "./signal/ranges";
 import type { Span, SweepState } from "./signal/sweep";
 import { wholeOf } from "./whole";
 
@@ -44,6 +45,8 @@ export class Scope {
   readonly beside = new Watched<Beside | null>(null);
   /** The last picture's times. */
   span: Span | null = null;
+  /** What is along x in the last picture, where that is not time: Hz of spectra. */
+  along: Range | null = null;
   readonly #control: Source;
   readonly #worker: Worker;
   readonly #recorded: RecordedFeed | null;
@@ -209,7 +212,7 @@ export class Scope {
   }
 
   // Of a recording the screen has only what a pixel can show.
-  async #fetch(past: Past, into: "file" | "whole", from_ns: number, to_ns: number, signal: AbortSignal): Promise<void> {
+  async #fetch(past: Past, into: "file" | "whole" | "wholeBeside", from_ns: number, to_ns: number, signal: AbortSignal): Promise<void> {
     const channels = channelsOf(this.setup.get()).flatMap((name) => past.channel(name) ?? []);
     const say = (begins: boolean, runs: Run[]) => this.#say({ kind: "past", into, begins, channels, runs, sums: [] }, buffersOf(runs));
     say(true, []);
@@ -260,19 +263,25 @@ export class Scope {
     const window = this.window.get();
     if (!past || !window) return;
     const names = this.setup.get().spectrum ? channelsOf(this.setup.get()) : [];
-    const asked = JSON.stringify([names, window.from_ns, window.to_ns]);
+    const behind = this.beside.get();
+    const asked = JSON.stringify([names, window.from_ns, window.to_ns, behind?.past.name, this.#behind?.shift_ns]);
     if (asked === this.#whole.asked) return;
     this.#whole.over.abort();
     this.#whole = { asked, over: new AbortController() };
     const { signal } = this.#whole.over;
     if (names.length === 0) {
-      this.#say({ kind: "past", into: "whole", begins: true, channels: [], runs: [], sums: [] });
+      for (const into of ["whole", "wholeBeside"] as const)
+        this.#say({ kind: "past", into, begins: true, channels: [], runs: [], sums: [] });
       return;
     }
-    const [from_ns, to_ns] = [Math.max(past.begins_ns, Math.ceil(window.from_ns)), Math.min(past.ends_ns, Math.floor(window.to_ns))];
-    this.#fetch(past, "whole", from_ns, to_ns, signal).catch((why) => {
-      if (!signal.aborted) this.trouble.set(why instanceof Error ? why.message : String(why));
-    });
+    const fetch = (of: Past, into: "whole" | "wholeBeside", shift_ns: number) => {
+      const [from_ns, to_ns] = [Math.ceil(window.from_ns + shift_ns), Math.floor(window.to_ns + shift_ns)];
+      this.#fetch(of, into, Math.max(of.begins_ns, from_ns), Math.min(of.ends_ns, to_ns), signal).catch((why) => {
+        if (!signal.aborted) this.trouble.set(why instanceof Error ? why.message : String(why));
+      });
+    };
+    fetch(past, "whole", 0);
+    if (behind && this.#behind) fetch(behind.past, "wholeBeside", this.#behind.shift_ns);
   }
 
   // Of a recording a time base is so much around the cursor.
@@ -332,6 +341,7 @@ export class Scope {
 
   #drawn(drawn: Drawn): void {
     this.span = drawn.span;
+    this.along = drawn.x;
     if (drawn.rows) this.rows.set(drawn.rows);
     if (drawn.counts) this.counts.set(drawn.counts);
     const { state, triggers, has_reference } = drawn;

@@ -188,6 +188,9 @@ export function checked(said: unknown): Setup {
   if (spectrum && !AMOUNTS.includes(spectrum.amount))
     wrong(`'amount' of the spectrum is '${spectrum.amount}', and there are ${AMOUNTS.join(", ")}`);
   if (spectrum && !(spectrum.to_hz === null || spectrum.to_hz > 0)) wrong(`'to_hz' is ${spectrum.to_hz}, and may be more than 0`);
+  const { from_hz = 0, to_hz = null } = spectrum ?? {};
+  if (!(from_hz >= 0 && from_hz < (to_hz ?? Number.POSITIVE_INFINITY)))
+    wrong(`'from_hz' is ${from_hz}, and may be from 0 to less than 'to_hz'`);
   if (!(setup.span_s >= 1e-6 && setup.span_s <= 600)) wrong(`'span_s' is ${setup.span_s}, and may be from 0.000001 to 600`);
   if (!(setup.pre_s >= 0)) wrong(`'pre_s' is ${setup.pre_s}, and may be 0 or more`);
   if (!(setup.keep_s >= 1 && setup.keep_s <= 600)) wrong(`'keep_s' is ${setup.keep_s}, and may be from 1 to 600`);

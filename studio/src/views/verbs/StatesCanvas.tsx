@@ -16,6 +16,8 @@ import {
 } from "@xyflow/react";
 import "@xyflow/react/dist/style.css";
 import { memo, useEffect, useId, useMemo, useRef, useState } from "react";
+import { nodeId, nodeName } from "../../design/nodeIds";
+import { own } from "../../design/own";
 import "./states.css";
 import { type Arrow, arrowsOf, type Shape } from "./shape";
 import { ENDING, type Laid, type LaidBox, layOut, START, shortName } from "./states";
@@ -189,10 +191,10 @@ export function StatesCanvas(props: {
           if (change.type === "select" && change.selected) edit.choose(nameOf(change.id));
           if (change.type !== "position" || !change.position || !edit.move) continue;
           const at = { x: Math.round(change.position.x), y: Math.round(change.position.y) };
-          if (change.dragging) setMoving({ list: change.id, at });
+          if (change.dragging) setMoving({ list: nameOf(change.id), at });
           else {
             setMoving(null);
-            edit.move(change.id, at);
+            edit.move(nameOf(change.id), at);
           }
         }
       }}
@@ -267,11 +269,12 @@ function Told(props: { shape: Shape }) {
 }
 
 function idOf(box: { kind: LaidBox["kind"]; name: string }): string {
-  return box.kind === "part" ? `${PART}${box.name}` : box.name;
+  return nodeId(box.kind === "part" ? `${PART}${box.name}` : box.name);
 }
 
 function nameOf(id: string): string {
-  return id.startsWith(PART) ? id.slice(PART.length) : id;
+  const name = nodeName(id);
+  return name.startsWith(PART) ? name.slice(PART.length) : name;
 }
 
 function nodesOf(
@@ -285,11 +288,11 @@ function nodesOf(
   const about = new Map(shape.parts.map((part) => [part.name, part.about]));
   return boxes.map((box): StateNode => {
     const isState = box.kind === "list" || box.kind === "part";
-    const own = box.kind === "list" && box.within === null ? edit?.places?.[box.name] : undefined;
+    const put = box.kind === "list" && box.within === null ? own(edit?.places, box.name) : undefined;
     const made: StateNode = {
       id: idOf(box),
       type: box.kind,
-      position: moving?.list === box.name && box.kind === "list" ? moving.at : (own ?? { x: box.x, y: box.y }),
+      position: moving?.list === box.name && box.kind === "list" ? moving.at : (put ?? { x: box.x, y: box.y }),
       width: box.width,
       height: box.height,
       data: {
@@ -307,7 +310,7 @@ function nodesOf(
       // What cannot have the focus has no name of its own: the arrows are told in words.
       ...(isState && edit ? { ariaLabel: box.kind === "part" ? `part ${box.name}` : `command list ${box.name}` } : {}),
     };
-    return box.within === null ? made : { ...made, parentId: `${PART}${box.within}` };
+    return box.within === null ? made : { ...made, parentId: nodeId(`${PART}${box.within}`) };
   });
 }
 

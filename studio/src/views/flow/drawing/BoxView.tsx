@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Handle, type Node, type NodeProps, Position } from "@xyflow/react";
 import { memo } from "react";
+import { nodeId } from "../../../design/nodeIds";
 import { type Box, HEAD, inputsOf, outputsOf, type Port, portText, ROW } from "./drawing";
 import { sourceColour } from "./sources";
 
@@ -61,7 +62,7 @@ function Ports(props: { box: Box; ports: Port[]; wires: boolean }) {
         <Handle
           type={input ? "target" : "source"}
           position={input ? Position.Left : Position.Right}
-          id={`${port.side} ${port.name}`}
+          id={`${port.side} ${nodeId(port.name)}`}
           isConnectable={props.wires}
           className={port.mode === "asynchronous" ? "hollow" : ""}
           data-port={`${props.box.title}.${port.name}`}

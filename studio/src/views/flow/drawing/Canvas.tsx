@@ -11,10 +11,11 @@ import {
 } from "@xyflow/react";
 import "@xyflow/react/dist/style.css";
 import { type DragEvent, type KeyboardEvent, memo, type ReactNode, useCallback, useMemo, useRef, useState } from "react";
+import { nodeId, nodeName } from "../../../design/nodeIds";
 import { type BoxNode, BoxView } from "./BoxView";
 import { type Chosen, type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
-import { Find } from "./Find";
-import { FIT, Overview, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
+import { type Elsewhere, Find } from "./Find";
+import { FIT, Overview, useFar, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
 import { type RegionNode, RegionView } from "./RegionView";
 import type { Region } from "./regions";
 import { useSlices } from "./slices";
@@ -32,7 +33,9 @@ export interface CanvasProps {
   choose: (chosen: Chosen) => void;
   /** Opens or closes a nested graph. */
   toggle?: (box: string) => void;
-  /** Grounds behind the boxes: interrupt sources. */
+  /** What *Find* finds that is not drawn. */
+  elsewhere?: Elsewhere | undefined;
+  /** Grounds behind the boxes: interrupt sources, instances. */
   regions?: Region[] | undefined;
   /** Shown anew as a whole when this changes: another graph. */
   of: string;
@@ -64,7 +67,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
     () =>
       drawing.boxes.map(
         (box): BoxNode => ({
-          id: box.id,
+          id: nodeId(box.id),
           type: "box",
           position: places.get(box.id) ?? { x: 0, y: 0 },
           data: { box, toggle, wires: isEdited },
@@ -77,8 +80,8 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
   const nodes = useMemo(
     () =>
       laid.map((node) => {
-        const selected = chosen?.kind === "box" && chosen.id === node.id;
-        const position = moving.get(node.id);
+        const selected = chosen?.kind === "box" && chosen.id === node.data.box.id;
+        const position = moving.get(node.data.box.id);
         return selected || position ? { ...node, selected, position: position ?? node.position } : node;
       }),
     [laid, moving, chosen],
@@ -87,7 +90,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
     () =>
       (regions ?? []).map(
         (region): RegionNode => ({
-          id: `${REGION}${region.source ?? ""}`,
+          id: `${REGION}${region.title}`,
           type: "region",
           position: { x: region.x, y: region.y },
           width: region.width,
@@ -109,10 +112,10 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         (wire): WireEdge => ({
           id: wire.id,
           type: "wire",
-          source: wire.from.box,
-          sourceHandle: `output ${wire.from.port}`,
-          target: wire.to.box,
-          targetHandle: `input ${wire.to.port}`,
+          source: nodeId(wire.from.box),
+          sourceHandle: `output ${nodeId(wire.from.port)}`,
+          target: nodeId(wire.to.box),
+          targetHandle: `input ${nodeId(wire.to.port)}`,
           data: { wire },
           ariaLabel: `${wire.cell}: from ${wire.from.port} to ${wire.to.port}`,
         }),
@@ -123,19 +126,21 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
     () => wires.map((edge) => (chosen?.kind === "wire" && chosen.id === edge.id ? { ...edge, selected: true } : edge)),
     [wires, chosen],
   );
+  const far = useFar();
   useFitting(props.of, drawing.boxes, places);
 
   const onNodesChange = useCallback(
     (changes: NodeChange<BoxNode | RegionNode>[]) => {
       for (const change of changes) {
-        if (change.type === "select" && change.selected) choose({ kind: "box", id: change.id });
+        if (change.type === "select" && change.selected) choose({ kind: "box", id: nodeName(change.id) });
         if (change.type !== "position" || !change.position || !edit) continue;
+        const box = nodeName(change.id);
         const to = { x: Math.round(change.position.x), y: Math.round(change.position.y) };
         if (change.dragging) {
-          setMoving((before) => new Map(before).set(change.id, to));
+          setMoving((before) => new Map(before).set(box, to));
         } else {
           setMoving(new Map());
-          edit.move(change.id, to);
+          edit.move(box, to);
         }
       }
     },
@@ -161,7 +166,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
   /** Enter opens what is chosen already: the first one chooses. */
   const press = (event: KeyboardEvent) => {
     const box = (event.target as HTMLElement).closest<HTMLElement>(".react-flow__node");
-    if (event.key === "Enter" && event.target === box && chosen?.kind === "box" && box?.dataset.id === chosen.id) open(chosen.id);
+    if (event.key === "Enter" && event.target === box && chosen?.kind === "box" && box?.dataset.id === nodeId(chosen.id)) open(chosen.id);
   };
   const dangle = (event: MouseEvent | TouchEvent, from: HandleAt) => {
     const [side, port] = split(from.id);
@@ -170,14 +175,14 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
     if (!edit || !point || !frame || (event.target as Element | null)?.closest?.(".react-flow__node")) return;
     const at = flow.screenToFlowPosition({ x: point.clientX, y: point.clientY });
     edit.dangle(
-      { box: from.nodeId, port, side: side === "input" ? "input" : "output" },
+      { box: nodeName(from.nodeId), port, side: side === "input" ? "input" : "output" },
       { x: Math.round(at.x), y: Math.round(at.y) },
       { x: point.clientX - frame.x, y: point.clientY - frame.y },
     );
   };
   return (
     // biome-ignore lint/a11y/noStaticElementInteractions: the boxes in it have the focus
-    <div className="canvas" data-testid="canvas" ref={canvas} onKeyDown={press}>
+    <div className={far ? "canvas far" : "canvas"} style={far ?? {}} data-testid="canvas" ref={canvas} onKeyDown={press}>
       <ReactFlow<BoxNode | RegionNode, WireEdge>
         nodes={[...grounds, ...useSlices(nodes)]}
         edges={useSlices(edges)}
@@ -188,7 +193,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         onEdgesChange={(changes) => {
           for (const change of changes) if (change.type === "select" && change.selected) choose({ kind: "wire", id: change.id });
         }}
-        onNodeDoubleClick={(_, node) => open(node.id)}
+        onNodeDoubleClick={(_, node) => open(nodeName(node.id))}
         onPaneClick={() => choose(null)}
         onConnect={(connection) => {
           const ends = endsOf(connection);
@@ -196,7 +201,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         }}
         onConnectStart={(_, start) => {
           const [side, port] = split(start.handleId);
-          if (start.nodeId) edit?.begin({ box: start.nodeId, port, side: side === "input" ? "input" : "output" });
+          if (start.nodeId) edit?.begin({ box: nodeName(start.nodeId), port, side: side === "input" ? "input" : "output" });
         }}
         onConnectEnd={(event, state) => {
           const ends = state.fromHandle && state.toHandle ? endsOf(asConnection(state.fromHandle, state.toHandle)) : null;
@@ -207,7 +212,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         isValidConnection={isValid}
         onDelete={({ nodes: boxes, edges: wires }) =>
           edit?.remove(
-            boxes.map((box) => box.id),
+            boxes.map((box) => nodeName(box.id)),
             wires.map((wire) => wire.id),
           )
         }
@@ -226,7 +231,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         <Background gap={20} />
         <Controls showInteractive={false} fitViewOptions={FIT} aria-label="Zoom" />
         <Overview boxes={drawing.boxes} places={places} />
-        <Find drawing={drawing} places={places} choose={choose} />
+        <Find drawing={drawing} places={places} choose={choose} elsewhere={props.elsewhere} />
         {props.children}
       </ReactFlow>
     </div>
@@ -238,8 +243,8 @@ function endsOf(connection: Connection | Edge): { from: End; to: End } | null {
   const [fromSide, fromPort] = split(connection.sourceHandle);
   const [toSide, toPort] = split(connection.targetHandle);
   const [one, other] = [
-    { box: connection.source, port: fromPort },
-    { box: connection.target, port: toPort },
+    { box: nodeName(connection.source), port: fromPort },
+    { box: nodeName(connection.target), port: toPort },
   ];
   if (fromSide === toSide) return null;
   return fromSide === "output" ? { from: one, to: other } : { from: other, to: one };
@@ -256,5 +261,5 @@ function asConnection(from: HandleAt, to: HandleAt): Connection {
 
 function split(handle: string | null | undefined): [string, string] {
   const [side = "", ...port] = (handle ?? "").split(" ");
-  return [side, port.join(" ")];
+  return [side, nodeName(port.join(" "))];
 }

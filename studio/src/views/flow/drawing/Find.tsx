@@ -12,70 +12,115 @@ export interface Findable {
   /** The box at which it is seen; of a wire, where it begins. */
   box: string;
   chosen: NonNullable<Chosen>;
+  /** The same whether it is drawn or within what is closed. */
+  key: string;
+  /** Where it is that is not drawn, and what draws it. */
+  within?: { text: string; open: () => void };
 }
 
-/** What `typed` finds, the best first: labels, blocks, ports, SVVs and cells. */
-export function foundIn(drawing: Drawing, typed: string): Findable[] {
+/** What is not drawn: in graphs that are closed or around, in instances that are hidden. Listed when somebody seeks. */
+export interface Elsewhere {
+  /** What tells the drawing's own from those of the same name elsewhere. */
+  here: string;
+  list: () => Findable[];
+}
+
+/** What `typed` finds, the best first: labels, blocks, ports, SVVs and cells. What is drawn stands before its like that is not. */
+export function foundIn(of: readonly Findable[], typed: string): Findable[] {
   if (typed.trim() === "") return [];
-  const scored = findables(drawing).flatMap((one) => {
+  const scored = of.flatMap((one) => {
     const [own, beside] = [score(typed, one.text), one.chosen.kind === "box" ? score(typed, one.about) : null];
     return own === null && beside === null ? [] : [{ one, score: own ?? (beside ?? 0) - 1000 }];
   });
   return scored.sort((a, b) => b.score - a.score).map(({ one }) => one);
 }
 
-function findables(drawing: Drawing): Findable[] {
+/** What a drawing has that can be found; `here` tells it from what is called the same elsewhere. */
+export function findables(drawing: Drawing, here = ""): Findable[] {
+  const named = (text: string, about: string, box: string, chosen: NonNullable<Chosen>): Findable => ({
+    text,
+    about,
+    box,
+    chosen,
+    key: `${here}\n${chosen.kind} ${chosen.id}\n${text}`,
+  });
   const boxes = drawing.boxes.flatMap((box) => {
     const chosen = { kind: "box" as const, id: box.id };
     const ports = box.kind === "block" || box.kind === "graph" ? box.ports : [];
     return [
-      { text: box.title, about: box.about, box: box.id, chosen },
-      ...ports.map((port) => ({ text: `${box.title}.${port.name}`, about: port.side, box: box.id, chosen })),
+      named(box.title, box.about, box.id, chosen),
+      ...ports.map((port) => named(`${box.title}.${port.name}`, port.side, box.id, chosen)),
     ];
   });
   const titles = new Set(boxes.map(({ text }) => text));
   const cells = new Map<string, Findable>();
   for (const wire of drawing.wires)
     if (!titles.has(wire.cell) && !cells.has(wire.cell) && wire.id !== "refused")
-      cells.set(wire.cell, { text: wire.cell, about: "cell", box: wire.from.box, chosen: { kind: "wire", id: wire.id } });
+      cells.set(wire.cell, named(wire.cell, "cell", wire.from.box, { kind: "wire", id: wire.id }));
   return [...boxes, ...cells.values()];
 }
 
 /** How near a box is shown when it was found. */
 const ZOOM_FOUND = 1;
 
-/** Finds in the drawing. Ctrl+F or `/` opens it; Enter steps to the next, Shift+Enter to the one before, and shows it in the middle. */
-export function Find(props: { drawing: Drawing; places: ReadonlyMap<string, Place>; choose: (chosen: Chosen) => void }) {
-  const { drawing, places, choose } = props;
+/**
+ * Finds in the drawing, and within what is closed in it. Ctrl+F or `/` opens it; Enter steps to the next, Shift+Enter to the one before, opens
+ * what it is in, and shows it in the middle.
+ */
+export function Find(props: {
+  drawing: Drawing;
+  places: ReadonlyMap<string, Place>;
+  choose: (chosen: Chosen) => void;
+  elsewhere: Elsewhere | undefined;
+}) {
+  const { drawing, places, choose, elsewhere } = props;
   const flow = useReactFlow();
   const store = useStoreApi();
   const [isOpen, setOpen] = useState(false);
   const [typed, setTyped] = useState("");
-  const [at, setAt] = useState<number | null>(null);
+  const [hit, setHit] = useState<Findable | null>(null);
+  /** What is to be shown once it is drawn. */
+  const [awaited, setAwaited] = useState<Findable | null>(null);
   const field = useRef<HTMLInputElement>(null);
-  const hits = useMemo(() => (isOpen ? foundIn(drawing, typed) : []), [isOpen, drawing, typed]);
+  const all = useMemo(() => {
+    if (!isOpen) return [];
+    const drawn = findables(drawing, elsewhere?.here);
+    const known = new Set(drawn.map(({ key }) => key));
+    return [...drawn, ...(elsewhere?.list() ?? []).filter(({ key }) => !known.has(key))];
+  }, [isOpen, drawing, elsewhere]);
+  const hits = useMemo(() => foundIn(all, typed), [all, typed]);
+  const at = hit === null ? -1 : hits.findIndex(({ key }) => key === hit.key);
   useFindKeys(() => {
     setOpen(true);
     field.current?.select();
   });
   const step = (by: number) => {
-    if (hits.length === 0) return;
-    const next = at === null ? (by > 0 ? 0 : hits.length - 1) : (at + by + hits.length) % hits.length;
-    const hit = hits[next];
-    setAt(next);
-    if (!hit) return;
-    choose(hit.chosen);
-    const box = drawing.boxes.find((one) => one.id === hit.box);
-    const place = places.get(hit.box);
-    if (!box || !place) return;
+    const next = hits[at < 0 ? (by > 0 ? 0 : hits.length - 1) : (at + by + hits.length) % hits.length];
+    if (!next) return;
+    setHit(next);
+    setAwaited(next);
+    next.within?.open();
+  };
+  useEffect(() => {
+    const box = awaited && drawing.boxes.find((one) => one.id === awaited.box);
+    const place = awaited && places.get(awaited.box);
+    const isDrawn = awaited?.chosen.kind !== "wire" || drawing.wires.some(({ id }) => id === awaited.chosen.id);
+    if (!awaited || !box || !place || !isDrawn || !findables(drawing, elsewhere?.here).some(({ key }) => key === awaited.key)) return;
+    choose(awaited.chosen);
     const { width, height } = sizeOf(box);
     const zoom = Math.max(store.getState().transform[2], ZOOM_FOUND);
-    void flow.setCenter(place.x + width / 2, place.y + height / 2, { zoom });
-  };
+    // Behind the frame in which another drawing is shown as a whole.
+    const frame = requestAnimationFrame(() => {
+      setAwaited(null);
+      void flow.setCenter(place.x + width / 2, place.y + height / 2, { zoom });
+    });
+    return () => cancelAnimationFrame(frame);
+  }, [awaited, drawing, places, elsewhere, choose, flow, store]);
   const close = () => {
     setOpen(false);
     setTyped("");
-    setAt(null);
+    setHit(null);
+    setAwaited(null);
   };
   const press = (event: KeyboardEvent) => {
     if (event.key === "Enter") step(event.shiftKey ? -1 : 1);
@@ -83,7 +128,6 @@ export function Find(props: { drawing: Drawing; places: ReadonlyMap<string, Plac
     else return;
     event.preventDefault();
   };
-  const hit = at === null ? undefined : hits[at];
   return (
     <Corner position="top-right" className="find-corner">
       {isOpen ? (
@@ -98,7 +142,8 @@ export function Find(props: { drawing: Drawing; places: ReadonlyMap<string, Plac
             value={typed}
             onChange={(event) => {
               setTyped(event.target.value);
-              setAt(null);
+              setHit(null);
+              setAwaited(null);
             }}
             onKeyDown={press}
           />
@@ -107,8 +152,8 @@ export function Find(props: { drawing: Drawing; places: ReadonlyMap<string, Plac
               ? ""
               : hits.length === 0
                 ? "nothing found"
-                : hit
-                  ? `${(at ?? 0) + 1} of ${hits.length}: ${hit.text}`
+                : hit && at >= 0
+                  ? `${at + 1} of ${hits.length}: ${hit.text}${hit.within ? `, in ${hit.within.text}` : ""}`
                   : `${hits.length} found`}
           </span>
           <button type="button" disabled={hits.length === 0} onClick={() => step(-1)} aria-label="Found before">

@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 import { type FitViewOptions, getViewportForBounds, MiniMap, type Rect, useReactFlow, useStore, useStoreApi } from "@xyflow/react";
-import { useEffect, useRef } from "react";
+import { type CSSProperties, useEffect, useMemo, useRef } from "react";
 import { type Box, type Place, sizeOf } from "./drawing";
 
 /** From so many boxes on a map of the whole helps. */
 const MAP_FROM = 12;
 export const ZOOM_MIN = 0.1;
 export const ZOOM_MAX = 2;
+/** Below this a text of a box is too small to be read: titles alone are shown, in letters of FAR_PX on the screen. */
+const FAR = 0.62;
+const [BESIDE_ZOOM, BELOW_FIND] = [64, 64];
+const FAR_PX = 10;
+/** How wide a letter of a title is, and how high a line, parts of its size; a box has so much edge. */
+const [LETTER, LINE, EDGE] = [0.66, 1.2, 14];
+/** How small a whole may be shown. */
+const [WHOLE_MIN, STEP] = [0.3, 0.02];
 /** How the whole is shown: not larger than it is, beside the buttons for the zoom. */
-export const FIT = { maxZoom: 1, padding: { x: "24px", y: "24px", left: "64px" } } satisfies FitViewOptions;
+export const FIT = { maxZoom: 1, padding: { x: "24px", y: "24px", left: `${BESIDE_ZOOM}px` } } satisfies FitViewOptions;
 
 /** A map of the whole, where some of it is not to be seen. */
 export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Place> }) {
@@ -22,7 +30,14 @@ export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Plac
   return <MiniMap pannable zoomable ariaLabel="Map of the whole" nodeColor="var(--line-strong)" />;
 }
 
-/** Shows the whole when `of` changes: another graph. */
+/** The size of titles where the drawing is far away, for its style; null: it is near enough to be read. */
+export function useFar(): CSSProperties | null {
+  // In steps: not each turn of the wheel lays out every title.
+  const steps = useStore(({ transform: [, , zoom] }) => (zoom < FAR ? Math.round(zoom * 20) : null));
+  return useMemo(() => (steps === null ? null : ({ "--far-size": `${FAR_PX / (Math.max(steps, 2) / 20)}px` } as CSSProperties)), [steps]);
+}
+
+/** Shows the whole when `of` changes: another graph. What is too large for that begins at the upper left corner. */
 export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string, Place>): void {
   const flow = useReactFlow();
   const store = useStoreApi();
@@ -32,8 +47,25 @@ export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string,
     if (!isReady || places.size === 0 || fitted.current === of) return;
     fitted.current = of;
     const { width, height } = store.getState();
-    void flow.setViewport(getViewportForBounds(boundsOf(boxes, places), width, height, ZOOM_MIN, FIT.maxZoom, FIT.padding));
+    const bounds = boundsOf(boxes, places);
+    const whole = getViewportForBounds(bounds, width, height, ZOOM_MIN, FIT.maxZoom, FIT.padding);
+    const zoom = legibleFrom(boxes);
+    const begin = { x: BESIDE_ZOOM - bounds.x * zoom, y: BELOW_FIND - bounds.y * zoom, zoom };
+    void flow.setViewport(whole.zoom < zoom ? begin : whole);
   }, [of, boxes, places, isReady, flow, store]);
+}
+
+/** The least zoom at which the title of every box can be read. Of what is larger than that the beginning is shown. */
+export function legibleFrom(boxes: Box[]): number {
+  for (let zoom = WHOLE_MIN; zoom < FAR; zoom += STEP) if (boxes.every((box) => isLegible(box, zoom))) return zoom;
+  return FAR;
+}
+
+function isLegible(box: Box, zoom: number): boolean {
+  const { width, height } = sizeOf(box);
+  const letters = Math.floor(((width - EDGE) * zoom) / (FAR_PX * LETTER));
+  const lines = Math.floor((height * zoom) / (FAR_PX * LINE));
+  return box.title.length <= letters * lines;
 }
 
 function boundsOf(boxes: Box[], places: ReadonlyMap<string, Place>): Rect {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
 import type { Box, Drawing, Port } from "./drawing";
-import { foundIn } from "./Find";
+import { findables, foundIn as foundAmong } from "./Find";
 
 const port = (name: string, side: Port["side"]): Port => ({ name, side, type_text: "double", unit: "", mode: "", doc: "" });
 const box = (id: string, kind: Box["kind"], about: string, ports: Port[] = []): Box => ({
@@ -35,6 +35,8 @@ const drawing: Drawing = {
     },
   ],
 };
+
+const foundIn = (of: Drawing, typed: string) => foundAmong(findables(of), typed);
 
 test("blocks, what they are, ports, SVVs and cells are found by a few letters, the best first", () => {
   expect(foundIn(drawing, "servo")[0]).toMatchObject({ text: "servo", chosen: { kind: "box", id: "servo" } });

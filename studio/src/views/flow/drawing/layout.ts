@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { ElkNode } from "elkjs/lib/elk-api";
 import { elk } from "../../../design/elk";
-import { type Drawing, type Place, portAt, sizeOf } from "./drawing";
+import { type Box, type Drawing, type Place, portAt, sizeOf } from "./drawing";
+import type { Grouped, Region } from "./regions";
+
+/** From layer to layer, px: values stand on the wires of what runs. */
+const [WITH_VALUES, WITHOUT] = ["110", "60"];
 
 const OPTIONS = {
   "elk.algorithm": "layered",
   "elk.direction": "RIGHT",
-  "elk.layered.spacing.nodeNodeBetweenLayers": "110",
   "elk.spacing.nodeNode": "28",
   "elk.layered.considerModelOrder.strategy": "NODES_AND_EDGES",
   "elk.separateConnectedComponents": "true",
@@ -27,6 +30,7 @@ export async function arrange(drawing: Drawing): Promise<Map<string, Place>> {
 
 /** The drawing as the layout takes it: every port at its height on its side. */
 export function problemOf(drawing: Drawing): ElkNode {
+  const layers = { "elk.layered.spacing.nodeNodeBetweenLayers": drawing.wires.some(({ live }) => live !== null) ? WITH_VALUES : WITHOUT };
   const children = drawing.boxes.map((box) => {
     const { width, height } = sizeOf(box);
     const ports = box.ports.map((port) => ({
@@ -44,9 +48,42 @@ export function problemOf(drawing: Drawing): ElkNode {
     sources: [portId(wire.from.box, "output", wire.from.port)],
     targets: [portId(wire.to.box, "input", wire.to.port)],
   }));
-  return { id: "drawing", layoutOptions: OPTIONS, children, edges };
+  return { id: "drawing", layoutOptions: { ...OPTIONS, ...layers }, children, edges };
 }
 
 function portId(box: string, side: string, port: string): string {
   return `${box}\n${side}\n${port}`;
+}
+
+/** Room in a region: above the boxes for its title, px. */
+const ROOM = "[top=64,left=20,bottom=20,right=20]";
+const PACKED = { "elk.algorithm": "rectpacking", "elk.aspectRatio": "1.5", "elk.spacing.nodeNode": "40" };
+
+/**
+ * A drawing in regions side by side, in each its boxes along the data. `regionOf`: the title of a box's region. Wires from region to region
+ * place nothing. Null: the layout refuses it.
+ */
+export async function arrangeIn(drawing: Drawing, regionOf: (box: Box) => string): Promise<Grouped | null> {
+  const of = new Map(drawing.boxes.map((box) => [box.id, regionOf(box)]));
+  const titles = [...new Set(of.values())].sort();
+  const children = titles.map((title): ElkNode => {
+    const boxes = drawing.boxes.filter((box) => of.get(box.id) === title);
+    const wires = drawing.wires.filter((wire) => of.get(wire.from.box) === title && of.get(wire.to.box) === title);
+    const inner = problemOf({ boxes, wires });
+    return { ...inner, id: `region\n${title}`, layoutOptions: { ...inner.layoutOptions, "elk.padding": ROOM, "elk.aspectRatio": "1.5" } };
+  });
+  const problem: ElkNode = { id: "drawing", layoutOptions: PACKED, children };
+  try {
+    const laid = await (await elk()).layout(problem);
+    const regions = (laid.children ?? []).map(({ x = 0, y = 0, width = 0, height = 0 }, index): Region => {
+      const title = titles[index] ?? "";
+      return { source: null, title, x, y, width, height };
+    });
+    const places = (laid.children ?? []).flatMap((region) =>
+      (region.children ?? []).map(({ id, x = 0, y = 0 }): [string, Place] => [id, { x: (region.x ?? 0) + x, y: (region.y ?? 0) + y }]),
+    );
+    return { regions, places: new Map(places) };
+  } catch {
+    return null;
+  }
 }

@@ -12,7 +12,15 @@ export interface Region {
   height: number;
 }
 
-const [GAP, HEAD, PAD, NARROWEST, LOWEST] = [60, 40, 20, 180, 160];
+/** The regions of a drawing, and where its boxes stand. */
+export interface Grouped {
+  regions: Region[];
+  places: Map<string, Place>;
+}
+
+/** So many boxes of a source stand under each other; more stand beside them. */
+const IN_A_COLUMN = 12;
+const [GAP, HEAD, PAD, NARROWEST, LOWEST] = [60, 64, 20, 180, 160];
 
 /** A column for each source, those of a processor side by side, and one for what is placed nowhere; in each the boxes from above. */
 export function grouped(
@@ -20,7 +28,7 @@ export function grouped(
   sources: readonly string[],
   sourceOf: (box: Box) => string | null,
   unplaced: string,
-): { regions: Region[]; places: Map<string, Place> } {
+): Grouped {
   const named = [...new Set([...sources, ...boxes.flatMap((box) => sourceOf(box) ?? [])])];
   const places = new Map<string, Place>();
   const regions: Region[] = [];
@@ -28,15 +36,20 @@ export function grouped(
   for (const source of [null, ...named]) {
     const own = boxes.filter((box) => sourceOf(box) === source);
     if (source === null && own.length === 0 && named.length > 0 && boxes.length > 0) continue;
-    let y = HEAD;
-    let width = NARROWEST;
-    for (const box of own) {
-      const size = sizeOf(box);
-      places.set(box.id, { x: x + PAD, y });
-      y += size.height + PAD;
-      width = Math.max(width, size.width + 2 * PAD);
+    let [left, height] = [x + PAD, HEAD];
+    for (let first = 0; first < own.length; first += IN_A_COLUMN) {
+      let [y, wide] = [HEAD, 0];
+      for (const box of own.slice(first, first + IN_A_COLUMN)) {
+        const size = sizeOf(box);
+        places.set(box.id, { x: left, y });
+        y += size.height + PAD;
+        wide = Math.max(wide, size.width);
+      }
+      left += wide + PAD;
+      height = Math.max(height, y);
     }
-    regions.push({ source, title: source ?? unplaced, x, y: 0, width, height: y });
+    const width = Math.max(NARROWEST, left - x);
+    regions.push({ source, title: source ?? unplaced, x, y: 0, width, height });
     x += width + GAP;
   }
   // All as high as the highest: what is dropped below the boxes of one is in it.

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Value } from "../../../control/shapes";
+import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { portText } from "../drawing/drawing";
@@ -31,7 +33,7 @@ export function BoxPanel(props: {
   runOn: (source: string | null) => void;
 }) {
   const { draft, label, faces, change } = props;
-  const use = draft.of.blocks[label];
+  const use = own(draft.of.blocks, label);
   if (!use) return null;
   const items = itemsOf(use, faces);
   const set = items.filter((item) => item.kind === "parameter" || item.kind === "size" || (item.kind === "input" && item.has_default));
@@ -85,7 +87,7 @@ export function BoxPanel(props: {
           <TextField
             label="once in"
             placeholder="1 invocation"
-            value={draft.of.divide?.[label] === undefined ? "" : String(draft.of.divide[label])}
+            value={String(own(draft.of.divide, label) ?? "")}
             commit={(text) => {
               if (text !== "" && !/^[1-9]\d*$/.test(text)) return `'${text}' is no number of invocations: write a whole number from 1`;
               change(setDivide(draft, label, text === "" ? undefined : Number(text)));
@@ -96,7 +98,7 @@ export function BoxPanel(props: {
           <ConstantField
             key={item.name}
             item={item}
-            value={use.constants[item.name]}
+            value={own(use.constants, item.name)}
             commit={(value) => change(setConstant(draft, label, item.name, value))}
           />
         ))}
@@ -113,7 +115,7 @@ export function BoxPanel(props: {
                   <ModeField
                     of={`${label}.${item.name}`}
                     declared={modeText(item.mode)}
-                    mode={draft.of.modes?.[`${label}.${item.name}`]}
+                    mode={own(draft.of.modes, `${label}.${item.name}`)}
                     put={(mode) => change(setMode(draft, `${label}.${item.name}`, mode))}
                   />
                 )}

@@ -140,7 +140,7 @@ function useComposed(draft: Composed): { verb: VerbRequest | null; found: Refusa
 
 async function composedVerb(control: Control, { of, made_of }: Composed, signal: AbortSignal, around: string[] = []): Promise<VerbRequest> {
   if (around.includes(of.name)) throw new Error(`definitions need one another in a circle: ${[...around, of.name].join(" → ")}`);
-  const parts: Record<string, unknown> = {};
+  const parts = new Map<string, unknown>();
   for (const [label, name] of Object.entries(of.parts)) {
     const part = Object.hasOwn(made_of, name) ? made_of[name] : undefined;
     if (!part) throw new Error(`part '${label}' of '${of.name}' is '${name}', and no such verb is there; choose another one`);
@@ -149,10 +149,10 @@ async function composedVerb(control: Control, { of, made_of }: Composed, signal:
         ...around,
         of.name,
       ]);
-    parts[label] = part.kind === "verb" ? composed.verbOf(part) : await inner();
+    parts.set(label, part.kind === "verb" ? composed.verbOf(part) : await inner());
   }
   // What was drawn is a composition in its JSON form; the system says what is wrong with it.
-  return await control.look("compose", { ...composed.askedOf(of), parts } as unknown as Asked, signal);
+  return await control.look("compose", { ...composed.askedOf(of), parts: Object.fromEntries(parts) } as unknown as Asked, signal);
 }
 
 function Install(props: { name: string; verb: VerbRequest | null }) {

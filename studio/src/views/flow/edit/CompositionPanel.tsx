@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId } from "react";
+import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import * as composed from "./composed";
 import type { Composed, Step } from "./definition";
-import { constantOf, constantText, words } from "./written";
+import { constantText, givenOf, words } from "./written";
 
 type Of = { draft: Composed; change: (draft: Composed) => void };
 
@@ -17,7 +19,7 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
       key={`${kind} ${name}`}
       label={`${kind} ${name}`}
       placeholder={name}
-      value={draft.of.rename[`${label}.${name}`] ?? ""}
+      value={own(draft.of.rename, `${label}.${name}`) ?? ""}
       commit={(to) => change(composed.setRename(draft, `${label}.${name}`, to))}
     />
   );
@@ -58,8 +60,8 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
         />
         <label className="row">
           <span className="quiet">is the verb</span>
-          <select value={draft.of.parts[label]} onChange={(event) => change(composed.setPart(draft, label, event.target.value))}>
-            {[...new Set([draft.of.parts[label] ?? "", ...Object.keys(draft.made_of)])].map((name) => (
+          <select value={own(draft.of.parts, label)} onChange={(event) => change(composed.setPart(draft, label, event.target.value))}>
+            {[...new Set([own(draft.of.parts, label) ?? "", ...Object.keys(draft.made_of)])].map((name) => (
               <option key={name}>{name}</option>
             ))}
           </select>
@@ -76,9 +78,9 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
             key={name}
             label={`always ${name}`}
             placeholder="given at each start"
-            value={constantText(draft.of.preset[`${label}.${name}`])}
+            value={constantText(own(draft.of.preset, `${label}.${name}`))}
             commit={(text) => {
-              const { value, wrong } = constantOf(text, "value");
+              const { value, wrong } = givenOf(text);
               if (wrong !== null) return wrong;
               change(composed.setPreset(draft, `${label}.${name}`, value));
             }}

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { ReactFlowProvider } from "@xyflow/react";
 import { useCallback, useEffect, useMemo, useState } from "react";
+import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { useLive } from "../../../shell/context";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
@@ -16,6 +18,7 @@ import { pasted } from "./clipboard";
 import { useCopyKeys } from "./copyKeys";
 import { type Draft, type Graph, newGraph } from "./definition";
 import { boundaryOf, drawnDraft, placeOf, portOf, type RefusedWire } from "./drawn";
+import { everythingIn } from "./elsewhere";
 import { definitionsOf } from "./file";
 import { about, type Finding, ofList, ofTransition } from "./findings";
 import { Head, type Working } from "./Head";
@@ -71,9 +74,10 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
     [showAnew],
   );
   const enter = useCallback((label: string) => go([...way, label]), [go, way]);
+  const elsewhere = useMemo(() => ({ here: way.join("."), list: () => everythingIn(whole, faces, go) }), [whole, way, faces, go]);
   const isPlaced = placed(draft);
   const { placement, placeOn } = work;
-  const sourceOf = useCallback((label: string) => placement[[...way, label].join(".")] ?? null, [placement, way]);
+  const sourceOf = useCallback((label: string) => own(placement, [...way, label].join(".")) ?? null, [placement, way]);
   const drawing = useMemo(
     () => (isPlaced ? coloured(drawnDraft(draft, faces, findings, refused), sourceOf) : NOTHING),
     [isPlaced, draft, faces, findings, refused, sourceOf],
@@ -249,6 +253,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
             of={`${draft.kind} ${way.join("/")} ${shownAnew}`}
             edit={edit}
             toggle={enter}
+            elsewhere={elsewhere}
             regions={bySource?.regions}
           >
             {offer && (
@@ -361,7 +366,7 @@ function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | 
 
 /** Beside a box, on the side of the port. */
 function besideOf(draft: Draft, from: Begun): Place {
-  const at = draft.of.layout[from.box];
+  const at = own(draft.of.layout, from.box);
   return at ? { x: at.x + (from.side === "output" ? 260 : -260), y: at.y } : freePlace(draft);
 }
 

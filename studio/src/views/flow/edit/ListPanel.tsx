@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { period } from "../../../design/numbers";
+import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { removeList, setInitial, setList } from "./change";
@@ -21,7 +23,7 @@ export function ListPanel(props: {
   choose: (list: string) => void;
 }) {
   const { draft, list, change } = props;
-  const commands = draft.of.command_lists[list]?.commands ?? [];
+  const commands = own(draft.of.command_lists, list)?.commands ?? [];
   const put = (next: Command[]) => change(setList(draft, list, next));
   const found = (index: number) =>
     props.findings.filter((finding) => finding.where.some((where) => "list" in where && where.list === list && where.command === index));

@@ -8,7 +8,7 @@ import { type Finding, ofCondition, ofObject, ofOutput, ofParameter, ofTransitio
 import { Found, NamedPanel, type VerbDraft } from "./NamedPanel";
 import { renameCondition, renameInput, renameObject, renameOutput, renameRequirement } from "./rename";
 import { WholePanel } from "./WholePanel";
-import { constantOf, constantText, withinOf, words } from "./written";
+import { constantText, givenOf, withinOf, words } from "./written";
 
 type OfVerb = { draft: VerbDraft; faces: Faces; device_types: string[]; findings: Finding[]; change: (draft: Draft) => void };
 
@@ -198,6 +198,7 @@ function Transitions(props: OfVerb) {
 }
 
 function Inputs(props: OfVerb) {
+  const [object = "arm"] = Object.keys(props.draft.of.objects ?? {});
   return (
     <NamedPanel
       {...props}
@@ -223,7 +224,7 @@ function Inputs(props: OfVerb) {
             placeholder="none: must be given"
             value={constantText(input.default)}
             commit={(text) => {
-              const { value, wrong } = constantOf(text, "value");
+              const { value, wrong } = givenOf(text);
               if (wrong !== null) return wrong;
               put({ ...input, default: value ?? null });
             }}
@@ -238,6 +239,12 @@ function Inputs(props: OfVerb) {
               if (read.wrong !== undefined) return read.wrong;
               put({ ...input, within: read.value });
             }}
+          />
+          <TextField
+            label="counted from"
+            placeholder={`0; or ${object}.commanded`}
+            value={input.counted_from ?? ""}
+            commit={(from) => put({ ...input, counted_from: from || null })}
           />
           <label className="row">
             <input type="checkbox" checked={input.tunable} onChange={(event) => put({ ...input, tunable: event.target.checked })} />

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Changes of a draft, each a new draft: nothing of the one before is touched, so that it can be taken back.
+
 import type { Value } from "../../../control/shapes";
+import { own } from "../../../design/own";
 import type { Place } from "../drawing/drawing";
 import type {
   BlockUse,
@@ -157,7 +159,7 @@ export function setDivide(draft: Draft, label: string, divide: number | undefine
 }
 
 export function setConstant(draft: Draft, label: string, name: string, value: Value | undefined): Draft {
-  const use = draft.of.blocks[label];
+  const use = own(draft.of.blocks, label);
   if (!use) return draft;
   const { [name]: _before, ...rest } = use.constants;
   const constants = value === undefined ? rest : { ...rest, [name]: value };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks that are copied: with their constants and modes, and the cells between them. Names that are taken become free ones.
+import { own } from "../../../design/own";
 import type { Place } from "../drawing/drawing";
 import { addBlock, allSets, freeName } from "./change";
 import type { BlockUse, Draft, Mode, Sets } from "./definition";
@@ -19,17 +20,17 @@ const MARK = "opengpac-blocks";
 
 /** A piece of a draft: these blocks. */
 export function copied(draft: Draft, labels: readonly string[]): Piece {
-  const own = (port: string) => labels.includes(splitPort(port, draft.of.blocks)[0]);
+  const isOwn = (port: string) => labels.includes(splitPort(port, draft.of.blocks)[0]);
   const blocks = labels.flatMap((label) => {
-    const use = draft.of.blocks[label];
-    return use ? [[label, { use, at: draft.of.layout[label] ?? { x: 0, y: 0 } }] as const] : [];
+    const use = own(draft.of.blocks, label);
+    return use ? [[label, { use, at: own(draft.of.layout, label) ?? { x: 0, y: 0 } }] as const] : [];
   });
-  const cells = Object.entries(draft.of.cells).map(([name, ports]) => [name, ports.filter(own)] as const);
+  const cells = Object.entries(draft.of.cells).map(([name, ports]) => [name, ports.filter(isOwn)] as const);
   return {
     blocks: Object.fromEntries(blocks),
     // A cell of which one end alone is copied is none.
     cells: Object.fromEntries(cells.filter(([, ports]) => ports.length > 1)),
-    modes: Object.fromEntries(Object.entries(draft.of.modes ?? {}).filter(([port]) => own(port))),
+    modes: Object.fromEntries(Object.entries(draft.of.modes ?? {}).filter(([port]) => isOwn(port))),
   };
 }
 

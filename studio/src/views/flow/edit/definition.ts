@@ -66,6 +66,8 @@ export interface InputParameter {
   tunable: boolean;
   /** Minimum and maximum value: numbers, or parameters of an object, `-arm.max_speed`. */
   within?: [Bound, Bound] | null;
+  /** The SVV to which the value is added before it is checked: a relative one. */
+  counted_from?: string | null;
   [more: string]: unknown;
 }
 

@@ -105,12 +105,12 @@ export function boundaryOf(draft: Draft, box: string): Named | undefined {
 
 /** A port as a definition names it: a boundary's is its set. */
 export function portOf(draft: Draft, end: End): string | Named | undefined {
-  return end.box in draft.of.blocks ? `${end.box}.${end.port}` : boundaryOf(draft, end.box);
+  return Object.hasOwn(draft.of.blocks, end.box) ? `${end.box}.${end.port}` : boundaryOf(draft, end.box);
 }
 
 /** A port as the calls `check_definition` and `compatible` name it. */
 export function placeOf(draft: Draft, end: End): { block: string; port: string } {
-  const boundary = end.box in draft.of.blocks ? undefined : boundaryOf(draft, end.box);
+  const boundary = Object.hasOwn(draft.of.blocks, end.box) ? undefined : boundaryOf(draft, end.box);
   return boundary ? { block: "", port: boundary.name } : { block: end.box, port: end.port };
 }
 

@@ -200,10 +200,9 @@ function readText(text: string): unknown {
 export function draftsOf(text: string): Drawn[] {
   const file = definitionsFile(text);
   const definitions = definitionsOf(text);
-  const made_of: Record<string, Part> = {};
-  for (const one of definitions) if (one.kind === "verb") made_of[one.of.name] = one;
   const compositions = Object.entries(file.compositions ?? {}).map(([name, given]) => compositionOf(name, given));
-  for (const of of compositions) made_of[of.name] = { kind: "composition", of };
+  const parts = [...definitions.filter((one) => one.kind === "verb"), ...compositions.map((of): Part => ({ kind: "composition", of }))];
+  const made_of: Record<string, Part> = Object.fromEntries(parts.map((one) => [one.of.name, one]));
   return [...compositions.map((of): Drawn => ({ kind: "composition", of, made_of })), ...definitions];
 }
 

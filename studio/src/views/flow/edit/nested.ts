@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Graphs within what is drawn: the way to one, and what becomes of the whole when it is changed there.
+import { own } from "../../../design/own";
 import { renamePorts } from "./change";
 import type { BlockUse, Draft, Graph } from "./definition";
 import { splitPort } from "./faces";
@@ -40,7 +41,7 @@ export function replaced(whole: Draft, way: Way, next: Draft): Draft {
 /** Gives one use a graph of its own, under a name that no other graph has. */
 export function ownGraph(draft: Draft, label: string, name: string): Draft {
   const graph = graphAt(draft.of.blocks, label);
-  const use = draft.of.blocks[label];
+  const use = own(draft.of.blocks, label);
   if (!graph || !use) return draft;
   return withBlocks(draft, { ...draft.of.blocks, [label]: { ...use, block: { graph: { ...graph, name } } } });
 }

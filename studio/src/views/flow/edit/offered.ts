@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a wire that was dropped on nothing may lead to: blocks that are not there yet, ports that are, ports of the whole.
+import { own } from "../../../design/own";
 import type { End, Place, PortSide } from "../drawing/drawing";
 import * as change from "./change";
 import { type BlockUse, type Draft, definitionOf, type Graph, type SetKind } from "./definition";
@@ -64,11 +65,11 @@ export function fitting(draft: Draft, from: Begun, at: Tried, faces: Faces): Ans
 
 /** What is offered, the best first: of the same unit and type, then as the components stand; ports that are there, the outside. */
 export function offered(draft: Draft, from: Begun, at: Tried, answered: Answered[], faces: Faces): Offered[] {
-  const own = inner(draft.of, `${from.box}.${from.port}`, faces);
+  const begun = inner(draft.of, `${from.box}.${from.port}`, faces);
   const likeness = (item: Item | undefined) =>
-    own && item ? Number(own.unit !== "" && own.unit === item.unit) * 2 + Number(own.type_text === item.type_text) : 0;
+    begun && item ? Number(begun.unit !== "" && begun.unit === item.unit) * 2 + Number(begun.type_text === item.type_text) : 0;
   const fits = answered.filter(({ block, port, reason }) => {
-    const use = at.draft.of.blocks[block];
+    const use = own(at.draft.of.blocks, block);
     const item = use && itemsOf(use, faces).find((one) => one.name === port);
     return reason === null && item !== undefined && sideOf(item) !== from.side;
   });

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
+import { own } from "../../../design/own";
 import type { Box } from "../drawing/drawing";
 import { grouped, regionAt } from "../drawing/regions";
-import { removeBlock, renameBlock } from "./change";
+import { addBlock, removeBlock, renameBlock } from "./change";
 import { newGraph } from "./definition";
+import { portOf } from "./drawn";
 import { type History, stepped } from "./history";
 import { followed, patternsOf, placedOn } from "./placement";
+import { placesOf } from "./places";
 import { draftOf } from "./reading";
 
 const draft = draftOf("verb", "move", { blocks: { planner: "library.gain", servo: "library.gain" } });
@@ -54,4 +57,14 @@ test("each source has a column with its boxes, and a point lies in one", () => {
   ] as const)
     expect(regionAt(regions, places.get(id) ?? { x: -1, y: -1 })?.source).toBe(source);
   expect(regionAt(regions, { x: -5, y: 10 })).toBeUndefined();
+});
+
+test("a block may be called as what every object has: it is placed nowhere, and stands where there is room", () => {
+  for (const label of ["__proto__", "constructor"]) {
+    const { draft } = addBlock(newGraph("g"), { block: { subroutine: "library.gain" }, constants: {} }, label, { x: 7, y: 8 });
+    expect(placesOf([{ id: label }], draft).get(label)).toEqual({ x: 7, y: 8 });
+    expect(own({}, label)).toBeUndefined();
+    expect(portOf(newGraph("g"), { box: label, port: "u" })).toBeUndefined();
+    expect(portOf(draft, { box: label, port: "u" })).toBe(`${label}.u`);
+  }
 });

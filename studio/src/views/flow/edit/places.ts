@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where boxes of a draft stand, and what goes when boxes and wires are removed from the drawing.
+import { own } from "../../../design/own";
 import type { Place, Wire } from "../drawing/drawing";
 import * as change from "./change";
 import { type Draft, setsOf } from "./definition";
@@ -8,7 +9,7 @@ import type { Faces } from "./faces";
 
 export function placed(draft: Draft): boolean {
   const labels = Object.keys(draft.of.blocks);
-  return labels.length === 0 || labels.some((label) => label in draft.of.layout);
+  return labels.length === 0 || labels.some((label) => Object.hasOwn(draft.of.layout, label));
 }
 
 /** Places of all boxes; what was never placed stands below the others. */
@@ -17,7 +18,7 @@ export function placesOf(boxes: { id: string }[], draft: Draft): Map<string, Pla
   let next = 0;
   return new Map(
     boxes.map((box) => {
-      const known = draft.of.layout[box.id];
+      const known = own(draft.of.layout, box.id);
       if (!known) next += 1;
       return [box.id, known ?? { x: (next - 1) * 240, y }];
     }),
@@ -33,7 +34,7 @@ export function freePlace(draft: Draft): Place {
 
 /** A cell of which only ports are left that are not there is gone with its last wire. */
 function withoutLost(draft: Draft, cell: string, faces: Faces): Draft {
-  const left = setsOf(draft, "cells")[cell] ?? [];
+  const left = own(setsOf(draft, "cells"), cell) ?? [];
   return left.length > 0 && left.every((port) => isLost(draft, port, faces)) ? change.removeSet(draft, "cells", cell) : draft;
 }
 
@@ -50,7 +51,7 @@ export function removed(draft: Draft, boxes: string[], wires: string[], drawn: W
   }
   for (const box of boxes) {
     const set = boundaryOf(next, box);
-    if (set && setsOf(next, set.kind)[set.name]) next = change.removeSet(next, set.kind, set.name);
+    if (set && own(setsOf(next, set.kind), set.name)) next = change.removeSet(next, set.kind, set.name);
     else if (Object.hasOwn(next.of.blocks, box)) next = change.removeBlock(next, box);
   }
   return next;

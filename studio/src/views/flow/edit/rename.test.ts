@@ -11,9 +11,10 @@ const draft = draftOf("verb", "v", {
   modes: { "side.u": "asynchronous", "wave.phase": { ratio: 5 } },
   instantiation_parameters: { "arm.commanded": ["wave.y", "side.u"], "armour.sensed": ["side.reference"] },
   input_parameters: {
-    place: { targets: "wave.offset", within: ["-arm.max_speed", "armour.max"] },
+    place: { targets: "wave.offset", within: ["-arm.max_speed", "armour.max"], counted_from: "arm.commanded" },
     size: { targets: "wave.amplitude", within: [0, 1] },
   },
+  requires: { "arm.homed": { raises: "NotHomed", when: "arm.needs_home" } },
   output_values: { level: "wave.y" },
   command_lists: { near: [{ activate: "wave", every: "20 ms" }], far: [{ wait: true }] },
   initial: "near",
@@ -43,6 +44,8 @@ test("an object is renamed with its members, and no other that begins like it", 
   expect(Object.keys(of.objects ?? {})).toEqual(["robot", "armour"]);
   expect(Object.keys(of.instantiation_parameters)).toEqual(["robot.commanded", "armour.sensed"]);
   expect(of.input_parameters.place?.within).toEqual(["-robot.max_speed", "armour.max"]);
+  expect(of.input_parameters.place?.counted_from).toBe("robot.commanded");
+  expect(of.requires).toMatchObject({ "robot.homed": { when: "robot.needs_home" } });
   expect(of.layout["instantiation_parameters:robot.commanded"]).toEqual({ x: 3, y: 4 });
 });
 

@@ -72,9 +72,11 @@ export function renameObject(draft: VerbDraft, name: string, to: string): VerbDr
     input_parameters: each(input_parameters, (input) => ({
       ...input,
       ...(input.within ? { within: [bound(input.within[0]), bound(input.within[1])] as [number | string, number | string] } : {}),
-      ...(typeof input.counted_from === "string" ? { counted_from: member(input.counted_from) } : {}),
+      ...(input.counted_from ? { counted_from: member(input.counted_from) } : {}),
     })),
-    ...(draft.of.requires ? { requires: members(draft.of.requires) } : {}),
+    ...(draft.of.requires
+      ? { requires: each(members(draft.of.requires), (one) => (one.when ? { ...one, when: member(one.when) } : one)) }
+      : {}),
     layout: Object.fromEntries(places),
   });
 }

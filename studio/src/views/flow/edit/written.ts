@@ -22,6 +22,12 @@ export function constantOf(text: string, type_text: string): { value: Value | un
   }
 }
 
+/** What a person writes as the value of an input parameter: a constant, or a share of the parameter's maximum, "25 %". */
+export function givenOf(text: string): { value: Value | undefined; wrong: string | null } {
+  if (/^-?\d+(\.\d+)?\s*%$/.test(text)) return { value: text, wrong: null };
+  return constantOf(text, "value");
+}
+
 /** The same as text: several numbers without brackets. */
 export function constantText(value: Value | undefined): string {
   if (value === undefined || value === null) return "";

@@ -6,11 +6,12 @@ import { Empty, Refusals } from "../../../design/parts";
 import { useControl, useTopic, useWatched } from "../../../shell/context";
 import { Canvas } from "../drawing/Canvas";
 import type { Chosen, Drawing, Place } from "../drawing/drawing";
-import { arrange } from "../drawing/layout";
-import { grouped } from "../drawing/regions";
+import { arrange, arrangeIn } from "../drawing/layout";
+import type { Grouped, Region } from "../drawing/regions";
 import { sourceColour } from "../drawing/sources";
 import { Details } from "./Details";
 import { drawn, graphsOf } from "./drawn";
+import { everythingIn, instanceOf } from "./elsewhere";
 
 const NOTHING: Drawing = { boxes: [], wires: [] };
 
@@ -28,12 +29,16 @@ export function Installed() {
   const hidden = said ?? first;
   const shown = useMemo(() => instances.filter((one) => !hidden.has(one.name)), [instances, hidden]);
   const drawing = useDrawing(shown, opened);
-  const arranged = useArranged(drawing);
-  const [isBySource, setBySource] = useState(false);
-  const bySource = useMemo(
-    () => (isBySource && arranged ? grouped(arranged.drawing.boxes, [], (box) => box.source, "shared") : null),
-    [isBySource, arranged],
+  const [grouping, setGrouping] = useState<Grouping>(null);
+  const arranged = useArranged(drawing, grouping);
+  const show = useCallback(
+    (instance: string, graphs: string[]) => {
+      setSaid(new Set([...hidden].filter((name) => name !== instance)));
+      setOpened((before) => (graphs.every((graph) => before.has(graph)) ? before : new Set([...before, ...graphs])));
+    },
+    [hidden],
   );
+  const elsewhere = useMemo(() => ({ here: "", list: () => everythingIn(instances, show) }), [instances, show]);
   useEffect(() => {
     if (installed) control.values.renew();
   }, [control, installed]);
@@ -62,20 +67,23 @@ export function Installed() {
             </button>
           </>
         )}
-        <button type="button" aria-pressed={isBySource} onClick={() => setBySource(!isBySource)}>
-          By source
-        </button>
+        {GROUPINGS.map(({ by, text }) => (
+          <button key={by} type="button" aria-pressed={grouping === by} onClick={() => setGrouping(grouping === by ? null : by)}>
+            {text}
+          </button>
+        ))}
         <Sources of={drawing} />
       </div>
       {arranged ? (
         <ReactFlowProvider>
           <Canvas
             drawing={arranged.drawing}
-            places={bySource?.places ?? arranged.places}
-            regions={bySource?.regions}
+            places={arranged.places}
+            regions={arranged.regions}
+            elsewhere={elsewhere}
             chosen={chosen}
             choose={setChosen}
-            of={`${isBySource}\n${arranged.of}`}
+            of={arranged.of}
             toggle={toggle}
           />
         </ReactFlowProvider>
@@ -177,22 +185,41 @@ function useDrawing(shown: InstalledInstance[], opened: ReadonlySet<string>): Dr
   return drawing;
 }
 
+type Grouping = "source" | "instance" | null;
+const GROUPINGS = [
+  { by: "source", text: "By source" },
+  { by: "instance", text: "By instance" },
+] as const;
+/** The region of SVVs and channels that belong to none. */
+const SHARED = "shared";
+
 interface Arranged {
   drawing: Drawing;
   places: ReadonlyMap<string, Place>;
+  regions?: Region[];
   of: string;
 }
 
-function useArranged(drawing: Drawing): Arranged | null {
+/** The drawing with places for its boxes, in regions where that is wanted; null until they are known. */
+function useArranged(drawing: Drawing, grouping: Grouping): Arranged | null {
   const [arranged, setArranged] = useState<Arranged | null>(null);
   useEffect(() => {
     let over = false;
-    void arrange(drawing).then((places) => {
-      if (!over) setArranged({ drawing, places, of: drawing.boxes.map((box) => box.id).join("\n") });
+    const of = `${grouping}\n${drawing.boxes.map((box) => box.id).join("\n")}`;
+    void inRegions(drawing, grouping).then(async (laid) => {
+      const places = laid?.places ?? (await arrange(drawing));
+      if (!over) setArranged({ drawing, places, of, ...(laid ? { regions: laid.regions } : {}) });
     });
     return () => {
       over = true;
     };
-  }, [drawing]);
+  }, [drawing, grouping]);
   return arranged;
+}
+
+async function inRegions(drawing: Drawing, grouping: Grouping): Promise<Grouped | null> {
+  if (grouping === null) return null;
+  if (grouping === "instance") return await arrangeIn(drawing, (box) => instanceOf(drawing, box.id) ?? SHARED);
+  const laid = await arrangeIn(drawing, (box) => box.source ?? SHARED);
+  return laid && { ...laid, regions: laid.regions.map((region) => ({ ...region, source: region.title === SHARED ? null : region.title })) };
 }

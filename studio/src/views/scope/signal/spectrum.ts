@@ -23,6 +23,8 @@ export type Amount = (typeof AMOUNTS)[number];
 export interface SpectrumSetup {
   window: WindowFunction;
   amount: Amount;
+  /** The lowest frequency that is shown, Hz; as a rule 0. */
+  from_hz?: number;
   /** The highest frequency that is shown, Hz; null: all. */
   to_hz: number | null;
 }
@@ -128,11 +130,12 @@ export function spectrumUnit(unit: string | null, amount: Amount): string {
   return amount === "density" ? `(${of})²/Hz` : of;
 }
 
-/** The strongest frequency, without the one of 0 Hz; null where there is none. */
-export function peakOf({ step_hz, values }: Spectrum, to_hz: number | null): { hz: number; value: number } | null {
+/** The strongest frequency that is shown, without the one of 0 Hz; null where there is none. */
+export function peakOf({ step_hz, values }: Spectrum, to_hz: number | null, from_hz = 0): { hz: number; value: number } | null {
   const end = to_hz === null ? values.length : Math.min(values.length, Math.floor(to_hz / step_hz) + 1);
   let best = -1;
-  for (let k = 1; k < end; k += 1) if (best < 0 || (values[k] as number) > (values[best] as number)) best = k;
+  for (let k = Math.max(1, Math.ceil(from_hz / step_hz)); k < end; k += 1)
+    if (best < 0 || (values[k] as number) > (values[best] as number)) best = k;
   const value = values[best];
   return value === undefined || !Number.isFinite(value) ? null : { hz: best * step_hz, value };
 }

@@ -4,12 +4,14 @@ import { decimate } from "../signal/decimate";
 import { heldAt, measure, measuresOf } from "../signal/measure";
 import { type Range, Ranges } from "../signal/ranges";
 import type { Series } from "../signal/series";
+import type { SpectrumSetup } from "../signal/spectrum";
 import type { Span } from "../signal/sweep";
+import { timeUnit } from "../signal/ticks";
 import { type Acquisition, sumsKey } from "./acquisition";
 import { type Canvas, drawLine, drawMissing, extent, type Placed } from "./draw";
 import { placed } from "./placing";
 import { type Scales, scaleKey } from "./scales";
-import { drawSpectra } from "./spectral";
+import { type Spectra, spectraOf } from "./spectral";
 import { type Line, svg } from "./svg";
 import { type Behind, live, missingOf, type Store, traceSeries } from "./traces";
 import { drawXy } from "./xy";
@@ -17,10 +19,13 @@ import { drawXy } from "./xy";
 /** Draws what is shown, and measures it. */
 export class Picture {
   reference: Behind | null = null;
+  /** The same with all values of the span, where the screen's are not all: for spectra of a recording. */
+  wholeReference: Behind | null = null;
   readonly #acquisition: Acquisition;
   /** Of a recording: all values of the span. */
   readonly #whole: Acquisition;
   #spectra: ReadonlyMap<string, RowSpectrum> = new Map();
+  #spectraBehind: ReadonlyMap<string, RowSpectrum> = new Map();
   readonly #ranges = new Ranges();
   #scaled = "";
 
@@ -35,30 +40,24 @@ export class Picture {
     if (scaled !== this.#scaled) this.#ranges.forget();
     this.#scaled = scaled;
     if (show.xy !== null) return drawXy(canvas, show, live(this.#acquisition), span, this.#ranges);
-    this.#spectra = new Map();
+    [this.#spectra, this.#spectraBehind] = [new Map(), new Map()];
     if (spectrum) {
-      const of = live(show.recorded ? this.#whole : this.#acquisition);
-      const { spectra, ...scales } = drawSpectra(canvas, { ...show, spectrum }, of, span, this.#ranges);
-      this.#spectra = spectra;
-      return scales;
+      const { lines, ranges, x, spectra, behind } = this.#spectral({ ...show, spectrum }, span);
+      [this.#spectra, this.#spectraBehind] = [spectra, behind];
+      for (const line of lines) stroke(canvas, line, { ...show, steps: false });
+      return { ranges, x };
     }
     const per_ns = show.width / (span.to_ns - span.from_ns);
     const lines = this.#lines(show, span);
     const ranges = this.#rangesOf(lines, show);
     const missing = missingOf(this.#acquisition, show.traces, span.from_ns, span.to_ns);
     drawMissing(canvas, missing, { from_ns: span.from_ns, per_ns, ...sizes(show) }, { ...show.ink, font: show.font });
-    lines.forEach(({ trace, points, earlier }, i) => {
-      const on = placed(ranges[scaleKey(trace, show)] as Range, i, lines.length, trace, show);
-      canvas.save();
-      canvas.beginPath();
-      canvas.rect(0, on.top, show.width, on.bottom - on.top);
-      canvas.clip();
-      const pen = { colour: trace.colour, pattern: trace.pattern.map((dash) => dash * show.ratio), steps: show.steps };
-      if (earlier) drawLine(canvas, earlier, on, { ...pen, width: show.ratio, alpha: 0.45 }, show.width);
-      drawLine(canvas, points, on, { ...pen, width: 1.5 * show.ratio, alpha: 1 }, show.width);
-      if (show.scales === "lanes") lane(canvas, trace, on, i, show);
-      marker(canvas, trace, on, show);
-      canvas.restore();
+    lines.forEach((line, i) => {
+      const on = placed(ranges[scaleKey(line.trace, show)] as Range, i, lines.length, line.trace, show);
+      stroke(canvas, { ...line, on }, show, () => {
+        if (show.scales === "lanes") lane(canvas, line.trace, on, i, show);
+        marker(canvas, line.trace, on, show);
+      });
     });
     return { ranges, x: null };
   }
@@ -73,13 +72,21 @@ export class Picture {
     if (!reference) return rows;
     const moved = reference.origin_ns - span.origin_ns;
     const then = { ...span, from_ns: span.from_ns + moved, to_ns: span.to_ns + moved, origin_ns: reference.origin_ns };
-    const behind = show.traces.map((trace) => exact(row(reference, trace, show, then, true), trace, reference.sums));
+    const behind = show.traces.map((trace) => ({
+      ...exact(row(reference, trace, show, then, true), trace, reference.sums),
+      spectrum: this.#spectraBehind.get(trace.id) ?? null,
+    }));
     return [...rows, ...behind.filter((one) => one.measures !== null)];
   }
 
   /** The same as a drawing of lines, for documents. Errors: `Error` where there is none. */
   svg(show: Show, span: Span): string {
-    if (show.xy !== null || show.spectrum) throw new Error("SVG is of traces against time: choose time along x");
+    const { spectrum } = show;
+    if (show.xy !== null) throw new Error("SVG is of traces against time or frequency: choose one of them along x");
+    if (spectrum) {
+      const { lines, x } = this.#spectral({ ...show, spectrum }, span);
+      return svg(lines, { ...show, steps: false }, { ...x, unit: "Hz", per: 1 });
+    }
     const lines = this.#lines(show, span);
     const ranges = this.#rangesOf(lines, show);
     const placedLines = lines.map((line, i) => ({
@@ -87,7 +94,14 @@ export class Picture {
       on: placed(ranges[scaleKey(line.trace, show)] as Range, i, lines.length, line.trace, show),
       key: scaleKey(line.trace, show),
     }));
-    return svg(placedLines, show, span);
+    const [lo, hi] = [(span.from_ns - span.origin_ns) / 1e9, (span.to_ns - span.origin_ns) / 1e9];
+    const { unit, per_s } = timeUnit(hi - lo);
+    return svg(placedLines, show, { lo, hi, unit, per: per_s });
+  }
+
+  #spectral(show: Show & { spectrum: SpectrumSetup }, span: Span): Spectra {
+    const [of, behind] = show.recorded ? [this.#whole, this.wholeReference] : [this.#acquisition, this.reference];
+    return spectraOf(show, live(of), behind, span, this.#ranges);
   }
 
   #lines(show: Show, span: Span): Line[] {
@@ -120,6 +134,18 @@ export class Picture {
       [...extents].map(([key, { low, high, fixed }]) => [key, fixed ? { lo: fixed[0], hi: fixed[1] } : this.#ranges.of(key, low, high)]),
     );
   }
+}
+
+function stroke(canvas: Canvas, { trace, points, earlier, on }: Line & { on: Placed }, show: Show, more?: () => void): void {
+  canvas.save();
+  canvas.beginPath();
+  canvas.rect(0, on.top, show.width, on.bottom - on.top);
+  canvas.clip();
+  const pen = { colour: trace.colour, pattern: trace.pattern.map((dash) => dash * show.ratio), steps: show.steps };
+  if (earlier) drawLine(canvas, earlier, on, { ...pen, width: show.ratio, alpha: 0.45 }, show.width);
+  drawLine(canvas, points, on, { ...pen, width: 1.5 * show.ratio, alpha: 1 }, show.width);
+  more?.();
+  canvas.restore();
 }
 
 // Of a recording not every value came: what all of them are together did.

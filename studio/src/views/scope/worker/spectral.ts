@@ -1,74 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { RowSpectrum, Show, ShownTrace } from "../messages";
-import { decimate, type Points } from "../signal/decimate";
+import { decimate } from "../signal/decimate";
 import type { Range, Ranges } from "../signal/ranges";
 import type { Series } from "../signal/series";
 import { peakOf, regular, type Spectrum, type SpectrumSetup, spectrumOf } from "../signal/spectrum";
 import type { Span } from "../signal/sweep";
-import { type Canvas, drawLine, extent } from "./draw";
+import { extent } from "./draw";
 import { placed } from "./placing";
-import { type Scales, scaleKey } from "./scales";
-import { type Store, traceSeries } from "./traces";
+import { scaleKey } from "./scales";
+import type { Line, PlacedLine } from "./svg";
+import { type Behind, type Store, traceSeries } from "./traces";
 
 /** Under the strongest frequency what is so many decibels weaker is no more than the digits of the numbers. */
 const DECIBELS = 160;
+/** The lowest frequency that the axis ends at, Hz. */
+const HIGHEST_MIN = 1e-9;
 
-interface Curve {
-  trace: ShownTrace;
-  points: Points;
+/** Spectra as lines over frequency, and what each is of; `behind`: of what lies behind the traces. */
+export interface Spectra {
+  lines: PlacedLine[];
+  ranges: Record<string, Range>;
+  x: Range;
+  spectra: ReadonlyMap<string, RowSpectrum>;
+  behind: ReadonlyMap<string, RowSpectrum>;
 }
 
-/** Draws the traces over frequency instead of over time: the spectrum of each over the span. */
-export function drawSpectra(
-  canvas: Canvas,
-  show: Show & { spectrum: SpectrumSetup },
-  of: Store,
-  span: Span,
-  ranges: Ranges,
-): Scales & { spectra: ReadonlyMap<string, RowSpectrum> } {
-  const { to_hz } = show.spectrum;
+type Shown = Show & { spectrum: SpectrumSetup };
+
+interface Found {
+  spectrum: Spectrum;
+  rate_hz: number;
+}
+
+/** The spectrum of each trace over the span, and over the same times of what lies behind it. */
+export function spectraOf(show: Shown, of: Store, behind: Behind | null, span: Span, ranges: Ranges): Spectra {
+  const shift = (behind?.origin_ns ?? 0) - span.origin_ns;
   const found = show.traces.flatMap((trace) => {
-    const values = regular(traceSeries(of, trace.setup, span.from_ns, span.to_ns), span.from_ns, span.to_ns);
-    return values ? [{ trace, spectrum: spectrumOf(values, show.spectrum), rate_hz: 1 / values.step_s }] : [];
+    const own = spectrumAt(show, of, trace, span.from_ns, span.to_ns);
+    const earlier = behind && spectrumAt(show, behind, trace, span.from_ns + shift, span.to_ns + shift);
+    return own || earlier ? [{ trace, own, earlier }] : [];
   });
-  const spectra = new Map(
-    found.map(({ trace, spectrum, rate_hz }) => [
-      trace.id,
-      { count: spectrum.count, held: spectrum.held, rate_hz, peak: peakOf(spectrum, to_hz) },
-    ]),
-  );
-  const hi = to_hz ?? Math.max(1e-9, ...found.map(({ rate_hz }) => rate_hz / 2));
-  const curves = found
+  const { from_hz = 0, to_hz } = show.spectrum;
+  const rates = found.flatMap(({ own, earlier }) => [own?.rate_hz ?? 0, earlier?.rate_hz ?? 0]);
+  const hi = to_hz ?? Math.max(HIGHEST_MIN, ...rates.map((rate_hz) => rate_hz / 2));
+  const x = { lo: from_hz < hi ? from_hz : 0, hi };
+  const points = (one: Found | null) => decimate(one ? overFrequency(one.spectrum, x) : [], x.lo, x.hi, show.width);
+  const lines = found
     .filter(({ trace }) => !trace.setup.hidden)
-    .map(({ trace, spectrum }) => ({ trace, points: decimate(overFrequency(spectrum), 0, hi, show.width) }));
-  const scales = rangesOf(curves, show, ranges);
-  curves.forEach(({ trace, points }, i) => {
-    const on = placed(scales[scaleKey(trace, show)] as Range, i, curves.length, trace, show);
-    const pen = { colour: trace.colour, pattern: trace.pattern.map((dash) => dash * show.ratio), steps: false };
-    canvas.save();
-    canvas.beginPath();
-    canvas.rect(0, on.top, show.width, on.bottom - on.top);
-    canvas.clip();
-    drawLine(canvas, points, on, { ...pen, width: 1.5 * show.ratio, alpha: 1 }, show.width);
-    canvas.restore();
-  });
-  return { ranges: scales, x: { lo: 0, hi }, spectra };
+    .map(({ trace, own, earlier }): Line => ({ trace, points: points(own), earlier: earlier && points(earlier) }));
+  const scales = rangesOf(lines, show, ranges);
+  const told = (which: "own" | "earlier") =>
+    new Map(found.flatMap(({ trace, [which]: one }) => (one ? [[trace.id, rowOf(one, show.spectrum)] as const] : [])));
+  return {
+    lines: lines.map((line, i) => {
+      const key = scaleKey(line.trace, show);
+      return { ...line, key, on: placed(scales[key] as Range, i, lines.length, line.trace, show) };
+    }),
+    ranges: scales,
+    x,
+    spectra: told("own"),
+    behind: told("earlier"),
+  };
 }
 
-/** Frequencies in the place of times. */
-function overFrequency({ step_hz, values }: Spectrum): Series {
-  const hz = Float64Array.from(values, (_, k) => k * step_hz);
-  return [{ times_ns: hz, values, from: 0, to: values.length, broken: false }];
+function spectrumAt(show: Shown, of: Store, { setup }: ShownTrace, from_ns: number, to_ns: number): Found | null {
+  const values = regular(traceSeries(of, setup, from_ns, to_ns), from_ns, to_ns);
+  return values && { spectrum: spectrumOf(values, show.spectrum), rate_hz: 1 / values.step_s };
 }
 
-function rangesOf(curves: readonly Curve[], show: Show & { spectrum: SpectrumSetup }, ranges: Ranges): Record<string, Range> {
+function rowOf({ spectrum, rate_hz }: Found, { to_hz, from_hz }: SpectrumSetup): RowSpectrum {
+  return { count: spectrum.count, held: spectrum.held, rate_hz, peak: peakOf(spectrum, to_hz, from_hz) };
+}
+
+/** Frequencies in the place of times: those that are shown, and one more on each side. */
+function overFrequency({ step_hz, values }: Spectrum, { lo, hi }: Range): Series {
+  const from = Math.max(0, Math.floor(lo / step_hz));
+  const to = Math.min(values.length, Math.ceil(hi / step_hz) + 1);
+  const part = values.subarray(from, to);
+  const hz = Float64Array.from(part, (_, k) => (from + k) * step_hz);
+  return [{ times_ns: hz, values: part, from: 0, to: part.length, broken: false }];
+}
+
+function rangesOf(lines: readonly Line[], show: Shown, ranges: Ranges): Record<string, Range> {
   const found = new Map<string, { low: number; high: number; fixed: [number, number] | null }>();
-  for (const { trace, points } of curves) {
+  for (const { trace, points, earlier } of lines) {
     const key = scaleKey(trace, show);
     const all = found.get(key) ?? { low: Number.POSITIVE_INFINITY, high: Number.NEGATIVE_INFINITY, fixed: null };
-    const { low, high } = extent(points);
-    all.high = Math.max(all.high, high);
-    all.low = Math.min(all.low, low);
+    for (const one of earlier ? [points, earlier] : [points]) {
+      const { low, high } = extent(one);
+      all.high = Math.max(all.high, high);
+      all.low = Math.min(all.low, low);
+    }
     all.fixed ??= trace.setup.range ?? null;
     found.set(key, all);
   }

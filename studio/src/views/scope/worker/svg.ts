@@ -2,8 +2,8 @@
 // The screen as a drawing of lines, in pixels of CSS.
 import type { Show, ShownTrace } from "../messages";
 import type { Points } from "../signal/decimate";
-import type { Span } from "../signal/sweep";
-import { ticks, timeUnit } from "../signal/ticks";
+import type { Range } from "../signal/ranges";
+import { ticks } from "../signal/ticks";
 import type { Placed } from "./draw";
 
 const [LEFT, RIGHT, TOP, BOTTOM, LEGEND] = [70, 16, 12, 44, 18];
@@ -22,8 +22,14 @@ export interface PlacedLine extends Line {
   key: string;
 }
 
+/** What is along x, and the unit in which it is written: so many of them are 1. */
+export interface Along extends Range {
+  unit: string;
+  per: number;
+}
+
 /** The lines with their axes and a legend. Scales that have no axis (all but the first) stand in the legend. */
-export function svg(lines: readonly PlacedLine[], show: Show, span: Span): string {
+export function svg(lines: readonly PlacedLine[], show: Show, along: Along): string {
   const width = show.width / show.ratio;
   const height = show.height / show.ratio;
   const size = [LEFT + width + RIGHT, TOP + height + BOTTOM + LEGEND * lines.length];
@@ -33,7 +39,7 @@ export function svg(lines: readonly PlacedLine[], show: Show, span: Span): strin
     `<svg x="${LEFT}" y="${TOP}" width="${figure(width)}" height="${figure(height)}" overflow="hidden">`,
     ...lines.flatMap((line) => [...(line.earlier ? [path(line.earlier, line, show, 1, 0.45)] : []), path(line.points, line, show, 1.5, 1)]),
     "</svg>",
-    ...axes(lines, show, span, width, height),
+    ...axes(lines, show, along, width, height),
     ...lines.map((line, i) => legend(line, i, lines, TOP + height + BOTTOM + LEGEND * i, show)),
     "</svg>",
   ];
@@ -62,16 +68,15 @@ function path(points: Points, { trace, on }: PlacedLine, show: Show, width: numb
   return `<path d="${said.join("")}" fill="none" stroke="${escaped(trace.colour)}" stroke-width="${width}" stroke-opacity="${alpha}"${dashes}/>`;
 }
 
-function axes(lines: readonly PlacedLine[], show: Show, span: Span, width: number, height: number): string[] {
+function axes(lines: readonly PlacedLine[], show: Show, along: Along, width: number, height: number): string[] {
   const ink = escaped(show.ink.quiet);
   const line = (x1: number, y1: number, x2: number, y2: number, alpha: number) =>
     `<line x1="${figure(x1)}" y1="${figure(y1)}" x2="${figure(x2)}" y2="${figure(y2)}" stroke="${ink}" stroke-opacity="${alpha}"/>`;
   const text = (x: number, y: number, anchor: string, said: string) =>
     `<text x="${figure(x)}" y="${figure(y)}" text-anchor="${anchor}" fill="${ink}" ${FONT}>${escaped(said)}</text>`;
-  const [from_s, to_s] = [(span.from_ns - span.origin_ns) / 1e9, (span.to_ns - span.origin_ns) / 1e9];
-  const { unit, per_s } = timeUnit(to_s - from_s);
-  const made = ticks(from_s * per_s, to_s * per_s, Math.max(2, width / 110)).flatMap((tick) => {
-    const x = LEFT + ((tick / per_s - from_s) / (to_s - from_s)) * width;
+  const { lo, hi, unit, per } = along;
+  const made = ticks(lo * per, hi * per, Math.max(2, width / 110)).flatMap((tick) => {
+    const x = LEFT + ((tick / per - lo) / (hi - lo)) * width;
     return [line(x, TOP, x, TOP + height, 0.2), text(x, TOP + height + 16, "middle", String(tick))];
   });
   made.push(text(LEFT + width, TOP + height + 34, "end", unit));

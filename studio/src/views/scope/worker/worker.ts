@@ -16,6 +16,7 @@ const stores: Record<Into, Acquisition> = {
   shown: acquisition,
   beside: new Acquisition(),
   whole: new Acquisition(),
+  wholeBeside: new Acquisition(),
   file: new Acquisition(),
 };
 const picture = new Picture(acquisition, stores.whole);
@@ -92,7 +93,8 @@ function take(said: ToWorker): void {
     }
     case "beside":
       picture.reference = said.shift_ns === null ? null : new Beside(stores.beside, said.shift_ns);
-      if (said.shift_ns === null) stores.beside.past(true, [], [], []);
+      picture.wholeReference = said.shift_ns === null ? null : new Beside(stores.wholeBeside, said.shift_ns);
+      if (said.shift_ns === null) for (const of of [stores.beside, stores.wholeBeside]) of.past(true, [], [], []);
       break;
     case "export":
       save(said)

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is installed and not drawn: instances that are hidden, blocks within graphs that are closed.
+import type { InstalledInstance } from "../../../control/shapes";
+import { type Findable, findables } from "../drawing/Find";
+import { drawn, graphsOf } from "./drawn";
+
+/** What all instances have, with all graphs open. `open` shows an instance, and opens graphs by their ids. */
+export function everythingIn(instances: InstalledInstance[], open: (instance: string, graphs: string[]) => void): Findable[] {
+  const found = new Map<string, Findable>();
+  for (const instance of instances) {
+    const whole = drawn([instance], new Set(graphsOf(instance)));
+    const ends = new Map(whole.wires.map((wire) => [wire.id, [wire.from.box, wire.to.box]]));
+    for (const one of findables(whole)) {
+      const boxes = one.chosen.kind === "wire" ? (ends.get(one.chosen.id) ?? []) : [one.box];
+      const graphs = boxes.flatMap(graphsAround);
+      const [around] = graphs.slice(-1);
+      const within = { text: around ?? instance.name, open: () => open(instance.name, graphs) };
+      // An SVV of several instances is found once.
+      if (!found.has(one.key)) found.set(one.key, { ...one, within });
+    }
+  }
+  return [...found.values()];
+}
+
+/** The graphs around a box, by their ids, outermost first: `move#1/outer`, `move#1/outer.inner`. */
+function graphsAround(box: string): string[] {
+  const [instance, label] = [box.slice(0, box.indexOf("/")), box.slice(box.indexOf("/") + 1)];
+  if (instance === "cell") return [];
+  const parts = label.split(".");
+  return parts.slice(1).map((_, depth) => `${instance}/${parts.slice(0, depth + 1).join(".")}`);
+}
+
+/** Which instance each box belongs to; an SVV or channel to the only one that uses it, else to none. */
+export function instanceOf(drawing: { wires: { from: { box: string }; to: { box: string } }[] }, box: string): string | null {
+  const own = (id: string) => (id.startsWith("cell/") ? null : id.slice(0, id.indexOf("/")));
+  if (!box.startsWith("cell/")) return own(box);
+  const wires = drawing.wires.filter(({ from, to }) => from.box === box || to.box === box);
+  const users = new Set(wires.map(({ from, to }) => own(from.box === box ? to.box : from.box)));
+  const [only = null] = users;
+  return users.size === 1 ? only : null;
+}
