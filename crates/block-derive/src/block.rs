@@ -39,7 +39,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
                 fn descriptor() -> &'static ::opengpac::abi::Descriptor {
                     static DESCRIPTOR: ::std::sync::OnceLock<&'static ::opengpac::abi::Descriptor> = ::std::sync::OnceLock::new();
                     *DESCRIPTOR.get_or_init(|| ::opengpac::generated::describe_block(
-                        #name, #doc, file!(), line!(), run, vec![#(#specs),*],
+                        #name, #doc, file!(), line!(), run, bank, vec![#(#specs),*],
                         Instance {
                             header: ::opengpac::abi::Header { number: 0, activated: 0 },
                             at: At { #(#bound: ::core::ptr::null_mut()),* },
@@ -147,6 +147,16 @@ fn entry(ident: &Ident, items: &[Item], size: Option<&Item>) -> TokenStream {
     });
     quote! {
         unsafe extern "C" fn run(memory: *mut ::core::ffi::c_void, given: *const ::opengpac::Invocation) -> u64 {
+            // SAFETY: `abi::Run` asks of its caller what `once` does.
+            unsafe { once(memory, given) }
+        }
+        unsafe extern "C" fn bank(calls: *const ::opengpac::bank::Call, step: *mut u32, from: u32, to: u32) -> u64 {
+            // SAFETY: `bank::Bank` asks of its caller what this does.
+            unsafe { ::opengpac::bank::run(calls, step, from, to, |memory, given| once(memory, given)) }
+        }
+        /// One invocation, for both entries.
+        #[inline(always)]
+        unsafe fn once(memory: *mut ::core::ffi::c_void, given: *const ::opengpac::Invocation) -> u64 {
             use ::opengpac::abi::outcome;
             let m = memory as *mut Instance;
             // SAFETY: the kernel passes the memory of an instance of this block with every address bound, and an invocation;

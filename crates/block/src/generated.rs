@@ -2,6 +2,7 @@
 //! What the code that the derive generates calls. Not for people: it may change with any version.
 
 use crate::abi::{self, Descriptor, Header, Item, Module, Run, TypeDescriptor, flag};
+use crate::bank::{self, Bank};
 use crate::{ConditionOf, Type, panics};
 use core::ffi::{CStr, c_char, c_void};
 use std::alloc::{Layout, alloc_zeroed, handle_alloc_error};
@@ -140,9 +141,11 @@ fn discard(payload: Box<dyn core::any::Any + Send>) {
 
 /// Builds the descriptor of a block; it is never freed.
 #[allow(clippy::too_many_arguments)]
-pub fn describe_block<I>(name: &str, doc: &str, file: &str, line: u32, run: Run, items: Vec<ItemSpec>, image: I) -> &'static Descriptor {
+pub fn describe_block<I>(name: &str, doc: &str, file: &str, line: u32, run: Run, bank: Bank, items: Vec<ItemSpec>, image: I) -> &'static Descriptor {
     const { assert!(align_of::<Header>() <= align_of::<I>()) };
-    panics::contain_entry(run);
+    panics::contain_entry(run as *const c_void);
+    panics::contain_entry(bank as *const c_void);
+    bank::add(run, bank);
     let table: Vec<Item> = items.iter().map(item).collect();
     Box::leak(Box::new(Descriptor {
         abi: abi::ABI,

@@ -42,6 +42,8 @@
 //! Each takes `unit = "rad"`. The types are the [`Type`]s.
 
 pub mod abi;
+#[doc(hidden)]
+pub mod bank;
 mod condition;
 mod fault;
 #[doc(hidden)]
@@ -81,6 +83,11 @@ macro_rules! module {
                 $(types.extend(<$block as $crate::FunctionBlock>::types());)+
                 $crate::generated::describe_module(vec![$(<$block as $crate::FunctionBlock>::descriptor()),+], types)
             })
+        }
+        /// Looks up the bank entry of a block of this code module. Whoever does not ask runs its blocks one by one.
+        #[unsafe(no_mangle)]
+        pub extern "C" fn opengpac_bank_1(run: $crate::abi::Run) -> ::std::option::Option<$crate::bank::Bank> {
+            $crate::bank::of(run)
         }
     };
 }

@@ -4,13 +4,12 @@
 //! A flag that each entry sets would cost every invocation more than the block itself. So the hook, which runs only when a panic
 //! happens, looks up the stack: is one of the functions there the entry of a block? That takes some microseconds and no lock.
 
-use crate::abi::Run;
 use core::ffi::{c_int, c_void};
 use std::panic;
 use std::sync::Once;
 use std::sync::atomic::{AtomicPtr, Ordering};
 
-/// An entry whose panics are silent. The list only grows, once for each block of the process.
+/// An entry whose panics are silent. The list only grows, twice for each block of the process.
 struct Entry {
     run: *const c_void,
     next: *const Entry,
@@ -18,10 +17,10 @@ struct Entry {
 
 static ENTRIES: AtomicPtr<Entry> = AtomicPtr::new(core::ptr::null_mut());
 
-/// From now on panics under `run` are silent.
-pub fn contain_entry(run: Run) {
+/// From now on panics under this entry, of a block or of its bank, are silent.
+pub fn contain_entry(run: *const c_void) {
     static HOOK: Once = Once::new();
-    let entry = Box::into_raw(Box::new(Entry { run: run as *const c_void, next: core::ptr::null() }));
+    let entry = Box::into_raw(Box::new(Entry { run, next: core::ptr::null() }));
     let mut head = ENTRIES.load(Ordering::Acquire);
     loop {
         // SAFETY: `entry` is ours until the exchange below succeeds.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A panic in a block prints nothing; any other panic still does. In a process of its own, because the hook is the process's.
 
+use opengpac::abi::{NONE, outcome};
+use opengpac::bank::{self, Call};
 use opengpac::trial::{Fault, Trial};
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 use std::panic;
@@ -31,6 +33,22 @@ fn quotient(a: i32, b: i32) -> i32 {
     a / b
 }
 
+/// Runs one invocation, with 0 for both inputs, by the bank entry.
+fn by_the_bank_entry() -> u64 {
+    let descriptor = Divide::descriptor();
+    let mut memory = vec![0_u64; (descriptor.instance_size as usize).div_ceil(size_of::<u64>())];
+    let (mut value, mut step, invocation) = (0_i32, 0, Invocation::default());
+    let call = Call { run: descriptor.run, instance: memory.as_mut_ptr().cast(), invocation: &raw const invocation };
+    // SAFETY: the descriptor says how many items there are and where their addresses lie; the memory is as large as it says.
+    unsafe {
+        for item in std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) {
+            assert_ne!(item.address, NONE);
+            call.instance.byte_add(item.address as usize).cast::<*mut i32>().write(&raw mut value);
+        }
+        bank::of(descriptor.run).expect("a block in Rust has a bank entry")(&raw const call, &raw mut step, 0, 1)
+    }
+}
+
 #[test]
 fn only_a_panic_in_a_block_is_silent() {
     static HEARD: AtomicUsize = AtomicUsize::new(0);
@@ -40,6 +58,7 @@ fn only_a_panic_in_a_block_is_silent() {
     let mut trial = Trial::new(Divide::descriptor());
     for _ in 0..3 {
         assert_eq!(trial.run(), Err(Fault::Panicked));
+        assert_eq!(by_the_bank_entry(), outcome::PANIC);
     }
     assert_eq!(HEARD.load(Ordering::Relaxed), 0);
     assert!(panic::catch_unwind(|| quotient(std::hint::black_box(1), std::hint::black_box(0))).is_err());

@@ -1,20 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The face of containment: a step loop that a signal inside block code ends, and the stack that its handlers run on.
-use opengpac::abi::{Invocation, Run};
+use opengpac::abi::Run;
+pub use opengpac::bank::Call;
 use std::cell::Cell;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
-
-/// One call of the hot loop: 24 bytes, read by `containment.c` too. The first word of each instance says whether it may be ended: `abi::RUNNING`.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct Call {
-    pub run: Run,
-    pub instance: *mut c_void,
-    pub invocation: *const Invocation,
-}
 
 /// One source's containment. The first fields are shared with `containment.c`; the jump buffer follows, in memory of C's size.
 #[repr(C)]

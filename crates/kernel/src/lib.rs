@@ -12,6 +12,7 @@
 //! which drive it, remote sources and records stand above it, in crate `runtime`.
 #![cfg_attr(rtsan, feature(sanitize))]
 pub mod aside;
+mod bank;
 pub mod bell;
 pub mod block;
 mod boundary;

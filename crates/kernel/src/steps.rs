@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The step loop: the hot one, and the careful one that a firing goes over to when a step has faulted.
 #![allow(clippy::needless_borrow, reason = "behind a raw pointer the compiler asks for the borrow to be seen")]
+use crate::bank::Bank;
 use crate::containment::{OUTSIDE, Over, budget_signal};
 use crate::counters::add;
 use crate::event::Fault;
@@ -13,6 +14,7 @@ use crate::table::{Report, Table};
 use opengpac::abi::{RUNNING, mark, outcome};
 use opengpac::floats::Words;
 use std::ffi::c_void;
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 /// How a contained loop ended before its end.
@@ -127,13 +129,21 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
         let table = &raw mut *(*kernel).table;
         let step = (&(*kernel).source).containment.step();
         let (calls, due) = ((&(*table).calls).as_ptr(), (&(*table).due).as_ptr());
-        let (strips, count) = ((&(*table).strips).as_ptr(), (&(*table).strips).len());
-        for strip in 0..count {
-            let strip = *strips.add(strip);
-            if !*due.add(strip.slot as usize) {
+        let (stretches, count) = ((&(*table).stretches).as_ptr(), (&(*table).stretches).len());
+        for stretch in 0..count {
+            let stretch = *stretches.add(stretch);
+            if !*due.add(stretch.slot as usize) {
                 continue;
             }
-            for index in strip.start..strip.end {
+            if !P::POSSIBLE
+                && let Some(bank) = stretch.bank
+            {
+                if let Some(faulted) = banked::<PROBED>(kernel, bank, stretch.start..stretch.end, now_ns, visited) {
+                    return careful(kernel, faulted + 1, now_ns, false, preempt);
+                }
+                continue;
+            }
+            for index in stretch.start..stretch.end {
                 step.write_volatile(index);
                 let result = if PROBED && index == visited {
                     Table::run_timed(table, index)
@@ -154,6 +164,39 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
                 }
             }
         }
+    }
+}
+
+/// The hot loop over a bank; the step that the probe visits is run by itself. Gives the step that has faulted, with the careful mode begun.
+///
+/// # Safety
+/// As for `hot`; these steps are of the block that the bank entry is of.
+unsafe fn banked<const PROBED: bool>(kernel: *mut Kernel, bank: Bank, steps: Range<u32>, now_ns: i64, visited: u32) -> Option<u32> {
+    // SAFETY: as for `hot`.
+    unsafe {
+        let table = &raw mut *(*kernel).table;
+        let step = (&(*kernel).source).containment.step();
+        let calls = (&(*table).calls).as_ptr();
+        let Range { start: mut index, end } = steps;
+        while index < end {
+            let result = if PROBED && index == visited {
+                step.write_volatile(index);
+                Table::run_timed(table, index)
+            } else {
+                let until = if PROBED && (index..end).contains(&visited) { visited } else { end };
+                bank(calls, step, index, until)
+            };
+            let ran = step.read_volatile();
+            index = ran + 1;
+            if result != 0 {
+                step.write_volatile(OUTSIDE);
+                if report(kernel, ran, result, now_ns) {
+                    begin_careful(kernel, ran);
+                    return Some(ran);
+                }
+            }
+        }
+        None
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What one interrupt source runs.
 use crate::aside::{Appends, Aside, Copies, append, copy};
+use crate::bank::{Stretch, stretches};
 use crate::block::{Block, BlockId};
 use crate::clock::monotonic_ns;
 use crate::containment::{Call, OUTSIDE};
@@ -27,6 +28,8 @@ pub struct Table {
     /// The hot loop: what to call, in order.
     pub(crate) calls: Vec<Call>,
     pub(crate) strips: Vec<Strip>,
+    /// The strips cut at their banks: what the hot loop goes along.
+    pub(crate) stretches: Vec<Stretch>,
     /// Where the probe goes.
     pub(crate) visits: Visits,
     /// By activation: its strips, as a range of `strips_of`.
@@ -161,6 +164,7 @@ impl Table {
         table.budget_ns = (budgets.clone().flatten().max().unwrap_or(0), budgets.clone().any(|budget| budget.is_none()) || activations.is_empty());
         table.due = vec![false; activations.len()];
         table.index_strips(activations.len());
+        table.stretches = stretches(&table.strips, &table.calls);
         let first = |strip: &Strip| table.block_step(strip.start, strip.end);
         table.visits = Visits::begin(table.strips.iter().map(first));
         table.ran = vec![false; table.steps.len()];
@@ -212,6 +216,7 @@ impl Table {
         Table {
             calls: Vec::new(),
             strips: Vec::new(),
+            stretches: Vec::new(),
             visits: Visits::default(),
             strip_ranges: Vec::new(),
             strips_of: Vec::new(),

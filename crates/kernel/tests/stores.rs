@@ -119,12 +119,10 @@ struct Program {
 }
 
 impl Program {
-    fn new() -> Program {
+    fn new(kinds: &[&'static Descriptor]) -> Program {
         let host = virtual_host(1);
         let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
-        let c = in_c();
-        assert_eq!(unsafe { CStr::from_ptr(c.name) }, c"wide");
-        let stored = vec![Stored::new(1, c), Stored::new(2, Wide::descriptor()), Stored::new(3, c)];
+        let stored: Vec<Stored> = kinds.iter().zip(1..).map(|(kind, id)| Stored::new(id, kind)).collect();
         let (process, activation) = (Process::new(1, 1), Activation::with_budget(Due::Interval, None, Some(1)));
         let steps = stored.iter().map(|stored| step(&stored.block, &activation, &process, &[])).collect();
         let stamped = stored.iter().map(|of| Stamped { block: of.block.clone(), ratio: 1, stamp: of.stamp.clone(), history: None }).collect();
@@ -180,8 +178,20 @@ fn setting(name: &str, default: u64) -> u64 {
 
 #[test]
 fn a_budget_that_ends_at_any_instant_tears_nothing() {
+    let c = in_c();
+    assert_eq!(unsafe { CStr::from_ptr(c.name) }, c"wide");
+    nothing_is_torn(&[c, Wide::descriptor(), c]);
+}
+
+#[test]
+fn nor_does_it_in_a_bank() {
+    assert!(opengpac::bank::of(Wide::descriptor().run).is_some());
+    nothing_is_torn(&[Wide::descriptor(); 5]);
+}
+
+fn nothing_is_torn(kinds: &[&'static Descriptor]) {
     let (count, mut seed) = (setting("OPENGPAC_BUDGET_FAULTS", 300), setting("OPENGPAC_SEED", 1).max(1));
-    let mut program = Program::new();
+    let mut program = Program::new(kinds);
     let alarm = Alarm::new();
     let long_ns = program.long_ns();
     let (mut faults, mut through, mut firings) = (0, 0, 0u64);

@@ -37,6 +37,13 @@ fn the_interfaces_are_equal() {
     assert_eq!((both()[0].name.as_str(), both()[1].name.as_str()), ("lowpass", "rust_module"));
 }
 
+#[test]
+fn a_module_in_rust_has_bank_entries() {
+    let [c, rust] = both();
+    assert!(rust.blocks.iter().all(|block| opengpac::bank::of(block.descriptor.run).is_some()));
+    assert!(c.blocks.iter().all(|block| opengpac::bank::of(block.descriptor.run).is_none()));
+}
+
 proptest! {
     #[test]
     fn the_bits_are_equal(alpha in any::<f64>(), inputs in prop::collection::vec(any::<f64>(), 1..50)) {

@@ -8,7 +8,8 @@ use crate::backend::{LoadOptions, LoadedModule};
 use crate::error::LoadError;
 use crate::folder::Folder;
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
-use opengpac::abi::{Descriptor, MODULE_SYMBOL, Module, mark};
+use opengpac::abi::{Descriptor, MODULE_SYMBOL, Module, Run, mark};
+use opengpac::bank::{self, BANK_SYMBOL, Bank};
 use opengpac::floats::Words;
 use opengpac::read::{ModuleFace, Refusal};
 use std::path::Path;
@@ -71,10 +72,18 @@ fn open(path: &Path, copy: &Path) -> Result<ModuleFace, LoadError> {
     // SAFETY: the symbol has this type in every version of the ABI.
     let entry = unsafe { library.get::<unsafe extern "C" fn() -> *const Module>(MODULE_SYMBOL.as_bytes()) }.map(|symbol| *symbol);
     let Ok(entry) = entry else { return Err(LoadError::NotAModule { path: here() }) };
+    // SAFETY: the symbol's name has the version of its type; a module need not have it.
+    let bank = unsafe { library.get::<unsafe extern "C" fn(Run) -> Option<Bank>>(BANK_SYMBOL.as_bytes()) }.map(|symbol| *symbol).ok();
     // Descriptors are `'static` from here on: the module stays.
     core::mem::forget(library);
     // SAFETY: the entry of a module that stays.
-    unsafe { ModuleFace::read(entry()) }.map_err(|refusal| match refusal {
+    let face = unsafe { ModuleFace::read(entry()) };
+    if let (Ok(face), Some(bank)) = (&face, bank) {
+        // SAFETY: as for `entry`; it is asked for blocks of its own.
+        let banks = face.blocks.iter().filter_map(|block| Some((block.descriptor.run, unsafe { bank(block.descriptor.run) }?)));
+        banks.for_each(|(run, bank)| bank::add(run, bank));
+    }
+    face.map_err(|refusal| match refusal {
         Refusal::AbiVersion { module, here: version } => LoadError::AbiVersion { path: here(), module, here: version },
         Refusal::NoBlocks => LoadError::NoBlocks { path: here() },
         Refusal::Invalid { block, item, what } => LoadError::Invalid { path: here(), block, item, what },

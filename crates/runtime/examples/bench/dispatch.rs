@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dispatch: what one block in a cycle costs, against the same work as a hand-written C loop.
-use crate::Bench;
 use crate::blocks::{Gain, Pid, Stopwatch};
 use crate::loaded::{Loop, Peer};
 use crate::report::{Line, least, median, thousands, time};
 use crate::rig::{Image, Rig, image, interval, rest, single, step};
+use crate::{Bench, bank};
 use kernel::*;
 use opengpac::FunctionBlock;
 use opengpac::abi::Descriptor;
@@ -19,7 +19,7 @@ const KINDS: [&str; 4] = ["gain", "pid", "lowpass", "limit"];
 
 /// How the blocks are bound.
 #[derive(Clone, Copy, PartialEq)]
-enum Shape {
+pub enum Shape {
     /// Each reads what the one before it writes.
     Chain,
     /// Each has values of its own.
@@ -57,11 +57,12 @@ pub fn rows(bench: &Bench) {
     for program in programs {
         SIZES.iter().for_each(|&n| measure(bench, &rig, &program, n));
     }
+    bank::rows(bench, &rig);
     recorded(bench, &rig);
     probed(bench, &rig);
 }
 
-fn wiring(shape: Shape, n: usize) -> (Vec<u32>, Vec<u32>, usize) {
+pub fn wiring(shape: Shape, n: usize) -> (Vec<u32>, Vec<u32>, usize) {
     let (from, n32) = ((0..n as u32), n as u32);
     match shape {
         Shape::Chain => (from.clone().collect(), from.map(|i| i + 1).collect(), n + 1),
@@ -79,7 +80,7 @@ fn descriptor(bench: &Bench, program: &Program, index: usize) -> &'static Descri
 
 /// A table of these blocks, as the supervisor makes it of a graph, with a stopwatch behind them and one connection to another
 /// source (its group: the last value). Gives what switches it on.
-fn table(rig: &Rig, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<Op> {
+pub fn table(rig: &Rig, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<Op> {
     let (process, first) = (Process::new(1, 1), interval());
     let driven = Activation::new(Due::Driven { by: vec![(first.clone(), 1)] }, None);
     let chained = shape == Shape::Chain;

@@ -6,6 +6,7 @@
 //! A row is measured as the kernel really does it: a host with real threads, sources pinned to one core at real-time priorities
 //! where the rights are given, tables installed by scripts. What it is compared with runs on the same core at the same kind of
 //! priority, in turns with it.
+mod bank;
 mod blocks;
 mod crossing;
 mod dispatch;
