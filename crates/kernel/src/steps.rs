@@ -167,10 +167,12 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
     }
 }
 
-/// The hot loop over a bank; the step that the probe visits is run by itself. Gives the step that has faulted, with the careful mode begun.
+/// The hot loop over a bank; the step that the probe visits is run by itself. Gives the step that has faulted, with the careful mode begun. A
+/// function of its own: inlined it takes a register from the loop over single steps.
 ///
 /// # Safety
 /// As for `hot`; these steps are of the block that the bank entry is of.
+#[inline(never)]
 unsafe fn banked<const PROBED: bool>(kernel: *mut Kernel, bank: Bank, steps: Range<u32>, now_ns: i64, visited: u32) -> Option<u32> {
     // SAFETY: as for `hot`.
     unsafe {
