@@ -34,6 +34,7 @@ mod peers;
 mod protocol;
 mod random;
 mod refused;
+mod renewing;
 mod secret;
 mod session;
 mod slots;

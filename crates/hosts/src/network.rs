@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What carries packets between hosts: by key, to the subscribers of that key. It may lose, repeat and reorder them; the protocol above
-//! makes up for that. The real one is zenoh ([`crate::session`]); [`crate::Faulty`] puts faults into any other.
+//! makes up for that. The real one is zenoh ([`crate::renewing`]); [`crate::Faulty`] puts faults into any other.
 use std::fmt;
 use std::sync::Arc;
 

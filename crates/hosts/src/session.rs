@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The wire that is zenoh: one session a host. The listening side routes, the joining sides are its clients, so that three hosts need
+//! Sessions of zenoh: one a host. The listening side routes, the joining sides are its clients, so that three hosts need
 //! one address. Multicast and gossip are off: nobody is found that was not named.
 use crate::endpoint::Endpoint;
-use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use crate::options::{Options, Security};
 use crate::refused::Refused;
 use crate::threads;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use zenoh::pubsub::Publisher;
-use zenoh::qos::{CongestionControl, Priority};
 use zenoh::{Config, Session, Wait};
 
 /// Which side of a session.
@@ -29,66 +26,24 @@ const USER: &str = "opengpac";
 /// What else it may be where nobody lets in who joins on loopback.
 const ANOTHER_SECRET: &str = "; if a system listens there, it is another user's: what joins it then needs the token that it was given to listen with";
 
-/// A way between hosts over zenoh.
-pub(crate) struct ZenohWire(Session);
-
-impl ZenohWire {
-    pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Self, Refused> {
-        // Removed when this returns: zenoh has read it by then.
-        let dictionary = match (&options.security, side) {
-            (Security::Token { token, .. } | Security::Loopback { secret: token }, Side::Listens) => Some(Dictionary::write(token)?),
-            _ => None,
-        };
-        threads::one_for_links();
-        let no_way = |reason: String| Refused::NoWay { endpoint: endpoint.to_string(), reason };
-        let mut config = Config::default();
-        for (key, value) in settings(options, endpoint, side)? {
-            config.insert_json5(&key, &value).map_err(|error| no_way(format!("{key}: {error}")))?;
-        }
-        if let Some(Dictionary(path)) = &dictionary {
-            config.insert_json5("transport/auth/usrpwd/dictionary_file", &text(path)).map_err(|error| no_way(error.to_string()))?;
-        }
-        let hint = if options.security.secret().is_some() && side == Side::Joins { ANOTHER_SECRET } else { "" };
-        let session = zenoh::open(config).wait().map_err(|error| no_way(plain(&error.to_string()) + hint))?;
-        Ok(ZenohWire(session))
+/// Opens a session: of a joining side where the listening one lets it in.
+pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Session, Refused> {
+    // Removed when this returns: zenoh has read it by then.
+    let dictionary = match (&options.security, side) {
+        (Security::Token { token, .. } | Security::Loopback { secret: token }, Side::Listens) => Some(Dictionary::write(token)?),
+        _ => None,
+    };
+    threads::one_for_links();
+    let no_way = |reason: String| Refused::NoWay { endpoint: endpoint.to_string(), reason };
+    let mut config = Config::default();
+    for (key, value) in settings(options, endpoint, side)? {
+        config.insert_json5(&key, &value).map_err(|error| no_way(format!("{key}: {error}")))?;
     }
-}
-
-impl Drop for ZenohWire {
-    fn drop(&mut self) {
-        // It is closed or was already: there is nothing else to do.
-        let _ = self.0.close().wait();
+    if let Some(Dictionary(path)) = &dictionary {
+        config.insert_json5("transport/auth/usrpwd/dictionary_file", &text(path)).map_err(|error| no_way(error.to_string()))?;
     }
-}
-
-impl Network for ZenohWire {
-    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, NetworkError> {
-        let priority = match urgency {
-            Urgency::Clock => Priority::RealTime,
-            Urgency::Values => Priority::InteractiveHigh,
-            Urgency::Commands => Priority::Data,
-        };
-        let declared = self.0.declare_publisher(key.to_owned()).congestion_control(CongestionControl::Drop).priority(priority).express(true).wait();
-        Ok(Box::new(ZenohOutlet(declared.map_err(|error| NetworkError { message: error.to_string() })?)))
-    }
-
-    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError> {
-        let declared = self.0.declare_subscriber(key.to_owned()).callback(move |sample| {
-            threads::hasten();
-            came(&sample.payload().to_bytes());
-        });
-        let declared = declared.wait();
-        Ok(Box::new(declared.map_err(|error| NetworkError { message: error.to_string() })?))
-    }
-}
-
-struct ZenohOutlet(Publisher<'static>);
-
-impl Outlet for ZenohOutlet {
-    fn send(&self, packet: Vec<u8>) {
-        // What zenoh does not take is lost, as on any wire: it is sent again.
-        let _ = self.0.put(packet).wait();
-    }
+    let hint = if options.security.secret().is_some() && side == Side::Joins { ANOTHER_SECRET } else { "" };
+    zenoh::open(config).wait().map_err(|error| no_way(plain(&error.to_string()) + hint))
 }
 
 /// Keys and values of zenoh's configuration.

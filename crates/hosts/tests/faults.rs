@@ -7,7 +7,7 @@ use hosts::{Faulty, Hosts, Options, Security, WireFaults, wire_to_join, wire_to_
 use interconnect::{Ends, Link, Receiver, Sender};
 use proxy::{Fault, Proxy};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A writer and a reader, and what the reader has seen: it panics where that is not what was written, in order.
 struct Stream {
@@ -59,10 +59,13 @@ impl Stream {
 
     /// Waits until all that was written is read: the newest group, and every row.
     fn settle(&mut self) {
-        wait_until("the newest group and every row", || {
+        let until = Instant::now() + LONG;
+        while self.latched != self.published || self.popped != self.pushed {
+            let Stream { published, latched, pushed, popped, refused, .. } = self;
+            assert!(Instant::now() < until, "group {latched} of {published}, {popped} of {pushed} rows, {refused} refused");
             self.read();
-            self.latched == self.published && self.popped == self.pushed
-        });
+            std::thread::park_timeout(Duration::from_millis(1));
+        }
     }
 }
 

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The wire that is zenoh, on a session that is made anew where it has lost its way for good. A joining session looks for its way again by
+//! itself, except where the new one breaks in the instant in which it was made: zenoh (1.10) has not noted by then whom it belongs to, and tries no
+//! more. From outside that looks like a long cut, so every long cut is ended with a new session.
+use crate::endpoint::Endpoint;
+use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
+use crate::options::Options;
+use crate::refused::Refused;
+use crate::session::{self, Side};
+use crate::threads;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, Weak};
+use std::thread::JoinHandle;
+use std::time::Duration;
+use zenoh::pubsub::{Publisher, Subscriber};
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::{Session, Wait};
+
+/// How often is looked whether there is a way.
+const LOOK: Duration = Duration::from_secs(1);
+/// Looks in a row that find none, until the session is made anew: longer than a session that looks for its way itself takes, where there is one.
+const LOOKS_MAX: u32 = 5;
+/// How long a new session looks for a way; whoever ends this host waits for it.
+const RENEWAL: Duration = Duration::from_secs(2);
+
+/// A way between hosts over zenoh.
+pub(crate) struct ZenohWire {
+    shared: Arc<Shared>,
+    /// Of a joining side: ends its thread by being dropped.
+    watching: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
+}
+
+struct Shared {
+    open: RwLock<Open>,
+    /// What packets of a key are given to.
+    subscribed: Mutex<Vec<Weak<Subscribed>>>,
+}
+
+/// A session, and how many there were before it.
+struct Open {
+    session: Session,
+    renewals: u64,
+}
+
+struct Subscribed {
+    key: String,
+    came: Arrival,
+    declared: Mutex<Option<Subscriber<()>>>,
+}
+
+struct ZenohOutlet {
+    shared: Arc<Shared>,
+    key: String,
+    priority: Priority,
+    /// With the session that it is of.
+    declared: Mutex<(u64, Publisher<'static>)>,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn no_way(error: impl ToString) -> NetworkError {
+    NetworkError { message: error.to_string() }
+}
+
+impl ZenohWire {
+    pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Self, Refused> {
+        let session = session::open(options, endpoint, side)?;
+        let shared = Arc::new(Shared { open: RwLock::new(Open { session, renewals: 0 }), subscribed: Mutex::default() });
+        if side == Side::Listens {
+            return Ok(ZenohWire { shared, watching: None });
+        }
+        let (alive, ended) = mpsc::channel();
+        let (watched, options, endpoint) = (shared.clone(), Options { join_max: RENEWAL, ..options.clone() }, endpoint.clone());
+        let thread = std::thread::Builder::new().name("hosts-way".to_owned()).spawn(move || watched.watch(&ended, || session::open(&options, &endpoint, side)));
+        let thread = thread.map_err(|error| Refused::NoWay { endpoint: String::new(), reason: format!("no thread for the way: {error}") })?;
+        Ok(ZenohWire { shared, watching: Some((alive, thread)) })
+    }
+}
+
+impl Drop for ZenohWire {
+    fn drop(&mut self) {
+        if let Some((alive, thread)) = self.watching.take() {
+            drop(alive);
+            // A panic there has been printed; there is nothing left to stop.
+            let _ = thread.join();
+        }
+        // It is closed or was already: there is nothing else to do.
+        let _ = self.shared.session().close().wait();
+    }
+}
+
+impl Shared {
+    fn session(&self) -> Session {
+        self.open.read().unwrap_or_else(PoisonError::into_inner).session.clone()
+    }
+
+    fn renewals(&self) -> u64 {
+        self.open.read().unwrap_or_else(PoisonError::into_inner).renewals
+    }
+
+    /// Looks after the way until `ended` says so.
+    fn watch(&self, ended: &mpsc::Receiver<()>, open: impl Fn() -> Result<Session, Refused>) {
+        let mut looks = 0;
+        while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+            looks = if self.session().info().routers_zid().wait().next().is_some() { 0 } else { looks + 1 };
+            if looks >= LOOKS_MAX {
+                // Without a new one the old one stays: it may find its way, too.
+                if let Ok(session) = open() {
+                    self.renew(session);
+                }
+                looks = 0;
+            }
+        }
+    }
+
+    /// Everything goes over this session from now on.
+    fn renew(&self, session: Session) {
+        let before = {
+            let mut open = self.open.write().unwrap_or_else(PoisonError::into_inner);
+            let before = std::mem::replace(&mut open.session, session.clone());
+            open.renewals += 1;
+            before
+        };
+        let subscribed: Vec<Arc<Subscribed>> = {
+            let mut subscribed = locked(&self.subscribed);
+            subscribed.retain(|one| one.strong_count() > 0);
+            subscribed.iter().filter_map(Weak::upgrade).collect()
+        };
+        for one in subscribed {
+            // What fails here is silent until the next renewal.
+            let declared = one.declared(&session).ok();
+            let earlier = std::mem::replace(&mut *locked(&one.declared), declared);
+            drop(earlier);
+        }
+        let _ = before.close().wait();
+    }
+
+    fn publisher(&self, key: &str, priority: Priority) -> Result<(u64, Publisher<'static>), NetworkError> {
+        let (session, renewals) = {
+            let open = self.open.read().unwrap_or_else(PoisonError::into_inner);
+            (open.session.clone(), open.renewals)
+        };
+        let declared = session.declare_publisher(key.to_owned()).congestion_control(CongestionControl::Drop).priority(priority).express(true).wait();
+        Ok((renewals, declared.map_err(no_way)?))
+    }
+}
+
+impl Subscribed {
+    fn declared(&self, session: &Session) -> Result<Subscriber<()>, NetworkError> {
+        let came = self.came.clone();
+        let declared = session.declare_subscriber(self.key.clone()).callback(move |sample| {
+            threads::hasten();
+            came(&sample.payload().to_bytes());
+        });
+        declared.wait().map_err(no_way)
+    }
+}
+
+impl Network for ZenohWire {
+    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, NetworkError> {
+        let priority = match urgency {
+            Urgency::Clock => Priority::RealTime,
+            Urgency::Values => Priority::InteractiveHigh,
+            Urgency::Commands => Priority::Data,
+        };
+        let declared = Mutex::new(self.shared.publisher(key, priority)?);
+        Ok(Box::new(ZenohOutlet { shared: self.shared.clone(), key: key.to_owned(), priority, declared }))
+    }
+
+    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError> {
+        let one = Arc::new(Subscribed { key: key.to_owned(), came, declared: Mutex::new(None) });
+        // First known, then declared: a renewal between the two declares it too, and the later one of both stands.
+        locked(&self.shared.subscribed).push(Arc::downgrade(&one));
+        let declared = one.declared(&self.shared.session())?;
+        let mut standing = locked(&one.declared);
+        if standing.is_none() {
+            *standing = Some(declared);
+        }
+        drop(standing);
+        Ok(Box::new(one))
+    }
+}
+
+impl Outlet for ZenohOutlet {
+    fn send(&self, packet: Vec<u8>) {
+        let mut declared = locked(&self.declared);
+        if declared.0 != self.shared.renewals() {
+            // Without a publisher this packet is lost; it is sent again.
+            let Ok(renewed) = self.shared.publisher(&self.key, self.priority) else { return };
+            *declared = renewed;
+        }
+        // What zenoh does not take is lost, as on any wire: it is sent again.
+        let _ = declared.1.put(packet).wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::Security;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    #[test]
+    fn what_was_declared_goes_over_the_session_that_is_made_anew() {
+        let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("a port is free").port();
+        let security = Security::Loopback { secret: "a-secret-of-the-tests".to_owned() };
+        let options = |name: &str| Options { security: security.clone(), ..Options::new("renewed", name, &format!("tcp/127.0.0.1:{port}")) };
+        let (here, there) = (options("a"), options("b"));
+        let endpoint = here.check().expect("loopback");
+        let listening = ZenohWire::open(&here, &endpoint, Side::Listens).expect("the port is free");
+        let joining = ZenohWire::open(&there, &endpoint, Side::Joins).expect("it listens");
+        let came = [AtomicU64::new(0), AtomicU64::new(0)].map(Arc::new);
+        let [forth, back] = came.clone().map(|last| -> Arrival { Arc::new(move |bytes| last.store(u64::from(bytes[0]), Ordering::Release)) });
+        let _kept = (listening.subscribe("forth", forth).expect("open"), joining.subscribe("back", back).expect("open"));
+        let ended = joining.subscribe("back", Arc::new(|_: &[u8]| panic!("it has ended"))).expect("open");
+        drop(ended);
+        let outlets = [joining.outlet("forth", Urgency::Values).expect("open"), listening.outlet("back", Urgency::Values).expect("open")];
+        for round in 1..=3 {
+            let until = std::time::Instant::now() + Duration::from_secs(60);
+            for (outlet, last) in outlets.iter().zip(&came) {
+                while last.load(Ordering::Acquire) != round {
+                    assert!(std::time::Instant::now() < until, "round {round}: nothing comes");
+                    outlet.send(vec![round as u8]);
+                    std::thread::park_timeout(Duration::from_millis(1));
+                }
+            }
+            joining.shared.renew(session::open(&there, &endpoint, Side::Joins).expect("it listens"));
+        }
+        assert_eq!(joining.shared.renewals(), 3);
+        drop(outlets);
+    }
+}
