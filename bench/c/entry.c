@@ -1,40 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calls the entry of the only block of each module in a bare loop, in turns; prints ns a call, one line a round.
-#include <dlfcn.h>
-#include <opengpac.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
+#include "module.h"
 
-enum { MODULES_MAX = 8, ITEMS_MAX = 32, CALLS = 2000 }; // So short that hardly a round is interrupted.
-
-typedef struct {
-    void *memory;
-    uint64_t (*run)(void *, const Invocation *);
-    double ports[ITEMS_MAX];
-} block;
-
-static void open_block(const char *path, block *made) {
-    void *module = dlopen(path, RTLD_NOW);
-    if (!module) {
-        fprintf(stderr, "%s\n", dlerror());
-        exit(1);
-    }
-    const opengpac_module_table *(*entry)(void) = (const opengpac_module_table *(*)(void))dlsym(module, "opengpac_module");
-    const opengpac_descriptor *d = entry()->blocks[0];
-    made->memory = aligned_alloc(64, (d->instance_size + 63u) / 64 * 64);
-    memcpy(made->memory, d->image, d->instance_size);
-    made->run = d->run;
-    for (uint32_t i = 0; i < d->item_count; i++)
-        if (d->items[i].address != OG_NONE) *(double **)((char *)made->memory + d->items[i].address) = &made->ports[i];
-}
-
-static double now_ns(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return 1e9 * (double)time.tv_sec + (double)time.tv_nsec;
-}
+enum { MODULES_MAX = 8, CALLS = 2000 }; // So short that hardly a round is interrupted.
 
 int main(int count, char **words) {
     static block blocks[MODULES_MAX];

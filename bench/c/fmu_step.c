@@ -1,28 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Steps of an FMU of FMI 2 in turns: by its block's entry, and by its own functions: a value set, a step of 1 ms, a value got. Prints ns a step
 // of both, one line a round; both have taken the same inputs, and end at the same value.
-#include <dlfcn.h>
-#include <opengpac.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
+#include "module.h"
 
-enum { STEPS = 2000, STEP_NS = 1000000, ITEMS_MAX = 32 };
+enum { STEPS = 2000, STEP_NS = 1000000 };
 
-static void *opened(const char *path) {
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (!library) {
-        fprintf(stderr, "%s\n", dlerror());
-        exit(1);
-    }
-    return library;
-}
-
-static double now_ns(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return 1e9 * (double)time.tv_sec + (double)time.tv_nsec;
+static double *port(block *of, const char *name) {
+    for (uint32_t i = 0; i < of->descriptor->item_count; i++)
+        if (!strcmp(of->descriptor->items[i].name, name)) return &of->ports[i];
+    return NULL;
 }
 
 static double input(int k) { return 1.0 + (k & 7); }
@@ -30,18 +16,9 @@ static double input(int k) { return 1.0 + (k & 7); }
 int main(int count, char **words) {
     if (count < 4) return 1;
     int rounds = atoi(words[1]);
-    const opengpac_module_table *(*entry)(void) = (const opengpac_module_table *(*)(void))dlsym(opened(words[2]), "opengpac_module");
-    const opengpac_descriptor *block = entry()->blocks[0];
-    char *memory = aligned_alloc(64, (block->instance_size + 63u) / 64 * 64);
-    memcpy(memory, block->image, block->instance_size);
-    static uint64_t ports[ITEMS_MAX];
-    double *u = NULL, *y = NULL;
-    for (uint32_t i = 0; i < block->item_count; i++) {
-        if (block->items[i].address == OG_NONE) continue;
-        *(void **)(memory + block->items[i].address) = &ports[i];
-        if (!strcmp(block->items[i].name, "u")) u = (double *)&ports[i];
-        if (!strcmp(block->items[i].name, "y")) y = (double *)&ports[i];
-    }
+    static block ours;
+    open_block(words[2], &ours);
+    double *u = port(&ours, "u"), *y = port(&ours, "y");
     void *fmu = opened(words[3]);
     void *(*instantiate)(const char *, int, const char *, const char *, const void *, int, int) =
         (void *(*)(const char *, int, const char *, const char *, const void *, int, int))dlsym(fmu, "fmi2Instantiate");
@@ -56,13 +33,13 @@ int main(int count, char **words) {
     double value = 0.0, result = 0.0;
     Invocation invocation = {0, 0, 0};
     *u = input(0);
-    if (block->run(memory, &invocation) & 0xff) return 4; // Its start.
+    if (ours.run(ours.memory, &invocation) & 0xff) return 4; // Its start.
     for (int round = 0; round <= rounds; round++) {
         double begun = now_ns();
         for (int k = 0; k < STEPS; k++) {
             invocation.time_ns += STEP_NS;
             *u = input(k);
-            if (block->run(memory, &invocation) & 0xff) return 5;
+            if (ours.run(ours.memory, &invocation) & 0xff) return 5;
         }
         double between = now_ns();
         for (int k = 0; k < STEPS; k++) {

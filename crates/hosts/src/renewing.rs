@@ -20,7 +20,7 @@ use zenoh::{Session, Wait};
 const LOOK: Duration = Duration::from_secs(1);
 /// Looks in a row that find none, until the session is made anew: longer than a session that looks for its way itself takes, where there is one.
 const LOOKS_MAX: u32 = 5;
-/// How long a new session looks for a way; whoever ends this host waits for it.
+/// How long a new session may look for a way. Closing the host may have to wait as long.
 const RENEWAL: Duration = Duration::from_secs(2);
 
 /// A way between hosts over zenoh.
@@ -72,9 +72,10 @@ impl ZenohWire {
             return Ok(ZenohWire { shared, watching: None });
         }
         let (alive, ended) = mpsc::channel();
-        let (watched, options, endpoint) = (shared.clone(), Options { join_max: RENEWAL, ..options.clone() }, endpoint.clone());
-        let thread = std::thread::Builder::new().name("hosts-way".to_owned()).spawn(move || watched.watch(&ended, || session::open(&options, &endpoint, side)));
-        let thread = thread.map_err(|error| Refused::NoWay { endpoint: String::new(), reason: format!("no thread for the way: {error}") })?;
+        let (watched, options, to) = (shared.clone(), Options { join_max: RENEWAL, ..options.clone() }, endpoint.clone());
+        let thread = std::thread::Builder::new().name("hosts-way".to_owned()).spawn(move || watched.watch(&ended, || session::open(&options, &to, side)));
+        let no_thread = |error| Refused::NoWay { endpoint: endpoint.to_string(), reason: format!("no thread for the way: {error}") };
+        let thread = thread.map_err(no_thread)?;
         Ok(ZenohWire { shared, watching: Some((alive, thread)) })
     }
 }

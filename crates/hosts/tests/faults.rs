@@ -7,7 +7,7 @@ use hosts::{Faulty, Hosts, Options, Security, WireFaults, wire_to_join, wire_to_
 use interconnect::{Ends, Link, Receiver, Sender};
 use proxy::{Fault, Proxy};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A writer and a reader, and what the reader has seen: it panics where that is not what was written, in order.
 struct Stream {
@@ -59,13 +59,10 @@ impl Stream {
 
     /// Waits until all that was written is read: the newest group, and every row.
     fn settle(&mut self) {
-        let until = Instant::now() + LONG;
-        while self.latched != self.published || self.popped != self.pushed {
-            let Stream { published, latched, pushed, popped, refused, .. } = self;
-            assert!(Instant::now() < until, "group {latched} of {published}, {popped} of {pushed} rows, {refused} refused");
+        wait_until("the newest group and every row", || {
             self.read();
-            std::thread::park_timeout(Duration::from_millis(1));
-        }
+            self.latched == self.published && self.popped == self.pushed
+        });
     }
 }
 

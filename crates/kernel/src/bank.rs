@@ -1,12 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where the hot loop may go over to a bank entry: consecutive steps of one strip whose blocks have one entry.
 use crate::containment::Call;
-use crate::table::Strip;
 pub(crate) use opengpac::bank::Bank;
 use std::ptr::fn_addr_eq;
 
 /// Fewer are run one by one: what the call of a bank entry costs is then more than what it saves.
 const BANK_MIN: usize = 4;
+
+/// A maximal run of steps with one activation.
+#[derive(Clone, Copy)]
+pub(crate) struct Strip {
+    pub slot: u32,
+    pub start: u32,
+    pub end: u32,
+}
 
 /// Steps of one strip: a bank, or what lies between two.
 #[derive(Clone, Copy)]

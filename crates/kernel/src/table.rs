@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What one interrupt source runs.
 use crate::aside::{Appends, Aside, Copies, append, copy};
-use crate::bank::{Stretch, stretches};
+use crate::bank::{Stretch, Strip, stretches};
 use crate::block::{Block, BlockId};
 use crate::clock::monotonic_ns;
 use crate::containment::{Call, OUTSIDE};
@@ -91,14 +91,6 @@ pub struct Table {
 unsafe impl Send for Table {}
 // SAFETY: nothing of a table can be reached through a shared reference from outside; the kernel that has it in force owns it.
 unsafe impl Sync for Table {}
-
-/// A maximal run of steps with one activation.
-#[derive(Clone, Copy)]
-pub(crate) struct Strip {
-    pub slot: u32,
-    pub(crate) start: u32,
-    pub(crate) end: u32,
-}
 
 pub struct ColdStep {
     /// `None` for a copy or an append.

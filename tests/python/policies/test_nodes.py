@@ -139,7 +139,7 @@ def joined(group: list[Case], opset: int) -> tuple[onnx.ModelProto, np.ndarray]:
     return helper.make_model(graph, opset_imports=[helper.make_opsetid("", opset)]), np.concatenate(given)
 
 
-def _groups() -> dict[int, list[Case]]:
+def by_opset() -> dict[int, list[Case]]:
     groups: dict[int, list[Case]] = {}
     for case in cases():
         opset = max(entry.version for entry in case.model.opset_import if not entry.domain)
@@ -156,7 +156,7 @@ def share(group: list[Case]) -> list[Case]:
 
 
 def test_the_node_tests_have_every_operator() -> None:
-    groups = _groups().values()
+    groups = by_opset().values()
     seen = {node.op_type for group in groups for case in group for node in case.model.graph.node}
     assert sum(map(len, groups)) > 250
     # Their tests have no floats at the first input, or there are none.
@@ -165,7 +165,7 @@ def test_the_node_tests_have_every_operator() -> None:
 
 def test_every_operator_gives_what_the_node_tests_say(tmp_path: Path) -> None:
     compared = 0
-    for opset, group in ((opset, share(group)) for opset, group in _groups().items()):
+    for opset, group in ((opset, share(group)) for opset, group in by_opset().items()):
         if not group:
             continue
         model, given = joined(group, opset)
@@ -180,4 +180,4 @@ def test_every_operator_gives_what_the_node_tests_say(tmp_path: Path) -> None:
                 at += wanted.size
                 np.testing.assert_allclose(got, wanted, rtol=2e-5, atol=1e-5, err_msg=case.name)
             compared += 1
-    assert compared > (250 if ALL else 250 // SHARES - len(_groups()))
+    assert compared > (250 if ALL else 250 // SHARES - len(by_opset()))

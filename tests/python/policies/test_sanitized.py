@@ -14,7 +14,7 @@ import onnx
 import pytest
 
 import opengpac as gpac
-from policies.test_nodes import ALL, Case, _groups, joined
+from policies.test_nodes import ALL, Case, by_opset, joined
 
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 COUNTED = "-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc"
@@ -65,13 +65,13 @@ def parts(groups: dict[int, list[Case]], day: int) -> dict[int, list[Case]]:
 
 
 def test_every_node_has_its_day() -> None:
-    groups = _groups()
+    groups = by_opset()
     tried = {case.name for day in range(300) for group in parts(groups, day).values() for case in group}
     assert tried == {case.name for group in groups.values() for case in group}
 
 
 def test_the_nodes_of_every_operator(tmp_path: Path, kept: Path) -> None:
-    for opset, group in parts(_groups(), date.today().toordinal()).items():
+    for opset, group in parts(by_opset(), date.today().toordinal()).items():
         model, given = joined(group, opset)
         onnx.save(model, tmp_path / f"sanitized_{opset}.onnx")
         rows = given[None, :].astype(float)

@@ -11,7 +11,8 @@ const BLOCKS: usize = 64;
 const FIRINGS: usize = 4_000;
 const BURSTS: usize = 10;
 
-pub fn rows(bench: &Bench, rig: &Rig) {
+pub fn rows(bench: &Bench) {
+    let rig = Rig::new();
     let (reads, writes, values) = wiring(Shape::Independent, BLOCKS);
     let image = |kinds: &[_]| image(kinds, &reads, &writes, values);
     // Blocks in C have no bank entry.
@@ -19,7 +20,7 @@ pub fn rows(bench: &Bench, rig: &Rig) {
     let mut taken = [const { Vec::new() }; 3];
     for _ in 0..bench.rounds * BURSTS {
         for (program, taken) in programs.iter().zip(&mut taken) {
-            rig.carry_out(rig.source, table(rig, program, Shape::Independent, None));
+            rig.carry_out(rig.source, table(&rig, program, Shape::Independent, None));
             rig.burst(FIRINGS / 10);
             taken.push(rig.burst(FIRINGS) / FIRINGS as f64);
             rest(1_000_000);

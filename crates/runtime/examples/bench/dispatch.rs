@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Dispatch: what one block in a cycle costs, against the same work as a hand-written C loop.
+use crate::Bench;
 use crate::blocks::{Gain, Pid, Stopwatch};
 use crate::loaded::{Loop, Peer};
 use crate::report::{Line, least, median, thousands, time};
 use crate::rig::{Image, Rig, image, interval, rest, single, step};
-use crate::{Bench, bank};
 use kernel::*;
 use opengpac::FunctionBlock;
 use opengpac::abi::Descriptor;
@@ -57,7 +57,6 @@ pub fn rows(bench: &Bench) {
     for program in programs {
         SIZES.iter().for_each(|&n| measure(bench, &rig, &program, n));
     }
-    bank::rows(bench, &rig);
     recorded(bench, &rig);
     probed(bench, &rig);
 }

@@ -34,8 +34,9 @@ fn main() {
     };
     let bench = Bench { loaded: Loaded::open(peer, blocks), rounds: rounds.parse().expect("ROUNDS is a number") };
     type Row = (&'static str, fn(&Bench));
-    let rows: [Row; 6] = [
+    let rows: [Row; 7] = [
         ("dispatch", dispatch::rows),
+        ("dispatch", bank::rows),
         ("reader", reader::rows),
         ("transition", transition::rows),
         ("install", install::rows),
