@@ -143,6 +143,7 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
                 }
                 continue;
             }
+            loop_in_one_line();
             for index in stretch.start..stretch.end {
                 step.write_volatile(index);
                 let result = if PROBED && index == visited {
@@ -165,6 +166,14 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
             }
         }
     }
+}
+
+/// Puts the loop that follows, of some 35 bytes, into one line of the instruction cache. Where it crossed into the next, by one byte, in a build
+/// that differed elsewhere, a gain cost 2.85 ns, otherwise 2.55.
+#[inline(always)]
+fn loop_in_one_line() {
+    // SAFETY: pads with instructions that do nothing.
+    unsafe { std::arch::asm!(".p2align 6", options(nomem, nostack, preserves_flags)) };
 }
 
 /// The hot loop over a bank; the step that the probe visits is run by itself. Gives the step that has faulted, with the careful mode begun. A
