@@ -37,9 +37,10 @@ fn runs(host: &Host, name: &str) -> SourceId {
     source
 }
 
-fn ended(host: &Host) -> Fault {
+/// Of this source: one that ran before it may have faulted once more, between its restart and its empty table.
+fn ended(host: &Host, source: SourceId) -> Fault {
     await_event(host, |event| match event {
-        Event::Stopped { fault, .. } => Some(fault),
+        Event::Stopped { source: of, fault, .. } if of == source => Some(fault),
         _ => None,
     })
 }
@@ -63,7 +64,7 @@ fn comes_back(name: &str) {
     let (mut longest, start) = (Duration::ZERO, Instant::now());
     for _ in 0..loops() {
         let begin = Instant::now();
-        assert_eq!(ended(&host), Fault::Budget, "{name}");
+        assert_eq!(ended(&host, source), Fault::Budget, "{name}");
         longest = longest.max(begin.elapsed());
         nothing_is_locked();
         host.restart(source);
@@ -104,7 +105,7 @@ fn what_is_known_to_hold_no_lock_is_left_at_once() {
     for (name, signal) in expected {
         let source = runs(&host, name);
         for _ in 0..loops() {
-            assert_eq!(ended(&host), Fault::Signal(signal), "{name}");
+            assert_eq!(ended(&host, source), Fault::Signal(signal), "{name}");
             nothing_is_locked();
             host.restart(source);
         }
@@ -127,7 +128,7 @@ fn alone(name: &str, scenario: fn()) -> Option<Output> {
 fn is_lost(name: &'static str, fault: Fault) {
     let host = monotonic_host();
     let source = runs(&host, name);
-    assert_eq!(ended(&host), fault);
+    assert_eq!(ended(&host, source), fault);
     host.restart(source);
     host.submit(source, script(vec![]));
     await_event(&host, |event| matches!(event, Event::Done { .. }).then_some(()));
@@ -163,8 +164,8 @@ fn a_process_of_its_own_ends_where_a_lock_may_be_held() {
     let scenario = || {
         retire_when_lost();
         let host = monotonic_host();
-        runs(&host, "is_stuck");
-        ended(&host);
+        let source = runs(&host, "is_stuck");
+        ended(&host, source);
     };
     let output = alone("a_process_of_its_own_ends_where_a_lock_may_be_held", scenario).unwrap();
     assert_eq!(output.status.code(), Some(RETIRED), "{}", String::from_utf8_lossy(&output.stderr));
@@ -174,8 +175,8 @@ fn a_process_of_its_own_ends_where_a_lock_may_be_held() {
 fn no_block_ends_the_program_without_a_word() {
     let scenario = || {
         let host = monotonic_host();
-        runs(&host, "exits");
-        ended(&host);
+        let source = runs(&host, "exits");
+        ended(&host, source);
     };
     let output = alone("no_block_ends_the_program_without_a_word", scenario).unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
