@@ -12,8 +12,6 @@ BYTES = "memory decides: 152 bytes a block, the loop has 104: 1.46 times as many
 ENTRY = "1.13 to 1.26 for a gain, where PID holds: its entry is not explained yet (decision 149)"
 INSTRUCTIONS = "30 instructions a block, the loop 23: the number and mark of an invocation, the guard's step (decision 150)"
 OPEN = {
-    ("dispatch", "gain in C, independent, "): INSTRUCTIONS,
-    ("dispatch", "gain in Rust, independent, "): INSTRUCTIONS,
     ("dispatch", "gain in Rust, chain, "): ENTRY,
     ("dispatch", "PID in C, independent, 100,000"): BYTES,
     ("dispatch", "64 gains in Rust side by side"): "1.33 to 1.35 ns: five stores to four cache lines a block (decision 210)",

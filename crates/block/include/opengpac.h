@@ -101,6 +101,18 @@ typedef struct {
     uint32_t line, reserved;
 } opengpac_descriptor;
 
+// Bank entries: bank.rs.
+typedef struct {
+    uint64_t (*run)(void *, const Invocation *);
+    void *instance;
+    const Invocation *invocation;
+} opengpac_call;
+typedef uint64_t (*opengpac_bank)(const opengpac_call *, uint32_t *, uint32_t, uint32_t);
+typedef struct {
+    uint64_t (*run)(void *, const Invocation *);
+    opengpac_bank bank;
+} opengpac_bank_entry;
+
 typedef struct {
     const char *name, *declaration, *doc;
     uint32_t size, align;
@@ -177,6 +189,8 @@ OG_EXTERN_C const opengpac_type_descriptor *const __start_opengpac_types[] __att
 OG_EXTERN_C const opengpac_type_descriptor *const __stop_opengpac_types[] __attribute__((weak, visibility("hidden")));
 OG_EXTERN_C const opengpac_descriptor *const __start_opengpac_blocks[] __attribute__((weak, visibility("hidden")));
 OG_EXTERN_C const opengpac_descriptor *const __stop_opengpac_blocks[] __attribute__((weak, visibility("hidden")));
+OG_EXTERN_C const opengpac_bank_entry *const __start_opengpac_banks[] __attribute__((weak, visibility("hidden")));
+OG_EXTERN_C const opengpac_bank_entry *const __stop_opengpac_banks[] __attribute__((weak, visibility("hidden")));
 
 __attribute__((unused, noinline)) static const opengpac_type_record *opengpac_find_type(const char *text) {
     size_t length = __builtin_strcspn(text, "[ ");
@@ -554,6 +568,24 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
 #define OG_BLOCK_ONE(NAME, ...) \
     OG_ASSERT(0, "FUNCTION_BLOCK(" #NAME ", ...) has no items: write FUNCTION_BLOCK(name, \"what it computes\", items...)"); \
     static opengpac_outcome opengpac_body_##NAME(void)
+// A bank entry runs each step exactly as `run` does. Before one begins, its index and all that the step before has stored are in memory: a
+// signal finds which it was. A large block spends its time in its body: it has no second text of that.
+#define OG_BANKED_SIZE_MAX 1024
+#define OG_BANK(NAME) \
+    static uint64_t opengpac_bank_##NAME(const opengpac_call *calls, uint32_t *step, uint32_t from, uint32_t to) { \
+        for (uint32_t index = from; index < to; index++) { \
+            __asm__ volatile("" ::: "memory"); \
+            *(volatile uint32_t *)step = index; \
+            __asm__ volatile("" ::: "memory"); \
+            uint64_t result = OG_FAULT; \
+            if (OG_IS_BANKED(NAME)) result = opengpac_once_##NAME(calls[index].instance, calls[index].invocation); \
+            if (result != OG_DONE) return result; \
+        } \
+        return OG_DONE; \
+    } \
+    static const opengpac_bank_entry opengpac_bank_entry_##NAME = {opengpac_run_##NAME, OG_IS_BANKED(NAME) ? opengpac_bank_##NAME : (opengpac_bank)0}; \
+    static const opengpac_bank_entry *const opengpac_bank_pointer_##NAME __attribute__((section("opengpac_banks"), used)) = &opengpac_bank_entry_##NAME;
+#define OG_IS_BANKED(NAME) (sizeof(struct opengpac_instance_##NAME) <= OG_BANKED_SIZE_MAX)
 #define OG_BLOCK_LIST(NAME, DOC, ...) OG_BLOCK(NAME, DOC OG_MAP(OG_TUPLE, ~, __VA_ARGS__))
 #define OG_BLOCK(...) OG_BLOCK_OF(__VA_ARGS__)
 #define OG_BLOCK_OF(NAME, DOC, ...) \
@@ -571,7 +603,7 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
     OG_END_NAMESPACE \
     OG_INLINE opengpac_outcome opengpac_body_##NAME(struct OG_SCOPE(NAME) opengpac_self_##NAME *, const Invocation * OG_MAP(OG_VARIABLE, NAME, __VA_ARGS__)); \
     OG_NAMESPACE(NAME) \
-    static uint64_t opengpac_run_##NAME(void *memory, const Invocation *given) { \
+    OG_INLINE uint64_t opengpac_once_##NAME(void *memory, const Invocation *given) { \
         struct opengpac_instance_##NAME *m = (struct opengpac_instance_##NAME *)memory; \
         struct opengpac_self_##NAME local; \
         Invocation invocation; \
@@ -596,6 +628,8 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
         if (__builtin_expect(local.opengpac_reports != 0, 0)) { OG_MAP(OG_REPORTS, NAME, __VA_ARGS__) } \
         return local.opengpac_reports; \
     } \
+    static uint64_t opengpac_run_##NAME(void *memory, const Invocation *given) { return opengpac_once_##NAME(memory, given); } \
+    OG_BANK(NAME) \
     OG_IMAGE(NAME, __VA_ARGS__) \
     static const opengpac_item opengpac_items_##NAME[] = {OG_MAP(OG_ITEMS, NAME, __VA_ARGS__)}; \
     static const opengpac_descriptor opengpac_descriptor_##NAME = { \
@@ -663,6 +697,14 @@ OG_EXTERN_C __attribute__((weak, visibility("default"))) const opengpac_module_t
     module.target = OG_TARGET;
     module.compiler = __VERSION__;
     return &module;
+}
+
+// The bank entry of the block with this `run`, if it has one: who does not ask runs it step by step.
+OG_EXTERN_C __attribute__((weak, visibility("default"))) opengpac_bank opengpac_bank_1(uint64_t (*run)(void *, const Invocation *));
+OG_EXTERN_C __attribute__((weak, visibility("default"))) opengpac_bank opengpac_bank_1(uint64_t (*run)(void *, const Invocation *)) {
+    for (const opengpac_bank_entry *const *entry = __start_opengpac_banks; entry != __stop_opengpac_banks; entry++)
+        if ((*entry)->run == run) return (*entry)->bank;
+    return (opengpac_bank)0;
 }
 
 #endif

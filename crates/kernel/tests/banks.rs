@@ -3,14 +3,16 @@
 //!
 //! `OPENGPAC_BANKS=100000 OPENGPAC_SEED=7 cargo test -p kernel --test banks -- --nocapture` is the large campaign.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "entries of blocks that count their calls, and blocks that do what no block may")]
+#[path = "support/modules.rs"]
+mod modules;
 mod support;
 use kernel::*;
 use opengpac::abi::{Descriptor, Header, Invocation};
-use opengpac::bank::{self, Call};
+use opengpac::bank::{self, Bank, Call};
 use opengpac::{ConditionOf, FunctionBlock, Outcome};
 use runtime::Host;
 use std::cell::Cell as Local;
-use std::ffi::c_void;
+use std::ffi::{CStr, c_void};
 use std::hint::black_box;
 use std::sync::{Arc, OnceLock};
 use support::*;
@@ -84,30 +86,62 @@ thread_local! {
     static BANKED: Local<u64> = const { Local::new(0) };
 }
 
-/// Counted entries of `Told`; `KIND` makes them those of different blocks.
+/// The language that a `Told` is written in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Language {
+    Rust,
+    C,
+}
+
+const LANGUAGES: [Language; 2] = [Language::Rust, Language::C];
+
+/// `Told`, and the bank entry that its module gives.
+fn told(language: Language) -> (&'static Descriptor, Bank) {
+    static IN_C: OnceLock<(&Descriptor, Bank)> = OnceLock::new();
+    match language {
+        Language::Rust => (Told::descriptor(), bank::of(Told::descriptor().run).unwrap()),
+        Language::C => *IN_C.get_or_init(|| {
+            let blocks = modules::with_banks_of("told", &modules::AS_A_USER);
+            let of = |name: &CStr| *blocks.iter().find(|(block, _)| unsafe { CStr::from_ptr(block.name) } == name).unwrap();
+            assert!(of(c"large").1.is_none(), "a large block has its body once");
+            let (block, bank) = of(c"told");
+            // What is installed is known for a block's code: a signal in it may end it.
+            drop(install(0, block, None, None));
+            (block, bank.expect("a small one is run in a bank"))
+        }),
+    }
+}
+
+/// Counted entries of `Told`; `KIND` makes them those of different blocks, the odd ones of those in C.
 unsafe extern "C" fn single<const KIND: usize>(memory: *mut c_void, given: *const Invocation) -> u64 {
-    black_box(KIND);
     SINGLE.set(SINGLE.get() + 1);
-    unsafe { (Told::descriptor().run)(memory, given) }
+    unsafe { (told(LANGUAGES[black_box(KIND) % 2]).0.run)(memory, given) }
 }
 
 unsafe extern "C" fn banked<const KIND: usize>(calls: *const Call, step: *mut u32, from: u32, to: u32) -> u64 {
-    black_box(KIND);
-    let result = unsafe { bank::of(Told::descriptor().run).unwrap()(calls, step, from, to) };
+    let result = unsafe { told(LANGUAGES[black_box(KIND) % 2]).1(calls, step, from, to) };
     BANKED.set(BANKED.get() + u64::from(unsafe { step.read() } + 1 - from));
     result
 }
 
-/// Two kinds of blocks, which run alike: with a bank entry, and without one.
-fn kinds(has_bank: bool) -> [&'static Descriptor; 2] {
-    static KINDS: OnceLock<[[&Descriptor; 2]; 2]> = OnceLock::new();
+/// Two kinds of blocks, which run alike.
+type Kinds = [&'static Descriptor; 2];
+
+/// With a bank entry, and without one.
+fn kinds(language: Language, has_bank: bool) -> Kinds {
+    static KINDS: OnceLock<[[Kinds; 2]; 2]> = OnceLock::new();
     let kinds = KINDS.get_or_init(|| {
-        let with = |run| -> &'static Descriptor { Box::leak(Box::new(Descriptor { run, ..*Told::descriptor() })) };
-        bank::add(single::<2>, banked::<2>);
-        bank::add(single::<3>, banked::<3>);
-        [[with(single::<0>), with(single::<1>)], [with(single::<2>), with(single::<3>)]]
+        let with = |language, run| -> &'static Descriptor { Box::leak(Box::new(Descriptor { run, ..*told(language).0 })) };
+        bank::add(single::<4>, banked::<4>);
+        bank::add(single::<5>, banked::<5>);
+        bank::add(single::<6>, banked::<6>);
+        bank::add(single::<7>, banked::<7>);
+        [
+            [[with(Language::Rust, single::<0>), with(Language::Rust, single::<2>)], [with(Language::Rust, single::<4>), with(Language::Rust, single::<6>)]],
+            [[with(Language::C, single::<1>), with(Language::C, single::<3>)], [with(Language::C, single::<5>), with(Language::C, single::<7>)]],
+        ]
     });
-    kinds[usize::from(has_bank)]
+    kinds[usize::from(language == Language::C)][usize::from(has_bank)]
 }
 
 /// One block of a program.
@@ -146,7 +180,7 @@ struct Program {
 }
 
 impl Program {
-    fn new(made: &[Made], has_bank: bool) -> Program {
+    fn new(made: &[Made], kinds: Kinds) -> Program {
         let host = virtual_host(1);
         let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
         let cells = cells(2 * made.len());
@@ -156,7 +190,7 @@ impl Program {
         let process = Process::new(1, 1);
         process.set_stages(vec![Stage { watches: vec![Watch { block: None, item: Watch::FAULT, condition: 9, priority: 0, response: Response::Tell }] }]);
         let mut program = Program { host, source, blocks: vec![], cells, activations: [interval(), interval()], process, told: vec![] };
-        program.blocks = made.iter().enumerate().map(|(at, made)| program.block(at, made, made.reads, kinds(has_bank)[made.kind])).collect();
+        program.blocks = made.iter().enumerate().map(|(at, made)| program.block(at, made, made.reads, kinds[made.kind])).collect();
         let [first, second] = program.activations.clone();
         let stage = Op::Stage { process: program.process.clone(), stage: 0, generation: Some(1) };
         program.submit(vec![Op::Table(Box::new(program.table(made))), stage, Op::On(first, 1), Op::On(second, 2)]);
@@ -211,93 +245,101 @@ fn counted(run: impl FnOnce()) -> (u64, u64) {
 }
 
 /// Both programs after `firings`: they are equal, and the one with bank entries is given.
-fn alike(made: &[Made], firings: i64) -> Program {
-    alike_of(made, firings, "")
+fn alike(language: Language, made: &[Made], firings: i64) -> Program {
+    alike_of(language, made, firings, "")
 }
 
 /// The same of a program that `origin` makes again.
-fn alike_of(made: &[Made], firings: i64, origin: &str) -> Program {
+fn alike_of(language: Language, made: &[Made], firings: i64, origin: &str) -> Program {
     let [single, banked] = [false, true].map(|has_bank| {
-        let mut program = Program::new(made, has_bank);
+        let mut program = Program::new(made, kinds(language, has_bank));
         program.fire(firings);
         program
     });
-    assert_eq!(single.seen(), banked.seen(), "{origin} {made:?}");
+    assert_eq!(single.seen(), banked.seen(), "{origin} {language:?} {made:?}");
     banked
 }
 
 #[test]
 fn blocks_of_one_kind_side_by_side_are_run_by_the_bank_entry() {
-    assert_eq!(counted(|| drop(alike(&side_by_side(8), 3))), (3 * 8, 3 * 8));
-    // Few are not worth it, and a bank ends where another kind or another activation comes.
-    assert_eq!(counted(|| Program::new(&side_by_side(3), true).fire(1)), (3, 0));
-    let mut made = side_by_side(12);
-    made[5].kind = 1;
-    made[10].slot = 1;
-    assert_eq!(counted(|| Program::new(&made, true).fire(1)).1, 5 + 4);
+    for language in LANGUAGES {
+        assert_eq!(counted(|| drop(alike(language, &side_by_side(8), 3))), (3 * 8, 3 * 8));
+        // Few are not worth it, and a bank ends where another kind or another activation comes.
+        assert_eq!(counted(|| Program::new(&side_by_side(3), kinds(language, true)).fire(1)), (3, 0));
+        let mut made = side_by_side(12);
+        made[5].kind = 1;
+        made[10].slot = 1;
+        assert_eq!(counted(|| Program::new(&made, kinds(language, true)).fire(1)).1, 5 + 4);
+    }
 }
 
 #[test]
 fn what_comes_in_the_middle_of_a_bank_is_told_of_its_block_and_the_others_run() {
-    for act in [act::REPORT, act::RETURN, act::PANIC, act::NONFINITE] {
-        let mut made = side_by_side(9);
-        made[4].told = (2, act);
-        made[6].drivers = vec![4];
-        let program = alike(&made, 5);
-        let is_told = |text: &&String| text.contains("BlockId(4)");
-        assert_eq!((program.told.len(), program.told.iter().filter(is_told).count()), (1, 1), "{:?}", program.told);
-        assert_eq!(program.numbers(), [5; 9]);
-        // What it drives has waited for it, where it has faulted; its sum is an invocation short.
-        let sum = |at: usize| f64::from_ne_bytes(program.blocks[at].value(5).load().try_into().unwrap());
-        let through = if act == act::REPORT { 5.0 } else { 4.0 };
-        assert_eq!((sum(4), sum(5), sum(6)), (5.0 * through, 6.0 * 5.0, 7.0 * through));
+    for language in LANGUAGES {
+        for act in [act::REPORT, act::RETURN, act::PANIC, act::NONFINITE] {
+            let mut made = side_by_side(9);
+            made[4].told = (2, act);
+            made[6].drivers = vec![4];
+            let program = alike(language, &made, 5);
+            let is_told = |text: &&String| text.contains("BlockId(4)");
+            assert_eq!((program.told.len(), program.told.iter().filter(is_told).count()), (1, 1), "{:?}", program.told);
+            assert_eq!(program.numbers(), [5; 9]);
+            // What it drives has waited for it, where it has faulted; its sum is an invocation short.
+            let sum = |at: usize| f64::from_ne_bytes(program.blocks[at].value(5).load().try_into().unwrap());
+            let through = if act == act::REPORT { 5.0 } else { 4.0 };
+            assert_eq!((sum(4), sum(5), sum(6)), (5.0 * through, 6.0 * 5.0, 7.0 * through));
+        }
     }
 }
 
 #[test]
 fn a_signal_in_the_middle_of_a_bank_ends_its_block() {
-    for (act, fault) in [(act::NULL_POINTER, "Signal(11)"), (act::DIVIDE, "Signal(8)"), (act::LOOP, "Budget")] {
-        let mut made = side_by_side(9);
-        made[4].told = (2, act);
-        let program = alike(&made, 5);
-        let stopped = program.told.iter().find(|text| text.starts_with("Stopped")).unwrap();
-        assert!(stopped.contains("BlockId(4)") && stopped.contains(fault), "{stopped}");
-        assert_eq!(program.numbers(), [3, 3, 3, 3, 3, 2, 2, 2, 2], "it has the number of its invocation, without a mark; none behind it ran");
-        // Releases that came while it was stopped count.
-        let again = [false, true].map(|has_bank| {
-            let mut program = Program::new(&made, has_bank);
-            program.fire(5);
-            program.host.restart(program.source);
-            program.fire(2);
-            program
-        });
-        assert_eq!(again[0].seen(), again[1].seen());
-        assert_eq!(again[1].numbers(), [7, 7, 7, 7, 7, 6, 6, 6, 6]);
+    for language in LANGUAGES {
+        for (act, fault) in [(act::NULL_POINTER, "Signal(11)"), (act::DIVIDE, "Signal(8)"), (act::LOOP, "Budget")] {
+            let mut made = side_by_side(9);
+            made[4].told = (2, act);
+            let program = alike(language, &made, 5);
+            let stopped = program.told.iter().find(|text| text.starts_with("Stopped")).unwrap();
+            assert!(stopped.contains("BlockId(4)") && stopped.contains(fault), "{stopped}");
+            assert_eq!(program.numbers(), [3, 3, 3, 3, 3, 2, 2, 2, 2], "it has the number of its invocation, without a mark; none behind it ran");
+            // Releases that came while it was stopped count.
+            let again = [false, true].map(|has_bank| {
+                let mut program = Program::new(&made, kinds(language, has_bank));
+                program.fire(5);
+                program.host.restart(program.source);
+                program.fire(2);
+                program
+            });
+            assert_eq!(again[0].seen(), again[1].seen());
+            assert_eq!(again[1].numbers(), [7, 7, 7, 7, 7, 6, 6, 6, 6]);
+        }
     }
 }
 
 #[test]
 fn the_probe_visits_one_by_itself_and_the_rest_are_a_bank() {
-    let made = side_by_side(8);
-    let mut program = Program::new(&made, true);
-    program.host.probe(program.source, u64::MAX / 4);
-    assert_eq!(counted(|| program.fire(16)), (16, 16 * 7));
-    let samples: Vec<u64> = program.blocks.iter().map(|block| program.host.block_times(program.source, block).samples).collect();
-    assert_eq!(samples, [2; 8]);
-    let mut single = Program::new(&made, false);
-    single.fire(16);
-    assert_eq!(single.seen(), program.seen());
+    for language in LANGUAGES {
+        let made = side_by_side(8);
+        let mut program = Program::new(&made, kinds(language, true));
+        program.host.probe(program.source, u64::MAX / 4);
+        assert_eq!(counted(|| program.fire(16)), (16, 16 * 7));
+        let samples: Vec<u64> = program.blocks.iter().map(|block| program.host.block_times(program.source, block).samples).collect();
+        assert_eq!(samples, [2; 8]);
+        let mut single = Program::new(&made, kinds(language, false));
+        single.fire(16);
+        assert_eq!(single.seen(), program.seen());
+    }
 }
 
 #[test]
 fn a_block_is_exchanged_within_a_bank() {
-    for kind in [0, 1] {
+    for (language, kind) in LANGUAGES.into_iter().flat_map(|language| [(language, 0), (language, 1)]) {
         let exchanged = [false, true].map(|has_bank| {
             let mut made = side_by_side(9);
-            let mut program = Program::new(&made, has_bank);
+            let mut program = Program::new(&made, kinds(language, has_bank));
             program.fire(3);
             made[4].kind = kind;
-            program.blocks[4] = program.block(4, &made[4], 0, kinds(has_bank)[kind]);
+            program.blocks[4] = program.block(4, &made[4], 0, kinds(language, has_bank)[kind]);
             program.submit(vec![Op::Table(Box::new(program.table(&made)))]);
             let by_banks = counted(|| program.fire(3)).1;
             assert_eq!(by_banks, if has_bank { 3 * [9, 8][kind] } else { 0 });
@@ -339,7 +381,8 @@ fn any_program_runs_alike_with_banks_and_without() {
     let (mut faults, mut stopped) = (0, 0);
     let (_, by_banks) = counted(|| {
         for seed in first..first + count {
-            let program = alike_of(&any(&mut seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)), 12, &format!("OPENGPAC_SEED={seed} OPENGPAC_BANKS=1"));
+            let language = LANGUAGES[(seed % 2) as usize];
+            let program = alike_of(language, &any(&mut seed.wrapping_mul(0x9e37_79b9_7f4a_7c15)), 12, &format!("OPENGPAC_SEED={seed} OPENGPAC_BANKS=1"));
             faults += program.host.statistics(program.source).faults;
             stopped += u64::from(program.host.statistics(program.source).stopped);
         }

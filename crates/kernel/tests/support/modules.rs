@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Blocks in C, compiled and loaded by hand.
-use opengpac::abi::{Descriptor, Module};
+use opengpac::abi::{Descriptor, Module, Run};
+use opengpac::bank::Bank;
 use std::ffi::CString;
 use std::process::Command;
 
@@ -9,7 +10,13 @@ use std::process::Command;
 pub const AS_A_USER: [&str; 3] = ["-std=c11", "-O2", "-ffp-contract=off"];
 
 /// The blocks of `tests/blocks/NAME.c`, compiled with these options.
+#[allow(dead_code, reason = "each test file uses its part")]
 pub fn blocks_of(name: &str, options: &[&str]) -> Vec<&'static Descriptor> {
+    with_banks_of(name, options).into_iter().map(|(block, _)| block).collect()
+}
+
+/// The same, each with the bank entry that the module gives for it.
+pub fn with_banks_of(name: &str, options: &[&str]) -> Vec<(&'static Descriptor, Option<Bank>)> {
     let root = env!("CARGO_MANIFEST_DIR");
     let object = std::env::temp_dir().join(format!("opengpac-{name}-{}.so", std::process::id()));
     let (include, source) = (format!("-I{root}/../block/include"), format!("{root}/tests/blocks/{name}.c"));
@@ -21,7 +28,8 @@ pub fn blocks_of(name: &str, options: &[&str]) -> Vec<&'static Descriptor> {
         std::fs::remove_file(&object).unwrap();
         assert!(!library.is_null());
         let entry: extern "C" fn() -> *const Module = std::mem::transmute(libc::dlsym(library, c"opengpac_module".as_ptr()));
+        let bank: unsafe extern "C" fn(Run) -> Option<Bank> = std::mem::transmute(libc::dlsym(library, c"opengpac_bank_1".as_ptr()));
         let module = &*entry();
-        std::slice::from_raw_parts(module.blocks, module.block_count as usize).iter().map(|block| &**block).collect()
+        std::slice::from_raw_parts(module.blocks, module.block_count as usize).iter().map(|block| (&**block, bank((**block).run))).collect()
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The C side: the hand-written loops, and the blocks of a code module.
-use opengpac::abi::{Descriptor, Module};
+use opengpac::abi::{Descriptor, Module, Run};
+use opengpac::bank::{self, Bank};
 use std::collections::HashMap;
 use std::ffi::{CStr, CString, c_char, c_long, c_uchar, c_void};
 
@@ -35,7 +36,9 @@ impl Loaded {
             let list: unsafe extern "C" fn() -> *const Module = std::mem::transmute(symbol(module, c"opengpac_module"));
             let list = &*list();
             let blocks = std::slice::from_raw_parts(list.blocks, list.block_count as usize).iter().map(|block| &**block);
-            let blocks = blocks.map(|block: &'static Descriptor| (text(block.name), block)).collect();
+            let blocks: HashMap<_, _> = blocks.map(|block: &'static Descriptor| (text(block.name), block)).collect();
+            let bank_of: unsafe extern "C" fn(Run) -> Option<Bank> = std::mem::transmute(symbol(module, c"opengpac_bank_1"));
+            blocks.values().filter_map(|block| Some((block.run, bank_of(block.run)?))).for_each(|(run, bank)| bank::add(run, bank));
             Loaded {
                 new: std::mem::transmute::<*mut c_void, New>(symbol(peer, c"peer_new")),
                 free: std::mem::transmute::<*mut c_void, unsafe extern "C" fn(*mut c_void)>(symbol(peer, c"peer_free")),
