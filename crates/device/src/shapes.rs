@@ -59,7 +59,7 @@ pub enum JointKind {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "GeometryGeom"))]
 pub struct Shape {
-    /// `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `sdf`.
+    /// `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `mesh`, `sdf`.
     pub kind: String,
     /// As MuJoCo counts it: half lengths, radii.
     pub size: [f64; 3],

@@ -51,7 +51,10 @@ fn it_is_drawn_from_its_bodies_joints_and_shapes() {
         let drawn = json!(drawn);
         let shapes = drawn["bodies"][1]["geoms"].as_array().expect("shapes");
         assert_eq!(shapes.len(), 1, "what only collides is left out");
-        assert_eq!((&shapes[0]["kind"], &shapes[0]["mesh"], &shapes[0]["rgba"]), (&json!("box"), &json!(null), &json!([1.0, 0.0, 0.0, 1.0])));
+        assert_eq!(shapes[0]["rgba"], json!([1.0, 0.0, 0.0, 1.0]));
+        // Its triangles come by the Python package of MuJoCo, which an interpreter that nobody has lent need not have.
+        let told = (shapes[0]["kind"].as_str(), shapes[0]["mesh"].as_u64(), drawn["meshes"].as_array().map_or(0, Vec::len));
+        assert!([(Some("box"), None, 0), (Some("mesh"), Some(0), 1)].contains(&told), "{told:?}");
     });
     assert!(drivers::geometry("loopback", &json!({ "parts": ["x"] })).expect("nothing is loaded").is_none());
 }

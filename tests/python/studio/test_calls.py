@@ -7,6 +7,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+import mujoco
+import numpy as np
+
 import opengpac as gpac
 from opengpac import motion
 
@@ -66,6 +69,35 @@ def test_a_free_body_of_a_plant_is_read_by_the_name_that_it_is_drawn_with(tmp_pa
         (reading,) = json.loads(cell._native.call("read", json.dumps({"names": ["table.ball.pose"]})))["values"].values()
         x, y, z, *turn = reading["value"]
         assert (x, y, turn) == (1.0, 2.0, [1.0, 0.0, 0.0, 0.0]) and 2.9 < z < 3.0
+
+
+CORNERS = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2]]
+
+
+def test_a_mesh_is_drawn_by_its_triangles_where_the_model_has_it(tmp_path: Path) -> None:
+    model = tmp_path / "wedge.xml"
+    model.write_text(
+        f"""<mujoco><asset><mesh name="wedge" vertex="{" ".join(str(x) for corner in CORNERS for x in corner)}"/></asset><worldbody>
+        <body name="b"><joint name="j" axis="0 0 1"/><geom type="mesh" mesh="wedge" mass="1"/><geom type="mesh" mesh="wedge" mass="0" pos="0 0 3"/></body>
+        <body name="c"><joint name="k" axis="0 0 1"/><geom type="sphere" size="0.1" mass="1"/></body></worldbody>
+        <actuator><motor joint="j"/><motor joint="k"/></actuator></mujoco>"""
+    )
+    with gpac.System("cell", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        gpac.robots.load(model, rtp, on=rtp.timer("fast", period="1 ms", priority=80))
+        shape = drawn(cell._native.call("geometry", json.dumps({"device": "wedge"})))
+    first, second, ball = (geom for body in shape["bodies"] for geom in body["geoms"])
+    assert [first["kind"], first["mesh"], second["kind"], second["mesh"], ball["kind"], ball["mesh"]] == ["mesh", 0, "mesh", 0, "sphere", None]
+    (mesh,) = shape["meshes"]
+    vertices, faces = np.reshape(mesh["vertices"], (-1, 3)), np.reshape(mesh["faces"], (-1, 3))
+    for geom, lifted in ((first, 0), (second, 3)):
+        # Where MuJoCo has turned and moved a mesh into its own axes, its place on the body undoes that.
+        turn = np.zeros(9)
+        mujoco.mju_quat2Mat(turn, np.array(geom["quaternion"]))
+        corners = vertices @ turn.reshape(3, 3).T + geom["position"] - [0, 0, lifted]
+        assert sorted(np.round(corners, 5).tolist()) == sorted(CORNERS)
+    # Four faces, each of three different corners, and each edge of two of them.
+    assert len(faces) == 4 and sorted(faces.ravel().tolist()) == sorted([0, 1, 2, 3] * 3)
 
 
 def test_the_form_of_a_motion_has_its_units_and_limits() -> None:

@@ -3,23 +3,25 @@
 //! as MuJoCo's own viewer hides it, is left out.
 use super::functions::object;
 use super::model::{Arm, Fields};
-use device::{Body, Geometry, Joint, JointKind, Shape};
+use device::{Body, Geometry, Joint, JointKind, Mesh, Shape};
+use std::collections::BTreeMap;
 
 /// Groups of shapes that are shown.
 const GROUPS_SHOWN: i32 = 3;
 /// What a shape's colour is where the model does not give it one of its own.
 const COLOUR_DEFAULT: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
-/// `mjtGeom`, by number; a mesh is shown as a box.
+/// `mjtGeom`, by number; a mesh without its triangles is shown as a box.
 const SHAPES: [&str; 9] = ["plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "box", "sdf"];
+const MESH: i32 = 7;
 /// `mjtJoint`, by number.
 const JOINTS: [JointKind; 4] = [JointKind::Free, JointKind::Ball, JointKind::Slide, JointKind::Hinge];
 
-/// The bodies in the order of the model; the first is the world.
-pub(super) fn geometry(arm: &Arm, fields: &Fields) -> Geometry {
+/// The bodies in the order of the model; the first is the world. `triangles`: gives the meshes with these numbers.
+pub(super) fn geometry(arm: &Arm, fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> Geometry {
     let (parents, positions, turns) = (fields.ints("body_parentid"), fields.reals("body_pos"), fields.reals("body_quat"));
     let name = |body: usize| arm.name(object::BODY, body as i32).unwrap_or_else(|| format!("body_{body}"));
     let joints = joints(arm, fields);
-    let shapes = shapes(fields);
+    let (shapes, meshes) = shapes(fields, triangles);
     let bodies = (0..parents.len()).map(|body| {
         let joints = of_body(body, &joints);
         Body {
@@ -32,7 +34,7 @@ pub(super) fn geometry(arm: &Arm, fields: &Fields) -> Geometry {
             geoms: of_body(body, &shapes),
         }
     });
-    Geometry { bodies: bodies.collect(), meshes: Vec::new() }
+    Geometry { bodies: bodies.collect(), meshes }
 }
 
 /// What belongs to a body, in order.
@@ -65,24 +67,43 @@ fn joints(arm: &Arm, fields: &Fields) -> Vec<(usize, Joint)> {
     (0..kinds.len()).map(joint).collect()
 }
 
-/// The shapes that are shown with their bodies. The triangles of a mesh are not among the fields that MuJoCo gives by their names: it is
-/// drawn as the box around it, whose half lengths are its size.
-fn shapes(fields: &Fields) -> Vec<(usize, Shape)> {
+/// The shapes that are shown with their bodies, and the meshes that these are drawn by. One whose triangles are not given is drawn as the box
+/// around it, whose half lengths are its size.
+fn shapes(fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> (Vec<(usize, Shape)>, Vec<Mesh>) {
     let (kinds, bodies, groups) = (fields.ints("geom_type"), fields.ints("geom_bodyid"), fields.ints("geom_group"));
+    let numbers = fields.ints("geom_dataid");
     let (sizes, positions, turns) = (fields.reals("geom_size"), fields.reals("geom_pos"), fields.reals("geom_quat"));
     let (materials, colours, of_materials) = (fields.ints("geom_matid"), fields.floats("geom_rgba"), fields.floats("mat_rgba"));
+    let shown: Vec<usize> = (0..kinds.len()).filter(|g| groups[*g] < GROUPS_SHOWN).collect();
+    let (drawn_by, meshes) = meshes_of(shown.iter().filter(|g| kinds[**g] == MESH).map(|g| (*g, numbers[*g])).collect(), triangles);
     let shape = |g: usize| {
+        let mesh = drawn_by.get(&g).copied();
         let own: [f32; 4] = row(&colours, g);
         let of_material = || Some(row(of_materials.chunks_exact(4).nth(usize::try_from(materials[g]).ok()?)?, 0));
         let shape = Shape {
-            kind: SHAPES.get(kinds[g] as usize).copied().unwrap_or("?").to_owned(),
+            kind: if mesh.is_some() { "mesh" } else { SHAPES.get(kinds[g] as usize).copied().unwrap_or("?") }.to_owned(),
             size: row(&sizes, g),
             position: row(&positions, g),
             quaternion: row(&turns, g),
             rgba: if own == COLOUR_DEFAULT { of_material().unwrap_or(own) } else { own },
-            mesh: None,
+            mesh,
         };
         (bodies[g] as usize, shape)
     };
-    (0..kinds.len()).filter(|g| groups[*g] < GROUPS_SHOWN).map(shape).collect()
+    (shown.into_iter().map(shape).collect(), meshes)
+}
+
+/// Of these shapes, with the numbers of their meshes in the model: which of the meshes that are given each is drawn by.
+fn meshes_of(shapes: Vec<(usize, i32)>, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> (BTreeMap<usize, usize>, Vec<Mesh>) {
+    let mut asked: Vec<i32> = shapes.iter().map(|(_, number)| *number).collect();
+    asked.sort_unstable();
+    asked.dedup();
+    let (mut given, mut meshes) = (BTreeMap::new(), Vec::new());
+    for (number, mesh) in asked.iter().zip(triangles(&asked)) {
+        if let Some(mesh) = mesh {
+            given.insert(*number, meshes.len());
+            meshes.push(mesh);
+        }
+    }
+    (shapes.into_iter().filter_map(|(shape, number)| Some((shape, *given.get(&number)?))).collect(), meshes)
 }

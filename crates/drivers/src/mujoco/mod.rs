@@ -24,6 +24,7 @@ mod functions;
 mod geometry;
 mod library;
 mod log;
+mod meshes;
 mod model;
 mod placing;
 mod plant;
@@ -59,9 +60,10 @@ struct Options {
 /// What the model looks like: the same model, loaded once more.
 fn shape(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
     let options: Options = given.read()?;
-    let arm = model::load(library::load(options.library.as_deref())?, &options.path, options.timestep)?;
+    let mujoco = library::load(options.library.as_deref())?;
+    let arm = model::load(mujoco, &options.path, options.timestep)?;
     let fields = model::Fields::new(&arm, &options.path)?;
-    Ok(Some(geometry::geometry(&arm, &fields)))
+    Ok(Some(geometry::geometry(&arm, &fields, |asked| meshes::read(&mujoco.path, &options.path, asked))))
 }
 
 /// Tries a model in a process of its own, for a program that is about to load it with a MuJoCo of its own. Without the library there is nothing

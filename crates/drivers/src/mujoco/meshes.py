@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: Apache-2.0
+# Loads a model by the package `mujoco` and writes the triangles of some of its meshes: for each two counts, then its vertices and its faces.
+import os, resource, signal, sys
+
+memory = min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)
+resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+package, path, limit_s, *asked = sys.argv[1:]
+signal.signal(signal.SIGALRM, signal.SIG_DFL)
+signal.alarm(int(limit_s))
+sys.path.insert(0, os.path.dirname(package))
+
+import mujoco
+
+model = mujoco.MjModel.from_xml_path(path)
+for mesh in map(int, asked):
+    vertices = model.mesh_vert[model.mesh_vertadr[mesh] :][: model.mesh_vertnum[mesh]]
+    faces = model.mesh_face[model.mesh_faceadr[mesh] :][: model.mesh_facenum[mesh]]
+    for count in (len(vertices), len(faces)):
+        sys.stdout.buffer.write(count.to_bytes(8, "little"))
+    sys.stdout.buffer.write(vertices.astype("<f4").tobytes() + faces.astype("<u4").tobytes())
