@@ -78,7 +78,8 @@ def test_a_mesh_is_drawn_by_its_triangles_where_the_model_has_it(tmp_path: Path)
     model = tmp_path / "wedge.xml"
     model.write_text(
         f"""<mujoco><asset><mesh name="wedge" vertex="{" ".join(str(x) for corner in CORNERS for x in corner)}"/></asset><worldbody>
-        <body name="b"><joint name="j" axis="0 0 1"/><geom type="mesh" mesh="wedge" mass="1"/><geom type="mesh" mesh="wedge" mass="0" pos="0 0 3"/></body>
+        <body name="b"><joint name="j" axis="0 0 1"/><geom type="mesh" mesh="wedge" mass="1"/>
+        <geom type="mesh" mesh="wedge" mass="0" pos="0 0 3"/></body>
         <body name="c"><joint name="k" axis="0 0 1"/><geom type="sphere" size="0.1" mass="1"/></body></worldbody>
         <actuator><motor joint="j"/><motor joint="k"/></actuator></mujoco>"""
     )
@@ -87,7 +88,7 @@ def test_a_mesh_is_drawn_by_its_triangles_where_the_model_has_it(tmp_path: Path)
         gpac.robots.load(model, rtp, on=rtp.timer("fast", period="1 ms", priority=80))
         shape = drawn(cell._native.call("geometry", json.dumps({"device": "wedge"})))
     first, second, ball = (geom for body in shape["bodies"] for geom in body["geoms"])
-    assert [first["kind"], first["mesh"], second["kind"], second["mesh"], ball["kind"], ball["mesh"]] == ["mesh", 0, "mesh", 0, "sphere", None]
+    assert [(geom["kind"], geom["mesh"]) for geom in (first, second, ball)] == [("mesh", 0), ("mesh", 0), ("sphere", None)]
     (mesh,) = shape["meshes"]
     vertices, faces = np.reshape(mesh["vertices"], (-1, 3)), np.reshape(mesh["faces"], (-1, 3))
     for geom, lifted in ((first, 0), (second, 3)):
