@@ -23,12 +23,13 @@ def put(file: Path, content: bytes) -> None:
 
 
 def folder(kind: str) -> Path:
-    """Where compiled blocks of a `kind`, for example "python-blocks", are kept for this user: in the folder that OPENGPAC_COMPILED names,
+    """Where what is made of a `kind`, "python-blocks" or "models", is kept for this user: in the folder that OPENGPAC_COMPILED names,
     else in that of the user's cache."""
     given = os.environ.get("OPENGPAC_COMPILED")
     made = (Path(given).absolute() if given else user_cache()) / kind
     try:
         made.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as why:
-        refuse(ModuleError, f"compiled blocks cannot be kept in '{made}': {why}", "set OPENGPAC_COMPILED to a folder of yours")
+        what = kind.replace("-", " ")
+        refuse(ModuleError, f"{what} cannot be kept in '{made}': {why}", "set OPENGPAC_COMPILED to a folder of yours")
     return made

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A system whose virtual clock the page moves: a verb that changes its side at 2.02 s, 4.02 s, …"""
+"""A system whose virtual clock the page moves: a verb that changes its side at 2.02 s, 4.02 s, …; a ball of 2 kg that falls onto a box."""
+
+from pathlib import Path
 
 import opengpac as gpac
 from opengpac import activate, on
@@ -18,4 +20,7 @@ blink = gpac.Verb(
 )
 
 cell = gpac.System("virtual", clock="virtual")
-blink.on(cell.processor("rtp0").timer("slow", period="20 ms", priority=60)).asynch()
+rtp = cell.processor("rtp0")
+slow = rtp.timer("slow", period="20 ms", priority=60)
+rtp.physical_device("bench", gpac.drivers.mujoco(Path(__file__).with_name("bench.xml"), contacts=4), exchange=slow)
+blink.on(slow).asynch()

@@ -42,6 +42,18 @@ test("the clock stands until it is moved: a firing, and to the condition that is
   await page.locator(".line").last().getByText("command list 'low' after 'high'").waitFor();
 });
 
+test("what rests on something is carried by a force that is drawn, beside the meshes of the model", async () => {
+  const { page } = studio;
+  await goTo(page, "Devices");
+  await page.locator('.stage[data-placed="yes"] canvas').waitFor();
+  const beside = page.getByRole("group", { name: "Drawn beside the machine" });
+  await beside.getByLabel("Forces").selectOption("10");
+  await page.locator('.stage[data-contacts="1"]').waitFor();
+  await shoot(page, "virtual-forces");
+  await beside.getByLabel("Forces").selectOption("");
+  await page.locator(".stage:not([data-contacts])").waitFor();
+});
+
 test("it runs at a rate until it is held, and every look passes the check of axe", async () => {
   const { page, errors } = studio;
   const clock = page.getByRole("group", { name: "Virtual clock" });

@@ -148,7 +148,7 @@ CALLS: dict[str, Callable[[Rig], Case]] = {
     "run of any size": lambda r: Case(lib.in_position.run, {"steps": 2}),
     "library.block": lambda r: Case(lib.block, {"name": "lowpass"}),
     "loopback": lambda r: Case(lambda part, **k: opened(r, gpac.drivers.loopback(part, **k)), {"part": "x", "initial": (), "fail_at": None, "nan_at": None, "slew": None}),
-    "mujoco": lambda r: Case(lambda **k: opened(r, gpac.drivers.mujoco(**k)), {"path": "/nowhere.xml", "timestep": None}),
+    "mujoco": lambda r: Case(lambda **k: opened(r, gpac.drivers.mujoco(**k)), {"path": "/nowhere.xml", "timestep": None, "contacts": 0}),
     "scripted": lambda r: Case(lambda **k: opened(r, gpac.drivers.scripted(**k)), {"channels": [{"name": "a.b", "direction": "read"}], "table": ()}),
     "a scripted channel": lambda r: Case(lambda **k: opened(r, gpac.drivers.scripted([k])), {"name": "a.b", "direction": "read", "type": "double", "unit": "", "safe": 0.0, "slew": None}),
     "a scripted row": lambda r: Case(lambda **k: opened(r, gpac.drivers.scripted([{"name": "a.b", "direction": "read"}], [k])), {"at_ns": 0, "values": {"a.b": 1.0}}),
@@ -163,7 +163,7 @@ CALLS: dict[str, Callable[[Rig], Case]] = {
     "load": lambda r: Case(gpac.load, {"path": "/nowhere.toml"}),
     "save(file)": lambda r: Case(lambda **k: gpac.save(**k), {"path": "/nowhere/at.toml"}),
     "open_recording": lambda r: Case(gpac.open_recording, {"path": "/nowhere.mcap"}),
-    "robots.load": lambda r: Case(lambda **k: gpac.robots.load(**k), {"path": "nowhere", "rtp": r.rtp, "name": None, "tool": None, "scene": None, "arbitration": "refuse"}),
+    "robots.load": lambda r: Case(lambda **k: gpac.robots.load(**k), {"path": "nowhere", "rtp": r.rtp, "name": None, "tool": None, "scene": None, "arbitration": "refuse", "contacts": 0}),
 }  # fmt: skip
 
 

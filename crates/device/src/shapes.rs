@@ -9,6 +9,8 @@ pub struct Geometry {
     /// In the order of the model; the first is the world.
     pub bodies: Vec<Body>,
     pub meshes: Vec<Mesh>,
+    /// The name by which contacts are read, six numbers each: place, m, and force, N, in the world; null: none are told.
+    pub contacts: Option<String>,
 }
 
 /// A body: where it is on its parent, how it moves, its shapes.

@@ -18,16 +18,18 @@ from .driver import Driver, given
 
 
 @taking
-def mujoco(path: str | os.PathLike[str], *, timestep: Quantity | None = None) -> Driver:
+def mujoco(path: str | os.PathLike[str], *, timestep: Quantity | None = None, contacts: int = 0) -> Driver:
     """A robot arm simulated by MuJoCo: one MJCF file, one part for each actuated joint.
 
-    Each part has `position`, `velocity`, `bias` (read) and `effort` (written); a tool has `tool.force` and `tool.push`.
+    Each part has `position`, `velocity`, `bias` (read) and `effort` (written); a tool has `tool.force` and `tool.push`. With `contacts`,
+    1 to 64, the channel `contacts` tells of so many, those with the greatest forces, six numbers each: where it is, x y z in m, and what
+    its first shape does to its second, x y z in N, both in the world; zeros where there are fewer. The page draws them as arrows.
     """
     library = mujoco_folder()
     if library is None:
         refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
     step = None if timestep is None else duration_ns(timestep, "the time step") * 1e-9
-    return Driver("mujoco", given(path=str(Path(path).expanduser().absolute()), library=library, timestep=step))
+    return Driver("mujoco", given(path=str(Path(path).expanduser().absolute()), library=library, timestep=step, contacts=contacts or None))
 
 
 def mujoco_folder() -> str | None:

@@ -5,14 +5,12 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from .. import drivers, files
+from .. import cache, drivers, files
 from ..errors import CallError, PlacementError, UnknownName, did_you_mean, refuse
 from ..given import taking
 from ..physical import Part, PhysicalDevice
@@ -45,6 +43,7 @@ def load(
     clock: str = "monotonic",
     apart: bool | str = False,
     driver: drivers.Driver | None = None,
+    contacts: int = 0,
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
@@ -57,8 +56,8 @@ def load(
     it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
     (`gpac.drivers.plant_process`), which a text names for programs that come later. `driver` commands a real arm in place of the simulated
     one, `gpac.drivers.ur("192.0.2.10")`; `path` then says its geometry and its limits; `"so101"` is an arm without geometry, whose servos
-    a `gpac.drivers.feetech(port)` finds by itself. The physical device is
-    `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    a `gpac.drivers.feetech(port)` finds by itself. So many `contacts` of the simulation are told, those with the greatest forces
+    (`gpac.drivers.mujoco`). The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     model = _model(path, tool, scene)
     driver = model.wired(driver)
@@ -69,10 +68,12 @@ def load(
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
+    if driver is not None and contacts:
+        refuse(CallError, "contacts are told of a simulated arm, and this one has a driver of its own", "leave contacts= out")
     if driver is not None:
         device = rtp.physical_device(name, driver, exchange=on or _fastest(rtp))
     else:
-        device = model.open(rtp, name, on or _fastest(rtp), apart)
+        device = model.open(rtp, name, on or _fastest(rtp), apart, contacts)
     known = model.own_joints or device.parts
     own = [part for part in device.parts if part in known]
     joints: list[Joint] = []
@@ -133,39 +134,36 @@ class _Model:
         own, speeds = (urdf.mjcf(arm), urdf.speed_limits(arm)) if urdf.is_urdf(arm) else (None, {})
         if tool is None and scene is None:
             return cls(arm, own, None, set(), False, speeds)
-        with _written(own, arm) as file:
-            whole, joints = assemble(file, tool, scene), joint_names(file)
+        file = _kept(own, arm)
+        whole, joints = assemble(file, tool, scene), joint_names(file)
         return cls(arm, own, whole, joints, tool is not None and has_site(tool, TIP_SITE), speeds)
 
-    def open(self, rtp: Processor, name: str, on: Source, apart: bool | str) -> PhysicalDevice:
+    def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """The machine."""
-        with _written(self.whole or self.own, self.arm) as file:
-            driver = drivers.mujoco(file)
-            if apart:
-                driver = drivers.plant_process(driver, name=apart if isinstance(apart, str) else None)
-            return rtp.physical_device(name, driver, exchange=on)
+        driver = drivers.mujoco(_kept(self.whole or self.own, self.arm), contacts=contacts)
+        if apart:
+            driver = drivers.plant_process(driver, name=apart if isinstance(apart, str) else None)
+        return rtp.physical_device(name, driver, exchange=on)
 
     def kinematics(self, joints: list[str]) -> Kinematics:
         """Its geometry, with the tip of its tool."""
-        with _written(self.own, self.arm) as file:
-            found = Kinematics.of_mjcf(file, joints)
+        found = Kinematics.of_mjcf(_kept(self.own, self.arm), joints)
         if self.tip:
-            with _written(self.whole, self.arm) as file:
-                tip = Kinematics.of_mjcf(file, joints, site=TIP_SITE)
+            tip = Kinematics.of_mjcf(_kept(self.whole, self.arm), joints, site=TIP_SITE)
             found.tool = found.home.inverse() @ tip.home
         return found
 
 
-@contextmanager
-def _written(text: str | None, arm: Path) -> Generator[Path]:
-    """A file of that text for a while; of none the arm's own."""
+def _kept(text: str | None, arm: Path) -> Path:
+    """A file of that text, of none the arm's own. It stays, for who draws the machine later reads it again."""
     if text is None:
-        yield arm
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{arm.stem}.xml"
-        file.write_text(text)
-        yield file
+        return arm
+    content = text.encode()
+    file = cache.folder("models") / hashlib.sha256(content).hexdigest()[:32] / f"{arm.stem}.xml"
+    if not file.exists():
+        file.parent.mkdir(exist_ok=True)
+        cache.put(file, content)
+    return file
 
 
 def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float | None) -> Joint:

@@ -44,7 +44,7 @@ class Bare:
         """What tells it from others."""
         return f"name:{self.name}"
 
-    def open(self, rtp: Processor, name: str, on: Source, apart: bool | str) -> PhysicalDevice:
+    def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """Without a driver there is nothing to open."""
         refuse(
             CallError, f"'{self.name}' is not simulated here", f'give its driver: load("{self.name}", driver=gpac.drivers.feetech(port))'

@@ -542,6 +542,8 @@ export interface Geometry {
   /** In the order of the model; the first is the world. */
   bodies: GeometryBody[];
   meshes: GeometryMesh[];
+  /** The name by which contacts are read, six numbers each: place, m, and force, N, in the world; null: none are told. */
+  contacts: string | null;
 }
 
 /** A body: where it is on its parent, how it moves, its shapes. */
@@ -560,7 +562,7 @@ export interface GeometryBody {
 
 /** A shape of a body. */
 export interface GeometryGeom {
-  /** `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `sdf`. */
+  /** `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `mesh`, `sdf`. */
   kind: string;
   /** As MuJoCo counts it: half lengths, radii. */
   size: [number, number, number];

@@ -9,6 +9,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import pytest
 
 import opengpac as gpac
 from opengpac import motion
@@ -99,6 +100,27 @@ def test_a_mesh_is_drawn_by_its_triangles_where_the_model_has_it(tmp_path: Path)
         assert sorted(np.round(corners, 5).tolist()) == sorted(CORNERS)
     # Four faces, each of three different corners, and each edge of two of them.
     assert len(faces) == 4 and sorted(faces.ravel().tolist()) == sorted([0, 1, 2, 3] * 3)
+
+
+def test_an_arm_with_a_tool_is_drawn_and_tells_its_contacts(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.xml"
+    scene.write_text(
+        """<mujoco><worldbody><body name="ball" pos="1 1 0.05"><freejoint/>
+        <geom size="0.05" mass="2"/></body></worldbody><keyframe><key name="home" qpos="1 1 0.05 1 0 0 0"/></keyframe></mujoco>"""
+    )
+    with gpac.System("cell", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="1 ms", priority=80)
+        arm = gpac.robots.load("ur5e", rtp, on=fast, tool="two_finger", scene=scene, contacts=2)
+        shape = drawn(cell._native.call("geometry", json.dumps({"device": arm.name})))
+        assert shape["contacts"] == "ur5e.contacts" and "ball" in {body["name"] for body in shape["bodies"]}
+        cell.advance("2 s")
+        (reading,) = json.loads(cell._native.call("read", json.dumps({"names": ["ur5e.contacts"]})))["values"].values()
+        x, y, z, *force = reading["value"][:6]
+        assert np.allclose([x, y, z], [1, 1, 0], atol=1e-3) and np.allclose(force, [0, 0, 2 * 9.81], atol=0.05)
+        assert reading["value"][6:] == [0.0] * 6
+        with pytest.raises(gpac.CallError, match="contacts are told of a simulated arm"):
+            gpac.robots.load("ur5e", rtp, on=fast, name="other", driver=gpac.drivers.loopback("x"), contacts=2)
 
 
 def test_the_form_of_a_motion_has_its_units_and_limits() -> None:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The channels of an arm, and where they lie: joints in the order of the model, then the force, the sensors and the free bodies.
+use super::contacts::GIVEN;
 use super::model::Arm;
 use device::{Channel, Layout, Slot, Type};
 
@@ -9,6 +10,7 @@ pub(super) struct Slots {
     pub joints: Vec<([Slot; 3], Slot)>,
     pub force: Option<Slot>,
     pub sensors: Vec<Slot>,
+    pub contacts: Option<Slot>,
     /// Of each free body: its pose.
     pub free: Vec<Slot>,
     pub push: Option<Slot>,
@@ -37,6 +39,11 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
             .doc("a sensor of the model, as the model declares it")
     };
     let sensors = arm.sensors.iter().map(|of| layout.add(sensor(of))).collect();
+    let contacts = |(_, count): (i32, usize)| {
+        let doc = "where the contacts with the greatest forces are, x y z, m, and what their first shape does to the second, x y z, N, in the world";
+        layout.add(Channel::read("contacts", Type::doubles(GIVEN * count)).doc(doc))
+    };
+    let contacts = arm.contacts.map(contacts);
     let pose = |name: &str| Channel::read(format!("{name}.pose"), Type::doubles(7)).doc("where the free body stands: x y z, m, then its turn as w x y z");
     let free = arm.free.iter().map(|(name, _)| layout.add(pose(name))).collect();
     let joints = arm.joints.iter().zip(reads).map(|(joint, reads)| {
@@ -46,5 +53,5 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
     let joints = joints.collect();
     let push = Channel::write("tool.push", Type::doubles(3)).unit("N").doc("force from outside at the tool, in the world frame");
     let push = arm.tool.as_ref().map(|_| layout.add(push));
-    (layout.into_channels(), Slots { joints, force, sensors, free, push })
+    (layout.into_channels(), Slots { joints, force, sensors, contacts, free, push })
 }

@@ -40,6 +40,12 @@ pub struct LogMessage {
     pub subject: [c_char; 1024],
 }
 
+/// `mjVFS`: files in memory.
+#[repr(C)]
+pub struct Files {
+    pub implementation: *mut c_void,
+}
+
 pub type LogReceiver = unsafe extern "C" fn(*const LogMessage);
 
 /// `mjBatchConfig`.
@@ -69,7 +75,10 @@ macro_rules! functions {
 }
 
 functions! {
-    mj_loadXML: unsafe extern "C" fn(*const c_char, *const c_void, *mut c_char, c_int) -> *mut Model;
+    mj_loadXML: unsafe extern "C" fn(*const c_char, *const Files, *mut c_char, c_int) -> *mut Model;
+    mj_defaultVFS: unsafe extern "C" fn(*mut Files);
+    mj_addBufferVFS: unsafe extern "C" fn(*mut Files, *const c_char, *const c_void, c_int) -> c_int;
+    mj_deleteVFS: unsafe extern "C" fn(*mut Files);
     mj_deleteModel: unsafe extern "C" fn(*mut Model);
     mj_makeData: unsafe extern "C" fn(*const Model) -> *mut Data;
     mj_deleteData: unsafe extern "C" fn(*mut Data);

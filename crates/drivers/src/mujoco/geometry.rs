@@ -34,7 +34,7 @@ pub(super) fn geometry(arm: &Arm, fields: &Fields, triangles: impl FnOnce(&[i32]
             geoms: of_body(body, &shapes),
         }
     });
-    Geometry { bodies: bodies.collect(), meshes }
+    Geometry { bodies: bodies.collect(), meshes, contacts: None }
 }
 
 /// What belongs to a body, in order.

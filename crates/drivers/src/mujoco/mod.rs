@@ -10,6 +10,7 @@
 //! | `tool.force` | double[3], N | read: what the tool does to the flange, in the frame of the sensor's site |
 //! | `sensor.<name>` | double or double[k], the sensor's unit | read: a sensor of the model (touch, force, joint and frame positions, …) |
 //! | `<joint>.pose` | double[7] | read: where a free body stands, x y z in m, then its turn as w x y z; without a name the joint is called as its body |
+//! | `contacts` | double[6 n] | read, with the option `contacts`: of the n contacts with the greatest forces each place, x y z in m, and the force of the first shape on the second, x y z in N, in the world frame; zeros where there are fewer |
 //! | `tool.push` | double[3], N | write, safe value 0: a force from outside at the tool, in the world frame, for tests |
 //!
 //! **Effort** is a generalised force at the joint, within the limits of the model, whatever actuator the model has there: motors
@@ -20,6 +21,8 @@
 //! **Service** `place`: the arm is somewhere else at once, at rest; what it did before leaves no trace in what follows.
 mod brake;
 mod channels;
+mod compile;
+mod contacts;
 mod functions;
 mod geometry;
 mod library;
@@ -43,10 +46,11 @@ pub(crate) static DRIVER: Declaration = Declaration {
     ..Declaration::new("mujoco", "a robot arm simulated by MuJoCo, from any MJCF file", &OPTIONS, open)
 };
 
-const OPTIONS: [OptionWord; 3] = [
+const OPTIONS: [OptionWord; 4] = [
     OptionWord::needed("path", Kind::Text, "the MJCF file"),
     OptionWord::with_default("library", Kind::Text, "what OPENGPAC_MUJOCO says", "folder of the Python package 'mujoco', or its library itself"),
     OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s"),
+    OptionWord::with_default("contacts", Kind::Whole, "0", "how many contacts its channel `contacts` tells, those with the greatest forces; at most 64"),
 ];
 
 #[derive(Deserialize)]
@@ -55,13 +59,15 @@ struct Options {
     path: PathBuf,
     library: Option<PathBuf>,
     timestep: Option<f64>,
+    #[serde(default)]
+    contacts: u32,
 }
 
 /// What the model looks like: the same model, loaded once more.
 fn shape(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
     let options: Options = given.read()?;
     let mujoco = library::load(options.library.as_deref())?;
-    let arm = model::load(mujoco, &options.path, options.timestep)?;
+    let arm = model::load(mujoco, &options.path, options.timestep, options.contacts)?;
     let fields = model::Fields::new(&arm, &options.path)?;
     Ok(Some(geometry::geometry(&arm, &fields, |asked| meshes::read(&mujoco.path, &options.path, asked))))
 }
@@ -70,8 +76,8 @@ fn shape(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
 /// to try.
 fn tried(given: &Given<'_>) -> Result<(), DriverError> {
     let options: Options = given.read()?;
-    model::whole(&options.path).and_then(|whole| match library::find(options.library.as_deref()) {
-        Ok(library) => model::tried(&library, &options.path, &whole),
+    compile::whole(&options.path).and_then(|whole| match library::find(options.library.as_deref()) {
+        Ok(library) => compile::tried(&library, &options.path, &whole),
         Err(_missing) => Ok(()),
     })
 }
@@ -84,8 +90,11 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     {
         return Err(given.wrong("timestep", format!("{step} s is not within 1e-6 s to 0.1 s")));
     }
+    if options.contacts > contacts::CONTACTS_MAX {
+        return Err(given.wrong("contacts", format!("{} is more than {}", options.contacts, contacts::CONTACTS_MAX)));
+    }
     let mujoco = library::load(options.library.as_deref())?;
-    let arm = model::load(mujoco, &options.path, options.timestep)?;
+    let arm = model::load(mujoco, &options.path, options.timestep, options.contacts)?;
     let parts: Vec<_> = arm.joints.iter().map(|joint| joint.part.clone()).collect();
     let about = json!({ "parts": parts, "tool": arm.tool.is_some(), "timestep": arm.timestep_ns as f64 * 1e-9 });
     Ok((Box::new(plant::Plant::new(arm)), about))

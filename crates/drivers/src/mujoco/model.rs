@@ -5,11 +5,12 @@
 //! changed once: actuation is off, because every effort goes in as a generalised force (`qfrc_applied`). So an arm whose actuators
 //! are motors and one whose actuators are position servos are commanded alike, by torque; and the automatic reset after a
 //! numerical failure is off, because a plant that jumps to its start is worse than one that is lost.
+use super::compile::compile;
 use super::functions::{BatchConfig, Model, MuJoCo, object};
-use super::{log, refusals, trial};
+use super::{contacts, refusals};
 use device::{Command, DriverError, Part, Servo, UNLIMITED};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const DISABLE_ACTUATION: i32 = 1 << 11;
 const DISABLE_AUTORESET: i32 = 1 << 16;
@@ -74,6 +75,8 @@ pub(super) struct Arm {
     pub joints: Vec<Joint>,
     pub tool: Option<Tool>,
     pub sensors: Vec<Sensor>,
+    /// The sensor of contacts, and how many it tells.
+    pub contacts: Option<(i32, usize)>,
     /// Bodies that no joint holds: name of the joint, and the index of its pose in qpos.
     pub free: Vec<(String, usize)>,
     /// Viscous damping of each degree of freedom.
@@ -94,11 +97,10 @@ impl Drop for Arm {
     }
 }
 
-/// Loads and compiles an MJCF file. `timestep_s` replaces the model's own step where it is given.
-pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>) -> Result<Arm, DriverError> {
-    let model = compile(mujoco, path)?;
-    let mut arm =
-        Arm { mujoco, model, joints: vec![], tool: None, sensors: vec![], free: vec![], damping: vec![], timestep_ns: 0, runge_kutta: false, home: -1 };
+/// Loads and compiles an MJCF file. `timestep_s` replaces the model's own step where it is given; so many contacts are sensed.
+pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>, contacts: u32) -> Result<Arm, DriverError> {
+    let model = compile(mujoco, path, contacts)?;
+    let mut arm = Arm::of(mujoco, model);
     let fields = Fields::new(&arm, path)?;
     fields.set_flags("opt.disableflags", DISABLE_ACTUATION | DISABLE_AUTORESET);
     if let Some(step) = timestep_s {
@@ -122,40 +124,17 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
         return Err(refusals::model(path, &format!("its time step, {timestep_ns} ns, is below 1 us")));
     }
     (arm.joints, arm.tool, arm.sensors, arm.free, arm.damping) = (joints, tool, sensors, free, damping);
+    arm.contacts = (contacts > 0).then(|| (arm.id(object::SENSOR, contacts::SENSOR), contacts as usize));
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
     Ok(arm)
 }
 
-/// MuJoCo shortens `a/../b` by text, which is wrong behind a symbolic link.
-pub(super) fn whole(path: &Path) -> Result<PathBuf, DriverError> {
-    path.canonicalize().map_err(|e| DriverError::File { kind: "mujoco".into(), path: path.into(), problem: e.to_string() })
-}
-
-/// Tries the file at `whole`, which the user knows as `path`.
-pub(super) fn tried(library: &Path, path: &Path, whole: &Path) -> Result<(), DriverError> {
-    trial::model(library, whole).map_err(|problem| refusals::model(path, &problem))
-}
-
-fn compile(mujoco: &MuJoCo, path: &Path) -> Result<*mut Model, DriverError> {
-    let whole = whole(path)?;
-    tried(&mujoco.path, path, &whole)?;
-    let failed = |problem: String| refusals::model(path, &problem);
-    let file = CString::new(whole.as_os_str().as_encoded_bytes()).map_err(|_| failed("its name holds a NUL".into()))?;
-    let mut message = [0 as c_char; 1000];
-    let mut model = std::ptr::null_mut();
-    log::watch(|| {
-        // SAFETY: the file name ends in NUL and the message has the size that is passed.
-        model = unsafe { (mujoco.mj_loadXML)(file.as_ptr(), std::ptr::null(), message.as_mut_ptr(), message.len() as c_int) };
-    });
-    if model.is_null() {
-        // SAFETY: MuJoCo ends the message in NUL.
-        let text = unsafe { CStr::from_ptr(message.as_ptr()) }.to_string_lossy().trim().replace('\n', "; ");
-        return Err(failed(text));
-    }
-    Ok(model)
-}
-
 impl Arm {
+    fn of(mujoco: &'static MuJoCo, model: *mut Model) -> Arm {
+        let (joints, sensors, free, damping) = (vec![], vec![], vec![], vec![]);
+        Arm { mujoco, model, joints, tool: None, sensors, contacts: None, free, damping, timestep_ns: 0, runge_kutta: false, home: -1 }
+    }
+
     fn id(&self, object: i32, name: &str) -> i32 {
         let name = CString::new(name).expect("names here hold no NUL");
         // SAFETY: the model is valid and the name ends in NUL.
@@ -280,7 +259,7 @@ fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
     Some(Tool { body, site_m: three(fields.reals("site_pos"), site), centre_m: three(fields.reals("body_ipos"), body), sensor: sensed.map(|s| s as i32) })
 }
 
-/// Every sensor of the model, in its order; one without a name is `sensor_N`.
+/// Every sensor of the model, in its order, without ours; one without a name is `sensor_N`.
 fn sensors(arm: &Arm, fields: &Fields) -> Vec<Sensor> {
     let (kind, elements, object, of) = (fields.ints("sensor_type"), fields.ints("sensor_dim"), fields.ints("sensor_objid"), fields.ints("jnt_type"));
     (0..kind.len())
@@ -289,6 +268,7 @@ fn sensors(arm: &Arm, fields: &Fields) -> Vec<Sensor> {
             let name = arm.name(object::SENSOR, i as i32).unwrap_or_else(|| format!("sensor_{i}"));
             Sensor { name, id: i as i32, elements: elements[i].max(1) as usize, unit: sensor_unit(kind[i], slides) }
         })
+        .filter(|sensor| sensor.name != contacts::SENSOR)
         .collect()
 }
 

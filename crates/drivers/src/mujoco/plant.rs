@@ -2,6 +2,7 @@
 //! The plant: an arm that is advanced, read and commanded as a physical device.
 use super::brake::Brakes;
 use super::channels::{Slots, channels};
+use super::contacts;
 use super::functions::{Data, MuJoCo, state};
 use super::log;
 use super::model::{Arm, Tool};
@@ -90,7 +91,7 @@ impl Plant {
             efforts: vec![0.0; count],
             held: vec![0.0; count],
             push: [0.0; 3],
-            sensed: vec![0.0; arm.sensors.iter().map(|sensor| sensor.elements).max().unwrap_or(0).max(3)],
+            sensed: vec![0.0; elements_max(&arm)],
             places: Places::new(&arm.joints),
             place: vec![0.0; count],
             arm,
@@ -268,6 +269,12 @@ impl Plant {
     }
 }
 
+/// The numbers of the sensor that tells most, of which the force at the tool has three.
+fn elements_max(arm: &Arm) -> usize {
+    let of_contacts = arm.contacts.map(|(_, count)| contacts::TOLD * count);
+    arm.sensors.iter().map(|sensor| sensor.elements).chain(of_contacts).fold(3, usize::max)
+}
+
 impl Driver for Plant {
     fn channels(&self) -> &[Channel] {
         &self.channels
@@ -301,6 +308,12 @@ impl Driver for Plant {
         }
         for ((_, first), slot) in self.arm.free.iter().zip(&self.slots.free) {
             (0..7).for_each(|k| slot.set_double(readings, k, self.state[first + k]));
+        }
+        if let (Some(slot), Some((sensor, count))) = (self.slots.contacts, self.arm.contacts) {
+            let told = self.take(sensor, contacts::TOLD * count).as_chunks().0;
+            for (contact, value) in told.iter().flat_map(contacts::given).enumerate() {
+                slot.set_double(readings, contact, value);
+            }
         }
         for s in 0..self.arm.sensors.len() {
             self.tell(self.arm.sensors[s].id, self.arm.sensors[s].elements, 1.0, readings, self.slots.sensors[s]);

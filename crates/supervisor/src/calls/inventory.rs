@@ -115,8 +115,8 @@ impl System {
         }
     }
 
-    /// The bodies of a physical device for drawing; each joint with the name by which its position is read, `svv`, where the device has a
-    /// channel for it. Errors: no such device, one that has no shape.
+    /// The bodies of a physical device for drawing; each joint with the name by which its position is read, `svv`, and the contacts
+    /// with theirs, where the device has a channel for it. Errors: no such device, one that has no shape.
     pub fn geometry(&self, device: &str) -> Result<Geometry, Refusals> {
         let (driver, channels) = {
             let core = self.shared.locked();
@@ -140,6 +140,7 @@ impl System {
             let channel = format!("{}.{told}", joint.name);
             joint.svv = channels.contains(&channel).then(|| format!("{device}.{channel}"));
         }
+        geometry.contacts = channels.iter().any(|channel| channel == "contacts").then(|| format!("{device}.contacts"));
         Ok(geometry)
     }
 }

@@ -25,3 +25,12 @@ test("a joint follows the nearest cell behind its channel that was recorded", ()
   expect(follows("arm.position", ["arm.effort"])).toEqual([null]);
   expect(follows(null, ["arm.sensed"])).toEqual([null]);
 });
+
+test("contacts are those that a block has read and that were recorded, also of a recording from before there were any", () => {
+  const contacts = (svv: string | null | undefined, recorded: string[]) =>
+    onSvvs({ bodies: [], meshes: [], contacts: svv } as unknown as Geometry, INSTANCES, (name) => recorded.includes(name)).contacts;
+  expect(contacts("arm.position", ["servo:reading"])).toBe("servo:reading");
+  expect(contacts("arm.position", [])).toBeNull();
+  expect(contacts(null, ["arm.sensed"])).toBeNull();
+  expect(contacts(undefined, ["arm.sensed"])).toBeNull();
+});

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a machine's joints stood: the channels of devices are not recorded, what is read from them is.
+// Where a machine's joints stood, and what it touched: the channels of devices are not recorded, what is read from them is.
 import type { Geometry, GeometryJoint, InstalledInstance } from "../shapes";
 
 /** How many blocks may lie between a channel and what was recorded of it: one that reads it, one that takes its offset away. */
 const STEPS_MAX = 2;
 
-/** A machine whose joints follow what blocks made of their channels; a joint of which nothing was recorded follows nothing. */
+/** A machine whose joints and contacts follow what blocks made of their channels; one of which nothing was recorded follows nothing. */
 export function onSvvs(geometry: Geometry, instances: readonly InstalledInstance[], recorded: (name: string) => boolean): Geometry {
   const made = madeOf(instances);
   const joint = (of: GeometryJoint): GeometryJoint => (of.svv === null ? of : { ...of, svv: found(of.svv, made, recorded) });
   return {
     ...geometry,
+    // One that was recorded before there were any says nothing.
+    contacts: geometry.contacts ? found(geometry.contacts, made, recorded) : null,
     bodies: geometry.bodies.map((body) => ({ ...body, joint: body.joint && joint(body.joint), joints: body.joints.map(joint) })),
   };
 }

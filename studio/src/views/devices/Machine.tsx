@@ -12,7 +12,7 @@ import { type Drawn, PathAndGhost } from "./PathAndGhost";
 import { Stage, type Viewpoint } from "./stage";
 import { toolOf } from "./trail";
 
-const NOTHING: Drawn = { path_s: 0, body: null, ghost: null, frames: false };
+const NOTHING: Drawn = { path_s: 0, body: null, ghost: null, frames: false, force_N: null };
 
 /** A physical device that has a shape, drawn as it stands now. Nothing where it has none. */
 export default function Machine(props: { device: string; lost: string | null }) {

@@ -10,11 +10,14 @@ export interface Drawn {
   body: string | null;
   ghost: Aim | null;
   frames: boolean;
+  /** Of contacts: the force whose arrow is 10 cm long, N; null: none are drawn. */
+  force_N: number | null;
 }
 
 const SPANS_S = [0, 1, 5, 20, 60];
+const FORCES_N = [1, 10, 100, 1000];
 
-/** Chooses what is drawn beside the machine: a path, a ghost, frames. */
+/** Chooses what is drawn beside the machine: a path, a ghost, forces, frames. */
 export function PathAndGhost(props: { of: Geometry; drawn: Drawn; put: (drawn: Drawn) => void; isRecorded: boolean }) {
   const { of, drawn, put } = props;
   return (
@@ -49,6 +52,21 @@ export function PathAndGhost(props: { of: Geometry; drawn: Drawn; put: (drawn: D
           <option key={aim}>{aim}</option>
         ))}
       </Choice>
+      {of.contacts && (
+        <Choice
+          label="Forces"
+          value={String(drawn.force_N ?? "")}
+          title="Arrows where it touches something, along the force of the first shape on the second; so many newtons are 10 cm"
+          put={(force) => put({ ...drawn, force_N: force === "" ? null : Number(force) })}
+        >
+          <option value="">none</option>
+          {FORCES_N.map((force) => (
+            <option key={force} value={force}>
+              {force} N as 10 cm
+            </option>
+          ))}
+        </Choice>
+      )}
       <label>
         <input type="checkbox" checked={drawn.frames} onChange={(event) => put({ ...drawn, frames: event.target.checked })} /> frames
       </label>

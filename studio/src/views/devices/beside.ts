@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is drawn beside a machine: frames of its bodies, a ghost where it is to be, the path of a body. All of it stands at the cursor.
+// What is drawn beside a machine: frames of its bodies, a ghost where it is to be, the path of a body, forces where it touches. All of it stands at the cursor.
 import { AxesHelper, Box3, BufferGeometry, Color, Group, Line, LineBasicMaterial, Sphere, Vector3 } from "three";
 import type { Geometry } from "../../control/shapes";
 import type { Source } from "../../control/source";
 import { colour } from "../../design/colours";
 import { MOVE_MS } from "../../live/values";
+import { ContactArrows } from "./contacts";
 import { type Aim, aimed, buildGhost } from "./ghost";
 import { type BuiltMachine, disposeMachine } from "./machine";
 import type { Drawn } from "./PathAndGhost";
@@ -16,7 +17,7 @@ export interface Scene {
   geometry: Geometry;
   machine: BuiltMachine;
   stage: Pick<Stage, "add" | "remove" | "draw">;
-  /** Told what is drawn by now: places of the path, whether the ghost stands. */
+  /** Told what is drawn by now: places of the path, whether the ghost stands, how many contacts there are. */
   told: DOMStringMap;
 }
 
@@ -25,6 +26,7 @@ export function drawBeside(scene: Scene, drawn: Drawn, failed: (why: unknown) =>
   const over = new AbortController();
   const ends: (() => void)[] = [];
   if (drawn.frames) ends.push(drawFrames(scene));
+  if (drawn.force_N !== null && scene.geometry.contacts) ends.push(drawContacts(scene, scene.geometry.contacts, drawn.force_N));
   if (drawn.path_s > 0 && drawn.body !== null) ends.push(drawPath(scene, drawn.body, drawn.path_s * 1e9, over.signal, failed));
   if (drawn.ghost) drawGhost(scene, drawn.ghost, over.signal).then((end) => (over.signal.aborted ? end() : ends.push(end)), failed);
   return () => {
@@ -47,6 +49,26 @@ function drawFrames({ machine, stage }: Scene): () => void {
       axes.removeFromParent();
       axes.dispose();
     }
+  };
+}
+
+function drawContacts({ control, stage, told }: Scene, svv: string, force_N: number): () => void {
+  const arrows = new ContactArrows(force_N, new Color(colour("--bad")));
+  stage.add(arrows.root);
+  const end = control.values.watch(
+    svv,
+    (reading) => {
+      const numbers = reading?.value;
+      told.contacts = String(arrows.put(Array.isArray(numbers) ? numbers.map(Number) : []));
+      stage.draw();
+    },
+    MOVE_MS,
+  );
+  return () => {
+    end();
+    delete told.contacts;
+    stage.remove(arrows.root);
+    arrows.dispose();
   };
 }
 

@@ -47,6 +47,7 @@ test("a hinge turns what hangs on it about its anchor, from its reference", () =
       { ...body("link", "world", 1), joints: [{ ...hinge, axis: [0, 2, 0], position: [0, 0, 0.1] }], geoms: [geom] },
     ],
     meshes: [],
+    contacts: null,
   });
   expect(place(machine)).toEqual([0, 0, 1.5]);
   machine.joints[0]?.move(0.5 + Math.PI / 2);
@@ -68,7 +69,7 @@ test("a slide moves along its axis, in the frame of its body's parent", () => {
     joints: [slide],
     geoms: [geom],
   };
-  const machine = buildMachine({ bodies: [body("world", null, 0), turned], meshes: [] });
+  const machine = buildMachine({ bodies: [body("world", null, 0), turned], meshes: [], contacts: null });
   machine.joints[0]?.move(2);
   expect(place(machine)).toEqual([0, 2, 0.5]);
 });
@@ -85,6 +86,7 @@ test("a joint that nobody tells of stays, and is named", () => {
   const machine = buildMachine({
     bodies: [body("world", null, 0), { ...body("ball", "world", 1), joints: [free], geoms: [geom] }],
     meshes: [],
+    contacts: null,
   });
   expect(machine.still).toEqual(["ball"]);
   expect(place(machine)).toEqual([0, 0, 1.5]);
@@ -102,6 +104,7 @@ test("a free body stands where its pose says, in the world", () => {
   const machine = buildMachine({
     bodies: [body("world", null, 0), { ...body("ball", "world", 1), joints: [free], geoms: [geom] }],
     meshes: [],
+    contacts: null,
   });
   expect(machine.still).toEqual([]);
   machine.free[0]?.place([1, 2, 3, Math.SQRT1_2, Math.SQRT1_2, 0, 0]);

@@ -20,6 +20,7 @@ const body = (name: string, parent: string | null, position: [number, number, nu
 /** Two links of 1 m that turn about z, and a hand at the end. */
 const ARM: Geometry = {
   meshes: [],
+  contacts: null,
   bodies: [
     body("world", null, [0, 0, 0]),
     body("one", "world", [0, 0, 0], "arm.a.sensed"),
@@ -63,7 +64,7 @@ function past(asked: [number, number][]): Past {
 
 test("the tool is what the longest chain of joints moves last", () => {
   expect(toolOf(ARM)).toBe("hand");
-  expect(toolOf({ meshes: [], bodies: [body("world", null, [0, 0, 0])] })).toBeNull();
+  expect(toolOf({ meshes: [], contacts: null, bodies: [body("world", null, [0, 0, 0])] })).toBeNull();
 });
 
 test("the path in a recording is that of the joints as they were stored, around the cursor", async () => {
@@ -99,7 +100,7 @@ test("a ghost follows the goals of the joints that have one", () => {
   // A joint that follows a private cell, of which its sensed position is made.
   const port = (writes: boolean, cell: string) => ({ writes, cell });
   const read = { blocks: [{ ports: [port(false, "servo:reading"), port(true, "arm.a.sensed")] }] } as unknown as InstalledInstance;
-  const cells = { meshes: [], bodies: [body("world", null, [0, 0, 0]), body("one", "world", [0, 0, 0], "servo:reading")] };
+  const cells = { meshes: [], contacts: null, bodies: [body("world", null, [0, 0, 0]), body("one", "world", [0, 0, 0], "servo:reading")] };
   const all = new Set([...known, "servo:reading"]);
   expect(aimed(cells, "goal", [read], (name) => all.has(name))?.bodies[1]?.joints[0]?.svv).toBe("arm.a.goal");
 });

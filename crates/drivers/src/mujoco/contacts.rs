@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The contacts of a plant, where they are asked for: the model is loaded with a sensor of our own, which tells those with the greatest forces.
+//! It is the last of the sensors, so that none of the model's has another number, and no sensor changes how a plant moves.
+use std::path::{Path, PathBuf};
+
+/// The name of the sensor, and of the file in memory that adds it.
+pub(super) const SENSOR: &str = "opengpac.contacts";
+const FILE: &str = ".opengpac-contacts.xml";
+/// The most that can be asked for.
+pub(super) const CONTACTS_MAX: u32 = 64;
+/// What the sensor tells of a contact: force in the contact's axes, place, normal and tangent in the world.
+pub(super) const TOLD: usize = 12;
+/// What the channel has of it: place and force in the world.
+pub(super) const GIVEN: usize = 6;
+
+/// A file that includes the model at `model`, with the sensor of so many contacts, and where it has to stand: beside the model, from where the
+/// model's own files are looked for.
+pub(super) fn model_with(model: &Path, contacts: u32) -> (PathBuf, String) {
+    let name = model.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    let sensor = format!(r#"<contact name="{SENSOR}" num="{contacts}" reduce="maxforce" data="force pos normal tangent"/>"#);
+    (model.with_file_name(FILE), format!(r#"<mujoco><include file="{name}"/><sensor>{sensor}</sensor></mujoco>"#))
+}
+
+/// A contact as the channel has it: its place, m, and the force of its first shape on its second, N, both in the world.
+pub(super) fn given(told: &[f64; TOLD]) -> [f64; GIVEN] {
+    let [along, first, second, x, y, z, normal @ .., tx, ty, tz] = *told;
+    let tangent = [tx, ty, tz];
+    let [a, b] = [[1, 2, 0], [2, 0, 1]];
+    let force = |k: usize| along * normal[k] + first * tangent[k] + second * (normal[a[k]] * tangent[b[k]] - normal[b[k]] * tangent[a[k]]);
+    [x, y, z, force(0), force(1), force(2)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_force_is_told_in_the_world() {
+        // A contact whose normal is y and whose tangent is z: what is left is x.
+        let told = [2.0, 3.0, 5.0, 0.1, 0.2, 0.3, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+        assert_eq!(given(&told), [0.1, 0.2, 0.3, 5.0, 2.0, 3.0]);
+        assert_eq!(given(&[0.0; TOLD]), [0.0; GIVEN], "none");
+    }
+
+    #[test]
+    fn a_model_of_any_name_is_included() {
+        let (place, text) = model_with(Path::new("/cells/a & \"b\".xml"), 8);
+        assert_eq!(place, Path::new("/cells/.opengpac-contacts.xml"));
+        assert!(text.contains(r#"<include file="a &amp; &quot;b&quot;.xml"/>"#) && text.contains(r#"num="8""#), "{text}");
+    }
+}
