@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// An arm whose bodies are dense meshes, moving, at 1,440 pixels: how many frames a second it is drawn with. Printed beside the bar of the design.
+// OPENGPAC_TRIANGLES: how many it has.
+import { join } from "node:path";
+import { expect, test } from "vitest";
+import { browse, goTo, open, run } from "../running";
+
+const SECONDS = 10;
+const TRIANGLES = process.env.OPENGPAC_TRIANGLES ?? "40000";
+
+test("an arm of dense meshes that sways", { timeout: 300_000 }, async () => {
+  const [running, browser] = await Promise.all([run(join(import.meta.dirname, "meshes.py")), browse(false)]);
+  try {
+    const { page, errors } = await open(browser, running.url);
+    await page.setViewportSize({ width: 1440, height: 900 });
+    await goTo(page, "Devices");
+    await page.locator('.stage[data-placed="yes"] canvas').waitFor();
+    const frames = await page.evaluate(async (seconds) => {
+      const canvas = document.querySelector<HTMLCanvasElement>(".stage canvas");
+      if (!canvas) throw new Error("nothing is drawn");
+      const context = (canvas.getContext("webgl2") ?? canvas.getContext("webgl")) as WebGL2RenderingContext;
+      let painted = 0;
+      const begun = performance.now();
+      while (performance.now() - begun < seconds * 1000) {
+        await new Promise((next) => requestAnimationFrame(next));
+        // Until the pixels are there: what was asked of the renderer is done.
+        context.readPixels(0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, new Uint8Array(4));
+        painted += 1;
+      }
+      return painted / seconds;
+    }, SECONDS);
+    const renderer = await page.evaluate(() => {
+      const context = document.createElement("canvas").getContext("webgl2");
+      const about = context?.getExtension("WEBGL_debug_renderer_info");
+      return about ? String(context?.getParameter(about.UNMASKED_RENDERER_WEBGL)) : "a renderer that does not say its name";
+    });
+    process.stdout.write(`an arm of ${TRIANGLES} triangles: ${frames.toFixed(1)} frames a second (30 at least), drawn by ${renderer}\n`);
+    expect(errors).toEqual([]);
+  } finally {
+    await browser.close();
+    await running.stop();
+  }
+});
