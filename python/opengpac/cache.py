@@ -16,10 +16,24 @@ def user_cache() -> Path:
 
 
 def put(file: Path, content: bytes) -> None:
-    """Writes a file as a whole: others find all of it, or none."""
-    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as fresh:
-        fresh.write(content)
-    os.replace(fresh.name, file)
+    """Writes a file as a whole: others find all of it, or none. Errors: `OSError`, and then nothing is left of it."""
+    fresh, name = tempfile.mkstemp(dir=file.parent)
+    try:
+        with open(fresh, "wb") as opened:
+            opened.write(content)
+        os.replace(name, file)
+    except OSError:
+        os.unlink(name)
+        raise
+
+
+def keep(file: Path, content: bytes) -> None:
+    """The same of a file within a `folder`, with the folders that it lies in. Errors: `ModuleError`, where there is no room for it."""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        put(file, content)
+    except OSError as why:
+        refuse(ModuleError, f"'{file.name}' cannot be kept in '{file.parent}': {why.strerror}", "make room there, or set OPENGPAC_COMPILED")
 
 
 def folder(kind: str) -> Path:

@@ -10,6 +10,7 @@ import pytest
 
 import opengpac as gpac
 from opengpac import robots
+from opengpac.cache import keep
 
 ARM = """<body name="{p}base" pos="0 {y} 0"><body name="{p}upper">
 <joint name="{p}turn" axis="0 0 1" range="-2 2"/><geom size="0.02" mass="1"/>
@@ -97,6 +98,16 @@ def test_the_tip_of_a_tool_is_the_tool_of_the_arm(tmp_path: Path) -> None:
         assert np.allclose(arm.pose().position, (bare.forward(q) @ gpac.Frame((0, 0, 0.2))).position)
     with robots.load("ur5e", clock="virtual", tool="two_finger").system as cell:
         assert "ur5e.elbow" in cell.devices
+
+
+def test_a_model_of_several_files_needs_a_place_and_one_of_one_file_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "taken").write_text("a file")
+    monkeypatch.setenv("OPENGPAC_COMPILED", str(tmp_path / "taken"))
+    robots.load("ur5e", clock="virtual").system.close()
+    with pytest.raises(gpac.ModuleError, match=r"models cannot be kept in '.*/taken/models': .*; set OPENGPAC_COMPILED"):
+        robots.load("ur5e", clock="virtual", tool="two_finger")
+    with pytest.raises(gpac.ModuleError, match=r"'arm.xml' cannot be kept in '.*/taken/gone': .*; make room there"):
+        keep(tmp_path / "taken" / "gone" / "arm.xml", b"<mujoco/>")
 
 
 def test_a_tool_without_a_tip_leaves_the_flange(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ..blocks import Block, Item
-from ..cache import folder, put
+from ..cache import folder, keep
 from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
 from ..given import taking
 from ..kept import block_name, interface, kept
@@ -113,8 +113,7 @@ def unpacked(fmu: Description) -> tuple[Path, str]:
             if not target.resolve().is_relative_to(root.resolve()):
                 refuse(ModuleError, f"'{fmu.file.name}' has an entry '{entry}', which is outside of it")
             if not target.exists():
-                target.parent.mkdir(parents=True, exist_ok=True)
-                put(target, archive.read(entry))
+                keep(target, archive.read(entry))
     if not any(entry.startswith("resources/") for entry in fmu.beside):
         return root / fmu.binary, ""
     resources = root / "resources"

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..cache import folder, put
+from ..cache import folder, keep
 from ..drivers.driver import Driver
 from ..drivers.in_python import python
 from ..errors import CallError, ModuleError, refuse
@@ -53,7 +53,7 @@ def fmu(
     text = _source(fmu, ports, constants, str(library), resources, step_ns)
     file = folder("fmu-devices") / f"fmu_{hashlib.sha256(text.encode()).hexdigest()[:24]}.py"
     if not file.exists():
-        put(file, text.encode())
+        keep(file, text.encode())
     return python(file, period=step_ns * 1e-9, age_max=age_max)
 
 

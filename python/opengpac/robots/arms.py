@@ -161,8 +161,7 @@ def _kept(text: str | None, arm: Path) -> Path:
     content = text.encode()
     file = cache.folder("models") / hashlib.sha256(content).hexdigest()[:32] / f"{arm.stem}.xml"
     if not file.exists():
-        file.parent.mkdir(exist_ok=True)
-        cache.put(file, content)
+        cache.keep(file, content)
     return file
 
 
