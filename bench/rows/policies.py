@@ -73,8 +73,7 @@ def _block(cell: gpac.System, policy: gpac.Policy, x: np.ndarray) -> Callable[[i
         instantiation_parameters={"x": "policy.obs", "y": "policy.actions"},
         command_lists={"start": [activate("policy", every="1 ms")]},
     )
-    gives: Any = policy.items["actions"].type
-    verb.on(source).asynch(cell.svv("x", f"double[{len(x)}]", initial=x), cell.svv("y", f"double[{gives['array'][1]}]"))
+    verb.on(source).asynch(cell.svv("x", policy.items["obs"].type, initial=x), cell.svv("y", policy.items["actions"].type))
 
     def run(times: int) -> float:
         cell.block_times(during="60 s")
