@@ -23,7 +23,7 @@ OPEN = {
     ("remote verb", "start, remote"): LANES,
     ("transition", "100 blocks out and in, each by a command"): COMMANDS,
     ("python blocks", "the first block of a process"): "a PID 1.4 s, 2.1 s where Python keeps no byte code; a tiny block 0.97 s",
-    ("policy", "large"): "0.60 to 0.62 of onnxruntime: 760 kB of weights come from the second cache at 84 GB/s, 0.5 would be 103 (decision 203)",
+    ("policy", "large"): "0.60 to 0.62 of onnxruntime: 760 kB of weights come at 84 GB/s, the bar takes 103 (decision 203)",
 }
 """Row, and how the line begins."""
 
