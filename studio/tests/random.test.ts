@@ -34,8 +34,22 @@ afterAll(async () => {
 
 const keptText = (page: Page) => page.evaluate(() => sessionStorage.getItem("opengpac.draft") ?? "");
 
-/** Opens what a round begins with, a verb, a graph with one within, or a composition, and waits until it lies where it is to lie. */
+/** Begins a round, with nothing before it that could be taken back: what Undo leaves behind, and a change then replaces, is gone for good. */
 async function begin(page: Page, kind: number): Promise<string> {
+  const start = await opened(page, kind);
+  await page.reload();
+  await goTo(page, "Data flow");
+  const edit = page.getByRole("button", { name: "Edit", exact: true });
+  const undo = page.getByRole("button", { name: "Undo", exact: true });
+  await edit.or(undo).first().waitFor();
+  if (await edit.isVisible()) await edit.click();
+  await expect.poll(() => undo.isDisabled()).toBe(true);
+  expect(await keptText(page)).toBe(start);
+  return start;
+}
+
+/** Opens what a round begins with, a verb, a graph with one within, or a composition, and waits until it lies where it is to lie. */
+async function opened(page: Page, kind: number): Promise<string> {
   if (kind === 2) {
     await page.getByRole("button", { name: "New composition" }).click();
     for (const verb of ["sway", "jog"]) {

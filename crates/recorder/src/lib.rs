@@ -22,6 +22,7 @@ mod page;
 mod reader;
 mod recorder;
 mod room;
+mod shapes;
 mod shelf;
 mod sources;
 mod span;

@@ -253,6 +253,9 @@ impl Drain {
             self.values.tap.heard(self.log.next(), self.ends.next());
             self.values.drain(&mut page);
             self.inputs.iter_mut().for_each(|inputs| inputs.drain(&mut page));
+            if stops {
+                self.state.complete(&mut page);
+            }
             channels += page.definitions.len();
             if !page.is_empty() {
                 page = self.room.put(page, self.is_virtual);

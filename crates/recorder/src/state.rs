@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a reader needs to show a recording as the system itself is shown: what was installed, how it stood, alarms, the shapes of devices.
 use crate::page::{ChannelId, Page};
+use crate::shapes::Shapes;
 use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
 use serde::Serialize;
 use serde_json::json;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use supervisor::{Installed, InstanceState, System};
 
 const SECOND_NS: i64 = 1_000_000_000;
@@ -21,7 +22,7 @@ pub(crate) struct State {
     next_ns: i64,
     soon_ns: i64,
     happened: bool,
-    shapes: BTreeSet<String>,
+    shapes: Shapes,
     channels: BTreeMap<String, ChannelId>,
 }
 
@@ -35,7 +36,7 @@ impl State {
             next_ns: now_ns,
             soon_ns: now_ns,
             happened: false,
-            shapes: BTreeSet::new(),
+            shapes: Shapes::default(),
             channels: BTreeMap::new(),
             system,
         }
@@ -54,6 +55,18 @@ impl State {
             (self.next_ns, self.soon_ns, self.happened) = (now_ns + SECOND_NS, now_ns + SOON_NS, false);
             self.statistics(page, now_ns);
         }
+        self.shapes(page, false);
+    }
+
+    /// Appends what is still under way.
+    pub fn complete(&mut self, page: &mut Page) {
+        self.shapes(page, true);
+    }
+
+    fn shapes(&mut self, page: &mut Page, all: bool) {
+        for (device, asked_ns, geometry) in self.shapes.take(all) {
+            self.put(page, &format!("{GEOMETRY}{device}"), asked_ns, &geometry);
+        }
     }
 
     /// Lists and states of instances come from the log, with their own times: only what else has changed is told.
@@ -68,13 +81,7 @@ impl State {
 
     fn statistics(&mut self, page: &mut Page, now_ns: i64) {
         let statistics = self.system.statistics();
-        for device in statistics.physical_devices.keys() {
-            if self.shapes.insert(device.clone())
-                && let Ok(geometry) = self.system.geometry(device)
-            {
-                self.put(page, &format!("{GEOMETRY}{device}"), now_ns, &geometry);
-            }
-        }
+        self.shapes.ask(&self.system, statistics.physical_devices.keys(), now_ns);
         self.put(page, STATISTICS, now_ns, &statistics);
         let alarms = self.system.alarms();
         let text = text_of(&alarms.current);

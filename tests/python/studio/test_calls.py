@@ -10,6 +10,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from mcap import reader
 
 import opengpac as gpac
 from opengpac import motion
@@ -88,6 +89,11 @@ def test_a_mesh_is_drawn_by_its_triangles_where_the_model_has_it(tmp_path: Path)
         rtp = cell.processor("rtp0")
         gpac.robots.load(model, rtp, on=rtp.timer("fast", period="1 ms", priority=80))
         shape = drawn(cell._native.call("geometry", json.dumps({"device": "wedge"})))
+        # A recording has it too, however short it is.
+        cell.record(tmp_path / "run.mcap").stop()
+        with open(tmp_path / "run.mcap", "rb") as file:
+            (kept,) = [json.loads(message.data) for _, _, message in reader.make_reader(file).iter_messages("/geometry/wedge")]
+    assert kept == shape
     first, second, ball = (geom for body in shape["bodies"] for geom in body["geoms"])
     assert [(geom["kind"], geom["mesh"]) for geom in (first, second, ball)] == [("mesh", 0), ("mesh", 0), ("sphere", None)]
     (mesh,) = shape["meshes"]

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The shapes of devices, asked for beside the recording: a model that has to be loaded once more takes longer than values may wait.
+use std::collections::BTreeSet;
+use std::thread::JoinHandle;
+use supervisor::{Geometry, System};
+
+/// A shape, with its device and the time at which it was asked for.
+pub(crate) type Shape = (String, i64, Geometry);
+
+/// Shapes of devices, each asked for once.
+#[derive(Default)]
+pub(crate) struct Shapes {
+    asked: BTreeSet<String>,
+    under_way: Vec<JoinHandle<Vec<Shape>>>,
+}
+
+impl Shapes {
+    /// Asks for those of devices that are new.
+    pub fn ask<'a>(&mut self, system: &System, devices: impl Iterator<Item = &'a String>, now_ns: i64) {
+        let new: Vec<String> = devices.filter(|device| self.asked.insert((*device).clone())).cloned().collect();
+        if new.is_empty() {
+            return;
+        }
+        let system = system.observer();
+        let shape = move |device: String| Some((system.geometry(&device).ok()?, device)).map(|(geometry, device)| (device, now_ns, geometry));
+        // Without a thread there is no shape: what is recorded goes on.
+        let begun = std::thread::Builder::new().name("recorder-shapes".to_owned()).spawn(move || new.into_iter().filter_map(shape).collect());
+        self.under_way.extend(begun);
+    }
+
+    /// Those that are there by now; with `all` every one that was asked for, however long that takes.
+    pub fn take(&mut self, all: bool) -> Vec<Shape> {
+        let (there, rest) = std::mem::take(&mut self.under_way).into_iter().partition(|thread: &JoinHandle<_>| all || thread.is_finished());
+        self.under_way = rest;
+        let there: Vec<JoinHandle<Vec<Shape>>> = there;
+        there.into_iter().filter_map(|thread| thread.join().ok()).flatten().collect()
+    }
+}
