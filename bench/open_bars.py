@@ -10,7 +10,6 @@ COMMANDS = "each command is an operation of its own: 5.6 to 7.9 µs, as one grap
 LANES = "a thread of a lane, the source and the supervisor are woken in each call, and the server's thread for its answer"
 BYTES = "memory decides: 152 bytes a block, the loop has 104: 1.46 times as many (decision 149)"
 ENTRY = "1.13 to 1.26 for a gain, where PID holds: its entry is not explained yet (decision 149)"
-INSTRUCTIONS = "30 instructions a block, the loop 23: the number and mark of an invocation, the guard's step (decision 150)"
 OPEN = {
     ("dispatch", "gain in Rust, chain, "): ENTRY,
     ("dispatch", "PID in C, independent, 100,000"): BYTES,

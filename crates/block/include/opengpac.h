@@ -577,8 +577,8 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
             __asm__ volatile("" ::: "memory"); \
             *(volatile uint32_t *)step = index; \
             __asm__ volatile("" ::: "memory"); \
-            uint64_t result = OG_FAULT; \
-            if (OG_IS_BANKED(NAME)) result = opengpac_once_##NAME(calls[index].instance, calls[index].invocation); \
+            const opengpac_call *call = calls + index; \
+            uint64_t result = OG_IS_BANKED(NAME) ? opengpac_once_##NAME(call->instance, call->invocation) : opengpac_run_##NAME(call->instance, call->invocation); \
             if (result != OG_DONE) return result; \
         } \
         return OG_DONE; \

@@ -254,7 +254,7 @@ impl Drain {
             self.values.drain(&mut page);
             self.inputs.iter_mut().for_each(|inputs| inputs.drain(&mut page));
             if stops {
-                self.state.complete(&mut page);
+                self.state.shapes(&mut page, true);
             }
             channels += page.definitions.len();
             if !page.is_empty() {

@@ -22,7 +22,7 @@ impl Shapes {
             return;
         }
         let system = system.observer();
-        let shape = move |device: String| Some((system.geometry(&device).ok()?, device)).map(|(geometry, device)| (device, now_ns, geometry));
+        let shape = move |device: String| system.geometry(&device).ok().map(|geometry| (device, now_ns, geometry));
         // Without a thread there is no shape: what is recorded goes on.
         let begun = std::thread::Builder::new().name("recorder-shapes".to_owned()).spawn(move || new.into_iter().filter_map(shape).collect());
         self.under_way.extend(begun);
@@ -30,9 +30,7 @@ impl Shapes {
 
     /// Those that are there by now; with `all` every one that was asked for, however long that takes.
     pub fn take(&mut self, all: bool) -> Vec<Shape> {
-        let (there, rest) = std::mem::take(&mut self.under_way).into_iter().partition(|thread: &JoinHandle<_>| all || thread.is_finished());
-        self.under_way = rest;
-        let there: Vec<JoinHandle<Vec<Shape>>> = there;
-        there.into_iter().filter_map(|thread| thread.join().ok()).flatten().collect()
+        let there = self.under_way.extract_if(.., |thread| all || thread.is_finished());
+        there.filter_map(|thread| thread.join().ok()).flatten().collect()
     }
 }

@@ -58,12 +58,8 @@ impl State {
         self.shapes(page, false);
     }
 
-    /// Appends what is still under way.
-    pub fn complete(&mut self, page: &mut Page) {
-        self.shapes(page, true);
-    }
-
-    fn shapes(&mut self, page: &mut Page, all: bool) {
+    /// Appends the shapes that are there by now; with `all` every one that was asked for.
+    pub fn shapes(&mut self, page: &mut Page, all: bool) {
         for (device, asked_ns, geometry) in self.shapes.take(all) {
             self.put(page, &format!("{GEOMETRY}{device}"), asked_ns, &geometry);
         }

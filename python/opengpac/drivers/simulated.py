@@ -22,8 +22,8 @@ def mujoco(path: str | os.PathLike[str], *, timestep: Quantity | None = None, co
     """A robot arm simulated by MuJoCo: one MJCF file, one part for each actuated joint.
 
     Each part has `position`, `velocity`, `bias` (read) and `effort` (written); a tool has `tool.force` and `tool.push`. With `contacts`,
-    1 to 64, the channel `contacts` tells of so many, those with the greatest forces, six numbers each: where it is, x y z in m, and what
-    its first shape does to its second, x y z in N, both in the world; zeros where there are fewer. The page draws them as arrows.
+    1 to 64, the channel `contacts` gives that number of contacts, the largest forces first, as six numbers each: position (x y z, m) and
+    force of the first shape on the second (x y z, N), in the world frame; zeros if there are fewer. The studio draws them as arrows.
     """
     library = mujoco_folder()
     if library is None:

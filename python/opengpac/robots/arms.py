@@ -56,7 +56,7 @@ def load(
     it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
     (`gpac.drivers.plant_process`), which a text names for programs that come later. `driver` commands a real arm in place of the simulated
     one, `gpac.drivers.ur("192.0.2.10")`; `path` then says its geometry and its limits; `"so101"` is an arm without geometry, whose servos
-    a `gpac.drivers.feetech(port)` finds by itself. So many `contacts` of the simulation are told, those with the greatest forces
+    a `gpac.drivers.feetech(port)` finds by itself. `contacts` is the number of contacts that the simulation reports
     (`gpac.drivers.mujoco`). The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     model = _model(path, tool, scene)

@@ -40,7 +40,7 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
     };
     let sensors = arm.sensors.iter().map(|of| layout.add(sensor(of))).collect();
     let contacts = |(_, count): (i32, usize)| {
-        let doc = "where the contacts with the greatest forces are, x y z, m, and what their first shape does to the second, x y z, N, in the world";
+        let doc = "contacts with the largest forces: position, x y z, m, and force of the first shape on the second, x y z, N, in the world frame";
         layout.add(Channel::read("contacts", Type::doubles(GIVEN * count)).doc(doc))
     };
     let contacts = arm.contacts.map(contacts);

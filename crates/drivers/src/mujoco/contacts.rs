@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The contacts of a plant, where they are asked for: the model is loaded with a sensor of our own, which tells those with the greatest forces.
-//! It is the last of the sensors, so that none of the model's has another number, and no sensor changes how a plant moves.
+//! Contacts of a plant. With the option `contacts` the model is loaded with an additional contact sensor, which reports the contacts with the largest
+//! forces. It comes after the model's own sensors, whose numbers it leaves as they are, and it does not change the motion of the plant.
 use std::path::{Path, PathBuf};
 
 /// The name of the sensor, and of the file in memory that adds it.

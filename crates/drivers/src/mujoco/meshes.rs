@@ -2,12 +2,12 @@
 //! The triangles of a model's meshes, for drawing. They are not among the fields that MuJoCo's library gives by their names, but the Python package
 //! that it comes with has them: a child process with that package reads them. Where there is none, or it does not come through, a mesh is drawn as
 //! the box around it.
+use super::trial::LIMIT_S;
 use device::Mesh;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-const SCRIPT: &str = include_str!("meshes.py");
-const LIMIT_S: u32 = 60;
+const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("meshes.py"));
 /// Triangles of a whole model that are given: what a browser draws at a good rate, and an answer holds.
 const FACES_MAX: usize = 150_000;
 /// Vertices are told to this part of a metre.

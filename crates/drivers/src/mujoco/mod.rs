@@ -10,7 +10,7 @@
 //! | `tool.force` | double[3], N | read: what the tool does to the flange, in the frame of the sensor's site |
 //! | `sensor.<name>` | double or double[k], the sensor's unit | read: a sensor of the model (touch, force, joint and frame positions, …) |
 //! | `<joint>.pose` | double[7] | read: where a free body stands, x y z in m, then its turn as w x y z; without a name the joint is called as its body |
-//! | `contacts` | double[6 n] | read, with the option `contacts`: of the n contacts with the greatest forces each place, x y z in m, and the force of the first shape on the second, x y z in N, in the world frame; zeros where there are fewer |
+//! | `contacts` | double[6 n] | read, with the option `contacts`: for each of the n contacts with the largest forces its position, x y z in m, and the force of its first shape on its second, x y z in N, in the world frame; zeros if there are fewer |
 //! | `tool.push` | double[3], N | write, safe value 0: a force from outside at the tool, in the world frame, for tests |
 //!
 //! **Effort** is a generalised force at the joint, within the limits of the model, whatever actuator the model has there: motors
@@ -50,7 +50,7 @@ const OPTIONS: [OptionWord; 4] = [
     OptionWord::needed("path", Kind::Text, "the MJCF file"),
     OptionWord::with_default("library", Kind::Text, "what OPENGPAC_MUJOCO says", "folder of the Python package 'mujoco', or its library itself"),
     OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s"),
-    OptionWord::with_default("contacts", Kind::Whole, "0", "how many contacts its channel `contacts` tells, those with the greatest forces; at most 64"),
+    OptionWord::with_default("contacts", Kind::Whole, "0", "number of contacts in the channel `contacts`, the largest forces first; at most 64"),
 ];
 
 #[derive(Deserialize)]

@@ -12,8 +12,8 @@ use std::process::{Command, Output, Stdio};
 use std::sync::Mutex;
 use std::time::SystemTime;
 
-const SCRIPT: &str = include_str!("trial.py");
-const LIMIT_S: u32 = 60;
+const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("trial.py"));
+pub(super) const LIMIT_S: u32 = 60;
 /// How many models that passed are remembered.
 const PASSED_MAX: usize = 64;
 

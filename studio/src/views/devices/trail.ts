@@ -70,7 +70,7 @@ export class RecordedPath {
 
   constructor(past: Past, geometry: Geometry, body: string, span_ns: number) {
     this.#past = past;
-    this.#machine = buildMachine({ meshes: [], contacts: null, bodies: geometry.bodies.map((one) => ({ ...one, geoms: [] })) });
+    this.#machine = buildMachine({ ...geometry, meshes: [], bodies: geometry.bodies.map((one) => ({ ...one, geoms: [] })) });
     this.#body = body;
     this.#span_ns = span_ns;
   }
