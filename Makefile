@@ -188,6 +188,8 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/watched.py
 	$(BIN)/python tests/faults/fuzz.py
 	OPENGPAC_BUDGET_FAULTS=100000 cargo test -p kernel --profile checked --test stores -- --nocapture
+	OPENGPAC_FUSED=1000 cargo test -p kernel --profile checked --test fused -- --nocapture
+	OPENGPAC_FUSED_GRAPHS=all $(BIN)/python -m pytest -q tests/python/mappings/test_fused.py
 	OPENGPAC_LOOPS=1000 cargo test -p kernel --profile checked --test foreign -- --nocapture --test-threads=1
 	$(BIN)/python tests/faults/no_jump.py
 	OPENGPAC_CYCLES=100000 $(BIN)/python -m pytest -q tests/python/conformance/test_r098_instances.py -k leave_no_memory_behind

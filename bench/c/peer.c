@@ -165,3 +165,37 @@ int64_t peer_inlined(peer *p, long cycles)
     }
     return now_ns() - started;
 }
+
+// 100 gains behind each other, written out in one function: each output is looked at and kept, as those of blocks are.
+enum { WRITTEN_OUT = 100 };
+static struct {
+    double k[WRITTEN_OUT], y[WRITTEN_OUT];
+} written_out;
+
+static __attribute__((noinline)) int written_out_cycle(double u)
+{
+#pragma GCC unroll 100
+    for (int i = 0; i < WRITTEN_OUT; i++) {
+        u = written_out.k[i] * u;
+        if (!isfinite(u))
+            return 1;
+        written_out.y[i] = u;
+    }
+    return 0;
+}
+
+int64_t peer_written_out(peer *p, long cycles)
+{
+    static volatile long faults;
+    (void)p;
+    for (int i = 0; i < WRITTEN_OUT; i++)
+        written_out.k[i] = 1.0;
+    int64_t started = now_ns();
+    for (long c = 0; c < cycles; c++) {
+        cycle_started = now_ns();
+        if (written_out_cycle(1.0))
+            faults++;
+        cycle_ended = now_ns();
+    }
+    return now_ns() - started;
+}

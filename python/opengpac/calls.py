@@ -116,6 +116,15 @@ class Calls(Asking):
         """Returns every block: of the library, of code modules."""
         return self._ask("library")
 
+    def fuse(self, on: bool | None = None) -> Any:
+        """Fuses blocks in C that are always due together, for a second; with groups `waiting` it is to be
+        called again. Returns what is fused."""
+        return self._ask("fuse", {"on": on})
+
+    def fused(self) -> Any:
+        """Returns what is fused, and what is not and why."""
+        return self._ask("fused")
+
     def device(self, request: Mapping[str, Any], name: str) -> None:
         """Makes a logical device, with its own verb instance."""
         return self._ask_of("device", request, {"name": name})

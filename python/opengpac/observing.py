@@ -18,7 +18,7 @@ from .quantities import Quantity, duration_ns
 from .recordings import Recording, begin
 from .reports import Report
 from .sources import Source
-from .statistics import Log, Names, Statistics
+from .statistics import Fused, Log, Names, Statistics
 from .svvs import SVV, Snapshot, snapshot
 from .tables import Shown, Table, Tables
 
@@ -44,6 +44,12 @@ class Observed(Shown):
         """Firings, overruns, jitter and times of each source; instances; devices; the emergency stop. A notebook shows tables."""
         with refusals:
             return Statistics(self._alive().statistics())
+
+    @property
+    def fused(self) -> Fused:
+        """Which blocks are fused, and which are not and why: see `fuse`. A notebook shows tables."""
+        with refusals:
+            return Fused(self._alive().fused())
 
     @property
     def names(self) -> Names:

@@ -84,6 +84,30 @@ def _short(name: Any) -> str:
     return str(name.get("name", name)) if isinstance(name, Mapping) else str(name)
 
 
+class Fused(dict[str, Any], Shown):
+    """Which blocks are fused, and which are not and why: see `System.fuse`.
+
+    `on`; `waiting`, how many groups nobody has compiled so far; `groups`, each with its `source`, its `blocks`, whether they are `fused`,
+    and `why` not; `single`, each `block` that cannot be fused, and `why`.
+    """
+
+    def groups(self) -> Table:
+        """The groups of blocks that are always due together, of which some read what others store."""
+        state = ["fused" if g["fused"] else g["why"] or "not fused" for g in self["groups"]]
+        rows = [(g["source"], ", ".join(g["blocks"]), len(g["blocks"]), how) for g, how in zip(self["groups"], state, strict=True)]
+        looks = ["good" if g["fused"] else "warn" if g["why"] else "" for g in self["groups"]]
+        return Table("groups of blocks", ["source", "blocks", "number", "state"], rows, looks)
+
+    def single(self) -> Table:
+        """The blocks that cannot be fused."""
+        return Table("blocks that cannot be fused", ["block", "why"], [(b["block"], b["why"]) for b in self["single"]])
+
+    def _table(self) -> Tables:
+        count = sum(len(g["blocks"]) for g in self["groups"] if g["fused"])
+        head = f"{count} blocks are fused" if self["on"] else "blocks are not fused: cell.fuse()"
+        return Tables([table for table in (self.groups(), self.single()) if table.rows], head)
+
+
 class Log(list[dict[str, Any]], Shown):
     """Entries of a log, oldest first."""
 

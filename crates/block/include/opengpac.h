@@ -485,7 +485,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_BYTES(C, T, name) (OG_IS_SIZED(#T) ? opengpac_n * (sizeof(opengpac_type_##C##_##name) / OG_DIVISOR(opengpac_most_##C)) : sizeof(opengpac_type_##C##_##name))
 #define OG_DIVISOR(n) ((n) + !(n))
 #define OG_LOAD(C, i, t) OG_EACH(C, i, t, OG_LOAD_BOUND, OG_LOAD_OWN, OG_LOAD_OWN, OG_LOAD_OWN, OG_LOAD_COND, OG_NOTHING, OG_LOAD_OWN, OG_NOTHING)
-#define OG_LOAD_BOUND(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&local.name, m->at_##name, OG_BYTES(C, T, name));
+#define OG_LOAD_BOUND(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&local.name, given_in && given_in[i] ? given_in[i] : m->at_##name, OG_BYTES(C, T, name));
 #define OG_LOAD_OWN(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&local.name, &m->self.name, OG_BYTES(C, T, name));
 #define OG_LOAD_COND(C, i, K, mode, flags, ratio, T, name, ...) \
     OG_LOAD_OWN(C, i, K, mode, flags, ratio, T, name, ~) \
@@ -496,6 +496,8 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_WHICH(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_WHICH_OF, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
 #define OG_WHICH_OF(C, i, K, mode, flags, ratio, T, name, ...) \
     if (!((flags) & OG_MAY_BE_NONFINITE) && opengpac_nonfinite(&local.name, OG_BYTES(C, T, name), OG_CLASS(T), #T) >> 63) return OG_NONFINITE | (uint64_t)(i) << 8;
+#define OG_PASS(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_PASS_OUT, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
+#define OG_PASS_OUT(C, i, K, mode, flags, ratio, T, name, ...) if (given_out && given_out[i]) __builtin_memcpy(given_out[i], &local.name, OG_BYTES(C, T, name));
 #define OG_STORE(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_STORE_BOUND, OG_NOTHING, OG_STORE_OWN, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
 #define OG_STORE_BOUND(C, i, K, mode, flags, ratio, T, name, ...) \
     if ((mode) != OG_RATIO || (invocation.number - m->header.activated + 1) % OG_DIVISOR(ratio) == 0) \
@@ -570,15 +572,17 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
     static opengpac_outcome opengpac_body_##NAME(void)
 // A bank entry runs each step exactly as `run` does. Before one begins, its index and all that the step before has stored are in memory: a
 // signal finds which it was. A large block spends its time in its body: it has no second text of that.
+#define OG_BEGIN_STEP(step, index) \
+    __asm__ volatile("" ::: "memory"); \
+    *(volatile uint32_t *)(step) = (index); \
+    __asm__ volatile("" ::: "memory");
 #define OG_BANKED_SIZE_MAX 1024
 #define OG_BANK(NAME) \
     static uint64_t opengpac_bank_##NAME(const opengpac_call *calls, uint32_t *step, uint32_t from, uint32_t to) { \
         for (uint32_t index = from; index < to; index++) { \
-            __asm__ volatile("" ::: "memory"); \
-            *(volatile uint32_t *)step = index; \
-            __asm__ volatile("" ::: "memory"); \
+            OG_BEGIN_STEP(step, index) \
             const opengpac_call *call = calls + index; \
-            uint64_t result = OG_IS_BANKED(NAME) ? opengpac_once_##NAME(call->instance, call->invocation) : opengpac_run_##NAME(call->instance, call->invocation); \
+            uint64_t result = OG_IS_BANKED(NAME) ? opengpac_once_##NAME(call->instance, call->invocation, 0, 0) : opengpac_run_##NAME(call->instance, call->invocation); \
             if (result != OG_DONE) return result; \
         } \
         return OG_DONE; \
@@ -603,7 +607,8 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
     OG_END_NAMESPACE \
     OG_INLINE opengpac_outcome opengpac_body_##NAME(struct OG_SCOPE(NAME) opengpac_self_##NAME *, const Invocation * OG_MAP(OG_VARIABLE, NAME, __VA_ARGS__)); \
     OG_NAMESPACE(NAME) \
-    OG_INLINE uint64_t opengpac_once_##NAME(void *memory, const Invocation *given) { \
+    /* One invocation. Fused blocks hand values on: what is given for an item in `given_in` is its value; `given_out` takes it, too. */ \
+    OG_INLINE uint64_t opengpac_once_##NAME(void *memory, const Invocation *given, const void *const *given_in, void *const *given_out) { \
         struct opengpac_instance_##NAME *m = (struct opengpac_instance_##NAME *)memory; \
         struct opengpac_self_##NAME local; \
         Invocation invocation; \
@@ -619,6 +624,7 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
         OG_MAP(OG_LOAD, NAME, __VA_ARGS__) \
         OG_TRY(outcome = opengpac_body_##NAME(&local, &invocation OG_MAP(OG_ACTUAL, NAME, __VA_ARGS__));) \
         if (outcome.word == OG_DONE) { OG_MAP(OG_TOP, NAME, __VA_ARGS__) } \
+        OG_MAP(OG_PASS, NAME, __VA_ARGS__) \
         /* From here on it is not ended: nothing below comes before the mark is gone. */ \
         *(volatile uint64_t *)&m->header.number = invocation.number + 1; \
         __asm__ volatile("" ::: "memory"); \
@@ -628,7 +634,7 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
         if (__builtin_expect(local.opengpac_reports != 0, 0)) { OG_MAP(OG_REPORTS, NAME, __VA_ARGS__) } \
         return local.opengpac_reports; \
     } \
-    static uint64_t opengpac_run_##NAME(void *memory, const Invocation *given) { return opengpac_once_##NAME(memory, given); } \
+    static uint64_t opengpac_run_##NAME(void *memory, const Invocation *given) { return opengpac_once_##NAME(memory, given, 0, 0); } \
     OG_BANK(NAME) \
     OG_IMAGE(NAME, __VA_ARGS__) \
     static const opengpac_item opengpac_items_##NAME[] = {OG_MAP(OG_ITEMS, NAME, __VA_ARGS__)}; \
@@ -688,15 +694,15 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
 
 OG_EXTERN_C __attribute__((weak, visibility("default"))) const opengpac_module_table *opengpac_module(void);
 OG_EXTERN_C __attribute__((weak, visibility("default"))) const opengpac_module_table *opengpac_module(void) {
-    static opengpac_module_table module;
-    module.abi = OPENGPAC_ABI;
-    module.block_count = (uint32_t)(__stop_opengpac_blocks - __start_opengpac_blocks);
-    module.blocks = __start_opengpac_blocks;
-    module.type_count = (uint32_t)(__stop_opengpac_types - __start_opengpac_types);
-    module.types = __start_opengpac_types;
-    module.target = OG_TARGET;
-    module.compiler = __VERSION__;
-    return &module;
+    static opengpac_module_table opengpac_module_here;
+    opengpac_module_here.abi = OPENGPAC_ABI;
+    opengpac_module_here.block_count = (uint32_t)(__stop_opengpac_blocks - __start_opengpac_blocks);
+    opengpac_module_here.blocks = __start_opengpac_blocks;
+    opengpac_module_here.type_count = (uint32_t)(__stop_opengpac_types - __start_opengpac_types);
+    opengpac_module_here.types = __start_opengpac_types;
+    opengpac_module_here.target = OG_TARGET;
+    opengpac_module_here.compiler = __VERSION__;
+    return &opengpac_module_here;
 }
 
 // The bank entry of the block with this `run`, if it has one: who does not ask runs it step by step.

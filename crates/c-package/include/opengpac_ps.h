@@ -124,6 +124,12 @@ void opengpac_close(opengpac_system *system);
  *       Deletes an SVV that nothing is bound to.
  *   library() -> list of Interface
  *       Returns every block: of the library, of code modules.
+ *   fuse([on]) -> Fused
+ *       Fuses blocks in C that are always due together, for a second; with groups `waiting` it is to be
+ *       called again. Returns what is fused.
+ *         on: False undoes it.
+ *   fused() -> Fused
+ *       Returns what is fused, and what is not and why.
  * logical devices
  *   device(name, ...request)
  *       Makes a logical device, with its own verb instance.

@@ -218,9 +218,14 @@ impl Drop for Containment {
 
 /// Takes the code of the module that this entry is of for the blocks' own, which may be left at any instruction. Not for the real-time path.
 pub fn trust(run: Run) {
+    trust_code(run as *const c_void);
+}
+
+/// The same of any function in it.
+pub(crate) fn trust_code(of: *const c_void) {
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers may read what it adds to.
-    unsafe { opengpac_containment_trust(run as *const c_void) };
+    unsafe { opengpac_containment_trust(of) };
 }
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());

@@ -26,6 +26,7 @@ pub mod edge;
 pub mod event;
 pub mod firing;
 pub mod floats;
+mod fusing;
 pub mod inbound;
 pub mod memory;
 pub mod phase;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The step loop: the hot one, and the careful one that a firing goes over to when a step has faulted.
 #![allow(clippy::needless_borrow, reason = "behind a raw pointer the compiler asks for the borrow to be seen")]
-use crate::bank::Bank;
+use crate::bank::{Entry, Stretch};
 use crate::containment::{OUTSIDE, Over, budget_signal};
 use crate::counters::add;
 use crate::event::Fault;
@@ -14,7 +14,6 @@ use crate::table::{Report, Table};
 use opengpac::abi::{RUNNING, mark, outcome};
 use opengpac::floats::Words;
 use std::ffi::c_void;
-use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 /// How a contained loop ended before its end.
@@ -135,10 +134,8 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
             if !*due.add(stretch.slot as usize) {
                 continue;
             }
-            if !P::POSSIBLE
-                && let Some(bank) = stretch.bank
-            {
-                if let Some(faulted) = banked::<PROBED>(kernel, bank, stretch.start..stretch.end, now_ns, visited) {
+            if !P::POSSIBLE && !matches!(stretch.entry, Entry::Single) {
+                if let Some(faulted) = together::<PROBED>(kernel, stretch, now_ns, visited) {
                     return careful(kernel, faulted + 1, now_ns, false, preempt);
                 }
                 continue;
@@ -176,26 +173,34 @@ fn loop_in_one_line() {
     unsafe { std::arch::asm!(".p2align 6", options(nomem, nostack, preserves_flags)) };
 }
 
-/// The hot loop over a bank; the step that the probe visits is run by itself. Gives the step that has faulted, with the careful mode begun. A
-/// function of its own: inlined it takes a register from the loop over single steps.
+/// The hot loop over a bank or over fused blocks. The step that the probe visits is run by itself, and so is the rest of fused blocks where
+/// one is visited or has reported. Gives the step that has faulted, with the careful mode begun. A function of its own: inlined it takes a
+/// register from the loop over single steps.
 ///
 /// # Safety
-/// As for `hot`; these steps are of the block that the bank entry is of.
+/// As for `hot`; the entry is one of these steps.
 #[inline(never)]
-unsafe fn banked<const PROBED: bool>(kernel: *mut Kernel, bank: Bank, steps: Range<u32>, now_ns: i64, visited: u32) -> Option<u32> {
+unsafe fn together<const PROBED: bool>(kernel: *mut Kernel, stretch: Stretch, now_ns: i64, visited: u32) -> Option<u32> {
     // SAFETY: as for `hot`.
     unsafe {
         let table = &raw mut *(*kernel).table;
         let step = (&(*kernel).source).containment.step();
         let calls = (&(*table).calls).as_ptr();
-        let Range { start: mut index, end } = steps;
+        let Stretch { start: mut index, end, entry, .. } = stretch;
         while index < end {
-            let result = if PROBED && index == visited {
-                step.write_volatile(index);
-                Table::run_timed(table, index)
-            } else {
-                let until = if PROBED && (index..end).contains(&visited) { visited } else { end };
-                bank(calls, step, index, until)
+            let is_visited = PROBED && (index..end).contains(&visited);
+            let result = match entry {
+                Entry::Bank(entry) if !(PROBED && index == visited) => entry(calls, step, index, if is_visited { visited } else { end }),
+                Entry::Fused(entry) if !is_visited && index == stretch.start => entry(calls, step, index, end),
+                _ => {
+                    step.write_volatile(index);
+                    if PROBED && index == visited {
+                        Table::run_timed(table, index)
+                    } else {
+                        let call = &*calls.add(index as usize);
+                        (call.run)(call.instance, call.invocation)
+                    }
+                }
             };
             let ran = step.read_volatile();
             index = ran + 1;

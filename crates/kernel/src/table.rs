@@ -156,7 +156,7 @@ impl Table {
         table.budget_ns = (budgets.clone().flatten().max().unwrap_or(0), budgets.clone().any(|budget| budget.is_none()) || activations.is_empty());
         table.due = vec![false; activations.len()];
         table.index_strips(activations.len());
-        table.stretches = stretches(&table.strips, &table.calls);
+        table.stretches = stretches(&table.strips, &table.calls, &[]);
         let first = |strip: &Strip| table.block_step(strip.start, strip.end);
         table.visits = Visits::begin(table.strips.iter().map(first));
         table.ran = vec![false; table.steps.len()];

@@ -4,13 +4,15 @@
 //! `OPENGPAC_BUDGET_FAULTS=100000 OPENGPAC_SEED=7 cargo test -p kernel --test stores -- --nocapture` is the large campaign.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "a timer that raises a signal, and a module that is loaded by hand")]
 #[path = "support/modules.rs"]
-mod modules;
+mod by_hand;
 mod support;
 use kernel::*;
-use opengpac::abi::Descriptor;
+use modules::fused::fuse;
+use opengpac::abi::{Descriptor, kind};
 use opengpac::{FunctionBlock, Invocation, Outcome};
-use runtime::Host;
+use runtime::{Host, groups};
 use std::ffi::CStr;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use support::*;
@@ -37,7 +39,7 @@ impl opengpac::Step for Wide {
 
 /// The same in C, built as a user's module is.
 fn in_c() -> &'static Descriptor {
-    modules::blocks_of("wide", &modules::AS_A_USER)[0]
+    by_hand::blocks_of("wide", &by_hand::AS_A_USER)[0]
 }
 
 /// The outputs of a block: where they are stored, and their stamp.
@@ -48,14 +50,20 @@ struct Stored {
 }
 
 impl Stored {
-    fn new(id: u32, descriptor: &'static Descriptor) -> Stored {
-        let len = 2000 * size_of::<f64>();
+    /// `before`: what its input reads, if it has one.
+    fn new(id: u32, descriptor: &'static Descriptor, before: Option<&Cell>) -> Stored {
         let memory = Extent::new(descriptor.instance_size as usize).cell(0, descriptor.instance_size as usize);
         let mut block = Block::install(BlockId(id), &format!("b{id}"), descriptor, Arc::new(()), memory);
-        let extent = Extent::new(descriptor.item_count as usize * len + 24);
-        let cells: Vec<Cell> = (0..descriptor.item_count as usize).map(|at| extent.cell(at * len, len)).collect();
-        cells.iter().enumerate().for_each(|(item, cell)| block.bind(item, cell));
-        let stamp = extent.cell(cells.len() * len, 24);
+        let mut cells = Vec::new();
+        for (item, declared) in block.items().iter().enumerate() {
+            let own = || Extent::new(declared.size as usize).cell(0, declared.size as usize);
+            if declared.kind == kind::OUTPUT {
+                cells.push(own());
+            }
+            let input = || before.cloned().unwrap_or_else(own);
+            block.bind(item, &if declared.kind == kind::OUTPUT { cells[cells.len() - 1].clone() } else { input() });
+        }
+        let stamp = Extent::new(24).cell(0, 24);
         stamp.store(&unstamped());
         Stored { block: Arc::new(block), cells, stamp }
     }
@@ -122,11 +130,17 @@ impl Program {
     fn new(kinds: &[&'static Descriptor]) -> Program {
         let host = virtual_host(1);
         let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
-        let stored: Vec<Stored> = kinds.iter().zip(1..).map(|(kind, id)| Stored::new(id, kind)).collect();
+        let mut stored: Vec<Stored> = Vec::new();
+        for (kind, id) in kinds.iter().zip(1..) {
+            let next = Stored::new(id, kind, stored.last().map(|before| &before.cells[0]));
+            stored.push(next);
+        }
         let (process, activation) = (Process::new(1, 1), Activation::with_budget(Due::Interval, None, Some(1)));
         let steps = stored.iter().map(|stored| step(&stored.block, &activation, &process, &[])).collect();
         let stamped = stored.iter().map(|of| Stamped { block: of.block.clone(), ratio: 1, stamp: of.stamp.clone(), history: None }).collect();
-        host.submit(source, script(vec![Op::Table(Box::new(support::table(steps).with_stamped(stamped))), Op::On(activation, 1)]));
+        let fused = |blocks: &[&Arc<Block>]| groups(blocks).into_iter().map(|group| (group.blocks, fuse(&group.members).unwrap())).collect();
+        let table = support::table(steps).with_stamped(stamped).fused(fused);
+        host.submit(source, script(vec![Op::Table(Box::new(table)), Op::On(activation, 1)]));
         Program { host, source, stored, now_ns: 0 }
     }
 
@@ -187,6 +201,15 @@ fn a_budget_that_ends_at_any_instant_tears_nothing() {
 fn nor_does_it_in_a_bank() {
     assert!(opengpac::bank::of(Wide::descriptor().run).is_some());
     nothing_is_torn(&[Wide::descriptor(); 5]);
+}
+
+#[test]
+fn nor_does_it_in_fused_blocks() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/blocks/linked.c");
+    let loaded = modules::load(&path, &modules::LoadOptions::default()).unwrap();
+    let linked = loaded.blocks[0].descriptor;
+    assert_eq!(modules::fused::fit(linked), Ok(()));
+    nothing_is_torn(&[linked; 30]);
 }
 
 fn nothing_is_torn(kinds: &[&'static Descriptor]) {

@@ -17,4 +17,5 @@ pub use error::LoadError;
 pub use native::elf;
 pub use native::{PYTHON_PROBE, Probe};
 pub use registry::{backends, load, load_bytes, register, source_endings};
+pub use source::fused;
 pub use source::{BuildError, BuildOptions, build, compiler, write_header};

@@ -7,6 +7,7 @@
 //! `heritage` what a host takes over from the one before it.
 mod clock;
 pub mod encoding;
+mod groups;
 mod heir;
 mod heritage;
 mod host;
@@ -26,6 +27,7 @@ mod virtual_clock;
 mod watchdog;
 
 pub use clock::ClockKind;
+pub use groups::{Group, groups};
 pub use heir::{heir, open_seen};
 pub use heritage::{Heritage, Holding, Passed};
 pub use host::{Change, Host, Played};

@@ -36,6 +36,7 @@ mod wiring;
 
 pub use calls::apply::DeviceRequest;
 pub use calls::block_times::BlockTimes;
+pub use calls::fuse::{Fused, FusedGroup, SingleBlock};
 pub use calls::inventory::{DevicePart, Inventory, PhysicalDeviceAbout, ProcessorAbout};
 pub use calls::observe::Past;
 pub use calls::statistics::{InstanceStatistics, KindOfSource, PhysicalDeviceStatistics, SourcePlace, SourceStatistics, Statistics};

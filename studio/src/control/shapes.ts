@@ -537,6 +537,30 @@ export interface FormInput {
   tunable: boolean;
 }
 
+/** What is fused, and what is not. */
+export interface Fused {
+  /** Tables get the entries that there are, also those of instances that come. */
+  on: boolean;
+  /** Groups that nobody has compiled so far: `fuse` goes on with them. */
+  waiting: number;
+  /** Groups of blocks, by their sources. */
+  groups: FusedGroup[];
+  /** Blocks that cannot be fused. */
+  single: SingleBlock[];
+}
+
+/** Blocks that stand behind each other and are always due together, of which some read what others store. */
+export interface FusedGroup {
+  /** The interrupt source that fires them. */
+  source: string;
+  /** `instance.label`, in the order in which they run. */
+  blocks: string[];
+  /** They run by one entry. */
+  fused: boolean;
+  /** Why they have none. */
+  why: string | null;
+}
+
 /** Bodies of a machine for drawing. Metres; quaternions w x y z; places are those on the parent. */
 export interface Geometry {
   /** In the order of the model; the first is the world. */
@@ -1947,6 +1971,14 @@ export interface ShownValue {
   maximum?: number | null;
 }
 
+/** A block that runs by itself. */
+export interface SingleBlock {
+  /** `instance.label`. */
+  block: string;
+  /** Why it cannot be fused. */
+  why: string;
+}
+
 /** Values at one time. */
 export interface Snapshot {
   time_ns: number;
@@ -2745,6 +2777,21 @@ export interface Calls {
     role: "observe";
     arguments: Record<string, never>;
     result: Interface[];
+  };
+  /** Fuses blocks in C that are always due together, for a second; with groups `waiting` it is to be called again. Returns what is fused. */
+  fuse: {
+    role: "configure";
+    arguments: {
+      /** False undoes it. */
+      on?: boolean | null;
+    };
+    result: Fused;
+  };
+  /** Returns what is fused, and what is not and why. */
+  fused: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: Fused;
   };
   /** Makes a logical device, with its own verb instance. */
   device: {

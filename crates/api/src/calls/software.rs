@@ -8,7 +8,7 @@ use model::{Drawing, PortName, Verdict};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::path::PathBuf;
-use supervisor::{ModuleAbout, SvvRequest};
+use supervisor::{Fused, ModuleAbout, SvvRequest};
 
 /// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
 const PYTHON: &str = "python3";
@@ -67,5 +67,14 @@ crate::calls! {
         /// Returns every block: of the library, of code modules.
         Observe library() -> Vec<Interface>: costs
             => |system| crate::sure(system.blocks());
+        /// Fuses blocks in C that are always due together, for a second; with groups `waiting` it is to be called again. Returns what is fused.
+        Configure fuse(
+            /// False undoes it.
+            may on: Option<bool>,
+        ) -> Fused: commands(""), unjournalled, costs
+            => |system| system.fuse(on.unwrap_or(true));
+        /// Returns what is fused, and what is not and why.
+        Observe fused() -> Fused: costs
+            => |system| crate::sure(system.fused());
     ];
 }

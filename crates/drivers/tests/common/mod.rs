@@ -14,10 +14,16 @@ pub struct Machine {
 
 impl Machine {
     pub fn open(kind: &str, options: Value) -> Machine {
-        let (mut driver, about) = drivers::open(kind, &options).unwrap_or_else(|e| panic!("{e}"));
+        let mut machine = Machine::made(kind, options);
+        machine.driver.open(0).unwrap_or_else(|e| panic!("{}", e.message));
+        machine
+    }
+
+    /// One that is not open.
+    pub fn made(kind: &str, options: Value) -> Machine {
+        let (driver, about) = drivers::open(kind, &options).unwrap_or_else(|e| panic!("{e}"));
         let size = |direction| driver.channels().iter().filter(|c| c.direction == direction).map(|c| c.offset + c.len).max().unwrap_or(0);
         let (readings, commands) = (vec![0; size(Direction::Read)], vec![0; size(Direction::Write)]);
-        driver.open(0).unwrap_or_else(|e| panic!("{}", e.message));
         Machine { driver, about, readings, commands }
     }
 

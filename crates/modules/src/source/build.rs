@@ -4,6 +4,7 @@
 use super::diagnosis::{Diagnosis, first_error};
 use crate::folder::Folder;
 use crate::native::seal;
+use crate::source::text::Text;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -43,7 +44,7 @@ const C_ONLY: [&str; 3] = ["-Werror=implicit-function-declaration", "-Werror=inc
 const CXX_ONLY: [&str; 1] = ["-std=gnu++17"];
 const LINK: [&str; 5] = ["-shared", "-Wl,-z,defs", "-Wl,-z,now", "-Wl,-Bsymbolic", "-lm"];
 
-fn is_cxx(path: &Path) -> bool {
+pub(super) fn is_cxx(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ["cpp", "cc", "cxx"].iter().any(|cxx| ending == *cxx))
 }
 
@@ -87,38 +88,59 @@ pub fn compiler(cxx: bool, python: Option<&OsString>) -> Result<Vec<OsString>, B
 /// # Errors
 /// The first error of the first source that has one, or what kept it from being built.
 pub fn build<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<PathBuf, BuildError> {
+    build_with_texts(sources, options).map(|(path, _)| path)
+}
+
+/// The same, with what its sources were.
+pub(super) fn build_with_texts<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<(PathBuf, Vec<Text>), BuildError> {
     let Some(first) = sources.first() else { return Err(BuildError::NoSources) };
     let output = options.output.clone().unwrap_or_else(|| first.as_ref().with_extension("so"));
     let unwritable = |path: &Path, error: std::io::Error| BuildError::Unwritable { path: path.to_path_buf(), what: error.to_string() };
     let folder = Folder::new().map_err(|error| unwritable(&std::env::temp_dir(), error))?;
     let header = write_header(&folder.path().join("include"))?;
-    let mut objects = Vec::new();
+    let (mut objects, mut texts) = (Vec::new(), Vec::new());
     for (index, source) in sources.iter().map(AsRef::as_ref).enumerate() {
         if !source.is_file() {
             return Err(BuildError::NotFound { path: source.to_path_buf() });
         }
         let object = folder.path().join(format!("{index}.o"));
-        let mut command = start(&compiler(is_cxx(source), options.python.as_ref())?);
-        command.args(COMPILE).args(if is_cxx(source) { &CXX_ONLY[..] } else { &C_ONLY[..] });
-        command.arg("-I").arg(folder.path().join("include"));
-        for include in &options.include {
-            command.arg("-I").arg(include);
-        }
-        command.arg(source).arg("-o").arg(&object);
+        let read = object.with_extension("d");
+        let text = std::fs::read(source).map_err(|error| unwritable(source, error))?;
+        let mut command = compile(source, options, &header)?;
+        command.arg("-MMD").arg("-MF").arg(&read).arg("-o").arg(&object);
         run(&mut command, source, &header)?;
+        let bytes = std::fs::read(&object).map_err(|error| unwritable(&object, error))?;
+        let read = std::fs::read_to_string(&read).map_err(|error| unwritable(&read, error))?;
+        texts.push(Text::compiled(source, text, options, &bytes, &read, folder.path()));
         objects.push(object);
     }
     let linked = folder.path().join("linked.so");
     let cxx = sources.iter().any(|source| is_cxx(source.as_ref()));
-    let mut command = start(&compiler(cxx, options.python.as_ref())?);
-    command.args(&objects).arg("-o").arg(&linked).args(LINK);
-    run(&mut command, first.as_ref(), &header)?;
+    run(&mut link(cxx, options, &objects, &linked)?, first.as_ref(), &header)?;
     let bytes = std::fs::read(&linked).map_err(|error| unwritable(&linked, error))?;
     // Never written in place: a module of this name may be in use.
     let fresh = output.with_extension(format!("so.{}", std::process::id()));
     std::fs::write(&fresh, seal::sealed(bytes)).map_err(|error| unwritable(&fresh, error))?;
     std::fs::rename(&fresh, &output).map_err(|error| unwritable(&output, error))?;
-    Ok(output)
+    Ok((output, texts))
+}
+
+/// The command that compiles a source, but for what comes of it.
+pub(super) fn compile(source: &Path, options: &BuildOptions, header: &Path) -> Result<Command, BuildError> {
+    let mut command = start(&compiler(is_cxx(source), options.python.as_ref())?);
+    command.args(COMPILE).args(if is_cxx(source) { &CXX_ONLY[..] } else { &C_ONLY[..] });
+    for include in header.parent().into_iter().chain(options.include.iter().map(PathBuf::as_path)) {
+        command.arg("-I").arg(include);
+    }
+    command.arg(source);
+    Ok(command)
+}
+
+/// The command that links objects.
+pub(super) fn link(cxx: bool, options: &BuildOptions, objects: &[PathBuf], linked: &Path) -> Result<Command, BuildError> {
+    let mut command = start(&compiler(cxx, options.python.as_ref())?);
+    command.args(objects).arg("-o").arg(linked).args(LINK);
+    Ok(command)
 }
 
 fn start(command: &[OsString]) -> Command {
@@ -128,7 +150,7 @@ fn start(command: &[OsString]) -> Command {
     started
 }
 
-fn run(command: &mut Command, source: &Path, header: &Path) -> Result<(), BuildError> {
+pub(super) fn run(command: &mut Command, source: &Path, header: &Path) -> Result<(), BuildError> {
     let output = command.output().map_err(|error| BuildError::NoCompiler { tried: format!("{}: {error}", command.get_program().display()) })?;
     if output.status.success() {
         return Ok(());

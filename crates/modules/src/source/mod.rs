@@ -2,6 +2,8 @@
 //! C and C++ sources, which are built into a shared object first.
 pub(crate) mod build;
 mod diagnosis;
+pub mod fused;
+mod text;
 
 pub use build::{BuildError, BuildOptions, build, compiler, write_header};
 
@@ -9,7 +11,9 @@ use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
 use crate::error::LoadError;
 use crate::folder::Folder;
 use crate::native;
+use build::build_with_texts;
 use std::path::Path;
+use std::sync::Arc;
 
 /// The backend.
 pub(crate) struct Sources;
@@ -32,13 +36,17 @@ impl Backend for Sources {
         let unreadable = |error: std::io::Error| LoadError::Unreadable { path: path.to_path_buf(), what: error.to_string() };
         let folder = Folder::new().map_err(|error| LoadError::Unreadable { path: std::env::temp_dir(), what: error.to_string() })?;
         let build_options = BuildOptions { output: Some(folder.path().join("built.so")), ..options.build.clone() };
-        let built = build(&[path], &build_options).map_err(|error| match error {
+        let (built, texts) = build_with_texts(&[path], &build_options).map_err(|error| match error {
             BuildError::Failed { message, file, line } => LoadError::BuildFailed { first_error: message, file, line },
             other => LoadError::CannotBuild(other),
         })?;
         // What was built lies there until it has been read.
         let bytes = std::fs::read(built).map_err(unreadable)?;
-        native::load_bytes(path, bytes, options)
+        let loaded = native::load_bytes(path, bytes, options)?;
+        for text in texts.into_iter().map(Arc::new) {
+            loaded.blocks.iter().for_each(|block| text::keep(block.descriptor.run, &text));
+        }
+        Ok(loaded)
     }
 
     fn load_bytes(&self, path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {

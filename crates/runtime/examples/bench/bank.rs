@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Banks: what 64 gains side by side cost beside the firing that they are in, run by a bank entry and one by one.
+//! Banks: what 64 gains side by side cost beside the firing that they are in, run by the bank entries of both languages.
 use crate::Bench;
 use crate::blocks::Gain;
 use crate::dispatch::{Shape, table, wiring};
@@ -15,7 +15,6 @@ pub fn rows(bench: &Bench) {
     let rig = Rig::new();
     let (reads, writes, values) = wiring(Shape::Independent, BLOCKS);
     let image = |kinds: &[_]| image(kinds, &reads, &writes, values);
-    // Blocks in C have no bank entry.
     let programs = [image(&[]), image(&[Gain::descriptor(); BLOCKS]), image(&[bench.loaded.block("gain"); BLOCKS])];
     let mut taken = [const { Vec::new() }; 3];
     for _ in 0..bench.rounds * BURSTS {
@@ -27,13 +26,13 @@ pub fn rows(bench: &Bench) {
         }
     }
     // The least of each: no program is ever too fast.
-    let [without, banked, single] = taken.map(least);
+    let [without, banked, in_c] = taken.map(least);
     let each = |firing: f64| (firing - without) / BLOCKS as f64;
     Line {
         row: "dispatch",
         what: format!("{BLOCKS} gains in Rust side by side, in a bank"),
         ours: format!("{} a block", time(each(banked))),
-        peer: format!("one by one, in C: {}", time(each(single))),
+        peer: format!("in C: {}", time(each(in_c))),
         value: each(banked),
         shown: format!("{:.2} ns", each(banked)),
         bar: Some(1.0),

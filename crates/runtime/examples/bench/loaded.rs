@@ -12,7 +12,7 @@ type Cycles = unsafe extern "C" fn(*mut c_void, c_long) -> i64;
 pub struct Loaded {
     new: New,
     free: unsafe extern "C" fn(*mut c_void),
-    loops: [Cycles; 3],
+    loops: [Cycles; 4],
     blocks: HashMap<String, &'static Descriptor>,
 }
 
@@ -25,6 +25,8 @@ pub enum Loop {
     Checked = 1,
     /// Everything in one function.
     Inlined = 2,
+    /// 100 gains behind each other, written out.
+    WrittenOut = 3,
 }
 
 impl Loaded {
@@ -42,7 +44,8 @@ impl Loaded {
             Loaded {
                 new: std::mem::transmute::<*mut c_void, New>(symbol(peer, c"peer_new")),
                 free: std::mem::transmute::<*mut c_void, unsafe extern "C" fn(*mut c_void)>(symbol(peer, c"peer_free")),
-                loops: [c"peer_calls", c"peer_checked", c"peer_inlined"].map(|name| std::mem::transmute::<*mut c_void, Cycles>(symbol(peer, name))),
+                loops: [c"peer_calls", c"peer_checked", c"peer_inlined", c"peer_written_out"]
+                    .map(|name| std::mem::transmute::<*mut c_void, Cycles>(symbol(peer, name))),
                 blocks,
             }
         }

@@ -10,6 +10,7 @@ mod bank;
 mod blocks;
 mod crossing;
 mod dispatch;
+mod fused;
 mod install;
 mod jitter;
 mod loaded;
@@ -34,9 +35,10 @@ fn main() {
     };
     let bench = Bench { loaded: Loaded::open(peer, blocks), rounds: rounds.parse().expect("ROUNDS is a number") };
     type Row = (&'static str, fn(&Bench));
-    let rows: [Row; 7] = [
+    let rows: [Row; 8] = [
         ("dispatch", dispatch::rows),
         ("dispatch", bank::rows),
+        ("dispatch", fused::rows),
         ("reader", reader::rows),
         ("transition", transition::rows),
         ("install", install::rows),

@@ -12,6 +12,7 @@ pub(crate) mod drawings;
 pub(crate) mod emergency;
 pub(crate) mod ends;
 pub(crate) mod exchange;
+pub(crate) mod fuse;
 pub(crate) mod guarded;
 pub(crate) mod hardware;
 pub(crate) mod instances;

@@ -2,6 +2,7 @@
 //! Where blocks, cells and connections lie, and what each source runs.
 pub(crate) mod connect;
 pub(crate) mod follow;
+pub(crate) mod fusing;
 pub(crate) mod homes;
 pub(crate) mod install;
 pub(crate) mod installed;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What each source runs, as the supervisor keeps it, and the tables made from that.
 use crate::registry::writers::Pair;
+use crate::wiring::fusing::{Candidate, Fusing, candidates};
 use crate::wiring::sequence::{Inlet, Serial};
 
 use kernel::Rows;
@@ -68,6 +69,7 @@ pub(crate) struct Wiring {
     pub last_connection: Serial,
     /// Of each instance: private cells that travel between sources.
     pub crossings: BTreeMap<u64, Vec<Crossing>>,
+    pub fusing: Fusing,
 }
 
 impl Wiring {
@@ -106,12 +108,17 @@ impl SourceTable {
         let edges = self.edges.iter().map(|(_, edge)| edge.clone()).collect();
         Table::new(steps, inbound, outbound, self.devices.clone(), None).with_edges(edges).with_stamped(stamped)
     }
+
+    /// Its groups of blocks that can be fused.
+    pub fn candidates(&self) -> Vec<Candidate> {
+        candidates(self.build())
+    }
 }
 
 impl Wiring {
     /// An operation that swaps the table of `source` for one that is as the system is now; `rows`: the rings that taps read.
     pub fn table_op(&self, source: SourceId, rows: impl IntoIterator<Item = Rows>) -> Op {
-        Op::Table(Box::new(self.tables[&source].build().with_rows(rows)))
+        Op::Table(Box::new(self.fusing.fuse(self.tables[&source].build()).with_rows(rows)))
     }
 
     /// Puts the reading end of an asynchronous group in the place of the one before. One that a later connection of the pair has

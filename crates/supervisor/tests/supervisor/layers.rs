@@ -17,7 +17,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("process-kit", &["interconnect", "shared-memory"]),
     ("hosts", &["interconnect"]),
     ("kernel", &["opengpac", "device", "interconnect"]),
-    ("runtime", &["opengpac", "device", "process-kit", "interconnect", "kernel"]),
+    ("runtime", &["opengpac", "device", "process-kit", "interconnect", "kernel", "modules"]),
     ("guard", &["device", "interconnect", "process-kit"]),
     ("driver-kit", &["device", "process-kit", "interconnect"]),
     ("cia402", &["device"]),

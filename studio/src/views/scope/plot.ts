@@ -215,7 +215,8 @@ export class Plot {
       pressed = event.clientX;
     });
     over.addEventListener("click", (event) => {
-      if (!this.#isFixed && Math.abs(event.clientX - pressed) < 4) this.#gestures.clicked(this.timeAt(event.offsetX));
+      // Where nothing is drawn so far, no place is a time.
+      if (this.#drawn && !this.#isFixed && Math.abs(event.clientX - pressed) < 4) this.#gestures.clicked(this.timeAt(event.offsetX));
     });
     over.addEventListener("dblclick", () => this.#gestures.reset());
     // With the shift key, or the middle button, a drag moves the times instead of choosing some.

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Fused blocks: blocks that stand behind each other and have one entry together.
+use crate::bank::{Fused, stretches};
+use crate::block::Block;
+use crate::containment::trust_code;
+use crate::table::Table;
+use opengpac::bank::Bank;
+use std::ops::Range;
+use std::ptr::fn_addr_eq;
+use std::sync::Arc;
+
+impl Table {
+    /// The same with fused blocks: `find` is asked of each run of blocks that are always due together, each run by its own entry, and gives those
+    /// of them, in order, that have an entry together. What it does for each must be what the block's own entry does. Off the real-time path.
+    #[must_use]
+    pub fn fused(mut self, mut find: impl FnMut(&[&Arc<Block>]) -> Vec<(Range<usize>, Bank)>) -> Table {
+        let mut fused: Vec<Fused> = Vec::new();
+        for strip in &self.strips {
+            let own = |step: u32| {
+                let block = self.steps[step as usize].block.as_ref()?;
+                fn_addr_eq(self.calls[step as usize].run, block.descriptor().run).then_some(block)
+            };
+            let mut start = strip.start;
+            while start < strip.end {
+                let run: Vec<&Arc<Block>> = (start..strip.end).map_while(own).collect();
+                fused.extend(find(&run).into_iter().map(|(blocks, entry)| (start + blocks.start as u32..start + blocks.end as u32, entry)));
+                start += run.len() as u32 + 1;
+            }
+        }
+        fused.iter().for_each(|(_, entry)| trust_code(*entry as *const _));
+        self.stretches = stretches(&self.strips, &self.calls, &fused);
+        self
+    }
+}

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Fusing: blocks in C that are always due together get one entry, compiled from their sources.
+use crate::core::Core;
+use crate::system::System;
+use crate::wiring::fusing::Candidate;
+use kernel::SourceId;
+use model::refusal::Refusals;
+use modules::fused::{Member, fit, fuse};
+use serde::Serialize;
+use std::collections::HashSet;
+use std::time::{Duration, Instant};
+
+/// How long one call goes on compiling; the caller asks again, and may leave it between.
+const SLICE: Duration = Duration::from_secs(1);
+
+/// What is fused, and what is not.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Fused {
+    /// Tables get the entries that there are, also those of instances that come.
+    pub on: bool,
+    /// Groups that nobody has compiled so far: `fuse` goes on with them.
+    pub waiting: u32,
+    /// Groups of blocks, by their sources.
+    pub groups: Vec<FusedGroup>,
+    /// Blocks that cannot be fused.
+    pub single: Vec<SingleBlock>,
+}
+
+/// Blocks that stand behind each other and are always due together, of which some read what others store.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct FusedGroup {
+    /// The interrupt source that fires them.
+    pub source: String,
+    /// `instance.label`, in the order in which they run.
+    pub blocks: Vec<String>,
+    /// They run by one entry.
+    pub fused: bool,
+    /// Why they have none.
+    pub why: Option<String>,
+}
+
+/// A block that runs by itself.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SingleBlock {
+    /// `instance.label`.
+    pub block: String,
+    /// Why it cannot be fused.
+    pub why: String,
+}
+
+impl System {
+    /// Fuses what is installed, and from then on what comes of the same blocks wired alike, or with `on` false undoes it. Everything goes on
+    /// meanwhile, and all computes the same bits. Returns after about a second, with groups `waiting` where some are still to be compiled: call
+    /// it again. A group that cannot be compiled runs block by block, as before; the answer says why.
+    ///
+    /// # Errors
+    /// The system is closed.
+    pub fn fuse(&self, on: bool) -> Result<Fused, Refusals> {
+        let begun = Instant::now();
+        self.shared.command(|core| {
+            if core.wiring.fusing.is_on != on {
+                core.wiring.fusing.switch(on);
+                renew(core, |_| true);
+            }
+            Ok(())
+        })?;
+        let mut made: HashSet<Vec<Member>> = HashSet::new();
+        for members in if on { self.shared.ask(|core| Ok(waiting(core)))? } else { HashSet::new() } {
+            if begun.elapsed() > SLICE {
+                break;
+            }
+            // Nothing is locked while a compiler runs.
+            let entry = fuse(&members);
+            self.shared.locked().wiring.fusing.keep(members.clone(), entry);
+            made.insert(members);
+        }
+        if !made.is_empty() {
+            self.shared.command(|core| {
+                renew(core, |candidate| made.contains(&candidate.members));
+                Ok(())
+            })?;
+        }
+        Ok(self.fused())
+    }
+
+    /// What is fused, and what is not and why.
+    pub fn fused(&self) -> Fused {
+        let core = self.shared.locked();
+        let fusing = &core.wiring.fusing;
+        let found: Vec<(SourceId, Candidate)> = candidates(&core);
+        let waiting = if fusing.is_on { waiting(&core).len() as u32 } else { 0 };
+        let groups = found.iter().map(|(source, Candidate { blocks, members })| {
+            let made = fusing.made(members);
+            FusedGroup {
+                source: core.registry.source_name(*source).to_owned(),
+                blocks: blocks.clone(),
+                fused: fusing.is_on && matches!(made, Some(Ok(_))),
+                why: made.and_then(|made| made.as_ref().err()).map(ToString::to_string),
+            }
+        });
+        let single = sources(&core).flat_map(|(source, table)| {
+            let remote = core.remote.at(core.registry.source_name(source)).map(|remote| format!("it runs in the process of {}", core.remote.called(remote)));
+            table.steps.iter().filter_map(move |record| {
+                let why = remote.clone().or_else(|| fit(record.block.descriptor()).err().map(|why| why.to_string()));
+                Some(SingleBlock { block: record.block.name().to_owned(), why: why? })
+            })
+        });
+        Fused { on: fusing.is_on, waiting, groups: groups.collect(), single: single.collect() }
+    }
+}
+
+fn sources(core: &Core) -> impl Iterator<Item = (SourceId, &crate::wiring::tables::SourceTable)> {
+    core.wiring.tables.iter().map(|(source, table)| (*source, table))
+}
+
+/// The groups of all sources of this process.
+fn candidates(core: &Core) -> Vec<(SourceId, Candidate)> {
+    let here = sources(core).filter(|(source, _)| core.remote.at(core.registry.source_name(*source)).is_none());
+    here.flat_map(|(source, table)| table.candidates().into_iter().map(move |candidate| (source, candidate))).collect()
+}
+
+/// The groups that nobody has compiled.
+fn waiting(core: &Core) -> HashSet<Vec<Member>> {
+    candidates(core).into_iter().map(|(_, candidate)| candidate.members).filter(|members| core.wiring.fusing.made(members).is_none()).collect()
+}
+
+/// Makes the tables anew of the sources with groups like these.
+fn renew(core: &mut Core, of: impl Fn(&Candidate) -> bool) {
+    let mut sources: Vec<SourceId> = candidates(core).iter().filter(|(_, candidate)| of(candidate)).map(|(source, _)| *source).collect();
+    sources.dedup();
+    core.carrier().renew_tables(sources);
+}
