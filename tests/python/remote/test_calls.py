@@ -51,6 +51,16 @@ def test_a_struct_of_a_code_module(far: gpac.System, tmp_path: Path) -> None:
     assert svv.value["x"] == 1.5 and list(svv.value["n"]) == [3, 4]
 
 
+def test_what_was_compiled_here_is_not_fused_there_and_it_says_so(far: gpac.System, tmp_path: Path) -> None:
+    file = tmp_path / "one.c"
+    file.write_text('#include <opengpac.h>\nFUNCTION_BLOCK(one, "y = 1.", out(double, y, "1")) { self->y = 1; return OK; }\n')
+    ones = gpac.Verb("ones", blocks={"one": far.download(file).one}, command_lists={"run": [activate("one", every="1 ms")]})
+    ones.on(far.processor("rtp1").timer("beat", period="1 ms", priority=70)).asynch()
+    told = far.fuse()
+    assert told["single"] == [{"block": "ones#1.one", "why": "it was not built here from a source in C"}]
+    assert far.fused == told
+
+
 def test_a_snapshot_and_a_history(far: gpac.System) -> None:
     y, z = far.svv("y", history=50), far.svv("z", "double[2]", history=5)
     z.value = [1.0, 2.0]

@@ -123,7 +123,7 @@ fn failed(what: &dyn std::fmt::Display) -> NotFused {
 
 fn unchanged(texts: &[Arc<Text>]) -> Result<(), NotFused> {
     match texts.iter().find_map(|text| text.changed()) {
-        Some(file) => Err(NotFused(format!("'{}' has changed since it was included", file.display()))),
+        Some(file) => Err(NotFused(format!("'{}' is gone, or is another one, since it was included", file.display()))),
         None => Ok(()),
     }
 }
