@@ -195,6 +195,8 @@ faults: setup-hosts $(VENV)/tests
 	OPENGPAC_CYCLES=100000 $(BIN)/python -m pytest -q tests/python/conformance/test_r098_instances.py -k leave_no_memory_behind
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
 	$(BIN)/python tests/faults/ur_peer.py
+	@$(call install,libclang==18.1.1)
+	$(BIN)/python tests/faults/fmi_export.py
 	$(BIN)/python tests/faults/driver_kills.py
 	$(BIN)/python tests/faults/io_module.py
 	$(BIN)/python examples/cart_pole_mpc.py

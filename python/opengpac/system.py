@@ -234,9 +234,9 @@ class System(Commanded, Timed, Declared):
         """Fuses blocks of C sources that stand behind each other, are always due together, and of which some read what others store.
 
         Each group gets one entry, compiled from the sources as they were downloaded, so that values go from block to block in registers.
-        All that can be seen is as before, to the bit: values, numbers, conditions, faults of each block. It holds for what is installed, and
-        for what is installed later of the same blocks wired alike; for other ones call it again. Nothing stops meanwhile. `on=False` undoes
-        it.
+        All that can be seen is as before, to the bit: values, numbers, conditions, faults of each block. It holds for what is installed,
+        and for what is installed later of the same blocks wired alike; for other ones call it again. Nothing stops meanwhile. `on=False`
+        undoes it.
 
         Returns what is fused, and what is not and why; `cell.fused` has it later. Takes a second or so for each group, and can be
         interrupted: what has been compiled stays.

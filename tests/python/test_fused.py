@@ -115,6 +115,16 @@ def test_it_says_what_is_fused_and_what_is_not_and_why(rig: Rig, code: gpac.Modu
     assert "blocks are not fused" in told._repr_html_()
 
 
+def test_a_block_that_could_change_the_floating_point_state_is_not_fused(rig: Rig, tmp_path: Path) -> None:
+    path = source(tmp_path)
+    text = CODE.replace("self->y += 0.125", "fesetround(FE_TONEAREST); self->y += 0.125")
+    path.write_text(f"#include <fenv.h>\n{text}")
+    chain(rig.cell.download(path, "code")).on(rig.fast).asynch(limit=1e9, pole=-1.0)
+    told = rig.cell.fuse()
+    assert told["groups"] == []
+    assert told["single"][0] == {"block": "chain#1.clock", "why": "its floating-point state is looked at after each invocation"}
+
+
 def test_a_fault_names_the_block_inside(rig: Rig, code: gpac.Module) -> None:
     for name, fuse in (("single", False), ("fused", True)):
         with pytest.raises(gpac.Terminated, match=rf"'{name}#1' ended with 'fault'.*after 0\.001 s.*output 'y' of block 'inverse'"):

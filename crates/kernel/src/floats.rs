@@ -25,6 +25,11 @@ pub(crate) fn begin() {
     empty_stack();
 }
 
+/// Whether each invocation of `block` is looked at from now on.
+pub fn are_looked_at(block: &Block) -> bool {
+    block.descriptor().reserved & mark::FLOATS != 0 || DISTRUST.load(Ordering::Relaxed)
+}
+
 /// In the first word of what a step is called with: the rest of the word is the address of the block's header.
 const WATCHED: u64 = 1 << 62;
 
@@ -42,7 +47,7 @@ pub(crate) struct Watched {
 impl Watched {
     /// None where nothing is to be feared of `block`.
     pub(crate) fn of(block: &Block) -> Option<Box<Watched>> {
-        if block.descriptor().reserved & mark::FLOATS == 0 && !DISTRUST.load(Ordering::Relaxed) {
+        if !are_looked_at(block) {
             return None;
         }
         let stores: Vec<Cell> = [block.memory()].into_iter().chain(block.stores().map(|(_, cell)| cell)).cloned().collect();

@@ -57,7 +57,8 @@ def source(
         f"#define FMU_VERSION {fmu.version}",
         f"#define FMU_NAME {quoted(name)}",
         f"#define FMU_TOKEN {quoted(fmu.token)}",
-        f"#define FMU_RESOURCES {quoted(resources) if resources else 'NULL'}",
+        # Where there are none FMI 3 gets an empty text: FMUs of `fmi-export` read it unasked.
+        f"#define FMU_RESOURCES {quoted(resources) if resources or fmu.version == 3 else 'NULL'}",
         f"#define FMU_INSTANCES {instances}",
         f"#define FMU_STEP_NS {step_ns}LL",
         CORE.read_text(),

@@ -45,7 +45,7 @@ class Stepped:
         else:
             made = self._function("InstantiateCoSimulation", c_void_p)
             off = c_bool(False)
-            self._unit = made(text(name), text(token), text(resources), off, off, off, off, None, c_size_t(0), None, self._log_3, None)
+            self._unit = made(text(name), text(token), resources.encode(), off, off, off, off, None, c_size_t(0), None, self._log_3, None)
         if not self._unit:
             raise RuntimeError(f"the FMU refuses to be instantiated{self._words()}")
 
