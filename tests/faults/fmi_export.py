@@ -57,8 +57,9 @@ def as_a_device(fmu: Path) -> float:
         driver = gpac.drivers.fmu(fmu, step="10 ms", parameters={"tau": 0.5})
         plant = rtp.physical_device("lag", driver, exchange=beat)
         push = gpac.Verb(
-            "push", blocks={"one": lib.signal_generator(amplitude=0.0, offset=1.0)}, instantiation_parameters={"u": "one.y"},
-            command_lists={"run": [activate("one", every="10 ms")]},
+            "push", blocks={"one": lib.signal_generator(amplitude=0.0, offset=1.0), "write": lib.write_channel},
+            cells={"value": ["one.y", "write.u"]}, instantiation_parameters={"u": "write.channel"},
+            command_lists={"run": [activate("one", every="10 ms"), activate("write")]},
         )  # fmt: skip
         push.on(beat).asynch(plant["u"])
         cell.advance(f"{STEPS * 10} ms")

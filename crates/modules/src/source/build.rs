@@ -4,7 +4,6 @@
 use super::diagnosis::{Diagnosis, first_error};
 use crate::folder::Folder;
 use crate::native::seal;
-use crate::source::text::Text;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -88,30 +87,40 @@ pub fn compiler(cxx: bool, python: Option<&OsString>) -> Result<Vec<OsString>, B
 /// # Errors
 /// The first error of the first source that has one, or what kept it from being built.
 pub fn build<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<PathBuf, BuildError> {
-    build_with_texts(sources, options).map(|(path, _)| path)
+    build_told(sources, options).map(|(path, _)| path)
+}
+
+/// A source that has been compiled.
+pub(super) struct Compiled {
+    pub path: PathBuf,
+    pub source: Vec<u8>,
+    pub object: Vec<u8>,
+    /// What the compiler wrote about the files that it read; those in `ours` are not the user's.
+    pub read: String,
+    pub ours: PathBuf,
 }
 
 /// The same, with what its sources were.
-pub(super) fn build_with_texts<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<(PathBuf, Vec<Text>), BuildError> {
+pub(super) fn build_told<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<(PathBuf, Vec<Compiled>), BuildError> {
     let Some(first) = sources.first() else { return Err(BuildError::NoSources) };
     let output = options.output.clone().unwrap_or_else(|| first.as_ref().with_extension("so"));
     let unwritable = |path: &Path, error: std::io::Error| BuildError::Unwritable { path: path.to_path_buf(), what: error.to_string() };
     let folder = Folder::new().map_err(|error| unwritable(&std::env::temp_dir(), error))?;
     let header = write_header(&folder.path().join("include"))?;
-    let (mut objects, mut texts) = (Vec::new(), Vec::new());
+    let (mut objects, mut compiled) = (Vec::new(), Vec::new());
     for (index, source) in sources.iter().map(AsRef::as_ref).enumerate() {
         if !source.is_file() {
             return Err(BuildError::NotFound { path: source.to_path_buf() });
         }
         let object = folder.path().join(format!("{index}.o"));
         let read = object.with_extension("d");
-        let text = std::fs::read(source).map_err(|error| unwritable(source, error))?;
+        let before = std::fs::read(source).map_err(|error| unwritable(source, error))?;
         let mut command = compile(source, options, &header)?;
         command.arg("-MMD").arg("-MF").arg(&read).arg("-o").arg(&object);
         run(&mut command, source, &header)?;
-        let bytes = std::fs::read(&object).map_err(|error| unwritable(&object, error))?;
+        let of = std::fs::read(&object).map_err(|error| unwritable(&object, error))?;
         let read = std::fs::read_to_string(&read).map_err(|error| unwritable(&read, error))?;
-        texts.push(Text::compiled(source, text, options, &bytes, &read, folder.path()));
+        compiled.push(Compiled { path: source.to_path_buf(), source: before, object: of, read, ours: folder.path().to_path_buf() });
         objects.push(object);
     }
     let linked = folder.path().join("linked.so");
@@ -122,7 +131,7 @@ pub(super) fn build_with_texts<P: AsRef<Path>>(sources: &[P], options: &BuildOpt
     let fresh = output.with_extension(format!("so.{}", std::process::id()));
     std::fs::write(&fresh, seal::sealed(bytes)).map_err(|error| unwritable(&fresh, error))?;
     std::fs::rename(&fresh, &output).map_err(|error| unwritable(&output, error))?;
-    Ok((output, texts))
+    Ok((output, compiled))
 }
 
 /// The command that compiles a source, but for what comes of it.

@@ -11,9 +11,10 @@ use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
 use crate::error::LoadError;
 use crate::folder::Folder;
 use crate::native;
-use build::build_with_texts;
+use build::build_told;
 use std::path::Path;
 use std::sync::Arc;
+use text::Text;
 
 /// The backend.
 pub(crate) struct Sources;
@@ -36,14 +37,14 @@ impl Backend for Sources {
         let unreadable = |error: std::io::Error| LoadError::Unreadable { path: path.to_path_buf(), what: error.to_string() };
         let folder = Folder::new().map_err(|error| LoadError::Unreadable { path: std::env::temp_dir(), what: error.to_string() })?;
         let build_options = BuildOptions { output: Some(folder.path().join("built.so")), ..options.build.clone() };
-        let (built, texts) = build_with_texts(&[path], &build_options).map_err(|error| match error {
+        let (built, compiled) = build_told(&[path], &build_options).map_err(|error| match error {
             BuildError::Failed { message, file, line } => LoadError::BuildFailed { first_error: message, file, line },
             other => LoadError::CannotBuild(other),
         })?;
         // What was built lies there until it has been read.
         let bytes = std::fs::read(built).map_err(unreadable)?;
         let loaded = native::load_bytes(path, bytes, options)?;
-        for text in texts.into_iter().map(Arc::new) {
+        for text in compiled.into_iter().map(|compiled| Arc::new(Text::of(compiled, &options.build))) {
             loaded.blocks.iter().for_each(|block| text::keep(block.descriptor.run, &text));
         }
         Ok(loaded)

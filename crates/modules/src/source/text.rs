@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What blocks in C were compiled from: kept beside their code, so that it can be compiled once more with that of others.
 
-use super::build::BuildOptions;
+use super::build::{BuildOptions, Compiled, is_cxx};
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
 use opengpac::abi::Run;
 use std::collections::HashMap;
@@ -35,23 +35,22 @@ pub(crate) fn of(run: Run) -> Option<Arc<Text>> {
 }
 
 impl Text {
-    /// What has just been compiled from `source`, which lies at `path`: `object` of it, and what its compiler wrote about the files that it
-    /// read, of which those in `ours` are not the user's.
-    pub(crate) fn compiled(path: &Path, source: Vec<u8>, options: &BuildOptions, object: &[u8], read: &str, ours: &Path) -> Text {
+    /// What has just been compiled.
+    pub(crate) fn of(Compiled { path, source, object, read, ours }: Compiled, options: &BuildOptions) -> Text {
         let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        let included = dependencies(read).into_iter().filter(|file| file != path && !file.starts_with(ours));
+        let included = dependencies(&read).into_iter().filter(|file| *file != path && !file.starts_with(&ours));
         let included = included.map(|file| digest(&file).map(|digest| (whole(&file), digest))).collect::<Option<Vec<_>>>();
         let is_plain = |file: &Path| file.to_str().is_some_and(|name| !name.contains(['"', '\\']) && !name.contains(char::is_control));
         let fit = match &included {
-            _ if super::build::is_cxx(path) => Err("it is written in C++".to_string()),
-            Some(files) if !files.iter().map(|(file, _)| file.as_path()).chain([path]).all(is_plain) => {
+            _ if is_cxx(&path) => Err("it is written in C++".to_string()),
+            Some(files) if !files.iter().map(|(file, _)| file.as_path()).chain([path.as_path()]).all(is_plain) => {
                 Err("the path of its file has quotation marks".to_string())
             }
-            Some(_) if std::fs::read(path).is_ok_and(|now| now == source) => has_no_state(object),
+            Some(_) if std::fs::read(&path).is_ok_and(|now| now == source) => has_no_state(&object),
             _ => Err("its file was changed while it was built".to_string()),
         };
         let options = BuildOptions { include: options.include.iter().map(|folder| whole(folder)).collect(), output: None, ..options.clone() };
-        Text { path: whole(path), source, options, included: included.unwrap_or_default(), fit }
+        Text { path: whole(&path), source, options, included: included.unwrap_or_default(), fit }
     }
 
     /// The first file that it includes and that is not as it was.
