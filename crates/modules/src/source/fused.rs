@@ -83,7 +83,7 @@ pub fn fit(descriptor: &Descriptor) -> Result<(), NotFused> {
 /// long as a compiler does.
 ///
 /// # Errors
-/// A source that has changed since it was built, sources that do not go together, what the compiler says.
+/// A file that has changed since it was included, sources that do not go together, what the compiler says.
 pub fn fuse(members: &[Member]) -> Result<Bank, NotFused> {
     let mut texts: Vec<Arc<Text>> = Vec::new();
     for member in members {
@@ -97,7 +97,7 @@ pub fn fuse(members: &[Member]) -> Result<Bank, NotFused> {
     }
     unchanged(&texts)?;
     let room = Room::new(&texts).map_err(|error| failed(&error))?;
-    let source = room.folder.path().join("fused.c");
+    let source = room.folder.path().join("opengpac-fused.c");
     std::fs::write(&source, program(&texts, members)).map_err(|error| failed(&error))?;
     if texts.len() > 1 {
         room.together(&texts, &source)?;
@@ -190,8 +190,9 @@ impl Room {
     }
 }
 
+/// A name that nobody includes: what a text includes is looked for beside it first.
 fn numbered(number: usize) -> String {
-    format!("{number}.c")
+    format!("opengpac-text-{number}.c")
 }
 
 /// The text of the entry.
