@@ -14,7 +14,7 @@ OPEN = {
     ("dispatch", "gain in Rust, chain, "): ENTRY,
     ("dispatch", "PID in C, independent, 100,000"): BYTES,
     ("dispatch", "64 gains in Rust side by side"): "1.33 to 1.35 ns: five stores to four cache lines a block (decision 210)",
-    ("dispatch", "100 gains in C, a chain, fused"): "1.19 to 1.27, in a loop of its own 1.13: not the stores (decision 211)",
+    ("dispatch", "100 gains in C, a chain, fused"): "1.12 to 1.27, once 1.69; in a loop of its own 1.13: not the stores (decision 211)",
     ("install", "1 block into a running system"): "woken for the table, woken for the firing; 28 µs where woken once (decision 150)",
     ("recording", "tap and recorder attached"): "missed by some hundredths: a row costs 110 to 180 ns in a model of it (decision 150)",
     ("verb", "execute on"): WAKES,
