@@ -350,33 +350,24 @@ fn a_block_is_exchanged_within_a_bank() {
     }
 }
 
-/// xorshift64*.
-fn random(seed: &mut u64, below: u64) -> u64 {
-    *seed ^= *seed >> 12;
-    *seed ^= *seed << 25;
-    *seed ^= *seed >> 27;
-    (seed.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) % below
-}
-
 /// Blocks of two kinds and two activations in runs of any length, that read each other, drive each other, and are told something now and then.
 fn any(seed: &mut u64) -> Vec<Made> {
-    let n = 1 + random(seed, 40) as usize;
-    let acts = if random(seed, 4) == 0 { act::DIVIDE } else { act::NONFINITE };
+    let n = 1 + random_below(seed, 40) as usize;
+    let acts = if random_below(seed, 4) == 0 { act::DIVIDE } else { act::NONFINITE };
     let (mut kind, mut slot) = (0, 0);
     let made = (0..n).map(|at| {
-        if random(seed, 6) == 0 {
-            (kind, slot) = (random(seed, 2) as usize, random(seed, 2) as usize);
+        if random_below(seed, 6) == 0 {
+            (kind, slot) = (random_below(seed, 2) as usize, random_below(seed, 2) as usize);
         }
-        let drivers = (0..at as u32).filter(|_| random(seed, 8 * n as u64) < 8).collect();
-        let told = if random(seed, 5) == 0 { (random(seed, 10), random(seed, u64::from(acts) + 1) as u32) } else { (0, act::NOTHING) };
-        Made { kind, reads: random(seed, 2 * n as u64) as usize, slot, drivers, told }
+        let drivers = (0..at as u32).filter(|_| random_below(seed, 8 * n as u64) < 8).collect();
+        let told = if random_below(seed, 5) == 0 { (random_below(seed, 10), random_below(seed, u64::from(acts) + 1) as u32) } else { (0, act::NOTHING) };
+        Made { kind, reads: random_below(seed, 2 * n as u64) as usize, slot, drivers, told }
     });
     made.collect()
 }
 
 #[test]
 fn any_program_runs_alike_with_banks_and_without() {
-    let setting = |name: &str, default: u64| std::env::var(name).map_or(default, |given| given.parse().expect("a number"));
     let (count, first) = (setting("OPENGPAC_BANKS", 300), setting("OPENGPAC_SEED", 1).max(1));
     let (mut faults, mut stopped) = (0, 0);
     let (_, by_banks) = counted(|| {

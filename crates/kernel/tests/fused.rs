@@ -145,17 +145,20 @@ impl Program {
         Arc::new(block)
     }
 
-    fn table(&self, is_fused: bool) -> Table {
+    fn single(&self) -> Table {
         let steps = self.blocks.iter().zip(&self.made).map(|(block, made)| step(block, &self.activations[made.slot], &self.process, &made.drivers));
-        let table = table(steps.collect());
+        table(steps.collect())
+    }
+
+    fn table(&self, is_fused: bool) -> Table {
+        let table = self.single();
         if is_fused { table.fused(|blocks| groups(blocks).into_iter().map(|Group { blocks, members }| (blocks, entry(&members))).collect()) } else { table }
     }
 
     /// The blocks that are fused, as ranges.
     fn groups(&self) -> Vec<(usize, usize)> {
         let mut found = vec![];
-        let steps = self.blocks.iter().zip(&self.made).map(|(block, made)| step(block, &self.activations[made.slot], &self.process, &made.drivers));
-        let _ = table(steps.collect()).fused(|blocks| {
+        let _ = self.single().fused(|blocks| {
             let first = blocks.first().map_or(0, |block| block.id().0 as usize);
             found.extend(groups(blocks).into_iter().map(|group| (first + group.blocks.start, first + group.blocks.end)));
             vec![]
@@ -297,38 +300,30 @@ fn a_wire_that_leads_elsewhere_is_seen() {
     assert_eq!(differ, [false, false, true, true]);
 }
 
-/// xorshift64*.
-fn random(seed: &mut u64, below: u64) -> u64 {
-    *seed ^= *seed >> 12;
-    *seed ^= *seed << 25;
-    *seed ^= *seed >> 27;
-    (seed.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) % below
-}
-
 /// Blocks of all kinds and two activations, that read each other, drive each other, and are told something now and then.
 fn any(seed: &mut u64) -> Vec<Made> {
-    let n = 2 + random(seed, 30) as usize;
-    let acts = if random(seed, 4) == 0 { act::DIVIDE } else { act::NONFINITE };
+    let n = 2 + random_below(seed, 30) as usize;
+    let acts = if random_below(seed, 4) == 0 { act::DIVIDE } else { act::NONFINITE };
     let mut slot = 0;
-    let kind_of: Vec<usize> = (0..n).map(|_| if random(seed, 3) == 0 { 0 } else { random(seed, kinds().len() as u64) as usize }).collect();
+    let kind_of: Vec<usize> = (0..n).map(|_| if random_below(seed, 3) == 0 { 0 } else { random_below(seed, kinds().len() as u64) as usize }).collect();
     let outputs: Vec<(usize, usize, &str)> = (0..n)
         .flat_map(|at| ports(kind_of[at])[1].iter().enumerate().map(|(place, item)| (at, place, type_of(kind_of[at], *item))).collect::<Vec<_>>())
         .collect();
     let made = (0..n).map(|at| {
-        if random(seed, 8) == 0 {
-            slot = random(seed, 2) as usize;
+        if random_below(seed, 8) == 0 {
+            slot = random_below(seed, 2) as usize;
         }
         let [inputs, _] = ports(kind_of[at]);
         let reads = inputs.into_iter().map(|item| {
             let fit: Vec<_> = outputs.iter().filter(|(_, _, of)| *of == type_of(kind_of[at], item)).collect();
             // Mostly one of those that stand just before it.
             let near: Vec<_> = fit.iter().filter(|(from, ..)| *from < at && *from + 8 > at).copied().collect();
-            let among = if random(seed, 5) == 0 { fit } else { near };
-            (!among.is_empty()).then(|| among[random(seed, among.len() as u64) as usize]).map(|(from, place, _)| (*from, *place))
+            let among = if random_below(seed, 5) == 0 { fit } else { near };
+            (!among.is_empty()).then(|| among[random_below(seed, among.len() as u64) as usize]).map(|(from, place, _)| (*from, *place))
         });
         let reads = reads.collect();
-        let drivers = (0..at as u32).filter(|_| random(seed, 8 * n as u64) < 8).collect();
-        let told = if random(seed, 5) == 0 { (random(seed, 10), random(seed, u64::from(acts) + 1) as u32) } else { (0, act::NOTHING) };
+        let drivers = (0..at as u32).filter(|_| random_below(seed, 8 * n as u64) < 8).collect();
+        let told = if random_below(seed, 5) == 0 { (random_below(seed, 10), random_below(seed, u64::from(acts) + 1) as u32) } else { (0, act::NOTHING) };
         Made { kind: kind_of[at], reads, slot, drivers, told }
     });
     made.collect()
@@ -336,7 +331,6 @@ fn any(seed: &mut u64) -> Vec<Made> {
 
 #[test]
 fn any_program_is_the_same_fused() {
-    let setting = |name: &str, default: u64| std::env::var(name).map_or(default, |given| given.parse().expect("a number"));
     let (count, first) = (setting("OPENGPAC_FUSED", 12), setting("OPENGPAC_SEED", 1).max(1));
     let (mut faults, mut stopped, mut fused) = (0, 0, 0);
     for seed in first..first + count {

@@ -178,18 +178,6 @@ impl Program {
     }
 }
 
-/// xorshift64*.
-fn random(seed: &mut u64) -> u64 {
-    *seed ^= *seed >> 12;
-    *seed ^= *seed << 25;
-    *seed ^= *seed >> 27;
-    seed.wrapping_mul(0x2545_f491_4f6c_dd1d)
-}
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).map_or(default, |given| given.parse().expect("a number"))
-}
-
 #[test]
 fn a_budget_that_ends_at_any_instant_tears_nothing() {
     let c = in_c();

@@ -192,3 +192,21 @@ pub fn await_event<T>(host: &Host, mut wanted: impl FnMut(Event) -> Option<T>) -
         host.park(None);
     }
 }
+
+/// xorshift64*.
+pub fn random(seed: &mut u64) -> u64 {
+    *seed ^= *seed >> 12;
+    *seed ^= *seed << 25;
+    *seed ^= *seed >> 27;
+    seed.wrapping_mul(0x2545_f491_4f6c_dd1d)
+}
+
+/// A random number below `below`.
+pub fn random_below(seed: &mut u64, below: u64) -> u64 {
+    (random(seed) >> 11) % below
+}
+
+/// The number that a variable of the environment gives.
+pub fn setting(name: &str, default: u64) -> u64 {
+    std::env::var(name).map_or(default, |given| given.parse().expect("a number"))
+}

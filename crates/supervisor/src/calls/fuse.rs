@@ -68,7 +68,7 @@ impl System {
             Ok(())
         })?;
         let mut made: HashSet<Vec<Member>> = HashSet::new();
-        for members in if on { self.shared.ask(|core| Ok(waiting(core)))? } else { HashSet::new() } {
+        for members in if on { self.shared.ask(|core| Ok(waiting(core, &candidates(core))))? } else { HashSet::new() } {
             if begun.elapsed() > SLICE {
                 break;
             }
@@ -91,7 +91,7 @@ impl System {
         let core = self.shared.locked();
         let fusing = &core.wiring.fusing;
         let found: Vec<(SourceId, Candidate)> = candidates(&core);
-        let waiting = if fusing.is_on { waiting(&core).len() as u32 } else { 0 };
+        let waiting = if fusing.is_on { waiting(&core, &found).len() as u32 } else { 0 };
         let groups = found.iter().map(|(source, Candidate { blocks, members })| {
             let made = fusing.made(members);
             FusedGroup {
@@ -123,9 +123,9 @@ fn candidates(core: &Core) -> Vec<(SourceId, Candidate)> {
     here.flat_map(|(source, table)| table.candidates().into_iter().map(move |candidate| (source, candidate))).collect()
 }
 
-/// The groups that nobody has compiled.
-fn waiting(core: &Core) -> HashSet<Vec<Member>> {
-    candidates(core).into_iter().map(|(_, candidate)| candidate.members).filter(|members| core.wiring.fusing.made(members).is_none()).collect()
+/// Those of these groups that nobody has compiled.
+fn waiting(core: &Core, among: &[(SourceId, Candidate)]) -> HashSet<Vec<Member>> {
+    among.iter().map(|(_, candidate)| &candidate.members).filter(|members| core.wiring.fusing.made(members).is_none()).cloned().collect()
 }
 
 /// Makes the tables anew of the sources with groups like these.
