@@ -7,7 +7,7 @@ from lines import Line
 
 WAKES = "3 to 4 switches of thread a call, 7 at a firing: 67 to 241 µs by the package, 35 to 168 by the core, by machine (decision 146)"
 COMMANDS = "each command is an operation of its own: 5.6 to 7.9 µs, as one graph 1.3 (decision 149)"
-LANES = "a thread of a lane, the source and the supervisor are woken in each call, and the server's thread for its answer"
+LANES = "the source, the supervisor and a second thread of the server are woken in each call; written down and handed over (decision 217)"
 BYTES = "memory decides: 152 bytes a block, the loop has 104: 1.46 times as many (decision 149)"
 ENTRY = "1.13 to 1.26 for a gain, where PID holds: its entry is not explained yet (decision 149)"
 OPEN = {
@@ -16,7 +16,6 @@ OPEN = {
     ("dispatch", "64 gains in Rust side by side"): "1.33 to 1.35 ns: five stores to four cache lines a block (decision 210)",
     ("dispatch", "100 gains in C, a chain, fused"): "1.12 to 1.27, once 1.69; in a loop of its own 1.13: not the stores (decision 211)",
     ("install", "1 block into a running system"): "woken for the table, woken for the firing; 28 µs where woken once (decision 150)",
-    ("recording", "tap and recorder attached"): "missed by some hundredths: a row costs 110 to 180 ns in a model of it (decision 150)",
     ("verb", "execute on"): WAKES,
     ("verb", "ends at its first firing"): WAKES,
     ("remote verb", "move(…), remote"): LANES,

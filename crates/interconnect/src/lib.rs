@@ -35,6 +35,7 @@
 //! ```
 //!
 //! It knows bytes and numbers; no type, block, verb, clock, file or network.
+mod ahead;
 mod aligned;
 pub mod carrier;
 pub mod conformance;

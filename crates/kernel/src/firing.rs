@@ -183,6 +183,10 @@ impl Kernel {
 
     /// Devices are read, and the steps run. False if a step stopped the source.
     fn work<P: Preempt>(&mut self, now_ns: i64, started_ns: i64, preempt: &P) -> bool {
+        for (_, rows) in &self.table.rows {
+            // SAFETY: this is the kernel of the source that the ring belongs to.
+            unsafe { rows.writer.expect() };
+        }
         for &time in &self.table.times {
             // SAFETY: running times in this source of processes that the table holds.
             unsafe { (*time).tell(now_ns) };

@@ -42,6 +42,16 @@ impl RowsEnd {
         }
     }
 
+    /// Asks for the memory of the next row, before the steps run whose values it takes.
+    ///
+    /// # Safety
+    /// Called by the kernel of its source alone.
+    #[inline]
+    pub(crate) unsafe fn expect(&self) {
+        // SAFETY: the caller is the one that touches it.
+        unsafe { &*self.0.get() }.expect();
+    }
+
     /// Writes one row of `spans`.
     ///
     /// # Safety

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Asking for memory before it is written.
+
+/// Asks for the cache lines of `words` up to `LINES` of them, to be written soon: nothing of them is read or changed, and nothing waits.
+/// A line that a reader on another processor has last looked at would have to be taken from there, while the writer waits.
+#[inline]
+pub(crate) fn will_write<T>(words: &[T]) {
+    let (start, len) = (words.as_ptr().cast::<u8>(), size_of_val(words));
+    for offset in (0..len.min(LINES * LINE)).step_by(LINE) {
+        line(start.wrapping_add(offset));
+    }
+    // The last word may lie on a line of its own, as the first is seldom at the beginning of one.
+    line(start.wrapping_add(len.saturating_sub(1).min(LINES * LINE)));
+}
+
+/// More would drive out what the steps need in between.
+const LINES: usize = 32;
+const LINE: usize = 64;
+
+#[inline]
+fn line(address: *const u8) {
+    #[cfg(all(target_arch = "x86_64", not(miri)))]
+    // SAFETY: a hint; it faults at no address.
+    unsafe {
+        std::arch::asm!("prefetchw [{}]", in(reg) address, options(nostack, preserves_flags, readonly));
+    }
+    #[cfg(all(target_arch = "aarch64", not(miri)))]
+    // SAFETY: a hint; it faults at no address.
+    unsafe {
+        std::arch::asm!("prfm pstl1keep, [{}]", in(reg) address, options(nostack, preserves_flags, readonly));
+    }
+    #[cfg(any(miri, not(any(target_arch = "x86_64", target_arch = "aarch64"))))]
+    let _ = address;
+}
