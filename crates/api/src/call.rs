@@ -36,6 +36,8 @@ pub struct Call {
     pub journal: Journalled,
     /// It lasts, and goes on in slices.
     pub lasts: bool,
+    /// It is over in microseconds, or so is its beginning where it lasts: no file, no device, no compiler.
+    pub brief: bool,
     /// It brings something to a stop: it is not queued behind other calls.
     pub stops: bool,
     /// It may be made without command: the role is enough.
@@ -85,6 +87,7 @@ impl Call {
             told_of_system: false,
             journal,
             lasts: false,
+            brief: false,
             stops: false,
             free: false,
             costs: false,
@@ -121,6 +124,11 @@ impl Call {
     /// It lasts, and goes on in slices.
     pub const fn lasts(self) -> Call {
         Call { lasts: true, ..self }
+    }
+
+    /// It is over in microseconds, or so is its beginning.
+    pub const fn brief(self) -> Call {
+        Call { brief: true, ..self }
     }
 
     /// It brings something to a stop: it is not queued behind other calls.

@@ -10,7 +10,7 @@ use crate::caller::{Caller, Peer};
 use crate::calls::{self, Call};
 use crate::clock::now;
 use crate::failure::Failure;
-use crate::lanes::Lane;
+use crate::lanes::{BRIEF, Lane};
 use crate::leaving::leaving;
 use crate::presence::{present, shut_out};
 use crate::requests;
@@ -143,6 +143,18 @@ async fn call(
         let (answer, slice) = begun.await?;
         return stopped(&service, &caller, presence, answer, slice).await;
     }
+    if call.lasts && call.brief {
+        let begun = entered.begin(|| begin_brief(&service, call, &given, &caller, presence.as_deref()));
+        drop((given, room));
+        let answer = match begun? {
+            (answer, None) => text(&answer)?,
+            (begun, Some(slice)) => {
+                let here = service.clone();
+                entered.run(move || text(&here.go_on(&begun["go_on"], slice, presence.as_deref())?)).await?
+            }
+        };
+        return leaving(&service, &caller, answer, call.role);
+    }
     let (here, by) = (service.clone(), caller.clone());
     let answer = entered.run(move || {
         let asked = requests::asked(&given, call.lasts)?;
@@ -150,6 +162,23 @@ async fn call(
         text(&here.call(call, asked, &by, presence.as_deref())?)
     });
     leaving(&service, &caller, answer.await?, call.role)
+}
+
+/// Begins a call that lasts where its beginning is brief, and often all there is. The answer, and how much is left of its slice where it
+/// is none yet.
+fn begin_brief(
+    service: &Arc<Service>,
+    call: &'static Call,
+    given: &[u8],
+    caller: &Caller,
+    presence: Option<&Presence>,
+) -> Result<(Value, Option<Duration>), Failure> {
+    let mut asked = requests::asked(given, true)?;
+    let left = asked.slice.saturating_sub(BRIEF);
+    asked.slice -= left;
+    let answer = service.call(call, asked, caller, presence)?;
+    let left = (answer.get("go_on").is_some() && !left.is_zero()).then_some(left);
+    Ok((answer, left))
 }
 
 /// Encodes an answer as text, on a thread that no other request waits for.

@@ -8,6 +8,9 @@
 //! | wait | calls that last, in slices of 1 s at the most | shared | 24 | 128, 32 of them for `operate` and above |
 //! | costly | checks of definitions, histories and large listings | its own 2, of lower priority | 1, and 7 that wait for it | 2, and 48 that wait |
 //! | usual | everything else | shared | 8, the others wait for their turn | 32 |
+//!
+//! A brief call (`Call::brief`) is made where it came in, and one that lasts is begun there: waking a thread of the lane would take longer
+//! than the call. The runtime serves its other connections from another thread meanwhile.
 use crate::caller::Caller;
 use crate::calls::Call;
 use crate::failure::Failure;
@@ -15,10 +18,12 @@ use crate::rates::Rates;
 use crate::shares::{Share, Shares, Turns};
 use axum::http::StatusCode;
 use model::refusal::Class;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::runtime::{Builder, Handle, Runtime};
+use tokio::runtime::{Builder, Handle, Runtime, RuntimeFlavor};
 use tokio::sync::Semaphore;
+use tokio::task::block_in_place;
 
 /// Waits at a time, of all callers and of one.
 const WAITS_MAX: usize = 128;
@@ -51,6 +56,9 @@ pub(crate) const SMALL: usize = 64 << 10;
 /// Threads of the runtime that serves connections, for calls: waits, scopes under the virtual clock, usual calls and the daemon's own looks.
 const SHARED_THREADS: usize = WAITS_MAX + SCOPES_MAX + USUAL_MAX + 16;
 
+/// How long a call that lasts is waited for where it came in: a firing at 1 kHz.
+pub(crate) const BRIEF: Duration = Duration::from_millis(1);
+
 /// What a request waits for, and where it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lane {
@@ -60,6 +68,8 @@ pub(crate) enum Lane {
     Wait,
     Costly,
     Usual,
+    /// As the usual ones, and made where it came in.
+    Brief,
 }
 
 impl Lane {
@@ -70,6 +80,7 @@ impl Lane {
             call if call.stops => Lane::Stop,
             call if call.lasts => Lane::Wait,
             call if call.costs => Lane::Costly,
+            call if call.brief => Lane::Brief,
             _ => Lane::Usual,
         }
     }
@@ -170,7 +181,7 @@ impl Lanes {
             Lane::Stop => Some(self.stops.take(caller, 1)?),
             Lane::Wait => Some(self.waits.take(caller, 1)?),
             Lane::Costly => Some(self.costly.take(caller, 1)?),
-            Lane::Emergency | Lane::Usual => None,
+            Lane::Emergency | Lane::Usual | Lane::Brief => None,
         };
         Ok(Entered { lanes: self.clone(), lane, who: caller.who.clone(), share })
     }
@@ -190,7 +201,7 @@ impl Entered {
         let Entered { lanes, lane, who, share } = self;
         let turn = match lane {
             Lane::Costly => Some((lanes.costly_turns.take(&who).await, lanes.costly_all.clone().acquire_owned().await)),
-            Lane::Usual => Some((lanes.usual_turns.take(&who).await, lanes.usual_all.clone().acquire_owned().await)),
+            Lane::Usual | Lane::Brief => Some((lanes.usual_turns.take(&who).await, lanes.usual_all.clone().acquire_owned().await)),
             Lane::Emergency | Lane::Stop | Lane::Wait => None,
         };
         let run = move || {
@@ -201,10 +212,69 @@ impl Entered {
             Lane::Emergency | Lane::Stop => lanes.stop_threads.spawn(run),
             Lane::Costly => lanes.costly_threads.spawn(run),
             Lane::Wait | Lane::Usual => Threads::Here.spawn(run),
+            Lane::Brief => return in_place(run),
         };
-        running.await.map_err(|_| {
-            Failure::new(Class::InvalidState, "the call failed inside OpenGPAC", "please report it with what was called")
-                .status(StatusCode::INTERNAL_SERVER_ERROR)
-        })?
+        running.await.map_err(|_| failed_inside())?
+    }
+
+    /// Begins a brief call that lasts, where it came in; `run` goes on with it.
+    pub fn begin<T>(&self, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+        in_place(run)
+    }
+}
+
+/// Runs what is brief on the thread of the connection. Another one serves those that this thread would serve, so that what holds it up
+/// after all (somebody has the lock of the core, the disk of the audit file is slow) holds up this connection alone.
+fn in_place<T>(run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    let run = || catch_unwind(AssertUnwindSafe(run));
+    let ran = match Handle::current().runtime_flavor() {
+        RuntimeFlavor::CurrentThread => run(),
+        _ => block_in_place(run),
+    };
+    ran.map_err(|_| failed_inside())?
+}
+
+fn failed_inside() -> Failure {
+    Failure::new(Class::InvalidState, "the call failed inside OpenGPAC", "please report it with what was called").status(StatusCode::INTERNAL_SERVER_ERROR)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+    use std::sync::mpsc;
+    use tokio::io::AsyncReadExt;
+
+    fn served() -> Runtime {
+        Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime")
+    }
+
+    #[test]
+    fn a_brief_call_that_is_held_up_holds_up_no_other_connection() {
+        let (let_go, held) = mpsc::channel();
+        let (began, begun) = mpsc::channel();
+        let (mut stop, connection) = std::os::unix::net::UnixStream::pair().expect("two ends");
+        let runtime = served();
+        runtime.spawn(async move {
+            connection.set_nonblocking(true).expect("it can be set");
+            let mut connection = tokio::net::UnixStream::from_std(connection).expect("an end");
+            let _stop = connection.read_u8().await;
+            let_go.send(()).expect("the call is held up");
+        });
+        let brief = runtime.spawn(async move {
+            in_place(|| {
+                began.send(()).expect("the test listens");
+                Ok(held.recv_timeout(Duration::from_mins(1)).is_ok())
+            })
+        });
+        begun.recv().expect("the call has begun");
+        stop.write_all(b"!").expect("room");
+        assert!(runtime.block_on(brief).expect("no panic").expect("an answer"), "the only thread is held up, and the other connection is served");
+    }
+
+    #[test]
+    fn a_call_that_panics_where_it_came_in_is_told() {
+        let failed = served().block_on(async { tokio::spawn(async { in_place::<()>(|| panic!("a fault of ours")) }).await });
+        assert_eq!(failed.expect("the connection goes on").expect_err("it failed").class(), Class::InvalidState);
     }
 }

@@ -21,7 +21,7 @@ crate::calls! {
         Operate perform(
             may limits: Limits,
             whole application: Application,
-        ) -> Option<Report>: commands("verb"), lasts
+        ) -> Option<Report>: commands("verb"), lasts, brief
             => |system, slice| {
                 performing(system, &application, limits, slice, |instance, start| system.as_program("start", "", instance, start))
             };
@@ -29,7 +29,7 @@ crate::calls! {
         Operate performed(must instance: u64) -> Option<Report>: lasts
             => |system, slice| performed(system, instance, slice);
         /// Makes an instance. Returns its number.
-        Operate create(whole application: Application) -> u64: commands("verb"), journalled
+        Operate create(whole application: Application) -> u64: commands("verb"), journalled, brief
             => |system| system.create(&application);
         /// Starts an instance.
         Operate start(
@@ -37,7 +37,7 @@ crate::calls! {
             /// Input parameter to value.
             may values: IndexMap<String, Value>,
             may limits: Limits,
-        ) -> (): commands("instance"), told, journalled
+        ) -> (): commands("instance"), told, journalled, brief
             => |system| system.start(instance, &values, limits);
         /// Waits until an instance has ended. Returns its end report, null after the timeout.
         Observe wait(
@@ -46,7 +46,7 @@ crate::calls! {
             may timeout_ns: Option<i64>,
             /// Until when at most, instead.
             may until_ns: Option<i64>,
-        ) -> Option<Report>: lasts
+        ) -> Option<Report>: lasts, brief
             => |system, slice| {
                 let until_ns = until(system, timeout_ns, until_ns)?;
                 let waited = system.wait(instance, until_ns, slice)?;
@@ -70,19 +70,19 @@ crate::calls! {
         Operate suspend(must instance: u64) -> (): commands("instance"), told, outcome_journalled, stops, free
             => |system| system.suspend(instance);
         /// Lets a suspended instance go on.
-        Operate resume(must instance: u64) -> (): commands("instance"), told, outcome_journalled
+        Operate resume(must instance: u64) -> (): commands("instance"), told, outcome_journalled, brief
             => |system| system.resume(instance);
         /// Deletes an instance that has ended.
-        Operate delete(must instance: u64) -> (): commands("instance"), outcome_journalled
+        Operate delete(must instance: u64) -> (): commands("instance"), outcome_journalled, brief
             => |system| system.delete(instance);
         /// Returns "created", "queued", "running", "suspended", "ended" or "deleted".
-        Observe state(must instance: u64) -> InstanceState
+        Observe state(must instance: u64) -> InstanceState: brief
             => |system| sure(InstanceState::named(system.state(instance)));
         /// Returns what an instance is: its name, verb, state, blocks, conditions and lists.
         Observe instance(must instance: u64) -> InstanceAbout
             => |system| system.instance_about(instance);
         /// Returns the end report of the latest start, null while it lasts.
-        Observe report(must instance: u64) -> Option<Report>
+        Observe report(must instance: u64) -> Option<Report>: brief
             => |system| system.report(instance);
         /// Sets tunable input parameters and intervals of a running instance.
         Operate set(
@@ -91,7 +91,7 @@ crate::calls! {
             may values: IndexMap<String, Value>,
             /// Label of a block to interval.
             may every_ns: IndexMap<String, u64>,
-        ) -> (): commands("instance"), told, journalled
+        ) -> (): commands("instance"), told, journalled, brief
             => |system| system.set(instance, &values, &every_ns);
     ];
 }

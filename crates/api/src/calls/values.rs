@@ -18,7 +18,7 @@ crate::calls! {
         ) -> Snapshot: rated
             => |system| snapshot(system, &names, raw);
         /// Stores a value.
-        Operate write(must name: String, must value: Value) -> (): commands("name"), told
+        Operate write(must name: String, must value: Value) -> (): commands("name"), told, brief
             => |system| system.write(&name, &value);
         /// Returns the last values, oldest first.
         Observe history(
@@ -33,7 +33,7 @@ crate::calls! {
         Observe svv_about(must name: String) -> SvvAbout
             => |system| system.svv_about(&name);
         /// Returns the time of the system, ns.
-        Observe now() -> i64
+        Observe now() -> i64: brief
             => |system| sure(system.now_ns());
         /// Under the virtual clock: runs the firings in (now, now + duration].
         Operate advance(must duration_ns: i64) -> (): lasts
