@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the header of a shared object says, read without loading it.
+//! What a shared object says of itself, read without loading it.
+use object::elf::{
+    DT_JMPREL, DT_PLTRELSZ, DT_RELA, DT_RELASZ, Dyn64, EM_386, EM_AARCH64, EM_ARM, EM_PPC, EM_PPC64, EM_RISCV, EM_S390, EM_X86_64, ET_DYN, FileHeader32,
+    FileHeader64, PF_W, PT_LOAD, ProgramHeader64, Rela64,
+};
+use object::read::elf::{Dyn as _, FileHeader, ProgramHeader as _, Rela as _};
+use object::{Endianness, LittleEndian as Little};
 
 /// Why a file cannot be loaded here.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,12 +19,6 @@ pub fn target_here() -> &'static str {
     opengpac::generated::target()
 }
 
-pub(crate) const LOAD_SEGMENT: u32 = 1;
-const DYNAMIC_SEGMENT: u32 = 2;
-/// Bits of a segment's flags.
-pub(crate) const EXECUTABLE: u32 = 1;
-const WRITABLE: u32 = 2;
-
 /// Checks that the file is a whole shared object for this machine.
 pub fn check(bytes: &[u8]) -> Result<(), ElfError> {
     let foreign = |have: &str| Err(ElfError::Foreign { have: have.to_string(), want: target_here().to_string() });
@@ -28,150 +28,113 @@ pub fn check(bytes: &[u8]) -> Result<(), ElfError> {
         [0xcf, 0xfa, 0xed, 0xfe, ..] | [0xca, 0xfe, 0xba, 0xbe, ..] => return foreign("a macOS module"),
         _ => return Err(damaged("it is no shared object")),
     }
-    let (Some(class), Some(order)) = (bytes.get(4), bytes.get(5)) else { return Err(damaged("it ends within its header")) };
-    let bits = match class {
-        1 => 32,
-        2 => 64,
-        _ => return Err(damaged("its header is damaged")),
-    };
-    let little = match order {
-        1 => true,
-        2 => false,
-        _ => return Err(damaged("its header is damaged")),
-    };
-    let half = |offset: usize| -> Option<u16> {
-        let pair: [u8; 2] = bytes.get(offset..offset + 2)?.try_into().ok()?;
-        Some(if little { u16::from_le_bytes(pair) } else { u16::from_be_bytes(pair) })
-    };
-    let (Some(kind), Some(machine)) = (half(16), half(18)) else { return Err(damaged("it ends within its header")) };
-    let have = format!("{}-linux", machine_name(machine, bits));
+    let (machine, little) = machine::<FileHeader64<Endianness>>(bytes).or_else(|_| machine::<FileHeader32<Endianness>>(bytes))?;
+    let have = format!("{machine}-linux");
     if have != target_here() || !little {
         return foreign(&have);
     }
-    if kind != 3 {
+    let file = Elf::read(bytes)?;
+    if file.kind != ET_DYN {
         return Err(damaged("it is no shared object: link it with -shared"));
     }
-    check_extent(bytes)
+    file.check_relocations()
 }
 
-/// That what the tables speak of lies inside the file. 64 bits, little-endian.
-fn check_extent(bytes: &[u8]) -> Result<(), ElfError> {
-    let short = || damaged("it is truncated");
-    let (segments, sections) = (word(bytes, 0x20).ok_or_else(short)?, word(bytes, 0x28).ok_or_else(short)?);
-    let size = |offset: usize| bytes.get(offset..offset + 2).and_then(|b| b.try_into().ok()).map(u16::from_le_bytes).map(u64::from).ok_or_else(short);
-    let (segment_size, segment_count) = (size(0x36)?, size(0x38)?);
-    let (section_size, section_count) = (size(0x3a)?, size(0x3c)?);
-    let length = bytes.len() as u64;
-    let inside = |start: u64, bytes: u64| start.checked_add(bytes).is_some_and(|end| end <= length);
-    if segment_size != 56 || !inside(segments, segment_size * segment_count) || !inside(sections, section_size * section_count) {
-        return Err(short());
-    }
-    let mut loaded = Vec::new();
-    let mut dynamic = None;
-    for index in 0..segment_count {
-        let segment = Segment::read(bytes, (segments + index * segment_size) as usize).ok_or_else(short)?;
-        if !inside(segment.offset, segment.bytes_in_file) {
-            return Err(short());
+/// The machine that a file is for, as in the name of a target, and whether its order of bytes is little-endian.
+fn machine<H: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(String, bool), ElfError> {
+    let header = H::parse(bytes).map_err(|_| damaged("its header is damaged"))?;
+    let order = header.endian().map_err(|_| damaged("its header is damaged"))?;
+    let bits = if header.is_class_64() { 64 } else { 32 };
+    let name = match (header.e_machine(order), bits) {
+        (EM_386, _) => "i386".to_string(),
+        (EM_PPC, _) => "powerpc".to_string(),
+        (EM_PPC64, _) => "powerpc64".to_string(),
+        (EM_S390, _) => "s390x".to_string(),
+        (EM_ARM, _) => "arm".to_string(),
+        (EM_X86_64, 64) => "x86_64".to_string(),
+        (EM_AARCH64, _) => "aarch64".to_string(),
+        (EM_RISCV, _) => format!("riscv{bits}"),
+        (other, _) => format!("machine {other} ({bits} bits)"),
+    };
+    Ok((name, order == Endianness::Little))
+}
+
+/// What the loader reads of a file of 64 bits, little-endian: all of it lies within the file.
+pub(crate) struct Elf<'a> {
+    bytes: &'a [u8],
+    kind: u16,
+    segments: &'a [ProgramHeader64<Little>],
+    dynamic: &'a [Dyn64<Little>],
+}
+
+impl<'a> Elf<'a> {
+    /// Errors: a table, or what it speaks of, leads out of the file.
+    pub(crate) fn read(bytes: &'a [u8]) -> Result<Elf<'a>, ElfError> {
+        let short = |_| damaged("it is truncated");
+        let header = FileHeader64::<Little>::parse(bytes).map_err(short)?;
+        let segments = header.program_headers(Little, bytes).map_err(short)?;
+        header.section_headers(Little, bytes).map_err(short)?;
+        let mut dynamic = None;
+        for segment in segments {
+            segment.data(Little, bytes).map_err(|()| damaged("it is truncated"))?;
+            dynamic = segment.dynamic(Little, bytes).map_err(short)?.or(dynamic);
         }
-        match segment.kind {
-            LOAD_SEGMENT => loaded.push(segment),
-            DYNAMIC_SEGMENT => dynamic = Some(segment),
-            _ => {}
-        }
+        let dynamic = dynamic.ok_or_else(|| damaged("it has no table for the loader"))?;
+        Ok(Elf { bytes, kind: header.e_type(Little), segments, dynamic })
     }
-    match dynamic {
-        Some(dynamic) => check_relocations(bytes, &loaded, &dynamic).unwrap_or_else(|| Err(damaged("its relocations cannot be read"))),
-        None => Err(damaged("it has no table for the loader")),
+
+    /// The entries of the table for the loader: tag and value.
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (i64, u64)> {
+        self.dynamic.iter().map(|entry| (entry.tag(Little), entry.val(Little))).take_while(|(tag, _)| *tag != 0)
     }
-}
 
-/// One entry of the program header.
-pub(crate) struct Segment {
-    pub(crate) kind: u32,
-    pub(crate) flags: u32,
-    pub(crate) offset: u64,
-    pub(crate) address: u64,
-    pub(crate) bytes_in_file: u64,
-    bytes: u64,
-}
+    /// The value of the last entry with this tag: as the loader takes it.
+    pub(crate) fn entry(&self, wanted: i64) -> Option<u64> {
+        self.entries().filter(|(tag, _)| *tag == wanted).last().map(|(_, value)| value)
+    }
 
-impl Segment {
-    fn read(bytes: &[u8], at: usize) -> Option<Segment> {
-        let kind_and_flags = word(bytes, at)?;
-        Some(Segment {
-            kind: kind_and_flags as u32,
-            flags: (kind_and_flags >> 32) as u32,
-            offset: word(bytes, at + 8)?,
-            address: word(bytes, at + 16)?,
-            bytes_in_file: word(bytes, at + 32)?,
-            bytes: word(bytes, at + 40)?,
+    /// The parts of the file that are loaded with one of these rights at least, and where in memory.
+    fn loaded(&self, rights: u32) -> impl Iterator<Item = &'a ProgramHeader64<Little>> {
+        self.segments.iter().filter(move |segment| segment.p_type(Little) == PT_LOAD && (rights == 0 || segment.p_flags(Little) & rights != 0))
+    }
+
+    /// The bytes that are loaded with one of these rights.
+    pub(crate) fn with_rights(&self, rights: u32) -> impl Iterator<Item = &'a [u8]> {
+        self.loaded(rights).filter_map(|segment| segment.data(Little, self.bytes).ok())
+    }
+
+    /// The bytes of the file that are loaded at an address, as far as their segment goes.
+    pub(crate) fn at(&self, address: u64) -> Option<&'a [u8]> {
+        self.loaded(0).find_map(|segment| {
+            let offset = address.checked_sub(segment.p_vaddr(Little))?;
+            segment.data(Little, self.bytes).ok()?.get(usize::try_from(offset).ok()?..)
         })
     }
-    pub(crate) fn holds(&self, address: u64, bytes: u64) -> bool {
-        address >= self.address && address.checked_add(bytes).is_some_and(|end| end - self.address <= self.bytes)
-    }
-}
 
-/// The program header of a file that has been checked.
-pub(crate) fn segments(bytes: &[u8]) -> impl Iterator<Item = Segment> {
-    let (start, count) = (word(bytes, 0x20).unwrap_or(0), bytes.get(0x38..0x3a).map_or(0, |two| u64::from(two[0]) | u64::from(two[1]) << 8));
-    (0..count).filter_map(move |index| Segment::read(bytes, (start + index * 56) as usize))
-}
-
-/// Tags and values of the table for the loader. `None`: it leads out of the file.
-pub(crate) fn dynamic_entries(bytes: &[u8]) -> Option<Vec<(u64, u64)>> {
-    let dynamic = segments(bytes).find(|segment| segment.kind == DYNAMIC_SEGMENT)?;
-    entries(bytes, &dynamic)
-}
-
-fn entries(bytes: &[u8], dynamic: &Segment) -> Option<Vec<(u64, u64)>> {
-    let mut entries = Vec::new();
-    for at in (0..dynamic.bytes_in_file).step_by(16) {
-        match word(bytes, (dynamic.offset + at) as usize)? {
-            0 => break,
-            tag => entries.push((tag, word(bytes, (dynamic.offset + at + 8) as usize)?)),
-        }
-    }
-    Some(entries)
-}
-
-/// That the loader writes into the module's own writable memory only: a child that is killed by a wild write is one thing, one
-/// that happens to survive it says nothing about this process. `None`: the tables lead out of the file.
-fn check_relocations(bytes: &[u8], loaded: &[Segment], dynamic: &Segment) -> Option<Result<(), ElfError>> {
-    const ENTRY_BYTES: u64 = 24;
-    let tags: std::collections::BTreeMap<u64, u64> = entries(bytes, dynamic)?.into_iter().collect();
-    for (table, size) in [(7, 8), (23, 2)] {
-        let (Some(table), Some(size)) = (tags.get(&table), tags.get(&size)) else { continue };
-        let segment = loaded.iter().find(|segment| segment.holds(*table, *size))?;
-        let start = segment.offset.checked_add(table - segment.address)?;
-        for at in (0..*size).step_by(ENTRY_BYTES as usize) {
-            let target = word(bytes, usize::try_from(start.checked_add(at)?).ok()?)?;
-            if !loaded.iter().any(|segment| segment.flags & WRITABLE != 0 && segment.holds(target, 8)) {
-                return Some(Err(damaged("a relocation points outside of it")));
+    /// That the loader writes into the module's own writable memory only: a child that is killed by a wild write is one thing, one
+    /// that happens to survive it says nothing about this process.
+    fn check_relocations(&self) -> Result<(), ElfError> {
+        let unread = || damaged("its relocations cannot be read");
+        for (table, size) in [(DT_RELA, DT_RELASZ), (DT_JMPREL, DT_PLTRELSZ)] {
+            let (Some(table), Some(size)) = (self.entry(table), self.entry(size)) else { continue };
+            let bytes = usize::try_from(size).ok().and_then(|size| self.at(table)?.get(..size)).ok_or_else(unread)?;
+            let relocations: &[Rela64<Little>] = object::slice_from_all_bytes(bytes).map_err(|_| unread())?;
+            if relocations.iter().any(|relocation| !self.is_written(relocation.r_offset(Little))) {
+                return Err(damaged("a relocation points outside of it"));
             }
         }
+        Ok(())
     }
-    Some(Ok(()))
-}
 
-fn word(bytes: &[u8], offset: usize) -> Option<u64> {
-    bytes.get(offset..offset.checked_add(8)?)?.try_into().ok().map(u64::from_le_bytes)
+    /// True where a word at this address lies in writable memory of the module.
+    fn is_written(&self, address: u64) -> bool {
+        self.loaded(PF_W).any(|segment| {
+            let start = segment.p_vaddr(Little);
+            address >= start && address.checked_add(8).is_some_and(|end| end - start <= segment.p_memsz(Little))
+        })
+    }
 }
 
 fn damaged(what: &str) -> ElfError {
     ElfError::Damaged(what.to_string())
-}
-
-fn machine_name(machine: u16, bits: u32) -> String {
-    match (machine, bits) {
-        (3, _) => "i386".to_string(),
-        (20, _) => "powerpc".to_string(),
-        (21, _) => "powerpc64".to_string(),
-        (22, _) => "s390x".to_string(),
-        (40, _) => "arm".to_string(),
-        (62, 64) => "x86_64".to_string(),
-        (183, _) => "aarch64".to_string(),
-        (243, _) => format!("riscv{bits}"),
-        (other, _) => format!("machine {other} ({bits} bits)"),
-    }
 }
