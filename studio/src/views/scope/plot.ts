@@ -82,7 +82,7 @@ export class Plot {
     this.#drawn = null;
   }
 
-  /** Time at a place of the screen, s relative to the origin; `x` in pixels of CSS. */
+  /** Time at a place of the screen, s relative to the origin; `x` in pixels of CSS. Where nothing is drawn so far, no place is a time. */
   timeAt(x: number): number {
     const { lo, hi } = this.#x();
     return lo + (x / Math.max(1, this.over?.clientWidth ?? 1)) * (hi - lo);
@@ -191,6 +191,7 @@ export class Plot {
     const { left, width } = plot.select;
     if (width < 4) return;
     plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    if (!this.#drawn) return;
     this.#gestures.selected(this.timeAt(left), this.timeAt(left + width));
   }
 
@@ -200,6 +201,7 @@ export class Plot {
       (event) => {
         if (this.#isFixed) return;
         event.preventDefault();
+        if (!this.#drawn) return;
         const width = Math.max(1, over.clientWidth);
         const { lo, hi } = this.#x();
         if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) {
@@ -215,7 +217,6 @@ export class Plot {
       pressed = event.clientX;
     });
     over.addEventListener("click", (event) => {
-      // Where nothing is drawn so far, no place is a time.
       if (this.#drawn && !this.#isFixed && Math.abs(event.clientX - pressed) < 4) this.#gestures.clicked(this.timeAt(event.offsetX));
     });
     over.addEventListener("dblclick", () => this.#gestures.reset());
@@ -230,7 +231,7 @@ export class Plot {
         let last = event.clientX;
         const move = (now: PointerEvent) => {
           const { lo, hi } = this.#x();
-          this.#gestures.moved(((last - now.clientX) / Math.max(1, over.clientWidth)) * (hi - lo));
+          if (this.#drawn) this.#gestures.moved(((last - now.clientX) / Math.max(1, over.clientWidth)) * (hi - lo));
           last = now.clientX;
         };
         over.addEventListener("pointermove", move);
