@@ -10,7 +10,7 @@ use crate::caller::{Caller, Peer};
 use crate::calls::{self, Call};
 use crate::clock::now;
 use crate::failure::Failure;
-use crate::lanes::{BRIEF, Lane};
+use crate::lanes::{BRIEF, Entered, Lane};
 use crate::leaving::leaving;
 use crate::presence::{present, shut_out};
 use crate::requests;
@@ -135,25 +135,20 @@ async fn call(
     let entered = service.lanes.enter(Lane::of(call), &caller)?;
     let (given, room) = roomy(&service, &caller, given, calls::body_max(call)).await?;
     if call.stops {
-        let (service, caller) = (service.clone(), caller.clone());
         let begun = entered.run({
             let (service, caller, presence) = (service.clone(), caller.clone(), presence.clone());
-            move || begin_stop(&service, call, &given, &caller, presence.as_deref())
+            // Nothing is waited for. Naming what it is about, and entering it into the log, go first too.
+            move || supervisor::first(|| begin(&service, call, &given, &caller, presence.as_deref(), Duration::ZERO))
         });
-        let (answer, slice) = begun.await?;
-        return stopped(&service, &caller, presence, answer, slice).await;
+        let begun = begun.await?;
+        // Where there is no room for the wait, the caller goes on with it.
+        let waits = if begun.goes_on() { service.lanes.enter(Lane::Wait, &caller).ok() } else { None };
+        return ended(&service, &caller, presence, begun, waits, Role::Operate).await;
     }
     if call.lasts && call.brief {
-        let begun = entered.begin(|| begin_brief(&service, call, &given, &caller, presence.as_deref()));
+        let begun = entered.begin(|| begin(&service, call, &given, &caller, presence.as_deref(), BRIEF))?;
         drop((given, room));
-        let answer = match begun? {
-            (answer, None) => text(&answer)?,
-            (begun, Some(slice)) => {
-                let here = service.clone();
-                entered.run(move || text(&here.go_on(&begun["go_on"], slice, presence.as_deref())?)).await?
-            }
-        };
-        return leaving(&service, &caller, answer, call.role);
+        return ended(&service, &caller, presence, begun, Some(entered), call.role).await;
     }
     let (here, by) = (service.clone(), caller.clone());
     let answer = entered.run(move || {
@@ -164,44 +159,44 @@ async fn call(
     leaving(&service, &caller, answer.await?, call.role)
 }
 
-/// Begins a call that lasts where its beginning is brief, and often all there is. The answer, and how much is left of its slice where it
-/// is none yet.
-fn begin_brief(
-    service: &Arc<Service>,
-    call: &'static Call,
-    given: &[u8],
-    caller: &Caller,
-    presence: Option<&Presence>,
-) -> Result<(Value, Option<Duration>), Failure> {
-    let mut asked = requests::asked(given, true)?;
-    let left = asked.slice.saturating_sub(BRIEF);
-    asked.slice -= left;
-    let answer = service.call(call, asked, caller, presence)?;
-    let left = (answer.get("go_on").is_some() && !left.is_zero()).then_some(left);
-    Ok((answer, left))
+/// A call that was made for a part of its slice: its answer, which may say how it goes on, and what is left of the slice.
+struct Begun {
+    answer: Value,
+    left: Duration,
 }
 
-/// Encodes an answer as text, on a thread that no other request waits for.
+impl Begun {
+    fn goes_on(&self) -> bool {
+        self.answer.get("go_on").is_some() && !self.left.is_zero()
+    }
+}
+
+/// Makes a call here and now, and waits for its end `within` that time at the most.
+fn begin(service: &Arc<Service>, call: &Call, given: &[u8], caller: &Caller, presence: Option<&Presence>, within: Duration) -> Result<Begun, Failure> {
+    let mut asked = requests::asked(given, call.lasts)?;
+    let left = asked.slice.saturating_sub(within);
+    asked.slice -= left;
+    Ok(Begun { answer: service.call(call, asked, caller, presence)?, left })
+}
+
+/// Answers a call that was begun: when it has come to its end, within what is left of its slice. That is a wait like any other.
+async fn ended(
+    service: &Arc<Service>,
+    caller: &Caller,
+    presence: Option<Arc<Presence>>,
+    begun: Begun,
+    waits: Option<Entered>,
+    role: Role,
+) -> Result<Response, Failure> {
+    let Some(waits) = waits.filter(|_| begun.goes_on()) else { return leaving(service, caller, text(&begun.answer)?, role) };
+    let here = service.clone();
+    let answer = waits.run(move || text(&here.go_on(&begun.answer["go_on"], begun.left, presence.as_deref())?));
+    leaving(service, caller, answer.await?, role)
+}
+
+/// Encodes an answer as text. What may be long is encoded on a thread that no other request waits for.
 fn text(answer: &Value) -> Result<Vec<u8>, Failure> {
     serde_json::to_vec(answer).map_err(|why| Failure::new(Class::InvalidState, format!("the answer cannot be told: {why}"), "please report it"))
-}
-
-/// Stops something: what is to be done for that is done here and now, and nothing is waited for.
-fn begin_stop(service: &Arc<Service>, call: &'static Call, given: &[u8], caller: &Caller, presence: Option<&Presence>) -> Result<(Value, Duration), Failure> {
-    let mut asked = requests::asked(given, call.lasts)?;
-    let slice = std::mem::take(&mut asked.slice);
-    // Naming what it is about, and entering it into the log, go first too.
-    Ok((supervisor::first(|| service.call(call, asked, caller, presence))?, slice))
-}
-
-/// Answers a call that has stopped something: when it has come to its end, within the slice that was asked for. That is a wait like any
-/// other; where there is no room for one, the caller goes on with it.
-async fn stopped(service: &Arc<Service>, caller: &Caller, presence: Option<Arc<Presence>>, begun: Value, slice: Duration) -> Result<Response, Failure> {
-    let waits = if begun.get("go_on").is_some() { service.lanes.enter(Lane::Wait, caller).ok() } else { None };
-    let Some(waits) = waits else { return leaving(service, caller, text(&begun)?, Role::Operate) };
-    let here = service.clone();
-    let answer = waits.run(move || text(&here.go_on(&begun["go_on"], slice, presence.as_deref())?));
-    leaving(service, caller, answer.await?, Role::Operate)
 }
 
 async fn about(State(service): Shared, Extension(caller): Extension<Caller>) -> Json<Version> {

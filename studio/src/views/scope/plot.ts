@@ -82,10 +82,15 @@ export class Plot {
     this.#drawn = null;
   }
 
-  /** Time at a place of the screen, s relative to the origin; `x` in pixels of CSS. Where nothing is drawn so far, no place is a time. */
+  /** Time at a place of the screen, s relative to the origin; `x` in pixels of CSS. */
   timeAt(x: number): number {
     const { lo, hi } = this.#x();
     return lo + (x / Math.max(1, this.over?.clientWidth ?? 1)) * (hi - lo);
+  }
+
+  /** Who is told of places; nobody where nothing is drawn so far: no place is a time then. */
+  get #told(): Gestures | null {
+    return this.#drawn ? this.#gestures : null;
   }
 
   /** The place of a time, as a part of the width. */
@@ -191,8 +196,7 @@ export class Plot {
     const { left, width } = plot.select;
     if (width < 4) return;
     plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-    if (!this.#drawn) return;
-    this.#gestures.selected(this.timeAt(left), this.timeAt(left + width));
+    this.#told?.selected(this.timeAt(left), this.timeAt(left + width));
   }
 
   #listen(over: HTMLElement): void {
@@ -201,13 +205,12 @@ export class Plot {
       (event) => {
         if (this.#isFixed) return;
         event.preventDefault();
-        if (!this.#drawn) return;
         const width = Math.max(1, over.clientWidth);
         const { lo, hi } = this.#x();
         if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) {
-          this.#gestures.moved(((event.deltaX || event.deltaY) / width) * (hi - lo));
+          this.#told?.moved(((event.deltaX || event.deltaY) / width) * (hi - lo));
         } else {
-          this.#gestures.zoomed(event.deltaY > 0 ? 1.25 : 0.8, this.timeAt(event.offsetX));
+          this.#told?.zoomed(event.deltaY > 0 ? 1.25 : 0.8, this.timeAt(event.offsetX));
         }
       },
       { passive: false },
@@ -217,7 +220,7 @@ export class Plot {
       pressed = event.clientX;
     });
     over.addEventListener("click", (event) => {
-      if (this.#drawn && !this.#isFixed && Math.abs(event.clientX - pressed) < 4) this.#gestures.clicked(this.timeAt(event.offsetX));
+      if (!this.#isFixed && Math.abs(event.clientX - pressed) < 4) this.#told?.clicked(this.timeAt(event.offsetX));
     });
     over.addEventListener("dblclick", () => this.#gestures.reset());
     // With the shift key, or the middle button, a drag moves the times instead of choosing some.
@@ -231,7 +234,7 @@ export class Plot {
         let last = event.clientX;
         const move = (now: PointerEvent) => {
           const { lo, hi } = this.#x();
-          if (this.#drawn) this.#gestures.moved(((last - now.clientX) / Math.max(1, over.clientWidth)) * (hi - lo));
+          this.#told?.moved(((last - now.clientX) / Math.max(1, over.clientWidth)) * (hi - lo));
           last = now.clientX;
         };
         over.addEventListener("pointermove", move);
