@@ -63,7 +63,7 @@ def words() -> bytes:
     environment = ctypes.create_string_buffer(64)
     assert ctypes.CDLL(None).fegetenv(environment) == 0
     raw = environment.raw
-    # On x86-64 these are the x87 control word and MXCSR without its flags; elsewhere the first word has them.
+    # On x86-64 this is the x87 control word, then MXCSR without its flags. On other machines it is the first word.
     return raw[:2] + bytes([raw[28] & 0xC0]) + raw[29:32] if X86 else raw[:4]
 
 

@@ -2,7 +2,7 @@
 //! What a shared object says of itself, read without loading it.
 use object::elf::{
     DT_JMPREL, DT_PLTRELSZ, DT_RELA, DT_RELASZ, Dyn64, EM_386, EM_AARCH64, EM_ARM, EM_PPC, EM_PPC64, EM_RISCV, EM_S390, EM_X86_64, ET_DYN, FileHeader32,
-    FileHeader64, PF_W, PT_LOAD, ProgramHeader64, Rela64,
+    FileHeader64, PF_W, PF_X, PT_LOAD, ProgramHeader64, Rela64,
 };
 use object::read::elf::{Dyn as _, FileHeader, ProgramHeader as _, Rela as _};
 use object::{Endianness, LittleEndian as Little};
@@ -19,8 +19,8 @@ pub fn target_here() -> &'static str {
     opengpac::generated::target()
 }
 
-/// Checks that the file is a whole shared object for this machine.
-pub fn check(bytes: &[u8]) -> Result<(), ElfError> {
+/// Checks that the file is a whole shared object for this machine. Returns what it says of itself.
+pub fn check(bytes: &[u8]) -> Result<Elf<'_>, ElfError> {
     let foreign = |have: &str| Err(ElfError::Foreign { have: have.to_string(), want: target_here().to_string() });
     match bytes {
         [0x7f, b'E', b'L', b'F', ..] => {}
@@ -37,7 +37,8 @@ pub fn check(bytes: &[u8]) -> Result<(), ElfError> {
     if file.kind != ET_DYN {
         return Err(damaged("it is no shared object: link it with -shared"));
     }
-    file.check_relocations()
+    file.check_relocations()?;
+    Ok(file)
 }
 
 /// The machine that a file is for, as in the name of a target, and whether its order of bytes is little-endian.
@@ -60,8 +61,8 @@ fn machine<H: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(String, 
 }
 
 /// What the loader reads of a file of 64 bits, little-endian: all of it lies within the file.
-pub(crate) struct Elf<'a> {
-    bytes: &'a [u8],
+pub struct Elf<'a> {
+    pub(crate) bytes: &'a [u8],
     kind: u16,
     segments: &'a [ProgramHeader64<Little>],
     dynamic: &'a [Dyn64<Little>],
@@ -69,7 +70,7 @@ pub(crate) struct Elf<'a> {
 
 impl<'a> Elf<'a> {
     /// Errors: a table, or what it speaks of, leads out of the file.
-    pub(crate) fn read(bytes: &'a [u8]) -> Result<Elf<'a>, ElfError> {
+    fn read(bytes: &'a [u8]) -> Result<Elf<'a>, ElfError> {
         let short = |_| damaged("it is truncated");
         let header = FileHeader64::<Little>::parse(bytes).map_err(short)?;
         let segments = header.program_headers(Little, bytes).map_err(short)?;
@@ -93,19 +94,24 @@ impl<'a> Elf<'a> {
         self.entries().filter(|(tag, _)| *tag == wanted).last().map(|(_, value)| value)
     }
 
-    /// The parts of the file that are loaded with one of these rights at least, and where in memory.
-    fn loaded(&self, rights: u32) -> impl Iterator<Item = &'a ProgramHeader64<Little>> {
-        self.segments.iter().filter(move |segment| segment.p_type(Little) == PT_LOAD && (rights == 0 || segment.p_flags(Little) & rights != 0))
+    /// The parts of the file that are loaded, and where in memory.
+    fn loaded(&self) -> impl Iterator<Item = &'a ProgramHeader64<Little>> {
+        self.segments.iter().filter(|segment| segment.p_type(Little) == PT_LOAD)
     }
 
-    /// The bytes that are loaded with one of these rights.
-    pub(crate) fn with_rights(&self, rights: u32) -> impl Iterator<Item = &'a [u8]> {
-        self.loaded(rights).filter_map(|segment| segment.data(Little, self.bytes).ok())
+    /// Those of them that have this right there.
+    fn loaded_with(&self, right: u32) -> impl Iterator<Item = &'a ProgramHeader64<Little>> {
+        self.loaded().filter(move |segment| segment.p_flags(Little) & right != 0)
+    }
+
+    /// The bytes that can be executed.
+    pub(crate) fn executable(&self) -> impl Iterator<Item = &'a [u8]> {
+        self.loaded_with(PF_X).filter_map(|segment| segment.data(Little, self.bytes).ok())
     }
 
     /// The bytes of the file that are loaded at an address, as far as their segment goes.
     pub(crate) fn at(&self, address: u64) -> Option<&'a [u8]> {
-        self.loaded(0).find_map(|segment| {
+        self.loaded().find_map(|segment| {
             let offset = address.checked_sub(segment.p_vaddr(Little))?;
             segment.data(Little, self.bytes).ok()?.get(usize::try_from(offset).ok()?..)
         })
@@ -128,7 +134,7 @@ impl<'a> Elf<'a> {
 
     /// True where a word at this address lies in writable memory of the module.
     fn is_written(&self, address: u64) -> bool {
-        self.loaded(PF_W).any(|segment| {
+        self.loaded_with(PF_W).any(|segment| {
             let start = segment.p_vaddr(Little);
             address >= start && address.checked_add(8).is_some_and(|end| end - start <= segment.p_memsz(Little))
         })

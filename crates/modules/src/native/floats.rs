@@ -2,7 +2,7 @@
 //! Whether a module can change floating-point control words: it imports a function that does, needs a library that nobody has looked at, or
 //! has an instruction for it. What is suspected wrongly runs a little slower; what is not found here is found at the end of a firing.
 use super::elf::Elf;
-use object::elf::{DT_NEEDED, DT_STRTAB, PF_X};
+use object::elf::{DT_NEEDED, DT_STRTAB};
 
 /// Functions of the C library that change control words, or may.
 const FUNCTIONS: [&str; 14] = [
@@ -25,10 +25,9 @@ const FUNCTIONS: [&str; 14] = [
 /// Libraries that change them only for as long as a call takes, but for the functions above.
 const LIBRARIES: [&str; 9] = ["libc.so", "libm.so", "libgcc_s.so", "libstdc++.so", "libpthread.so", "libdl.so", "librt.so", "ld-linux-", "libatomic.so"];
 
-/// True where the shared object, which `elf::check` has found in order, is one to be watched.
-pub fn can_change(bytes: &[u8]) -> bool {
-    let Ok(file) = Elf::read(bytes) else { return true };
-    names_a_function(bytes) || needs_another_library(&file).unwrap_or(true) || file.with_rights(PF_X).any(changes)
+/// True where the shared object is one to be watched.
+pub(crate) fn can_change(file: &Elf<'_>) -> bool {
+    names_a_function(file.bytes) || needs_another_library(file).unwrap_or(true) || file.executable().any(changes)
 }
 
 /// Names of imports lie in the file as they are, each between two zeros.

@@ -20,7 +20,7 @@ pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> 
     if seal::check(&bytes) == Seal::Broken {
         return Err(LoadError::Damaged { path: here(), what: "its bytes are not those that were built".to_string() });
     }
-    elf::check(&bytes).map_err(|error| match error {
+    let file = elf::check(&bytes).map_err(|error| match error {
         ElfError::Damaged(what) => LoadError::Damaged { path: here(), what },
         ElfError::Foreign { have, want } => LoadError::ForeignTarget { path: here(), have, want },
     })?;
@@ -36,7 +36,7 @@ pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> 
         words.set();
     }
     let mut face = opened?;
-    let marks = if floats::can_change(&bytes) { mark::LOADED | mark::FLOATS } else { mark::LOADED };
+    let marks = if floats::can_change(&file) { mark::LOADED | mark::FLOATS } else { mark::LOADED };
     face.blocks.iter_mut().for_each(|block| block.descriptor = marked(block.descriptor, marks));
     let ModuleFace { blocks, types, target, compiler } = face;
     Ok(LoadedModule { name, path: here(), blocks, types, target, compiler, changed_floats, bytes: bytes.into() })
