@@ -35,6 +35,7 @@ def casadi(
     parameters: Mapping[str, Constant] | None = None,
     states: Mapping[str, str] | None = None,
     initial: Mapping[str, Any] | None = None,
+    publish_unsolved: bool = False,
     name: str | None = None,
     doc: str = "",
 ) -> CasadiBlock:
@@ -46,7 +47,9 @@ def casadi(
     2.0, "2 N/m", `[1, 2]`. `states` feeds outputs back, `{"x": "x_next"}`: such an input begins with its value in `initial`, else 0, and
     its output is a port where `outputs` names it. `name` is the block's, the function's unless given, `doc` its description.
 
-    An invocation in which the function fails, as a solver does that finds no solution, is fault 1. Raises `DefinitionError` for a name,
+    An invocation in which the function fails, as a solver does that finds no solution within its iterations, is fault 1 and publishes
+    nothing. `publish_unsolved=True` publishes the last iterate of a solver that stops early, as a real-time iteration wants; solvers with
+    `error_on_fail` and infeasible quadratic programs are faults then too. Raises `DefinitionError` for a name,
     shape or word that does not fit, for sparse inputs, and for a `function` that needs a library or memory of its own where it runs.
 
     >>> import casadi as ca
@@ -60,7 +63,7 @@ def casadi(
     given = block_name(name or str(function.name()))
     sides = Side(inputs or {}, "input"), Side(outputs or {}, "output")
     arguments = arguments_of(given, function, *sides, parameters or {}, states or {}, initial or {})
-    generated = code.generated(library, function, given)
+    generated = code.generated(library, function, given, publish_unsolved)
     text = code.source(given, doc or f"{function.name()}, a symbolic function.", arguments, generated, function)
     found = kept(KIND, given, text, lambda: text)
     return CasadiBlock(_interface(given, found), str(found), function, code.work_bytes(function))

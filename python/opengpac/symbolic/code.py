@@ -11,13 +11,14 @@ from ..errors import DefinitionError, refuse
 from ..python.shim import declared, quoted
 from ..python.words import Condition
 from .arguments import Argument, Arguments
+from .solvers import reporting
 
 WORK_BYTES_MAX = 256 << 10
 _HEADERS = {"math.h", "stdarg.h", "string.h", "float.h", "limits.h", "stdint.h", "stddef.h"}
 _ALLOCATES = re.compile(r"\b(malloc|calloc|realloc|free)\s*\(")
 
 
-def generated(library: Any, function: Any, block: str) -> str:
+def generated(library: Any, function: Any, block: str, publish_unsolved: bool = False) -> str:
     """The C that CasADi makes of a function, or why it cannot run in a block."""
     try:
         generator = library.CodeGenerator("opengpac_casadi", {"with_header": False, "casadi_int": "long long int"})
@@ -38,7 +39,7 @@ def generated(library: Any, function: Any, block: str) -> str:
     if _ALLOCATES.search(text):
         found = _ALLOCATES.findall(text)[0]
         refuse(DefinitionError, f"block '{block}': the C of {function.name()} calls {found}, and a block may not allocate")
-    return text
+    return reporting(text, function, block, publish_unsolved)
 
 
 def work_bytes(function: Any) -> int:

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the generated C of CasADi's solvers report that they have not converged.
+
+CasADi's own evaluation tells so in `stats()["success"]`, or raises with `error_on_fail`. The C that it generates has neither for
+`sqpmethod` and `fast_newton`: it returns 0 with the last iterate. The check is put in here, at the lines that leave the iteration. A
+solver whose C does not have these lines is refused, since its failures would be published.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from ..errors import DefinitionError, refuse
+
+_HEADS = re.compile(r"^/\* (\w+):\(.*\*/$", re.MULTILINE)
+"""The comment before each generated function: its name and signature."""
+
+
+def reporting(text: str, function: Any, block: str, publish_unsolved: bool = False) -> str:
+    """Returns the C of a function in which each solver that finds no solution returns non-zero. With `publish_unsolved`, only those do
+    that have `error_on_fail`.
+
+    Raises `DefinitionError` for a solver whose C has no known place for that check.
+    """
+    solvers = {(str(s.class_name()), str(s.name())): s for s in _solvers(function) if not publish_unsolved or _raises_on_failure(s)}
+    for solver in solvers.values():
+        checked = _CHECKS.get(str(solver.class_name()))
+        if checked is None:
+            remedy = "use 'sqpmethod' with 'qrqp' in nlpsol, 'qrqp' in qpsol or conic, 'fast_newton' in rootfinder"
+            why = f"the C of {solver.class_name()} '{solver.name()}' does not say whether it found a solution"
+            refuse(DefinitionError, f"block '{block}': {why}", remedy)
+        parts, known = _parts(text), False
+        for i, (name, part) in enumerate(parts):
+            if name == str(solver.name()) and (changed := checked(part)) is not None:
+                parts[i], known = (name, changed), True
+        if not known:
+            remedy = "install the version of CasADi that opengpac[casadi] names"
+            why = f"this CasADi writes {solver.class_name()} '{solver.name()}' in an unknown form"
+            refuse(DefinitionError, f"block '{block}': {why}", remedy)
+        text = "".join(part for _, part in parts)
+    return text
+
+
+def _parts(text: str) -> list[tuple[str, str]]:
+    """The text cut before each generated function, with the function's name; what stands before the first has the name ''."""
+    heads = list(_HEADS.finditer(text))
+    starts = [0, *(head.start() for head in heads)]
+    names = ["", *(head[1] for head in heads)]
+    return [(name, text[a:b]) for name, a, b in zip(names, starts, [*starts[1:], len(text)], strict=True)]
+
+
+def _solvers(function: Any) -> Iterator[Any]:
+    """Each function that iterates until it has converged, `function` included."""
+    for found in (function, *function.find_functions()):
+        if str(found.class_name()) in _CHECKS or found.is_a("Nlpsol") or found.is_a("Conic") or found.is_a("Rootfinder"):
+            yield found
+
+
+def _raises_on_failure(function: Any) -> bool:
+    """Whether the option `error_on_fail` is set. CasADi shows it in its serialization only; where it is not found there, true."""
+    key, text = _encoded("error_on_fail"), str(function.serialize({"debug": True}))
+    _, _, rest = text.partition(key)
+    return not rest.startswith(_encoded("b\0"))
+
+
+def _encoded(text: str) -> str:
+    """Text as CasADi's serialization has it: two letters a byte, the lower half first."""
+    return "".join(chr(97 + (byte & 15)) + chr(97 + (byte >> 4)) for byte in text.encode())
+
+
+def _sqpmethod(part: str) -> str | None:
+    """Leaving the loop of `sqpmethod` by its number of iterations or by the length of its step is a failure."""
+    tests = re.compile(r"^( *if \(iter_count >= \d+(?: && iter_count >= \d+ && dx_norminf <= [^)]*)?\)) break;$", re.MULTILINE)
+    part, n = tests.subn(r"\1 return 1;", part)
+    return part if n == 2 else None
+
+
+def _fast_newton(part: str) -> str | None:
+    """The loop of `fast_newton` is left early where it has converged."""
+    part, n = re.subn(r"^( *)(/\* Get the solution \*/)$", r"\1if (!opengpac_converged) return 1;\n\1\2", part, flags=re.MULTILINE)
+    part, m = re.subn(r"if \(casadi_newton\(&m\)\) break;", "if (casadi_newton(&m)) { opengpac_converged = 1; break; }", part)
+    part, k = re.subn(r"^( *)casadi_int iter;$", r"\1casadi_int iter; int opengpac_converged = 0;", part, flags=re.MULTILINE)
+    return part if (n, m, k) == (1, 1, 1) else None
+
+
+def _qrqp(part: str) -> str | None:
+    """`qrqp` returns 4 where it finds no search direction, which `sqpmethod` goes on from. -1000, for `error_on_fail`, ends that too."""
+    known = re.search(r"^    return (?:-1000|-1);$", part, re.MULTILINE)
+    return part.replace("    return 4;", "    return -1000;") if known and known[0].endswith("-1000;") else part if known else None
+
+
+_CHECKS: dict[str, Callable[[str], str | None]] = {"Sqpmethod": _sqpmethod, "FastNewton": _fast_newton, "Qrqp": _qrqp}
+"""Class of a solver → what makes its C report a failure; None where the C has not the lines that it knows."""
