@@ -104,6 +104,12 @@ def pose_inverse(pose: Sequence[float]) -> list[float]:
 def pose_between(a: Sequence[float], b: Sequence[float]) -> tuple[float, float]:
     """The distance, m, and the angle, rad, 0 to pi."""
 
+def is_word_of_c(name: str) -> bool:
+    """True where a name in C code that is made of a definition would mean something else: a keyword, a macro, a word of a declaration."""
+
+def whole_network(content: bytes, path: str) -> bytes | None:
+    """The file of a network with the weights inside that lie in files beside `path`; None where it has them already. Refused: ModuleError."""
+
 def number_in(text: str, unit: str) -> float:
     """The number that a quantity, `"90 deg"`, is in a unit, `"rad"`. Refused: ValueRefused, UnitMismatch."""
 

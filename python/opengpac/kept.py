@@ -22,6 +22,8 @@ def block_name(name: str) -> str:
     """The name of a block, where C can have it."""
     if not name.isidentifier() or not name.isascii():
         refuse(DefinitionError, f"'{name}' is no name of a block", "give name= letters, digits and '_', a letter first")
+    if _native.is_word_of_c(name):
+        refuse(DefinitionError, f"'{name}' is a word of C or of OpenGPAC, and no name of a block", f"give another one: name='{name}_block'")
     return name
 
 

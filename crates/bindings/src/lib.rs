@@ -15,7 +15,9 @@ mod system;
 use crate::convert::{Refused, from_json, refused, to_json};
 use indexmap::IndexMap;
 use model::definition::{DeviceType, Graph, Verb};
+use model::refusal::{Class, Refusal};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use std::path::PathBuf;
 use std::time::Duration;
 use supervisor::TrialRequest;
@@ -101,6 +103,20 @@ fn source_endings() -> Vec<&'static str> {
     modules::source_endings()
 }
 
+/// True where a name in C code that is made of a definition would mean something else.
+#[pyfunction]
+fn is_word_of_c(name: &str) -> bool {
+    modules::is_word_of_c(name)
+}
+
+/// The file of a network with the weights that lie beside it inside; `None` where it has them already.
+#[pyfunction]
+fn whole_network<'py>(py: Python<'py>, content: Vec<u8>, path: PathBuf) -> PyResult<Option<Bound<'py, PyBytes>>> {
+    let whole = py.detach(|| modules::whole_network(&content, &path));
+    let whole = whole.map_err(|what| refused(vec![Refusal::new(Class::ModuleError, format!("policy '{}' is refused: {what}", path.display()))]))?;
+    Ok(whole.map(|bytes| PyBytes::new(py, &bytes)))
+}
+
 /// A definition in its long form.
 #[pyfunction]
 fn long_form(kind: &str, definition_json: &str) -> PyResult<String> {
@@ -132,6 +148,8 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(build, m)?)?;
     m.add_function(wrap_pyfunction!(trial, m)?)?;
     m.add_function(wrap_pyfunction!(type_json, m)?)?;
+    m.add_function(wrap_pyfunction!(is_word_of_c, m)?)?;
+    m.add_function(wrap_pyfunction!(whole_network, m)?)?;
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
     m.add_function(wrap_pyfunction!(duration_ns, m)?)?;
     m.add_function(wrap_pyfunction!(long_form, m)?)?;

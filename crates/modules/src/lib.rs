@@ -16,6 +16,7 @@ pub use error::LoadError;
 #[doc(hidden)]
 pub use native::elf;
 pub use native::{PYTHON_PROBE, Probe};
+pub use onnx::whole as whole_network;
 pub use registry::{backends, load, load_bytes, register, source_endings};
 pub use source::fused;
-pub use source::{BuildError, BuildOptions, build, compiler, write_header};
+pub use source::{BuildError, BuildOptions, build, compiler, is_word_of_c, write_header};

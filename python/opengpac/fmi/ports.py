@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from xml.etree.ElementTree import Element
 
+from .. import _native
 from ..errors import DefinitionError, UnitMismatch, did_you_mean, refuse
-from ..python.items import RESERVED, Item
+from ..python.items import Item
 from ..python.words import Input, Output, Parameter
 from ..quantities import unknown_unit
 from .code import Port, Ports
@@ -69,13 +70,18 @@ def _chosen(fmu: Description, block: str, side: str, given: Sequence[str] | Mapp
     return [(there[name], item) for name, item in named.items()]
 
 
+def _is_taken(name: str) -> bool:
+    """True for a word of C, and for the states that the block of an FMU has itself."""
+    return _native.is_word_of_c(name) or name in ("lease", "begun")
+
+
 def _c_name(name: str) -> str:
     made = "".join(c if c.isalnum() and c.isascii() else "_" for c in name).strip("_") or "value"
-    return f"{made}_value" if made in RESERVED | {"lease", "begun"} or made[0].isdigit() else made
+    return f"{made}_value" if _is_taken(made) or made[0].isdigit() else made
 
 
 def _port(fmu: Description, block: str, side: str, variable: Variable, name: str, units: Mapping[str, str]) -> Port:
-    if not name.isidentifier() or not name.isascii() or name in RESERVED | {"lease", "begun"}:
+    if not name.isidentifier() or not name.isascii() or _is_taken(name):
         refuse(DefinitionError, f"'{variable.name}' of '{block}' is to be '{name}', which no item can be", "give another name")
     unit = _unit(fmu, block, variable, units)
     shape = (variable.size,) if variable.size else ()

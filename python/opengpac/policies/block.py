@@ -15,9 +15,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from .. import _native
 from ..blocks import Block
 from ..checks import without_system
-from ..errors import CallError, DefinitionError, refuse
+from ..errors import CallError, DefinitionError, ModuleError, ValueRefused, refusals, refuse
 from ..quantities import Quantity, optional_ns
 from .terms import Terms, terms_json
 
@@ -68,8 +69,8 @@ def policy(
     if not source.is_file():
         refuse(CallError, f"there is no file '{source}'")
     declaration: dict[str, Any] = {
-        "name": name or "".join(c if c.isalnum() else "_" for c in source.stem), "doc": doc,
-        "period_ns": optional_ns(every, "the interval of the policy"), "age_max_ns": optional_ns(age_max, "age_max of the policy"),
+        "name": name or _name_of(source), "doc": doc,
+        "period_ns": _positive(every, "the interval of the policy"), "age_max_ns": _positive(age_max, "age_max of the policy"),
         "inputs": terms_json(inputs, "input"), "outputs": terms_json(outputs, "output"),
         "states": dict(states or {}), "shapes": {key: [int(d) for d in shape] for key, shape in (shapes or {}).items()},
     }  # fmt: skip
@@ -77,11 +78,39 @@ def policy(
     for port in ports:
         if ports.count(port) > 1:
             refuse(DefinitionError, f"policy '{declaration['name']}' has two ports '{port}'", "give each a name of its own")
-    content = source.read_bytes() + _entry(_KEY, json.dumps(declaration))
+    content = whole_content(source) + _entry(_KEY, json.dumps(declaration))
     file = _folder() / f"{declaration['name']}-{hashlib.sha256(content).hexdigest()[:12]}.onnx"
     if not file.exists():
         file.write_bytes(content)
-    return Policy(_described(file)[0], file, declaration)
+    try:
+        return Policy(_described(file)[0], file, declaration)
+    except ModuleError as why:
+        # Its name is that of the copy with the declaration, which the caller has never seen.
+        raise ModuleError(why.message.replace(str(file), str(path)), remedy=why.remedy) from None
+
+
+def whole_content(source: Path) -> bytes:
+    """The bytes of an ONNX file, with the weights inside that lie in files beside it."""
+    try:
+        content = source.read_bytes()
+    except OSError as error:
+        refuse(ModuleError, f"cannot read '{source}': {(error.strerror or str(error)).lower()}")
+    with refusals:
+        return _native.whole_network(content, str(source)) or content
+
+
+def _name_of(source: Path) -> str:
+    made = "".join(c if c.isalnum() and c.isascii() else "_" for c in source.stem).strip("_")
+    made = made if made and made[0].isalpha() else f"policy_{made or 'network'}"
+    return f"{made}_policy" if _native.is_word_of_c(made) else made
+
+
+def _positive(duration: Quantity | None, what: str) -> int | None:
+    """A duration in ns that is not 0 and not negative, or nothing for nothing."""
+    ns = optional_ns(duration, what)
+    if ns is not None and ns <= 0:
+        refuse(ValueRefused, f"{what} is {duration!r}", "give more than 0, for example '20 ms'")
+    return ns
 
 
 @functools.cache

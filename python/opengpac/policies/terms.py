@@ -49,11 +49,11 @@ class Term(_Term):
     def json(self) -> dict[str, Any]:
         """The form that the backend takes."""
         size = self.elements()
-        pair = lambda ends: None if ends is None else [_list(end, size, self.port) for end in ends]  # noqa: E731
+        pair = lambda what, ends: None if ends is None else _range(what, ends, size, self.port)  # noqa: E731
         return {
             "port": self.port, "size": size, "unit": self.unit, "doc": self.doc, "observation": self.observation,
             "names": [str(name) for name in self.names], "scale": _list(self.scale, size, self.port),
-            "offset": _list(self.offset, size, self.port), "clip": pair(self.clip), "within": pair(self.within),
+            "offset": _list(self.offset, size, self.port), "clip": pair("clip", self.clip), "within": pair("within", self.within),
             "history": self.history, "previous": self.previous, "mode": "synchronous" if self.synchronous else "asynchronous",
         }  # fmt: skip
 
@@ -71,12 +71,37 @@ class Term(_Term):
         return next((len(np.atleast_1d(x)) for x in lists if x is not None and np.ndim(x) == 1), 0)
 
 
-def _list(given: Numbers | None, size: int, port: str) -> list[float] | None:
+_FAR = float(np.finfo(float).max)
+"""Stands for an infinite end of a range, which JSON has no number for."""
+
+
+def _range(what: str, ends: Any, size: int, port: str) -> list[list[float]]:
+    """Least and most of `clip` or `within`, an end of which may be infinite."""
+    try:
+        least, most = ends
+    except (TypeError, ValueError):
+        refuse(DefinitionError, f"{what} of '{port}' is {ends!r}", f"give the least and the most, {what}=(-1, 1)")
+    low, high = (_list(end, size, port, finite=False) or [] for end in (least, most))
+    if len(low) != len(high):
+        text = f"{what} of '{port}' has {len(low)} least values and {len(high)} most"
+        refuse(DefinitionError, text, "give as many of both, or one number each")
+    for i, (a, b) in enumerate(zip(low, high, strict=True)):
+        if not a <= b or a == np.inf or b == -np.inf:
+            at = f" at element {i}" if np.ndim(least) or np.ndim(most) else ""
+            text = f"{what} of '{port}' is from {a:g} to {b:g}{at}, which no value is in"
+            refuse(DefinitionError, text, f"give the least first, {what}=(-1, 1)")
+    return [[float(np.clip(x, -_FAR, _FAR)) for x in side] for side in (low, high)]
+
+
+def _list(given: Numbers | None, size: int, port: str, finite: bool = True) -> list[float] | None:
     if given is None:
         return None
-    numbers = np.atleast_1d(np.asarray(given, dtype=float))
-    if np.isnan(numbers).any() or numbers.ndim != 1:
-        refuse(DefinitionError, f"the numbers {given!r} of '{port}' are not a list of numbers")
+    try:
+        numbers = np.atleast_1d(np.asarray(given, dtype=float))
+    except (TypeError, ValueError):
+        numbers = np.array([np.nan])
+    if np.isnan(numbers).any() or numbers.ndim != 1 or (finite and np.isinf(numbers).any()):
+        refuse(DefinitionError, f"the numbers {given!r} of '{port}' are not a list of {'finite ' if finite else ''}numbers")
     if np.ndim(given) == 0 and size == 0:
         refuse(DefinitionError, f"nothing says how many elements '{port}' has", "give size= or names=")
     return [float(x) for x in (np.repeat(numbers, size) if np.ndim(given) == 0 else numbers)]

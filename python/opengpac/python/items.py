@@ -24,12 +24,6 @@ WIDTHS = {"double": "float64", "float": "float32", "bool": "bool_"} | {
 }
 """C types of elements, and what NumPy and numba call them."""
 
-_RESERVED = (
-    "self report OK FAULT in out auto break case char const continue default do double else enum extern float for goto if inline int long "
-    "register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while bool true false asm"
-)
-RESERVED = frozenset(_RESERVED.split())
-
 _NO_UNIT = "px/counts"
 """What no unit agrees with: a known one is another one, an unknown one is told as such."""
 
@@ -104,7 +98,7 @@ def _item(name: str, hint: Any, default: Any, line: int, refusing: Refusing) -> 
             f"the annotation of '{name}' does not say once whether it is an input, output, state, parameter or condition",
             f'write {name}: Annotated[float, Input("what it is", "unit")]',
         )
-    if name in RESERVED or name.startswith(("opengpac", "OG_", "_")):
+    if _native.is_word_of_c(name):
         refusing(line, f"'{name}' is a word of C or of OpenGPAC", f"choose another name, for example '{name.strip('_')}_value'")
     word = words[0]
     _check_unit(name, word, line, refusing)

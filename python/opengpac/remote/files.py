@@ -19,6 +19,7 @@ from xml.etree import ElementTree
 from .. import _native
 from ..errors import DeviceFailed, ModuleError, refusals, refuse
 from ..files import is_source
+from ..policies.block import whole_content
 from .session import Session
 
 TARGET = f"{platform.machine()}-{sys.platform}"
@@ -45,7 +46,7 @@ def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
 
 
 def _put(session: Session, module: str, file: Path) -> dict[str, Any]:
-    content = _content(file, ModuleError)
+    content = whole_content(file) if file.suffix == ".onnx" else _content(file, ModuleError)
     about = {"file": file.name, "sha256": hashlib.sha256(content).hexdigest()}
     if not is_source(file):
         about |= {"abi": str(_abi()), "target": TARGET}

@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import _native
 from ..errors import DefinitionError, UnitMismatch, did_you_mean, refusals, refuse
-from ..python.items import RESERVED, Item
+from ..python.items import Item
 from ..python.words import Condition, Input, Output, Parameter, State
 from ..quantities import unknown_unit
 
@@ -198,8 +198,8 @@ def _wrong_word(block: str, name: str, word: Any, wanted: str) -> NoReturn:
 
 
 def _check_name(block: str, name: str) -> None:
-    if name in RESERVED or name.startswith(("opengpac", "OG_", "_")) or not name.isascii():
-        text = f"'{name}' of block '{block}' is a word of C or of OpenGPAC"
+    if not name.isidentifier() or not name.isascii() or _native.is_word_of_c(name) or name.startswith("casadi_"):
+        text = f"'{name}' of block '{block}' is a word of C, CasADi or OpenGPAC, or no name in C"
         refuse(DefinitionError, text, "name the function's inputs and outputs: casadi.Function('law', [x], [u], ['state'], ['force'])")
 
 

@@ -63,10 +63,11 @@ def casadi(
     given = block_name(name or str(function.name()))
     sides = Side(inputs or {}, "input"), Side(outputs or {}, "output")
     arguments = arguments_of(given, function, *sides, parameters or {}, states or {}, initial or {})
-    generated = code.generated(library, function, given, publish_unsolved)
-    text = code.source(given, doc or f"{function.name()}, a symbolic function.", arguments, generated, function)
+    exported = code.named_for_c(function)
+    generated = code.generated(library, exported, given, publish_unsolved)
+    text = code.source(given, doc or f"{function.name()}, a symbolic function.", arguments, generated, exported)
     found = kept(KIND, given, text, lambda: text)
-    return CasadiBlock(_interface(given, found), str(found), function, code.work_bytes(function))
+    return CasadiBlock(_interface(given, found), str(found), function, code.work_bytes(exported))
 
 
 def _library(function: Any) -> Any:

@@ -4,9 +4,11 @@ them outlives an invocation, so instances share nothing and a fault leaves nothi
 
 from __future__ import annotations
 
+import ctypes
 import re
 from typing import Any
 
+from .. import _native
 from ..errors import DefinitionError, refuse
 from ..python.shim import declared, quoted
 from ..python.words import Condition
@@ -16,6 +18,21 @@ from .solvers import reporting
 WORK_BYTES_MAX = 256 << 10
 _HEADERS = {"math.h", "stdarg.h", "string.h", "float.h", "limits.h", "stdint.h", "stddef.h"}
 _ALLOCATES = re.compile(r"\b(malloc|calloc|realloc|free)\s*\(")
+
+
+_MACROS = {
+    "FUNCTION_BLOCK", "TYPE", "fpclassify", "isfinite", "isgreater", "isgreaterequal", "isinf", "isless", "islessequal",
+    "islessgreater", "isnormal", "isunordered", "report_value", "signbit", "va_arg", "va_copy", "va_end",
+}  # fmt: skip
+"""Macros with arguments of the headers that generated C includes."""
+
+
+def named_for_c(function: Any) -> Any:
+    """The function under a name that its C can have: CasADi exports it by its own, which may be `sin` or `int`."""
+    name, library = str(function.name()), ctypes.CDLL(None)
+    if _native.is_word_of_c(name) or name in _MACROS or name.startswith("casadi_") or hasattr(library, name):
+        return function.slice(f"{name}_of_casadi", list(range(function.n_in())), list(range(function.n_out())))
+    return function
 
 
 def generated(library: Any, function: Any, block: str, publish_unsolved: bool = False) -> str:

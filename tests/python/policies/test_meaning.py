@@ -160,8 +160,8 @@ NETWORKS = {
         r"node 'odd' \(Relu\): its attribute 'gain' is not",
     ),
     "dynamic shape": (
-        {"inputs": {"obs": ["batch", 4]}},
-        r"input 'obs': its dimension 0 of 2 is dynamic \('batch'\): .* shapes={'obs': \(1, \.\.\.\)}",
+        {"inputs": {"obs": [1, "width"]}},
+        r"input 'obs': its dimension 1 of 2 is dynamic \('width'\): .* shapes={'obs': \(1, \.\.\.\)}",
     ),
     "opset": ({"opset": 3}, "it is of opset 3, those supported are 7 to"),
     "missing value": (
@@ -174,8 +174,8 @@ NETWORKS = {
         r"node 'odd' \(MatMul\): shapes \[1, 4\] and \[5, 2\] cannot be multiplied",
     ),
     "elements": (
-        {"constants": {"w": np.zeros(4, np.float64)}},
-        "initializer 'w': its elements are double: export the network with 32-bit floats",
+        {"nodes": [helper.make_node("Add", ["obs", "w"], ["actions"])], "constants": {"w": np.zeros(4, np.complex64)}},
+        "initializer 'w': its elements are complex64: export the network with floats",
     ),
 }
 

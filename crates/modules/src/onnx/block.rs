@@ -38,7 +38,10 @@ pub fn source(meaning: &Meaning, network: &Network, name: &str) -> Result<String
         block.output(at, output, shape.iter().product());
     }
     block.behind();
-    let doc = if meaning.doc.is_empty() { format!("Learned policy '{name}'.") } else { meaning.doc.clone() };
+    let mut doc = if meaning.doc.is_empty() { format!("Learned policy '{name}'.") } else { meaning.doc.clone() };
+    if !network.assumed.is_empty() {
+        let _ = write!(doc, " Left open by the file: {}.", network.assumed.join(", "));
+    }
     let Block { text, body, items, .. } = block;
     let (name, doc, items) = (identifier(name)?, quoted(&doc), items.declared()?);
     Ok(format!("{text}FUNCTION_BLOCK({name}, {doc},\n    {items})\n{{\n{body}    return OK;\n}}\n"))

@@ -18,6 +18,10 @@ INLINE v8 pick(i8v mask, v8 yes, v8 no) { return (v8)((mask & (i8v)yes) | (~mask
 INLINE v8 larger(v8 a, v8 b) { return pick(a > b, a, b); }
 INLINE v8 smaller(v8 a, v8 b) { return pick(a < b, a, b); }
 
+// 1 where a comparison holds, 0 elsewhere.
+INLINE v8 truth(i8v mask) { return pick(mask, all(1.0f), all(0.0f)); }
+INLINE v8 sign(v8 x) { return truth(x > all(0.0f)) - truth(x < all(0.0f)); }
+
 // y[i] = e for each element, AT(x) is that of x.
 #define EACH(n, y, e) for (int i = 0; i < (n); i += 8) put((y) + i, e)
 #define AT(x) get((x) + i)
@@ -134,6 +138,30 @@ INLINE float inner(const float *x, int dx, const float *z, int dz, int k) {
     return sum;
 }
 INLINE void gather(float *y, const float *x, const uint32_t *at, int n) { for (int i = 0; i < n; i++) y[i] = x[at[i]]; }
+// Rows of x whose numbers are values: NaN for one that there is not.
+INLINE void gather_rows(float *y, const float *x, const float *which, int before, int rows, int inner, int n) {
+    for (int o = 0; o < before; o++)
+        for (int j = 0; j < n; j++, y += inner) {
+            float number = which[j] < 0 ? which[j] + (float)rows : which[j];
+            int there = number >= 0 && number < (float)rows;
+            for (int i = 0; i < inner; i++) y[i] = there ? x[(o * rows + (int)number) * inner + i] : __builtin_nanf("");
+        }
+}
+// Windows of x, the elements of each up to its end in the list.
+INLINE void pool_max(float *y, const float *x, const uint32_t *at, const uint32_t *ends, int n) {
+    for (int i = 0, k = 0; i < n; i++) {
+        float most = x[at[k]];
+        for (k++; k < (int)ends[i]; k++) most = x[at[k]] > most ? x[at[k]] : most;
+        y[i] = most;
+    }
+}
+INLINE void pool_mean(float *y, const float *x, const uint32_t *at, const uint32_t *ends, const uint32_t *counts, int n) {
+    for (int i = 0, k = 0; i < n; i++) {
+        float sum = 0;
+        for (; k < (int)ends[i]; k++) sum += x[at[k]];
+        y[i] = sum / (float)counts[i];
+    }
+}
 INLINE void softmax(float *y, const float *x, int n, int logarithm) {
     float most = x[0], sum = 0;
     for (int i = 1; i < n; i++) most = x[i] > most ? x[i] : most;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the numbers of a network mean: the declaration that `gpac.policy` writes into the file, compared with the network's shapes and with
 //! what the trainer wrote there (`metadata.rs`).
+use super::items::port_name;
 use super::network::{Network, names};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -110,8 +111,10 @@ fn fill(declared: &mut BTreeMap<String, Vec<Term>>, all: &[(String, Vec<usize>)]
     let is_bare = declared.is_empty();
     for (name, shape) in all.iter().filter(|(name, _)| !spoken_for.contains(name)) {
         if is_bare {
-            let port: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-            let port = if port.starts_with(|c: char| c.is_ascii_digit()) { format!("{side}_{port}") } else { port };
+            let port = port_name(name, side);
+            if let Some(other) = declared.iter().find(|(_, terms)| terms.iter().any(|term| term.port == port)).map(|(other, _)| other.clone()) {
+                return Err(format!("its {side}s '{other}' and '{name}' would both be port '{port}': name them in {side}s="));
+            }
             declared.insert(name.clone(), vec![Term { port, size: shape.iter().product(), ..Term::default() }]);
         } else if !declared.contains_key(name) && side == "input" {
             return Err(format!("its input '{name}' of shape {shape:?} is not declared: add it to inputs= or states="));

@@ -9,6 +9,7 @@ mod network;
 mod operators;
 mod program;
 mod proto;
+mod tensors;
 mod value;
 
 use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
@@ -16,6 +17,7 @@ use crate::error::LoadError;
 use crate::folder::Folder;
 use crate::source;
 use meaning::Meaning;
+use prost::Message;
 use std::path::Path;
 
 /// The backend.
@@ -35,6 +37,13 @@ impl Backend for Policies {
         false
     }
 
+    /// Weights in files beside the network are taken into it first.
+    fn load(&self, path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
+        let bytes = std::fs::read(path).map_err(|error| LoadError::Unreadable { path: path.to_path_buf(), what: error.to_string() })?;
+        let whole = whole(&bytes, path).map_err(|what| LoadError::Network { path: path.to_path_buf(), what })?;
+        self.load_bytes(path, whole.unwrap_or(bytes), options)
+    }
+
     fn load_bytes(&self, path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
         let text = translate(path, &bytes).map_err(|what| LoadError::Network { path: path.to_path_buf(), what })?;
         let unwritable = |error: std::io::Error| LoadError::Unreadable { path: std::env::temp_dir(), what: error.to_string() };
@@ -48,6 +57,16 @@ impl Backend for Policies {
     }
 }
 
+/// The file of a network with its weights inside, where some lie in files beside `path`; `None` where it has them already.
+///
+/// # Errors
+/// The bytes are no ONNX model, or a file with weights is missing or too short.
+pub fn whole(bytes: &[u8], path: &Path) -> Result<Option<Vec<u8>>, String> {
+    let (mut model, _) = network::decode(bytes)?;
+    let taken = tensors::take_in(&mut model, path.parent().unwrap_or(Path::new(".")))?;
+    Ok(taken.then(|| model.encode_to_vec()))
+}
+
 /// The C source of a policy's block.
 ///
 /// # Errors
@@ -58,7 +77,7 @@ fn translate(path: &Path, bytes: &[u8]) -> Result<String, String> {
     let network = network::read(&model, &meaning.shapes)?;
     meaning.complete(&network)?;
     metadata::compare(&mut meaning, &file)?;
-    let name = if meaning.name.is_empty() { stem(path).replace(['-', '.', ' '], "_") } else { meaning.name.clone() };
+    let name = if meaning.name.is_empty() { items::port_name(&stem(path), "policy") } else { meaning.name.clone() };
     block::source(&meaning, &network, &name)
 }
 

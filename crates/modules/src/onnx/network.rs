@@ -2,10 +2,10 @@
 //! Reads an ONNX file and translates its nodes one after the other.
 use super::operators::translate;
 use super::program::Program;
-use super::proto::{self, Graph, Model, Node, ValueInfo};
-use super::value::{Content, Value, fixed};
+use super::proto::{self, Dimension, Graph, Model, Node, ValueInfo};
+use super::value::{Kind, Value, fixed};
 use prost::Message;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Versions of the operators that are known.
 const OPSETS: std::ops::RangeInclusive<i64> = 7..=28;
@@ -15,6 +15,8 @@ pub struct Network {
     pub inputs: Vec<(String, Vec<usize>)>,
     pub outputs: Vec<(String, Vec<usize>)>,
     pub program: Program,
+    /// Sentences on dimensions that the file leaves open and that were taken as 1.
+    pub assumed: Vec<String>,
 }
 
 /// Reads the file; its metadata too, where a declaration of ours may lie.
@@ -38,19 +40,33 @@ pub fn read(model: &Model, shapes: &BTreeMap<String, Vec<i64>>) -> Result<Networ
     if !OPSETS.contains(&opset) {
         return Err(format!("it is of opset {opset}, those supported are {} to {}: export it with opset_version=17", OPSETS.start(), OPSETS.end()));
     }
+    let needed = needed(graph);
     let mut values: HashMap<String, Value> = HashMap::new();
-    for tensor in &graph.initializer {
+    for tensor in graph.initializer.iter().filter(|tensor| needed.contains(tensor.name.as_str())) {
         let value = Value::of(tensor).map_err(|what| format!("initializer '{}': {what}", tensor.name))?;
         values.insert(tensor.name.clone(), value);
     }
     let mut program = Program::default();
-    let inputs = enter_inputs(graph, shapes, &mut values, &mut program)?;
-    for (at, node) in graph.node.iter().enumerate() {
+    let mut assumed = Vec::new();
+    let inputs = enter_inputs(graph, shapes, &mut values, &mut program, &mut assumed)?;
+    for (at, node) in graph.node.iter().enumerate().filter(|(_, node)| node.output.iter().any(|name| needed.contains(name.as_str()))) {
         let named = if node.name.is_empty() { format!("node {at}") } else { format!("node '{}'", node.name) };
         enter(node, opset, &mut values, &mut program).map_err(|what| format!("{named} ({}): {what}", node.op_type))?;
     }
     let outputs = leave(graph, &values, &mut program)?;
-    Ok(Network { inputs, outputs, program })
+    Ok(Network { inputs, outputs, program, assumed })
+}
+
+/// Names of the values on which the outputs depend. Nodes and weights beside them are left out.
+fn needed(graph: &Graph) -> HashSet<&str> {
+    let mut needed: HashSet<&str> = graph.output.iter().map(|output| output.name.as_str()).collect();
+    for node in graph.node.iter().rev() {
+        if node.output.iter().any(|name| needed.contains(name.as_str())) {
+            needed.extend(node.input.iter().map(String::as_str));
+        }
+    }
+    needed.remove("");
+    needed
 }
 
 fn enter_inputs(
@@ -58,46 +74,70 @@ fn enter_inputs(
     shapes: &BTreeMap<String, Vec<i64>>,
     values: &mut HashMap<String, Value>,
     program: &mut Program,
+    assumed: &mut Vec<String>,
 ) -> Result<Vec<(String, Vec<usize>)>, String> {
     let mut inputs = Vec::new();
-    let open: Vec<&ValueInfo> = graph.input.iter().filter(|input| !values.contains_key(&input.name)).collect();
+    let is_weight = |input: &&ValueInfo| graph.initializer.iter().any(|tensor| tensor.name == input.name);
+    let open: Vec<&ValueInfo> = graph.input.iter().filter(|input| !is_weight(input)).collect();
     if let Some(unknown) = shapes.keys().find(|name| open.iter().all(|input| input.name != **name)) {
         return Err(format!("it has no input '{unknown}', for which a shape is given; its inputs are {}", names(open.iter().map(|i| i.name.as_str()))));
     }
+    let batches: HashSet<&str> = open.iter().filter(|input| !shapes.contains_key(&input.name)).filter_map(|input| batch_symbol(input)).collect();
     for input in open {
-        let shape = shape_of(input, shapes.get(&input.name)).map_err(|what| format!("input '{}': {what}", input.name))?;
-        let value = program.value(&shape);
-        let name = program.name(&value)?;
-        program.step(&[&value], format!("memcpy({name}, in{}, {});", inputs.len(), value.len() * 4));
+        let (kind, shape) = shape_of(input, shapes.get(&input.name), &batches, assumed).map_err(|what| format!("input '{}': {what}", input.name))?;
+        let value = program.value_of(kind, &shape);
+        let (name, at) = (program.name(&value)?, inputs.len());
+        program.step(&[&value], format!("memcpy({name}, in{at}, {});", value.len() * 4));
+        match kind {
+            Kind::Float => {}
+            Kind::Whole => program.step(&[&value], format!("EACH({}, {name}, LANES(AT({name}), rintf));", value.len())),
+            Kind::Truth => program.step(&[&value], format!("EACH({}, {name}, truth(AT({name}) != all(0)));", value.len())),
+        }
         values.insert(input.name.clone(), value);
         inputs.push((input.name.clone(), shape));
     }
     Ok(inputs)
 }
 
-fn shape_of(input: &ValueInfo, given: Option<&Vec<i64>>) -> Result<Vec<usize>, String> {
+fn dims_of(input: &ValueInfo) -> Option<&[Dimension]> {
+    input.r#type.as_ref()?.tensor.as_ref()?.shape.as_ref().map(|shape| &shape.dim[..])
+}
+
+/// The symbol of an input's leading dimension, which is 1 wherever it stands.
+fn batch_symbol(input: &ValueInfo) -> Option<&str> {
+    dims_of(input)?.first().map(|dim| dim.symbol.as_str()).filter(|symbol| !symbol.is_empty())
+}
+
+fn shape_of(input: &ValueInfo, given: Option<&Vec<i64>>, batches: &HashSet<&str>, assumed: &mut Vec<String>) -> Result<(Kind, Vec<usize>), String> {
     let tensor = input.r#type.as_ref().and_then(|of| of.tensor.as_ref()).ok_or("it is no tensor: only tensors are supported")?;
-    if tensor.element != proto::FLOAT {
-        return Err(format!("its elements are {}: export the network with 32-bit floats", proto::type_name(tensor.element)));
-    }
-    let dims = tensor.shape.as_ref().map(|shape| &shape.dim[..]);
+    let kind = Kind::of(tensor.element);
+    let kind = kind.ok_or_else(|| format!("its elements are {}: export the network with 32-bit floats", proto::type_name(tensor.element)))?;
+    let dims = dims_of(input);
     if let Some(given) = given {
-        let fits =
-            dims.is_none_or(|dims| dims.len() == given.len() && dims.iter().zip(given).all(|(d, g)| d.value == 0 || !d.symbol.is_empty() || d.value == *g));
+        let fits = dims.is_none_or(|dims| dims.len() == given.len() && dims.iter().zip(given).all(|(d, g)| d.is_open() || d.value == *g));
         if !fits {
             return Err(format!("the shape {given:?} that is given for it does not fit the file's"));
         }
-        return fixed(given);
+        return Ok((kind, fixed(given)?));
     }
     let dims = dims.ok_or_else(|| format!("it has no shape: give it, shapes={{'{}': (1, ...)}}", input.name))?;
-    if let Some(open) = dims.iter().position(|dim| !dim.symbol.is_empty()) {
-        let (of, rank) = (&dims[open].symbol, dims.len());
-        return Err(format!(
-            "its dimension {open} of {rank} is dynamic ('{of}'): export the network with fixed shapes, or give them, shapes={{'{}': (1, ...)}}",
-            input.name
-        ));
+    let mut shape = Vec::new();
+    for (at, dim) in dims.iter().enumerate() {
+        if !dim.is_open() {
+            shape.push(dim.value);
+        } else if at == 0 || batches.contains(dim.symbol.as_str()) {
+            let name = if dim.symbol.is_empty() { String::new() } else { format!(" '{}'", dim.symbol) };
+            assumed.push(format!("dimension {at}{name} of input '{}' is 1", input.name));
+            shape.push(1);
+        } else {
+            let (of, rank) = (if dim.symbol.is_empty() { "without a name" } else { &dim.symbol }, dims.len());
+            return Err(format!(
+                "its dimension {at} of {rank} is dynamic ('{of}'): export the network with fixed shapes, or give them, shapes={{'{}': (1, ...)}}",
+                input.name
+            ));
+        }
     }
-    fixed(&dims.iter().map(|dim| dim.value).collect::<Vec<_>>())
+    Ok((kind, fixed(&shape)?))
 }
 
 fn enter(node: &Node, opset: i64, values: &mut HashMap<String, Value>, program: &mut Program) -> Result<(), String> {
@@ -119,9 +159,6 @@ fn leave(graph: &Graph, values: &HashMap<String, Value>, program: &mut Program) 
     let mut outputs = Vec::new();
     for output in &graph.output {
         let value = values.get(&output.name).ok_or_else(|| format!("no node gives its output '{}': the file is damaged", output.name))?;
-        if let Content::Ints(_) = value.content {
-            return Err(format!("its output '{}' is of integers: take it out of the outputs", output.name));
-        }
         let name = program.name(value)?;
         program.step(&[value], format!("memcpy(out{}, {name}, {});", outputs.len(), value.len() * 4));
         outputs.push((output.name.clone(), value.shape.clone()));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a network becomes: steps in C, constants, and buffers that share one scratch memory.
-use super::value::{Content, Value};
+use super::value::{Content, Kind, Value};
 use std::fmt::Write;
 use std::rc::Rc;
 
@@ -15,6 +15,7 @@ const CONSTANTS_MAX: usize = 4 << 20;
 
 struct Buffer {
     len: usize,
+    kind: Kind,
     first: usize,
     last: usize,
 }
@@ -29,18 +30,37 @@ pub struct Program {
 }
 
 impl Program {
-    /// A new buffer of this shape.
+    /// A new buffer of floats of this shape.
     pub fn value(&mut self, shape: &[usize]) -> Value {
-        self.buffers.push(Buffer { len: shape.iter().product(), first: usize::MAX, last: 0 });
+        self.value_of(Kind::Float, shape)
+    }
+
+    /// A new buffer of this shape and kind of elements.
+    pub fn value_of(&mut self, kind: Kind, shape: &[usize]) -> Value {
+        self.buffers.push(Buffer { len: shape.iter().product(), kind, first: usize::MAX, last: 0 });
         Value { shape: shape.to_vec(), content: Content::Buffer(self.buffers.len() - 1) }
     }
 
-    /// How C names the elements of a value; of integers, which exist at translation only, an error.
+    /// The kind of a value's elements. Constant truth values are integers.
+    pub fn kind(&self, value: &Value) -> Kind {
+        match value.content {
+            Content::Buffer(number) => self.buffers[number].kind,
+            Content::Floats(_) => Kind::Float,
+            Content::Ints(_) => Kind::Whole,
+        }
+    }
+
+    /// The kind of a value that is computed; a constant fits every operator that takes its content.
+    pub fn kind_at_run_time(&self, value: &Value) -> Kind {
+        if matches!(value.content, Content::Buffer(_)) { self.kind(value) } else { Kind::Float }
+    }
+
+    /// The C name of the elements of a value, which are floats there. Constant integers become a constant.
     pub fn name(&mut self, value: &Value) -> Result<String, String> {
         match &value.content {
             Content::Buffer(number) => Ok(format!("b{number}")),
             Content::Floats(floats) => Ok(self.constant(floats)),
-            Content::Ints(_) => Err("an input is of integers: only shapes, axes and indices may be".to_string()),
+            Content::Ints(ints) => Ok(self.packed(ints.iter().map(|&i| i as f32).collect())),
         }
     }
 

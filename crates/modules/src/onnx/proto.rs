@@ -92,6 +92,12 @@ pub struct Tensor {
     pub name: String,
     #[prost(bytes = "vec", tag = "9")]
     pub raw_data: Vec<u8>,
+    #[prost(double, repeated, tag = "10")]
+    pub double_data: Vec<f64>,
+    #[prost(uint64, repeated, tag = "11")]
+    pub uint64_data: Vec<u64>,
+    #[prost(message, repeated, tag = "13")]
+    pub external_data: Vec<Entry>,
     #[prost(int32, tag = "14")]
     pub data_location: i32,
 }
@@ -132,10 +138,27 @@ pub struct Dimension {
     pub symbol: String,
 }
 
+impl Dimension {
+    /// Whether the file leaves it open: by a symbol, by -1 or by saying nothing.
+    pub fn is_open(&self) -> bool {
+        !self.symbol.is_empty() || self.value <= 0
+    }
+}
+
 /// Element types of ONNX that are read.
 pub const FLOAT: i32 = 1;
+pub const UINT8: i32 = 2;
+pub const INT8: i32 = 3;
+pub const UINT16: i32 = 4;
+pub const INT16: i32 = 5;
 pub const INT32: i32 = 6;
 pub const INT64: i32 = 7;
+pub const BOOL: i32 = 9;
+pub const FLOAT16: i32 = 10;
+pub const DOUBLE: i32 = 11;
+pub const UINT32: i32 = 12;
+pub const UINT64: i32 = 13;
+pub const BFLOAT16: i32 = 16;
 
 /// The name of an element type in an error.
 pub fn type_name(element: i32) -> String {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values of a network while it is translated: of fixed shape, either constants or buffers that a step fills.
 use super::proto::{self, Tensor};
+use super::tensors;
 use std::rc::Rc;
 
 /// The most elements of one tensor: a damaged shape is refused before memory is asked for.
@@ -33,42 +34,67 @@ impl Value {
         self.shape.iter().product()
     }
 
+    /// The elements of a constant of floats.
+    pub fn known_floats(&self) -> Option<&[f32]> {
+        if let Content::Floats(floats) = &self.content { Some(floats) } else { None }
+    }
+
+    /// The elements of a constant of integers.
+    pub fn known_ints(&self) -> Option<&[i64]> {
+        if let Content::Ints(ints) = &self.content { Some(ints) } else { None }
+    }
+
     /// The same elements in another shape.
     pub fn reshaped(&self, shape: Vec<usize>) -> Value {
         Value { shape, content: self.content.clone() }
     }
 
-    /// Reads a tensor of the file.
+    /// Reads a tensor of the file. Floats of other widths are rounded to 32 bits; integers and truth values become integers.
     pub fn of(tensor: &Tensor) -> Result<Value, String> {
         let shape = fixed(&tensor.dims)?;
         let count: usize = shape.iter().product();
         if tensor.data_location != 0 {
-            return Err("its values lie in another file: save the model with its weights inside".to_string());
+            let file = tensor.external_data.iter().find(|entry| entry.key == "location").map_or("another file", |entry| entry.value.as_str());
+            return Err(format!("its values lie in '{file}': load the network where that file lies beside it, or save it with its weights inside"));
         }
-        let raw = &tensor.raw_data;
-        let short = || format!("it is damaged: its shape {shape:?} needs {count} values, the file has another number");
-        match tensor.data_type {
-            proto::FLOAT => {
-                let read = raw.as_chunks::<4>();
-                let floats: Vec<f32> = if raw.is_empty() { tensor.float_data.clone() } else { read.0.iter().map(|b| f32::from_le_bytes(*b)).collect() };
-                if floats.len() != count || !read.1.is_empty() {
-                    return Err(short());
-                }
-                if floats.iter().any(|x| x.is_nan()) {
-                    return Err("it has a value that is not a number: train or export the network again".to_string());
-                }
-                Ok(Value::floats(shape, floats))
-            }
-            proto::INT64 | proto::INT32 => {
-                let ints: Vec<i64> = match (tensor.data_type, raw.is_empty()) {
-                    (proto::INT64, true) => tensor.int64_data.clone(),
-                    (proto::INT64, false) => raw.as_chunks::<8>().0.iter().map(|b| i64::from_le_bytes(*b)).collect(),
-                    (_, true) => tensor.int32_data.iter().map(|&i| i64::from(i)).collect(),
-                    (_, false) => raw.as_chunks::<4>().0.iter().map(|b| i64::from(i32::from_le_bytes(*b))).collect(),
-                };
-                if ints.len() == count { Ok(Value::ints(shape, ints)) } else { Err(short()) }
-            }
-            other => Err(format!("its elements are {}: export the network with 32-bit floats", proto::type_name(other))),
+        let made = match Kind::of(tensor.data_type) {
+            Some(Kind::Float) => Value::floats(shape.clone(), tensors::floats(tensor)),
+            Some(Kind::Whole | Kind::Truth) => Value::ints(shape.clone(), tensors::ints(tensor)),
+            None => return Err(format!("its elements are {}: export the network with floats", proto::type_name(tensor.data_type))),
+        };
+        let (len, is_whole) = match &made.content {
+            Content::Floats(floats) => (floats.len(), tensors::is_whole(tensor)),
+            Content::Ints(ints) => (ints.len(), tensors::is_whole(tensor)),
+            Content::Buffer(_) => (0, false),
+        };
+        if len != count || !is_whole {
+            return Err(format!("it is damaged: its shape {shape:?} needs {count} values, the file has another number"));
+        }
+        if let Content::Floats(floats) = &made.content
+            && floats.iter().any(|x| x.is_nan())
+        {
+            return Err("it has a value that is not a number: train or export the network again".to_string());
+        }
+        Ok(made)
+    }
+}
+
+/// Kind of the elements of a value. All are computed as 32-bit floats: integers beyond 2^24 are not exact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Float,
+    Whole,
+    Truth,
+}
+
+impl Kind {
+    /// The kind of an element type of ONNX; `None` for one that is not read.
+    pub fn of(element: i32) -> Option<Kind> {
+        match element {
+            proto::FLOAT | proto::FLOAT16 | proto::DOUBLE | proto::BFLOAT16 => Some(Kind::Float),
+            proto::UINT8..=proto::INT64 | proto::UINT32 | proto::UINT64 => Some(Kind::Whole),
+            proto::BOOL => Some(Kind::Truth),
+            _ => None,
         }
     }
 }

@@ -4,8 +4,10 @@ pub(crate) mod build;
 mod diagnosis;
 pub mod fused;
 mod text;
+mod words;
 
 pub use build::{BuildError, BuildOptions, build, compiler, write_header};
+pub use words::is_word_of_c;
 
 use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
 use crate::error::LoadError;

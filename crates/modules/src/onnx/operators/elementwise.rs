@@ -2,12 +2,12 @@
 //! Operators that compute each element from those at its place.
 use super::movement::moved;
 use super::{Call, Made, Operator};
-use crate::onnx::value::{Content, Value, broadcast, spread};
+use crate::onnx::value::{Content, Kind, Value, broadcast, spread};
 
 pub fn find(operator: &str) -> Option<Operator> {
     Some(match operator {
         "Relu" | "Tanh" | "Sigmoid" | "Softplus" | "Softsign" | "Exp" | "Log" | "Sqrt" | "Abs" | "Neg" | "Reciprocal" | "Floor" | "Ceil" | "Sin" | "Cos"
-        | "Erf" | "HardSwish" | "Mish" | "Swish" => plain,
+        | "Erf" | "HardSwish" | "Mish" | "Swish" | "Sign" | "Round" | "Tan" => plain,
         "LeakyRelu" | "Elu" | "Selu" | "Celu" | "ThresholdedRelu" | "HardSigmoid" | "Gelu" => shaped,
         "Clip" => clip,
         "Add" | "Sub" | "Mul" | "Div" | "Pow" | "PRelu" | "Min" | "Max" | "Sum" | "Mean" => combined,
@@ -33,6 +33,9 @@ fn plain(call: &mut Call) -> Made {
         "Sin" => "LANES(X, sinf)",
         "Cos" => "LANES(X, cosf)",
         "Erf" => "LANES(X, erff)",
+        "Sign" => "sign(X)",
+        "Round" => "LANES(X, rintf)",
+        "Tan" => "LANES(X, tanf)",
         "HardSwish" => "X * hard_sigmoid(X, 1.0f / 6.0f, 0.5f)",
         "Mish" => "X * hyperbolic_tangent(softplus(X))",
         _ => return shaped(call),
@@ -68,9 +71,27 @@ fn clip(call: &mut Call) -> Made {
 }
 
 /// Applies an expression of `X` to each element.
-fn mapped(call: &mut Call, expression: &str) -> Made {
+pub fn mapped(call: &mut Call, expression: &str) -> Made {
     let x = call.input(0)?;
-    let made = call.program.value(&x.shape);
+    if let Some(ints) = x.known_ints() {
+        let operator = call.node.op_type.as_str();
+        let compute: fn(i64) -> Option<i64> = match operator {
+            "Neg" => i64::checked_neg,
+            "Abs" => i64::checked_abs,
+            "Sign" => |i| Some(i.signum()),
+            _ => |_| None,
+        };
+        let ints: Option<Vec<i64>> = ints.iter().map(|&i| compute(i)).collect();
+        return Ok(vec![Value::ints(x.shape.clone(), ints.ok_or("it computes with integers in a way that is not supported")?)]);
+    }
+    let kind = call.program.kind(&x);
+    mapped_to(call, kind, expression)
+}
+
+/// The same with elements of another kind.
+pub fn mapped_to(call: &mut Call, kind: Kind, expression: &str) -> Made {
+    let x = call.input(0)?;
+    let made = call.program.value_of(kind, &x.shape);
     let (to, from) = (call.program.name(&made)?, call.program.name(&x)?);
     let e = expression.replace('X', &format!("AT({from})"));
     call.program.step(&[&made, &x], format!("EACH({}, {to}, {e});", x.len()));
@@ -100,9 +121,14 @@ pub fn pair(call: &mut Call, operator: &str, a: &Value, b: &Value) -> Result<Val
     if let (Content::Ints(x), Content::Ints(y)) = (&a.content, &b.content) {
         return integers(operator, x, y, (&a.shape, &b.shape), shape);
     }
-    let full = |call: &mut Call, x: &Value| if x.shape == shape { Ok(x.clone()) } else { moved(call.program, x, shape.clone(), spread(&x.shape, &shape)) };
-    let (a, b) = (full(call, a)?, full(call, b)?);
-    let made = call.program.value(&shape);
+    let (a, b) = (full(call, a, &shape)?, full(call, b, &shape)?);
+    if let (Content::Floats(x), Content::Floats(y)) = (&a.content, &b.content)
+        && let Some(known) = floats(operator, x, y)
+    {
+        return Ok(Value::floats(shape, known));
+    }
+    let kind = call.program.kind(if matches!(a.content, Content::Buffer(_)) { &a } else { &b });
+    let made = call.program.value_of(kind, &shape);
     let (to, x, y) = (call.program.name(&made)?, call.program.name(&a)?, call.program.name(&b)?);
     let (x, y) = (format!("AT({x})"), format!("AT({y})"));
     let e = match operator {
@@ -119,6 +145,24 @@ pub fn pair(call: &mut Call, operator: &str, a: &Value, b: &Value) -> Result<Val
     Ok(made)
 }
 
+/// A value spread to a shape.
+pub fn full(call: &mut Call, x: &Value, shape: &[usize]) -> Result<Value, String> {
+    if x.shape == shape { Ok(x.clone()) } else { moved(call.program, x, shape.to_vec(), spread(&x.shape, shape)) }
+}
+
+/// Arithmetic of constants whose result has the same bits now as at run time.
+fn floats(operator: &str, x: &[f32], y: &[f32]) -> Option<Vec<f32>> {
+    let compute: fn(f32, f32) -> f32 = match operator {
+        "Add" | "Sum" | "Mean" => |a, b| a + b,
+        "Sub" => |a, b| a - b,
+        "Mul" => |a, b| a * b,
+        "Div" => |a, b| a / b,
+        _ => return None,
+    };
+    let made: Vec<f32> = x.iter().zip(y).map(|(&a, &b)| compute(a, b)).collect();
+    made.iter().all(|x| !x.is_nan()).then_some(made)
+}
+
 /// Arithmetic of shapes, carried out now.
 fn integers(operator: &str, x: &[i64], y: &[i64], from: (&[usize], &[usize]), shape: Vec<usize>) -> Result<Value, String> {
     let (at_x, at_y) = (spread(from.0, &shape), spread(from.1, &shape));
@@ -129,6 +173,7 @@ fn integers(operator: &str, x: &[i64], y: &[i64], from: (&[usize], &[usize]), sh
         ("Div", a, b) => a.checked_div(b),
         ("Min", a, b) => Some(a.min(b)),
         ("Max", a, b) => Some(a.max(b)),
+        ("Mod", a, b) => a.checked_rem_euclid(b),
         _ => None,
     };
     let ints: Option<Vec<i64>> = at_x.iter().zip(&at_y).map(compute).collect();

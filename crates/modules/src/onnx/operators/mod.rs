@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What each operator of ONNX becomes. An operator is a function from a [`Call`] to its outputs; `find` is the list of those that there are.
+mod arrangement;
+mod contraction;
 mod convolution;
 mod elementwise;
+mod logic;
 mod movement;
 mod normalisation;
+mod pooling;
 mod products;
 mod recurrent;
 mod reductions;
 
 use super::program::Program;
 use super::proto::{Attribute, Node};
-use super::value::{Content, Value};
+use super::value::{Content, Kind, Value};
 use std::cell::RefCell;
 
 type Made = Result<Vec<Value>, String>;
@@ -37,6 +41,13 @@ pub fn translate(node: &Node, inputs: Vec<Option<Value>>, opset: i64, program: &
             "the operator{domain} is not supported: export the network without it, or run it in a process; docs/policies.md lists the operators"
         ));
     };
+    if let Some(kind) = inputs.iter().flatten().map(|input| program.kind_at_run_time(input)).find(|kind| *kind != Kind::Float)
+        && !TAKE_ANY.contains(&node.op_type.as_str())
+        && !(kind == Kind::Whole && TAKE_WHOLE.contains(&node.op_type.as_str()))
+    {
+        let what = if kind == Kind::Whole { "integers" } else { "truth values" };
+        return Err(format!("it computes with {what}, which is not supported for this operator: cast them to floats before"));
+    }
     let mut call = Call { node, inputs, opset, program, asked: RefCell::default() };
     let outputs = operator(&mut call)?;
     match node.attribute.iter().find(|attribute| !call.asked.borrow().contains(&attribute.name)) {
@@ -44,6 +55,35 @@ pub fn translate(node: &Node, inputs: Vec<Option<Value>>, opset: i64, program: &
         None => Ok(outputs),
     }
 }
+
+/// Operators that take elements of any kind.
+const TAKE_ANY: [&str; 23] = [
+    "Identity",
+    "Dropout",
+    "Cast",
+    "Reshape",
+    "Flatten",
+    "Squeeze",
+    "Unsqueeze",
+    "Transpose",
+    "Concat",
+    "Slice",
+    "Split",
+    "Gather",
+    "Expand",
+    "Tile",
+    "Pad",
+    "Where",
+    "Not",
+    "And",
+    "Or",
+    "Xor",
+    "Equal",
+    "Shape",
+    "Size",
+];
+/// Operators that take integers which are known while the network runs only.
+const TAKE_WHOLE: [&str; 12] = ["Add", "Sub", "Mul", "Min", "Max", "Sum", "Neg", "Abs", "Greater", "Less", "GreaterOrEqual", "LessOrEqual"];
 
 fn find(operator: &str) -> Option<Operator> {
     Some(match operator {
@@ -68,7 +108,19 @@ fn find(operator: &str) -> Option<Operator> {
         "Softmax" | "LogSoftmax" => normalisation::softmax,
         "LayerNormalization" => normalisation::layer,
         "BatchNormalization" => normalisation::batch,
-        "ReduceMean" | "ReduceSum" | "ReduceMax" | "ReduceMin" | "ReduceSumSquare" | "ReduceL2" => reductions::reduce,
+        "ReduceMean" | "ReduceSum" | "ReduceProd" | "ReduceMax" | "ReduceMin" | "ReduceSumSquare" | "ReduceL2" => reductions::reduce,
+        "Tile" => arrangement::tile,
+        "Range" => arrangement::range,
+        "Size" => arrangement::size,
+        "Pad" => arrangement::pad,
+        "ArgMax" | "ArgMin" => arrangement::extreme,
+        "Equal" | "Greater" | "Less" | "GreaterOrEqual" | "LessOrEqual" | "And" | "Or" | "Xor" => logic::compare,
+        "Not" => logic::not,
+        "Where" => logic::choose,
+        "MaxPool" | "AveragePool" => pooling::pool,
+        "GlobalMaxPool" | "GlobalAveragePool" => pooling::global,
+        "Einsum" => contraction::einsum,
+        "RNN" => recurrent::rnn,
         "GRU" => recurrent::gru,
         "LSTM" => recurrent::lstm,
         _ => return elementwise::find(operator),

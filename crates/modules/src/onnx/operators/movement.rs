@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operators that move elements and compute nothing: with fixed shapes each is a list of indices, known now.
+use super::elementwise::mapped_to;
 use super::{Call, Made, axes, axis};
 use crate::onnx::program::Program;
 use crate::onnx::proto;
-use crate::onnx::value::{Content, Value, each, fixed, offset, spread, strides};
+use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, spread, strides};
 
 /// More copies than this become a table.
 const RUNS_MAX: usize = 16;
@@ -15,7 +16,7 @@ pub fn moved(program: &mut Program, source: &Value, shape: Vec<usize>, indices: 
         Content::Ints(ints) => Ok(Value::ints(shape, indices.iter().map(|&i| ints[i]).collect())),
         Content::Buffer(_) if indices.len() == source.len() && indices.iter().enumerate().all(|(i, &at)| i == at) => Ok(source.reshaped(shape)),
         Content::Buffer(_) => {
-            let made = program.value(&shape);
+            let made = program.value_of(program.kind(source), &shape);
             place(program, &made, 0, source, indices)?;
             Ok(made)
         }
@@ -23,7 +24,7 @@ pub fn moved(program: &mut Program, source: &Value, shape: Vec<usize>, indices: 
 }
 
 /// Copies elements of `source` to `into`, from element `start` on.
-fn place(program: &mut Program, into: &Value, start: usize, source: &Value, indices: Vec<usize>) -> Result<(), String> {
+pub fn place(program: &mut Program, into: &Value, start: usize, source: &Value, indices: Vec<usize>) -> Result<(), String> {
     let (y, x) = (program.name(into)?, program.name(source)?);
     let mut runs: Vec<(usize, usize, usize)> = Vec::new();
     for (i, &at) in indices.iter().enumerate() {
@@ -92,13 +93,20 @@ pub fn identity(call: &mut Call) -> Made {
 
 pub fn cast(call: &mut Call) -> Made {
     call.attribute("saturate");
+    call.attribute("round_mode");
     let (x, to) = (call.input(0)?, call.int("to", 0));
-    let to = i32::try_from(to).unwrap_or(0);
-    Ok(vec![match (&x.content, to) {
-        (Content::Ints(_), proto::INT64 | proto::INT32) | (Content::Floats(_) | Content::Buffer(_), proto::FLOAT) => x,
-        (Content::Ints(ints), proto::FLOAT) => Value::floats(x.shape.clone(), ints.iter().map(|&i| i as f32).collect()),
-        (Content::Floats(floats), proto::INT64) => Value::ints(x.shape.clone(), floats.iter().map(|&f| f as i64).collect()),
-        _ => return Err(format!("a cast to {} is not supported: export the network with 32-bit floats", proto::type_name(to))),
+    let kind = i32::try_from(to).ok().and_then(Kind::of);
+    let kind = kind.ok_or_else(|| format!("a cast to {} is not supported: export the network with floats", proto::type_name(to as i32)))?;
+    Ok(vec![match (&x.content, kind) {
+        (Content::Ints(ints), Kind::Float) => Value::floats(x.shape.clone(), ints.iter().map(|&i| i as f32).collect()),
+        (Content::Ints(ints), Kind::Truth) => Value::ints(x.shape.clone(), ints.iter().map(|&i| i64::from(i != 0)).collect()),
+        (Content::Floats(floats), Kind::Whole) => Value::ints(x.shape.clone(), floats.iter().map(|&f| f as i64).collect()),
+        (Content::Floats(floats), Kind::Truth) => Value::ints(x.shape.clone(), floats.iter().map(|&f| i64::from(f != 0.0)).collect()),
+        (Content::Ints(_), Kind::Whole) | (Content::Floats(_), Kind::Float) => x,
+        (Content::Buffer(_), kind) if call.program.kind(&x) == kind => x,
+        (Content::Buffer(_), Kind::Whole) if call.program.kind(&x) == Kind::Float => return mapped_to(call, kind, "LANES(X, truncf)"),
+        (Content::Buffer(_), Kind::Truth) => return mapped_to(call, kind, "truth(X != all(0))"),
+        (Content::Buffer(_), _) => return mapped_to(call, kind, "X"),
     }])
 }
 
@@ -189,17 +197,22 @@ pub fn concat(call: &mut Call) -> Made {
         }
     }
     shape[at] = parts.iter().map(|part| part.shape[at]).sum();
-    let ints: Option<Vec<i64>> =
-        parts.iter().map(|p| if let Content::Ints(i) = &p.content { Some(i.to_vec()) } else { None }).collect::<Option<Vec<_>>>().map(|v| v.concat());
-    if let (Some(ints), 1) = (ints, shape.len()) {
-        return Ok(vec![Value::ints(shape, ints)]);
-    }
     let outer: usize = shape[..at].iter().product();
     let row: usize = shape[at..].iter().product();
-    let made = call.program.value(&shape);
+    let width = |part: &Value| part.shape[at..].iter().product::<usize>();
+    if let Some(all) = parts.iter().map(Value::known_floats).collect::<Option<Vec<_>>>() {
+        let rows = (0..outer).flat_map(|o| all.iter().zip(&parts).flat_map(move |(x, part)| x[o * width(part)..(o + 1) * width(part)].iter().copied()));
+        return Ok(vec![Value::floats(shape, rows.collect())]);
+    }
+    if let Some(all) = parts.iter().map(Value::known_ints).collect::<Option<Vec<_>>>() {
+        let rows = (0..outer).flat_map(|o| all.iter().zip(&parts).flat_map(move |(x, part)| x[o * width(part)..(o + 1) * width(part)].iter().copied()));
+        return Ok(vec![Value::ints(shape, rows.collect())]);
+    }
+    let kind = parts.iter().find(|part| matches!(part.content, Content::Buffer(_))).map_or(Kind::Float, |part| call.program.kind(part));
+    let made = call.program.value_of(kind, &shape);
     let mut start = 0;
     for part in &parts {
-        let len: usize = part.shape[at..].iter().product();
+        let len = width(part);
         for o in 0..outer {
             place(call.program, &made, o * row + start, part, (o * len..(o + 1) * len).collect())?;
         }
@@ -272,6 +285,9 @@ pub fn split(call: &mut Call) -> Made {
 pub fn gather(call: &mut Call) -> Made {
     let (x, which) = (call.input(0)?, call.input(1)?);
     let at = axis(call.int("axis", 0), x.shape.len())?;
+    if let Content::Buffer(_) = which.content {
+        return gather_at_run_time(call, &x, &which, at);
+    }
     let given = call.known_ints(1, "indices")?.unwrap_or_default();
     let rows = given.iter().map(|&i| axis(i, x.shape[at])).collect::<Result<Vec<_>, _>>().map_err(|_| "an index lies outside".to_string())?;
     let (before, after) = (x.shape[..at].to_vec(), x.shape[at + 1..].to_vec());
@@ -284,6 +300,17 @@ pub fn gather(call: &mut Call) -> Made {
     }
     let shape = [before, which.shape, after].concat();
     Ok(vec![moved(call.program, &x, shape, indices)?])
+}
+
+/// Rows whose numbers are known while it runs only: a table of embeddings. A number beyond the rows gives NaN, which is a fault of the block.
+fn gather_at_run_time(call: &mut Call, x: &Value, which: &Value, at: usize) -> Made {
+    let (before, after): (usize, usize) = (x.shape[..at].iter().product(), x.shape[at + 1..].iter().product());
+    let kind = call.program.kind(x);
+    let made = call.program.value_of(kind, &[&x.shape[..at], &which.shape, &x.shape[at + 1..]].concat());
+    let (to, from, numbers) = (call.program.name(&made)?, call.program.name(x)?, call.program.name(which)?);
+    let text = format!("gather_rows({to}, {from}, {numbers}, {before}, {}, {after}, {});", x.shape[at], which.len());
+    call.program.step(&[&made, x, which], text);
+    Ok(vec![made])
 }
 
 pub fn expand(call: &mut Call) -> Made {

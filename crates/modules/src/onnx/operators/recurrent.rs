@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! GRU and LSTM, forward: for each step of the sequence two products and the gates.
+//! RNN, GRU and LSTM, forward: for each step of the sequence two products and the gates.
 use super::products::packed;
 use super::{Call, Made};
 use crate::onnx::program::LANES;
 use crate::onnx::value::Value;
 
-/// Sizes and weights that both have.
+/// Sizes and weights that all of them have.
 struct Cell {
     x: Value,
     steps: usize,
@@ -25,8 +25,7 @@ impl Cell {
         if call.text("direction", "forward") != "forward" {
             return Err("its direction is not forward: the others need values from the future".to_string());
         }
-        let given: Vec<String> =
-            call.attribute("activations").map(|a| a.strings.iter().map(|s| String::from_utf8_lossy(s).into_owned()).collect()).unwrap_or_default();
+        let given = activations_of(call);
         if !given.is_empty() && given.join(" ") != activations {
             return Err(format!("its activations are {}, those supported are {activations}", given.join(" ")));
         }
@@ -109,6 +108,32 @@ impl Cell {
         call.program.step(&[&[&all, &self.x, h], others].concat(), text);
         Ok(all)
     }
+}
+
+fn activations_of(call: &Call) -> Vec<String> {
+    call.attribute("activations").map(|a| a.strings.iter().map(|s| String::from_utf8_lossy(s).into_owned()).collect()).unwrap_or_default()
+}
+
+pub fn rnn(call: &mut Call) -> Made {
+    let activation = activations_of(call).first().cloned().unwrap_or_else(|| "Tanh".to_string());
+    let function = match activation.as_str() {
+        "Tanh" => "hyperbolic_tangent",
+        "Relu" => "relu",
+        "Sigmoid" => "sigmoid",
+        other => return Err(format!("its activation is {other}, those supported are Tanh, Relu and Sigmoid")),
+    };
+    let cell = Cell::read(call, 1, &activation)?;
+    let (h, p, k) = (cell.hidden, cell.padded, cell.inputs);
+    let b = cell.bias.clone();
+    let (w, r) = (cell.packed(call, &cell.w, k, (0, 1)), cell.packed(call, &cell.r, h, (0, 1)));
+    let (bias, zero) = (cell.biases(call, 1, |_, i| b[i] + b[h + i]), cell.biases(call, 1, |_, _| 0.0));
+    let state = cell.state(call, 5)?;
+    let (gates, other) = (call.program.value(&[p]), call.program.value(&[p]));
+    let (g, o) = (call.program.name(&gates)?, call.program.name(&other)?);
+    let body = format!("product({w}, {bias}, x, {g}, {k}, {p}); product({r}, {zero}, h, {o}, {h}, {p}); EACH({p}, h, {function}(AT({g}) + AT({o})));");
+    let all = cell.run(call, &state, &[&gates, &other], &body)?;
+    let last = cell.last(call, &state)?;
+    Ok(vec![all, last])
 }
 
 pub fn gru(call: &mut Call) -> Made {

@@ -2,6 +2,7 @@
 //! Operators that make one element of many along some dimensions.
 use super::movement::transposed;
 use super::{Call, Made, axes};
+use crate::onnx::value::Value;
 
 pub fn reduce(call: &mut Call) -> Made {
     let x = call.input(0)?;
@@ -22,10 +23,15 @@ pub fn reduce(call: &mut Call) -> Made {
     let shape =
         if keep { (0..rank).map(|i| if gone.contains(&i) { 1 } else { x.shape[i] }).collect() } else { kept.iter().map(|&i| x.shape[i]).collect::<Vec<_>>() };
     let rows = transposed(call.program, &x, &[kept, gone].concat())?;
+    if let Some(ints) = rows.known_ints() {
+        let reduced: Option<Vec<i64>> = ints.chunks(len).map(|row| reduce_known(&call.node.op_type, row)).collect();
+        return Ok(vec![Value::ints(shape, reduced.ok_or("it computes with integers in a way that is not supported")?)]);
+    }
     let made = call.program.value(&shape);
     let (y, from) = (call.program.name(&made)?, call.program.name(&rows)?);
     let (start, add, end) = match call.node.op_type.as_str() {
         "ReduceMean" => ("0", "a += v", format!("a / {len}.0f")),
+        "ReduceProd" => ("1", "a *= v", "a".to_string()),
         "ReduceSum" => ("0", "a += v", "a".to_string()),
         "ReduceSumSquare" => ("0", "a += v * v", "a".to_string()),
         "ReduceL2" => ("0", "a += v * v", "sqrtf(a)".to_string()),
@@ -37,4 +43,15 @@ pub fn reduce(call: &mut Call) -> Made {
     );
     call.program.step(&[&made, &rows], text);
     Ok(vec![made])
+}
+
+/// A reduction of a shape, carried out now.
+fn reduce_known(operator: &str, row: &[i64]) -> Option<i64> {
+    match operator {
+        "ReduceProd" => row.iter().try_fold(1i64, |product, &i| product.checked_mul(i)),
+        "ReduceSum" => row.iter().try_fold(0i64, |sum, &i| sum.checked_add(i)),
+        "ReduceMax" => row.iter().copied().max(),
+        "ReduceMin" => row.iter().copied().min(),
+        _ => None,
+    }
 }
