@@ -170,3 +170,24 @@ def processes_with(folder: Path, word: str) -> list[int]:
         except OSError:
             continue
     return found
+
+
+def test_a_recording_that_was_stopped_leaves_no_stack_of_its_threads(tmp_path: Path) -> None:
+    def mappings() -> int:
+        return len(Path("/proc/self/maps").read_text().splitlines())
+
+    with gpac.System("cell", clock="virtual") as cell:
+        cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        cell.svv("y")
+
+        def record(count: int) -> None:
+            for number in range(count):
+                recording = cell.record(tmp_path / f"{count}-{number}.mcap")
+                cell.advance("2 ms")
+                recording.stop()
+
+        record(40)
+        before = mappings()
+        record(60)
+        # Each stack that stays is two mappings, those of sixty recordings 240.
+        assert mappings() - before < 60

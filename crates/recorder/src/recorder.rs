@@ -151,17 +151,28 @@ impl Recorder {
     pub fn stop_within(&self, patience: Duration) -> Summary {
         self.stops.store(true, Ordering::Release);
         let state = self.state.locked();
-        self.state.ended.wait_timeout_while(state, patience, |summary| summary.running).expect("nobody panics with the lock held").0.clone()
+        let waited = self.state.ended.wait_timeout_while(state, patience, |summary| summary.running).expect("nobody panics with the lock held");
+        let summary = waited.0.clone();
+        drop(waited);
+        if !summary.running {
+            // Both threads are at their ends. A thread keeps its stack until it is joined, and a recording stays known to its system.
+            self.join();
+        }
+        summary
     }
 
     /// Ends it: what has come is written, then the end of the file. Twice is once.
     pub fn stop(&self) -> Summary {
         self.stops.store(true, Ordering::Release);
+        self.join();
+        self.summary()
+    }
+
+    fn join(&self) {
         for thread in self.locked_threads().drain(..) {
             // One that panicked has said so; the file ends with its last chunk.
             let _ended = thread.join();
         }
-        self.summary()
     }
 
     fn locked_threads(&self) -> MutexGuard<'_, Vec<JoinHandle<()>>> {
@@ -307,5 +318,6 @@ fn write(room: &Room, mut book: Book, state: &State, system: &System, stops: &At
     if let Some(failure) = told(&book, false) {
         system.recording_failed(&failure);
     }
+    room.release();
     state.ended.notify_all();
 }

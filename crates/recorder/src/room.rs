@@ -64,6 +64,11 @@ impl Room {
         self.turned.notify_all();
     }
 
+    /// Gives back the memory that was kept for pages to come.
+    pub fn release(&self) {
+        self.locked().empty = Vec::new();
+    }
+
     /// Nothing more comes.
     pub fn close(&self) {
         self.locked().closed = true;
