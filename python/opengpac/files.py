@@ -8,6 +8,7 @@ import os
 import shutil
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from . import _native, checking
 from .errors import CallError, FileFailed, refuse
@@ -87,3 +88,18 @@ def _settle(folder: Path) -> None:
 
 def _why(error: OSError | UnicodeDecodeError) -> str:
     return (error.strerror or str(error)).lower() if isinstance(error, OSError) else f"byte {error.start} is no text"
+
+
+XML_DEPTH_MAX = 200
+"""How deep the elements of a model may be nested."""
+
+
+def is_too_deep(root: ElementTree.Element) -> bool:
+    """Whether the elements of a file are nested deeper than any model's: they would be written by as many calls within each other."""
+    left = [(root, 1)]
+    while left:
+        element, depth = left.pop()
+        if depth > XML_DEPTH_MAX:
+            return True
+        left.extend((inner, depth + 1) for inner in element)
+    return False

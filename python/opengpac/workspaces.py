@@ -133,8 +133,9 @@ def read(workspace: File | Mapping[str, Any]) -> dict[str, Any]:
             refuse(FileFailed, f"there is no file {at}", "give the path of a workspace, as the studio exports it")
         try:
             given = json.loads(text)
-        except ValueError as error:
-            refuse(FileFailed, f"{at} is no workspace: {error}", "write it as JSON; docs/workspaces.md has examples")
+        except (ValueError, RecursionError) as error:
+            why = "its objects and lists are nested too deep" if isinstance(error, RecursionError) else error
+            refuse(FileFailed, f"{at} is no workspace: {why}", "write it as JSON; docs/workspaces.md has examples")
     if not isinstance(given, Mapping) or not isinstance(given.get("layout"), Mapping):
         refuse(CallError, f"{at} has no 'layout'", 'write {"workspace": 1, "name": NAME, "layout": {…}}')
     version = given.get("workspace", FORMAT)

@@ -45,7 +45,7 @@ def _holds(text: str, trees: Mapping[str, Mapping[str, Tree]]) -> bool:
     try:
         found = tomllib.loads(text)
         return all(long(kind, key, found[kind][key]) == long(kind, key, new) for kind, known in trees.items() for key, new in known.items())
-    except (tomllib.TOMLDecodeError, KeyError):
+    except (tomllib.TOMLDecodeError, KeyError, RecursionError):
         return False
 
 

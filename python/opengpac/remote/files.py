@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 
 from .. import _native
 from ..errors import DeviceFailed, ModuleError, refusals, refuse
-from ..files import is_source
+from ..files import XML_DEPTH_MAX, is_source, is_too_deep
 from ..policies.block import whole_content
 from .session import Session
 
@@ -63,6 +63,8 @@ def _abi() -> int:
 
 def carried(session: Session, kind: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """The options of a driver as the system there takes them: files are put there, and what is of this machine is left out."""
+    if kind == "plant_process":
+        return _carried_process(session, options)
     if kind != "mujoco":
         return dict(options)
     files = model_files(Path(options["path"]))
@@ -71,6 +73,13 @@ def carried(session: Session, kind: str, options: Mapping[str, Any]) -> dict[str
     names = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
     reference = {"main": next(iter(files)), "files": names}
     return {name: reference if name == "path" else value for name, value in options.items() if name != "library"}
+
+
+def _carried_process(session: Session, options: Mapping[str, Any]) -> dict[str, Any]:
+    inner = options["driver"]
+    driver = {"kind": inner["kind"], "options": carried(session, inner["kind"], inner["options"])}
+    # The command line is this machine's; the system there has its own.
+    return {name: value for name, value in options.items() if name != "command"} | {"driver": driver}
 
 
 def _put_file(session: Session, content: bytes) -> None:
@@ -145,7 +154,10 @@ def _fresh(file: Path, files: dict[str, bytes]) -> str:
 
 def _parsed(content: bytes, file: Path) -> ElementTree.Element:
     try:
-        return ElementTree.fromstring(content)
+        root = ElementTree.fromstring(content)
+        if is_too_deep(root):
+            refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", "give the path of an MJCF file")
+        return root
     except ElementTree.ParseError as error:
         refuse(DeviceFailed, f"'{file}' is not XML: {error}", "give the path of an MJCF file")
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ..errors import DeviceFailed, refuse
+from ..files import XML_DEPTH_MAX, is_too_deep
 
 FLANGE_SITES = ("tool", "attachment_site")
 """Names of the site that a tool is screwed to, the first that there is."""
@@ -56,6 +57,8 @@ def _read(file: Path) -> ElementTree.Element:
         refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", "give the path of an MJCF file")
     except ElementTree.ParseError as error:
         refuse(DeviceFailed, f"'{file}' is not XML: {error}", "give the path of an MJCF file")
+    if is_too_deep(root):
+        refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", "give the path of an MJCF file")
     for element in root.iter():
         if "file" in element.attrib:
             element.set("file", str(file.parent / element.attrib["file"]))
