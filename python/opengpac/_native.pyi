@@ -153,10 +153,15 @@ def plant_state(name: str) -> str | None:
     """
 
 def serve(
-    system: System, options_json: str, tell: Callable[[str], object], ready: Callable[[list[str], str | None], object]
+    system: System,
+    options_json: str,
+    tell: Callable[[str], object],
+    ready: Callable[[list[str], str | None], object],
+    rereads: Callable[[], bool],
 ) -> None:
     """Serves a system over the control interface until a signal's exception comes; `tell` hears what its journal comes to, line by
-    line, then `ready` gets the addresses, and where the studio's page is.
+    line, then `ready` gets the addresses, and where the studio's page is. Where `rereads` says true, the audit file is opened again and
+    the files of tokens and TLS are read again, which `tell` hears of.
 
     options: {"socket", "listen", "tls_cert", "tls_key", "client_ca", "tokens", "audit", "journal": text, "journal_strict",
     "insecure_loopback": bool, "hosts", "origins": [text], "page": folder, "run_token": role, "no_socket": bool}, each may be left out. Nothing listens where something is refused.

@@ -71,6 +71,15 @@ def add_to(commands: Any) -> None:
 def _rts(given: argparse.Namespace) -> int:
     # A daemon is ended as by Ctrl-C: in order.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # A rotation of the machine's logs, a new certificate: it goes on, with its files opened again.
+    hung_up: list[int] = []
+    signal.signal(signal.SIGHUP, lambda number, _: hung_up.append(number))
+
+    def rereads() -> bool:
+        asked = bool(hung_up)
+        hung_up.clear()
+        return asked
+
     # It is the system that others connect to.
     os.environ.pop("OPENGPAC_SYSTEM", None)
     # Remote programs bring their models, and leave out where the library lies: that is of this machine.
@@ -89,7 +98,7 @@ def _rts(given: argparse.Namespace) -> int:
         embedded = served._alive()
         assert isinstance(embedded, _native.System)
         with served, refusals:
-            _native.serve(embedded, json.dumps({k: v for k, v in options.items() if v is not None}), _tell, _say)
+            _native.serve(embedded, json.dumps({k: v for k, v in options.items() if v is not None}), _tell, _say, rereads)
     except KeyboardInterrupt:
         pass
     return 0

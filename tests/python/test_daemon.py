@@ -59,6 +59,26 @@ def test_a_daemon_says_where_it_listens_and_ends_in_order(tmp_path: Path, number
     assert not daemon.socket.exists()
 
 
+def test_a_daemon_that_is_hung_up_goes_on_with_its_files_opened_again(tmp_path: Path) -> None:
+    audit = tmp_path / "audit.jsonl"
+    daemon = Daemon(tmp_path, "--clock", "virtual", "--audit", str(audit))
+    try:
+        stop = {"reason": "\x1b[2Jdoor"}
+        assert daemon.ask("POST", "/v1/call/emergency_stop", stop)[0] == 200
+        audit.rename(tmp_path / "audit.old")
+        daemon.process.send_signal(signal.SIGHUP)
+        assert daemon.process.stderr is not None
+        assert daemon.process.stderr.readline() == "the audit file, the tokens and the files of TLS were opened again\n"
+        assert daemon.ask("POST", "/v1/call/emergency_stop", stop)[0] == 200
+        assert [json.loads(line)["call"] for line in audit.read_text().splitlines()] == ["emergency_stop"]
+        entries = daemon.ask("POST", "/v1/call/log", {"since": 0})[1]["result"]
+        assert all("\x1b" not in entry["text"] for entry in entries), "nothing in the log drives a terminal"
+        assert any("\ufffd[2Jdoor" in entry["text"] for entry in entries)
+    finally:
+        status, _ = daemon.end()
+    assert status == 0
+
+
 PROGRAM = """
 import opengpac as gpac
 from opengpac import activate

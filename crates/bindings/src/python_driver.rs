@@ -3,8 +3,8 @@
 //! `python/opengpac/driver_process.py` has its other half, which packs and unpacks what its exchange reads and writes.
 use crate::convert::to_json;
 use device::{
-    Channel, Counters, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, ServiceWord, Services, Slot, Told,
-    Type,
+    Channel, Counters, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Reach, ServiceWord, Services, Slot,
+    Told, Type,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -16,11 +16,11 @@ pub static DRIVER: Declaration =
     Declaration::new("python_object", "a driver written in Python, on the thread of its source: for tests, and where time is virtual", &OPTIONS, open);
 
 const OPTIONS: [OptionWord; 5] = [
-    OptionWord::with_default("path", Kind::Text, "none: module is given", "the file with its class"),
-    OptionWord::with_default("module", Kind::Text, "none: path is given", "the module with its class"),
+    OptionWord::with_default("path", Kind::Text, "none: module is given", "the file with its class").reaches(Reach::Code),
+    OptionWord::with_default("module", Kind::Text, "none: path is given", "the module with its class").reaches(Reach::Code),
     OptionWord::with_default("class", Kind::Text, "the only one there", "its class"),
     OptionWord::with_default("options", Kind::Table, "none", "what the class declares as Option"),
-    OptionWord::with_default("paths", Kind::List, "those of this interpreter", "where else modules are looked for"),
+    OptionWord::with_default("paths", Kind::List, "those of this interpreter", "where else modules are looked for").reaches(Reach::Code),
 ];
 
 /// Its last channel: how old its readings are.

@@ -67,12 +67,13 @@ impl Served {
 }
 
 /// Serves a system until a signal's exception comes; `tell` hears what its journal comes to, then `ready` is called with the addresses.
+/// Where `rereads` says true its files are opened again, and `tell` hears of it.
 #[pyfunction]
-pub fn serve(py: Python<'_>, system: &System, options_json: &str, tell: Py<PyAny>, ready: &Bound<'_, PyAny>) -> PyResult<()> {
+pub fn serve(py: Python<'_>, system: &System, options_json: &str, tell: Py<PyAny>, ready: &Bound<'_, PyAny>, rereads: &Bound<'_, PyAny>) -> PyResult<()> {
     let mut options: Options = from_json(options_json)?;
     options.python = Some(interpreter(py)?);
     let shared = system.shared();
-    let mut starting = Starting { tell, ended: None };
+    let mut starting = Starting { tell: tell.clone_ref(py), ended: None };
     let started = py.detach(|| Server::start_watched(shared, &options, &mut starting));
     if let Some(ended) = starting.ended {
         return Err(ended);
@@ -81,10 +82,20 @@ pub fn serve(py: Python<'_>, system: &System, options_json: &str, tell: Py<PyAny
     let mut looked = ready.call1((server.addresses().to_vec(), server.studio())).map(|_| ());
     while looked.is_ok() {
         py.detach(|| std::thread::sleep(LOOK));
-        looked = py.check_signals();
+        looked = py.check_signals().and_then(|()| reread(py, &server, &tell, rereads));
     }
     py.detach(|| server.stop());
     looked
+}
+
+/// Opens the files of a server again where that is asked for.
+fn reread(py: Python<'_>, server: &Server, tell: &Py<PyAny>, rereads: &Bound<'_, PyAny>) -> PyResult<()> {
+    if rereads.call0()?.is_truthy()? {
+        for text in py.detach(|| server.reread()) {
+            tell.call1(py, (text,))?;
+        }
+    }
+    Ok(())
 }
 
 /// Where the Unix socket of a system lies where nothing else is said.

@@ -7,12 +7,17 @@ use crate::requests::hex;
 use model::refusal::Class;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
-use std::fs::{File, OpenOptions};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The largest file, bytes: at that size it becomes `FILE.1`, and a new one begins.
+pub(crate) const FILE_MAX: u64 = 64 << 20;
+/// How many files of before are kept: `FILE.1` to `FILE.4`, the oldest last.
+const OLD_MAX: usize = 4;
 
 /// One line.
 #[derive(Serialize)]
@@ -54,22 +59,44 @@ impl Act {
     }
 }
 
-/// The open file, and whether the last line could be written; nothing where there is none.
+/// The audit file; nothing where there is none.
 pub struct Audit {
-    file: Option<Mutex<(File, bool)>>,
-    path: String,
+    file: Option<Mutex<Open>>,
+    path: PathBuf,
+    max: u64,
+}
+
+/// The open file.
+struct Open {
+    file: File,
+    /// Bytes that it has.
+    len: u64,
+    /// Whether the last line could be written.
+    is_written: bool,
 }
 
 impl Audit {
     /// Opens the file for appending; it is made with mode 0600.
     pub fn open(path: &Path) -> io::Result<Audit> {
-        let file = OpenOptions::new().append(true).create(true).mode(0o600).open(path)?;
-        Ok(Audit { file: Some(Mutex::new((file, true))), path: path.display().to_string() })
+        Audit::bounded(path, FILE_MAX)
+    }
+
+    /// The same, with another largest size.
+    pub(crate) fn bounded(path: &Path, max: u64) -> io::Result<Audit> {
+        Ok(Audit { file: Some(Mutex::new(Open::at(path)?)), path: path.to_owned(), max })
     }
 
     /// No file.
     pub fn none() -> Audit {
-        Audit { file: None, path: String::new() }
+        Audit { file: None, path: PathBuf::new(), max: FILE_MAX }
+    }
+
+    /// Opens the file of that name again, where something else has moved it away. Errors: it cannot be opened, and the one before stays.
+    pub fn reopen(&self) -> io::Result<()> {
+        if let Some(file) = &self.file {
+            *file.lock().expect("nobody panics with this lock") = Open::at(&self.path)?;
+        }
+        Ok(())
     }
 
     /// Writes a line. Errors: `AuditFailed`; the first is also said on standard error.
@@ -87,19 +114,88 @@ impl Audit {
         };
         let mut text = serde_json::to_string(&line).expect("texts and a number are JSON");
         text.push('\n');
-        let mut file = file.lock().expect("nobody panics with this lock");
+        let mut open = file.lock().expect("nobody panics with this lock");
+        if open.len > 0 && open.len + text.len() as u64 > self.max {
+            // A file that cannot be moved goes on growing rather than that a line is lost.
+            let _grows = self.rotate(&mut open);
+        }
         // One write a line: with O_APPEND lines do not mix.
-        match file.0.write_all(text.as_bytes()) {
+        match open.file.write_all(text.as_bytes()) {
             Ok(()) => {
-                file.1 = true;
+                (open.is_written, open.len) = (true, open.len + text.len() as u64);
                 Ok(())
             }
             Err(why) => {
-                if std::mem::replace(&mut file.1, false) {
-                    eprintln!("audit: cannot write '{}': {why}; nothing can be configured until that is possible again", self.path);
+                if std::mem::replace(&mut open.is_written, false) {
+                    eprintln!("audit: cannot write '{}': {why}; nothing can be configured until that is possible again", self.path.display());
                 }
                 Err(Failure::new(Class::AuditFailed, format!("the audit file cannot be written: {why}"), "make room for it; observing and operating go on"))
             }
         }
+    }
+
+    /// Moves the file to `FILE.1`, those of before each to the next number, and begins a new one.
+    fn rotate(&self, open: &mut Open) -> io::Result<()> {
+        let old = |number: usize| {
+            let mut name = self.path.as_os_str().to_owned();
+            name.push(format!(".{number}"));
+            PathBuf::from(name)
+        };
+        for number in (1..OLD_MAX).rev() {
+            match fs::rename(old(number), old(number + 1)) {
+                Err(why) if why.kind() != io::ErrorKind::NotFound => return Err(why),
+                _ => {}
+            }
+        }
+        fs::rename(&self.path, old(1))?;
+        *open = Open::at(&self.path)?;
+        Ok(())
+    }
+}
+
+impl Open {
+    fn at(path: &Path) -> io::Result<Open> {
+        let file = OpenOptions::new().append(true).create(true).mode(0o600).open(path)?;
+        let len = file.metadata()?.len();
+        Ok(Open { file, len, is_written: true })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use api::Role;
+
+    #[test]
+    fn it_rotates_within_its_bounds_and_loses_no_line_before() {
+        let folder = std::env::temp_dir().join(format!("audit-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a folder");
+        let path = folder.join("a.jsonl");
+        let audit = Audit::bounded(&path, 1000).expect("a file");
+        let caller = Caller { who: "token panel".to_owned(), role: Role::Operate, from: "here".to_owned() };
+        for number in 0..100 {
+            audit.write(&Act::new(&caller, "panel", &format!("call{number}"), b""), "ok").expect("there is room");
+        }
+        let mut files: Vec<PathBuf> = fs::read_dir(&folder).expect("ours").map(|entry| entry.expect("ours").path()).collect();
+        files.sort();
+        let names: Vec<_> = files.iter().map(|file| file.file_name().and_then(|name| name.to_str()).expect("a name").to_owned()).collect();
+        assert_eq!(names, ["a.jsonl", "a.jsonl.1", "a.jsonl.2", "a.jsonl.3", "a.jsonl.4"]);
+        assert!(files.iter().all(|file| fs::metadata(file).expect("ours").len() <= 1000));
+        let read = |file: &PathBuf| fs::read_to_string(file).expect("text");
+        let lines: Vec<String> = files.iter().rev().flat_map(|file| read(file).lines().map(str::to_owned).collect::<Vec<_>>()).collect();
+        let numbers: Vec<usize> = lines
+            .iter()
+            .map(|line| {
+                let line: serde_json::Value = serde_json::from_str(line).expect("JSON");
+                line["call"].as_str().and_then(|call| call.strip_prefix("call")?.parse().ok()).expect("a number")
+            })
+            .collect();
+        assert!(numbers.windows(2).all(|two| two[0] + 1 == two[1]) && numbers.last() == Some(&99), "{numbers:?}");
+        // Something else moves it away, as a rotation of the machine does.
+        fs::rename(&path, folder.join("moved")).expect("ours");
+        audit.reopen().expect("a new one");
+        audit.write(&Act::new(&caller, "panel", "after", b""), "ok").expect("there is room");
+        assert!(read(&path).lines().count() == 1 && read(&path).contains("after"));
+        fs::remove_dir_all(&folder).expect("ours");
     }
 }

@@ -2,6 +2,7 @@
 //! Files that a programming system brings: by their content, into a private folder that goes with the daemon.
 use crate::failure::Failure;
 use crate::requests::{hex, is_sha256};
+use api::Role;
 use model::refusal::Class;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -14,6 +15,7 @@ use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
+use supervisor::{Reach, Reached};
 
 /// A file that is there.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
@@ -35,7 +37,7 @@ pub struct Files {
     total: Mutex<u64>,
 }
 
-/// What stands in the options of a device instead of a path.
+/// Reference to files that were brought, given in place of a path.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
@@ -106,25 +108,23 @@ impl Files {
         result
     }
 
-    /// The options of a device with each reference replaced by a path of this machine. A path that the caller gives is refused: what
-    /// lies on this machine is not his.
-    pub fn resolve(&self, options: &mut Json) -> Result<(), Failure> {
-        let Json::Object(options) = options else { return Ok(()) };
-        for name in ["path", "library"] {
-            match options.get(name) {
-                Some(Json::Object(_)) if name == "path" => {
-                    let reference: Reference = serde_json::from_value(options[name].clone()).map_err(|why| {
-                        Failure::new(Class::CallError, format!("option '{name}': {why}"), "write {\"main\": NAME, \"files\": {NAME: SHA256}}")
-                    })?;
-                    let path = self.lay_out(&reference)?;
-                    options.insert(name.to_owned(), Json::String(path.display().to_string()));
-                }
-                Some(_) => {
-                    let remedy = if name == "path" { "put its files (PUT /v1/files/SHA256) and name them" } else { "leave it out: the daemon has its own" };
-                    return Err(Failure::new(Class::CallError, format!("option '{name}' is a path on the machine of the system"), remedy));
-                }
-                None => {}
-            }
+    /// Lays out the files that a value refers to, and puts their path in its place. A value that is a path, or names code, is the caller's
+    /// to give with the role `download` alone: what lies on this machine is nobody else's.
+    pub fn resolve(&self, of: Reached<'_>, role: Role) -> Result<(), Failure> {
+        let Reached { option, reach, value } = of;
+        let is_reference = value.is_object();
+        if role < Role::Download && (reach == Reach::Code || !is_reference) {
+            let (what, remedy) = match reach {
+                Reach::Code => ("code that runs", "leave it out, or ask for a token of that role"),
+                _ => ("a file of the machine of the system", "put its files (PUT /v1/files/SHA256) and name them, or ask for a token of that role"),
+            };
+            let message = format!("'{option}' names {what}, which needs the role download, and the caller has {}", role.word());
+            return Err(Failure::new(Class::NotAllowed, message, remedy));
+        }
+        if is_reference {
+            let reference: Reference = serde_json::from_value(value.clone())
+                .map_err(|why| Failure::new(Class::CallError, format!("'{option}': {why}"), "write {\"main\": NAME, \"files\": {NAME: SHA256}}"))?;
+            *value = Json::String(self.lay_out(&reference)?.display().to_string());
         }
         Ok(())
     }

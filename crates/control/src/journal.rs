@@ -3,7 +3,8 @@
 //!
 //! A call is recorded after it was made and before it is answered. [`lines`] is the form of a file, [`ledger`] what it comes to,
 //! [`file`](self::file) and [`content`] where it lies, [`playing`](crate::playing) how it is made again.
-pub(crate) mod content;
+pub(crate) mod compaction;
+mod content;
 mod file;
 pub mod ledger;
 pub mod lines;
@@ -19,6 +20,7 @@ use file::{LogFile, Unavailable};
 use ledger::Ledger;
 use lines::{By, Damage, FORMAT, Head, Line, State, Subject, VERSION};
 use model::refusal::{Class, Refusal, Refusals};
+use serde::Deserialize;
 use serde_json::{Map, Value as Json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -44,6 +46,8 @@ pub(crate) struct Inner {
     pub(crate) ledger: Ledger,
     /// Instances of this life of the daemon by their number in the journal.
     pub(crate) instances: BTreeMap<u64, u64>,
+    /// Recordings of this life of the daemon that are under way, and the names that they were begun under.
+    pub(crate) recordings: BTreeMap<u64, Json>,
     /// The last line could not be written: the whole file is written anew before anything else.
     is_broken: bool,
 }
@@ -86,12 +90,16 @@ impl Journal {
                 told.push(format!("journal '{shown}': {lost} instances of sessions that went with the daemon are not made again"));
             }
         }
+        let old = ledger.leave_old_definitions();
+        if old > 0 {
+            told.push(format!("journal '{shown}': {old} definitions and modules that later ones replaced are left out"));
+        }
         ledger.renumber();
         let kept = ledger.lines().map(|kept| &kept.line);
         let (file, content) =
             LogFile::write(path, lock, &head, kept).and_then(|file| Ok((file, Content::beside(path)?))).map_err(|why| unwritable(path, &why))?;
         content.leave(&needed(&ledger));
-        let inner = Inner { head, file, ledger, instances: BTreeMap::new(), is_broken: false };
+        let inner = Inner { head, file, ledger, instances: BTreeMap::new(), recordings: BTreeMap::new(), is_broken: false };
         Ok((Journal { path: path.to_owned(), content, inner: Mutex::new(inner), told: AtomicBool::new(false) }, told))
     }
 
@@ -177,7 +185,10 @@ impl Journal {
     /// The daemon ends in order, and everything that runs with it.
     pub fn end(&self, system: &System) {
         let mut inner = self.locked();
-        let written = inner.ledger.running().into_iter().try_for_each(|of| inner.became(of, State::Ended));
+        let mut written = inner.ledger.running().into_iter().try_for_each(|of| inner.became(of, State::Ended));
+        for (_, name) in std::mem::take(&mut inner.recordings) {
+            written = written.and_then(|()| inner.append(recording_ended(name)));
+        }
         drop(inner);
         let _said = self.said(system, Role::Operate, written);
     }
@@ -215,10 +226,21 @@ fn damaged(path: &Path, line: usize, why: &str) -> Refusals {
     refuse(Class::DefinitionError, message, "mend or delete that line, or move the file away to begin without it; it was not touched")
 }
 
-/// Digests of the files that a call refers to.
+/// Digests of the files that a call refers to, at every depth of its options.
 fn referred(arguments: &Map<String, Json>) -> Vec<String> {
-    let path = arguments.get("options").and_then(|options| options.get("path")).cloned().unwrap_or_default();
-    serde_json::from_value::<Reference>(path).map(|reference| reference.files.into_values().collect()).unwrap_or_default()
+    let mut found = Vec::new();
+    let mut left: Vec<&Json> = arguments.get("options").into_iter().collect();
+    while let Some(value) = left.pop() {
+        match value {
+            Json::Object(table) => match Reference::deserialize(value) {
+                Ok(reference) => found.extend(reference.files.into_values()),
+                Err(_) => left.extend(table.values()),
+            },
+            Json::Array(list) => left.extend(list),
+            _ => {}
+        }
+    }
+    found
 }
 
 /// Digests of all content that lines refer to.
@@ -231,11 +253,22 @@ pub(crate) fn needed(ledger: &Ledger) -> BTreeSet<String> {
     ledger.lines().flat_map(|kept| of(&kept.line)).collect()
 }
 
+/// The line of a recording that ended by itself, or with the daemon.
+fn recording_ended(name: Json) -> Line {
+    let by = By { who: "the system".to_owned(), role: Role::Configure, session: String::new(), time: now_s() };
+    let arguments = Map::from_iter([("name".to_owned(), name)]);
+    Line::Call { call: "stop_recording".to_owned(), of: None, arguments, withheld: Vec::new(), by }
+}
+
+/// s since 1970.
+fn now_s() -> f64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
+}
+
 impl By {
     /// The caller, in a session or in none, now.
     pub fn of(caller: &Caller, session: &str) -> By {
-        let time = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64());
-        By { who: caller.who.clone(), role: caller.role, session: session.to_owned(), time }
+        By { who: caller.who.clone(), role: caller.role, session: session.to_owned(), time: now_s() }
     }
 }
 
@@ -304,6 +337,15 @@ impl Inner {
                 let of = self.subject(system, instance?).filter(|of| state == State::Deleted || self.ledger.runs(of))?;
                 return Some(Line::Became { of, state });
             }
+            "record" => {
+                self.recordings.insert(result["recording"].as_u64()?, arguments.get("path")?.clone());
+                None
+            }
+            "stop_recording" => {
+                let name = self.recordings.remove(&arguments.get("recording")?.as_u64()?)?;
+                arguments = Map::from_iter([("name".to_owned(), name)]);
+                None
+            }
             _ if call.journal.recorded != Recorded::Call => return None,
             _ => None,
         };
@@ -327,6 +369,14 @@ impl Inner {
             if now != if self.ledger.is_suspended(&of) { State::Suspended } else { State::Running } {
                 self.became(of, now)?;
             }
+        }
+        let is_over = |number: u64| {
+            let about = api::call(system, "recording", &serde_json::json!({ "recording": number }).to_string());
+            about.map_or(true, |about| about["running"] == false)
+        };
+        let over: Vec<u64> = self.recordings.keys().copied().filter(|number| is_over(*number)).collect();
+        for name in over.iter().filter_map(|number| self.recordings.remove(number)).collect::<Vec<_>>() {
+            self.append(recording_ended(name))?;
         }
         let latched = system.latched();
         match latched {

@@ -4,7 +4,7 @@ use crate::caller::Peer;
 use crate::paced::Paced;
 use crate::rest::Rest;
 use crate::slots::{Doors, Origin, Slot, Slots};
-use crate::tls::fingerprint;
+use crate::tls::{Tls, fingerprint};
 use axum::Router;
 use axum::body::Body;
 use axum::http::{Request, header};
@@ -34,7 +34,7 @@ const REST: Duration = Duration::from_millis(100);
 /// What listens.
 pub(crate) enum Listener {
     Unix(UnixListener),
-    Tcp(TcpListener, Option<TlsAcceptor>),
+    Tcp(TcpListener, Option<Arc<Tls>>),
 }
 
 impl Listener {
@@ -44,10 +44,10 @@ impl Listener {
         Ok(Listener::Unix(UnixListener::from_std(listener)?))
     }
 
-    pub fn tcp(runtime: &Runtime, listener: std::net::TcpListener, acceptor: Option<TlsAcceptor>) -> io::Result<Listener> {
+    pub fn tcp(runtime: &Runtime, listener: std::net::TcpListener, tls: Option<Arc<Tls>>) -> io::Result<Listener> {
         listener.set_nonblocking(true)?;
         let _inside = runtime.enter();
-        Ok(Listener::Tcp(TcpListener::from_std(listener)?, acceptor))
+        Ok(Listener::Tcp(TcpListener::from_std(listener)?, tls))
     }
 }
 
@@ -55,7 +55,7 @@ impl Listener {
 pub(crate) async fn accept(listener: Listener, router: Router, doors: Doors) {
     match listener {
         Listener::Unix(listener) => accept_unix(listener, router, doors.socket).await,
-        Listener::Tcp(listener, acceptor) => accept_tcp(listener, acceptor, router, doors.network).await,
+        Listener::Tcp(listener, tls) => accept_tcp(listener, tls, router, doors.network).await,
     }
 }
 
@@ -84,13 +84,13 @@ async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) 
     }
 }
 
-/// No connection waits to be accepted: one that is not authenticated gives way to the next.
-async fn accept_tcp(listener: TcpListener, acceptor: Option<TlsAcceptor>, router: Router, slots: Arc<Slots>) {
+/// No connection waits to be accepted: one that is not authenticated, and has not begun to speak, gives way to the next.
+async fn accept_tcp(listener: TcpListener, tls: Option<Arc<Tls>>, router: Router, slots: Arc<Slots>) {
     loop {
         match listener.accept().await {
             Ok((stream, from)) => {
                 let slot = slots.enter(from.ip());
-                let served = greet(stream, from, acceptor.clone(), router.clone(), slot.clone());
+                let served = greet(stream, from, tls.as_ref().map(|tls| tls.acceptor()), router.clone(), slot.clone());
                 tokio::spawn(within(slot, served));
             }
             Err(why) => rest(&why).await,
@@ -110,6 +110,10 @@ async fn within(slot: Arc<Slot>, served: impl Future<Output = ()>) {
 async fn greet(stream: TcpStream, from: SocketAddr, acceptor: Option<TlsAcceptor>, router: Router, slot: Arc<Slot>) {
     // One that is gone already ends as soon as it is read.
     let _gone = stream.set_nodelay(true);
+    // A connection that breaks before it says anything ends as soon as it is read.
+    if stream.peek(&mut [0]).await.is_ok_and(|bytes| bytes > 0) {
+        slot.spoke();
+    }
     let Some(acceptor) = acceptor else { return serve(stream, Peer::Tcp { from }, router, Some(slot)).await };
     // A client that does not speak TLS, or whose certificate is not known, is told by TLS itself.
     let Ok(stream) = acceptor.accept(stream).await else { return };

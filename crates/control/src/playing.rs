@@ -59,13 +59,15 @@ struct Player<'a> {
 
 /// Plays the journal of a service before it accepts calls. Errors: it was interrupted; with `strict`, all that failed.
 pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dyn Watcher) -> Result<(), Refusals> {
-    let (kept, suspended) = {
+    let (kept, suspended, is_stopped) = {
         let inner = journal.locked();
         let kept: Vec<Kept> = inner.ledger.lines().cloned().collect();
         let suspended: Vec<Subject> = inner.ledger.running().into_iter().filter(|of| inner.ledger.is_suspended(of)).collect();
-        (kept, suspended)
+        (kept, suspended, inner.ledger.stopped().is_some())
     };
     let (running, there): (Vec<Kept>, Vec<Kept>) = kept.into_iter().partition(|kept| runs(&kept.line));
+    // A start that a latched emergency stop has ended before its end was written: nothing of it is called, and nothing fails.
+    let (stopped, running): (Vec<Kept>, Vec<Kept>) = running.into_iter().partition(|_| is_stopped);
     let running: Vec<Kept> = running.into_iter().filter(|kept| !suspended.iter().any(|of| subject(&kept.line) == Some(of))).collect();
     let mut player = Player {
         service,
@@ -88,6 +90,9 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
     }
     if !suspended.is_empty() {
         player.watcher.tell(&format!("{} verb instances were suspended and are not started again", suspended.len()));
+    }
+    if !stopped.is_empty() {
+        player.watcher.tell("the emergency stop is latched: what ran when it came is not started again");
     }
     player.take_over();
     let Player { instances, failures, total, .. } = player;
@@ -195,9 +200,9 @@ impl Player<'_> {
             }
             Line::Call { call, of, arguments, by, .. } => {
                 let act = Act::new(&caller(by), &by.session, call, &lines_text(arguments));
-                let arguments = self.given(of.as_ref(), call, arguments.clone())?;
-                let result = self.service.recorded(&act, by.role, || make(self.service, call, arguments, by))?;
-                self.follow(call, of.as_ref(), by, &result)
+                let given = self.given(of.as_ref(), call, arguments.clone())?;
+                let result = self.service.recorded(&act, by.role, || make(self.service, call, given, by))?;
+                self.follow((call, arguments), of.as_ref(), by, &result)
             }
             Line::Stopped { reason } => self.service.system.emergency_stop(reason).map_err(Failure::from),
             Line::Became { .. } | Line::Reset {} | Line::Closed { .. } => Ok(()),
@@ -225,8 +230,13 @@ impl Player<'_> {
     }
 
     /// What was made or started is found by later lines, and by the session whose it was.
-    fn follow(&mut self, call: &str, of: Option<&Subject>, by: &By, result: &Json) -> Result<(), Failure> {
+    fn follow(&mut self, (call, arguments): (&str, &Map<String, Json>), of: Option<&Subject>, by: &By, result: &Json) -> Result<(), Failure> {
         match (call, of) {
+            ("record", _) => {
+                if let (Some(number), Some(name)) = (result["recording"].as_u64(), arguments.get("path")) {
+                    self.journal.locked().recordings.insert(number, name.clone());
+                }
+            }
             ("create", Some(Subject::Instance(number))) => {
                 let instance = result.as_u64().unwrap_or_default();
                 self.instances.insert(*number, instance);
@@ -277,10 +287,10 @@ fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) ->
     let call = calls::find(name).ok_or_else(unknown)?;
     service.require_role(&caller(by), call.role, name)?;
     let mut arguments = arguments;
-    if name == "physical_device"
-        && let Some(options) = arguments.get_mut("options")
-    {
-        service.files.resolve(options)?;
+    service.resolve(name, &mut arguments, by.role)?;
+    if call.subject == "recordings" {
+        crate::records::place(service.records.as_deref(), &service.trust, name, &mut arguments)?;
+        crate::records::go_on(&mut arguments);
     }
     match api::begin(&service.system, name, &Json::Object(arguments).to_string(), SLICE)? {
         Answered::Done(result) => Ok(result),

@@ -3,7 +3,8 @@
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde_json::{Map, Value as Json};
-use std::path::{Component, Path};
+use std::ffi::OsStr;
+use std::path::{Component, Path, PathBuf};
 
 /// The `path` of a call on recordings becomes one in the folder, which `recordings` lists; whose code `replay` may run says the daemon.
 /// Errors: there is no folder, the name is no plain one.
@@ -29,6 +30,18 @@ pub fn place(folder: Option<&Path>, trust: &[String], call: &str, arguments: &mu
     let path = folder.join(name).display().to_string();
     arguments.insert("path".to_owned(), Json::String(path));
     Ok(())
+}
+
+/// A recording that was under way when its daemon died goes on in a file beside the one that it has: `run-2.mcap` after `run.mcap`.
+pub fn go_on(arguments: &mut Map<String, Json>) {
+    let Some(path) = arguments.get("path").and_then(Json::as_str).map(PathBuf::from) else { return };
+    let part = |of: Option<&OsStr>| of.map(|of| of.to_string_lossy().into_owned()).unwrap_or_default();
+    let (stem, ending) = (part(path.file_stem()), part(path.extension()));
+    let named = |number: u32| path.with_file_name(format!("{stem}-{number}.{ending}"));
+    let free = std::iter::once(path.clone()).chain((2..).map(named)).find(|path| !path.exists());
+    if let Some(free) = free {
+        arguments.insert("path".to_owned(), Json::String(free.display().to_string()));
+    }
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use crate::service::Service;
 use crate::sessions::Sessions;
 use crate::slots::Doors;
 use crate::socket;
-use crate::tls;
+use crate::tls::Tls;
 use crate::tokens::{RunToken, Tokens};
 use api::Role;
 use model::refusal::{Class, Refusal, Refusals};
@@ -27,7 +27,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
-use tokio_rustls::TlsAcceptor;
 
 /// How the control interface is served.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -81,14 +80,15 @@ pub struct Server {
     addresses: Vec<String>,
     socket: Option<PathBuf>,
     studio: Option<String>,
+    tls: Option<Arc<Tls>>,
 }
 
 fn refuse(message: impl Into<String>, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]
 }
 
-/// An address, and what accepts TLS there.
-type Tcp = (SocketAddr, Option<TlsAcceptor>);
+/// An address, and the TLS that is spoken there.
+type Tcp = (SocketAddr, Option<Arc<Tls>>);
 
 /// What listens on TCP, checked against what an address that is not loopback needs.
 fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
@@ -124,13 +124,13 @@ fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
             "give --tokens (opengpac token new), or --insecure-loopback to let every user observe",
         ));
     }
-    let acceptor = match (&options.tls_cert, &options.tls_key) {
-        (Some(certificate), Some(key)) => Some(tls::acceptor(certificate, key, options.client_ca.as_deref(), options.tokens.is_none())?),
+    let tls = match (&options.tls_cert, &options.tls_key) {
+        (Some(certificate), Some(key)) => Some(Arc::new(Tls::open(certificate, key, options.client_ca.as_deref(), options.tokens.is_none())?)),
         (None, None) if options.client_ca.is_some() => return Err(refuse("client certificates need TLS", "give --tls-cert and --tls-key too")),
         (None, None) => None,
         _ => return Err(refuse("TLS needs a certificate and its key", "give --tls-cert and --tls-key")),
     };
-    Ok(Some((address, acceptor)))
+    Ok(Some((address, tls)))
 }
 
 /// The name of this machine.
@@ -243,25 +243,39 @@ impl Server {
             addresses.push(format!("unix://{}", path.display()));
             listeners.push(Listener::unix(runtime, bound).map_err(failed)?);
         }
-        if let Some((address, acceptor)) = tcp {
+        let mut spoken = None;
+        if let Some((address, tls)) = tcp {
             let cannot = |why: std::io::Error| {
                 let class = if why.kind() == ErrorKind::AddrInUse { Class::InUse } else { Class::DefinitionError };
                 vec![Refusal::new(class, format!("cannot listen on '{address}': {why}")).remedy("take another port, or 0 for any that is free")]
             };
             let listener = std::net::TcpListener::bind(address).map_err(cannot)?;
-            let scheme = if acceptor.is_some() { "https" } else { "http" };
+            let scheme = if tls.is_some() { "https" } else { "http" };
             let url = format!("{scheme}://{}", listener.local_addr().map_err(cannot)?);
             let fragment = token.map(|token| format!("#token={token}")).unwrap_or_default();
             studio = service.page.is_some().then(|| format!("{url}/{fragment}"));
+            spoken.clone_from(&tls);
             addresses.push(url);
-            listeners.push(Listener::tcp(runtime, listener, acceptor).map_err(failed)?);
+            listeners.push(Listener::tcp(runtime, listener, tls).map_err(failed)?);
         }
         let router = crate::http::router(service.clone());
         for listener in listeners {
             runtime.spawn(listen::accept(listener, router.clone(), service.doors.clone()));
         }
         runtime.spawn(look_after(service.clone()));
-        Ok(Server { runtimes: Some(runtimes), service, addresses, socket, studio })
+        Ok(Server { runtimes: Some(runtimes), service, addresses, socket, studio, tls: spoken })
+    }
+
+    /// Opens the audit file again, and reads the files of TLS and of tokens again. Returns news for a person.
+    pub fn reread(&self) -> Vec<String> {
+        let audit = self.service.audit.reopen().map_err(|why| format!("the audit file stays the one of before: {why}"));
+        let told = |refusals: Refusals| refusals.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+        let tls = self.tls.as_ref().map_or(Ok(()), |tls| tls.reread()).map_err(|why| format!("TLS goes on with the files of before: {}", told(why)));
+        self.service.tell_of_tokens();
+        let failed: Vec<String> = [audit.err(), tls.err()].into_iter().flatten().collect();
+        let news = if failed.is_empty() { vec!["the audit file, the tokens and the files of TLS were opened again".to_owned()] } else { failed };
+        news.iter().for_each(|text| self.service.system.log_control(text));
+        news
     }
 
     /// Where it listens: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.
@@ -314,6 +328,7 @@ async fn look_after(service: Arc<Service>) {
             service.look_after(now());
             if looks.is_multiple_of(TOLD_EVERY) {
                 service.tell_who_gave_way();
+                service.tell_of_tokens();
             }
         });
         if looked.await.is_err() {

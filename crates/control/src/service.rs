@@ -22,7 +22,7 @@ use serde_json::{Map, Value as Json, json};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use supervisor::{ModuleAbout, System};
+use supervisor::{ModuleAbout, Reached, System};
 
 /// A system and all that stands between it and its callers.
 pub struct Service {
@@ -143,13 +143,13 @@ impl Service {
         if call.name == "perform" {
             return self.perform(call, &asked, caller, presence);
         }
-        let Some(journal) = self.journal.as_ref().filter(|_| Journal::concerns(call)) else { return self.make(call, asked, presence) };
+        let Some(journal) = self.journal.as_ref().filter(|_| Journal::concerns(call)) else { return self.make(call, asked, caller.role, presence) };
         let arguments = asked.arguments.clone();
         if call.role >= Role::Configure {
             journal.ready(asked_text(&asked).len())?;
             journal.keep_files(&arguments, &self.files)?;
         }
-        let answer = self.make(call, asked, presence)?;
+        let answer = self.make(call, asked, caller.role, presence)?;
         let by = By::of(caller, presence.map_or("", |p| &p.name));
         journal.made(&self.system, call, arguments, &answer["result"], by)?;
         Ok(answer)
@@ -202,19 +202,35 @@ impl Service {
     pub fn go_on(self: &Arc<Self>, with: &Json, slice: Duration, presence: Option<&Presence>) -> Result<Json, Failure> {
         let (name, arguments) = (with["call"].as_str().unwrap_or(""), with["arguments"].as_object().cloned().unwrap_or_default());
         let call = calls::find(name).ok_or_else(|| Failure::new(Class::CallError, format!("there is no call '{name}'"), "please report it"))?;
-        self.make(call, Asked { arguments, slice }, presence)
+        // Nothing that goes on names a file or code: that was resolved when it began.
+        self.make(call, Asked { arguments, slice }, Role::Observe, presence)
     }
 
-    fn make(&self, call: &Call, mut asked: Asked, presence: Option<&Presence>) -> Result<Json, Failure> {
+    /// Resolves files and refuses code in the options and arguments of drivers: see [`Files::resolve`].
+    pub fn resolve(&self, call: &str, arguments: &mut Map<String, Json>, role: Role) -> Result<(), Failure> {
+        let text = |name: &str| arguments.get(name).and_then(Json::as_str).unwrap_or("").to_owned();
+        let mut resolve = |reached: Reached<'_>| self.files.resolve(reached, role);
+        let mut none = Json::Null;
+        match call {
+            "physical_device" | "scan_devices" => {
+                let kind = text("kind");
+                supervisor::each_reach(&kind, arguments.get_mut("options").unwrap_or(&mut none), &mut resolve)
+            }
+            "device_service" => {
+                let (device, service) = (text("device"), text("service"));
+                let given = arguments.get_mut("arguments").unwrap_or(&mut none);
+                self.system.each_reach_of_service(&device, &service, given, &mut resolve)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn make(&self, call: &Call, mut asked: Asked, role: Role, presence: Option<&Presence>) -> Result<Json, Failure> {
         let instance = asked.arguments.get("instance").and_then(Json::as_u64);
         if call.costs {
             requests::check_extent(&asked.arguments)?;
         }
-        if call.name == "physical_device"
-            && let Some(options) = asked.arguments.get_mut("options")
-        {
-            self.files.resolve(options)?;
-        }
+        self.resolve(call.name, &mut asked.arguments, role)?;
         if call.subject == "recordings" {
             crate::records::place(self.records.as_deref(), &self.trust, call.name, &mut asked.arguments)?;
         }
@@ -236,6 +252,9 @@ impl Service {
         };
         if let ("perform" | "performed", Some(instance)) = (call.name, instance) {
             self.forget(instance);
+        }
+        if matches!(call.name, "wait" | "halt" | "report") && !result.is_null() {
+            self.note_ends();
         }
         if let Some(presence) = presence {
             self.follow(call, &result, instance, &presence.name);
@@ -268,7 +287,17 @@ impl Service {
     /// Takes the end reports that have come since the last time.
     pub fn drain(&self) {
         let ends = self.system.ends_since(self.sessions.next_end());
+        if !ends.is_empty() {
+            self.note_ends();
+        }
         self.sessions.keep(ends);
+    }
+
+    /// Records ends in the journal before anybody is told of them: what has ended is not started again by the next daemon.
+    pub fn note_ends(&self) {
+        if let Some(journal) = &self.journal {
+            journal.look(&self.system);
+        }
     }
 
     /// Looks after sessions: who is lost is cut off, and instances of lost sessions that have ended are deleted.
@@ -307,6 +336,14 @@ impl Service {
         let (Some((most, count)), all) = (gave.first(), gave.iter().map(|(_, count)| count).sum::<u64>()) else { return };
         let text = format!("{all} connections that did not say whose they are gave way to others, {count} of them from {most}");
         self.system.log_control(&text);
+    }
+
+    /// Says in the log and on standard error what is new about the file of tokens.
+    pub fn tell_of_tokens(&self) {
+        for text in self.gate.tokens.iter().flat_map(|tokens| tokens.news(crate::tokens::now_s())) {
+            eprintln!("control: {text}");
+            self.system.log_control(&text);
+        }
     }
 
     /// Closes a session in order.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Slots of connections. A client that has not said who it is has a slot for a short time, and gives way to the next that
-//! comes; a client that is known keeps its slot. So a client without a token cannot keep out one that has a token.
+//! comes; a client that is known keeps its slot. So a client without a token cannot keep out one that has a token: those that say nothing
+//! give way before those whose handshake is going on, and addresses from which callers have been let in have slots apart.
 use crate::caller::{Caller, Gate, Pass};
 use crate::failure::Failure;
 use api::Role;
@@ -17,6 +18,10 @@ use tokio::time::Instant;
 pub(crate) const STRANGERS_MAX: usize = 256;
 /// Those from one address.
 pub(crate) const STRANGERS_EACH_MAX: usize = 128;
+/// How long a handshake that is going on keeps its slot, whoever knocks: some round trips of a slow network, and what a busy machine needs.
+pub(crate) const HANDSHAKE_MAX: Duration = Duration::from_secs(2);
+/// Addresses from which callers have been let in: strangers from there have as many slots, apart from all others.
+const REMEMBERED_MAX: usize = 256;
 /// How long a stranger has for its TLS handshake and its first head, and after each head until the next.
 pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 /// Connections of callers who are known.
@@ -34,15 +39,10 @@ const ORIGINS_MAX: usize = 64;
 /// The caller of a connection.
 #[derive(Debug)]
 enum Standing {
-    Stranger {
-        until: Instant,
-    },
+    /// `spoke`: since when it has sent something, a handshake or a head.
+    Stranger { until: Instant, spoke: Option<Instant> },
     /// `doubted`: the caller was let in no longer when it was looked last.
-    Known {
-        caller: Caller,
-        pass: Pass,
-        doubted: bool,
-    },
+    Known { caller: Caller, pass: Pass, doubted: bool },
 }
 
 /// Where strangers come from.
@@ -66,6 +66,8 @@ struct Held {
 struct Table {
     next: u64,
     held: BTreeMap<u64, Held>,
+    /// Where callers who were let in have come from, with when the last one was.
+    remembered: HashMap<Origin, Instant>,
     /// How many gave way to others since it was told last, by where they came from.
     gave_way: HashMap<Origin, u64>,
 }
@@ -121,25 +123,67 @@ impl fmt::Display for Origin {
     }
 }
 
+/// A stranger in the table.
+#[derive(Clone, Copy)]
+struct Stranger {
+    number: u64,
+    origin: Origin,
+    spoke: Option<Instant>,
+}
+
+/// Result of admitting a stranger.
+#[derive(Debug, PartialEq, Eq)]
+enum Admission {
+    Free,
+    /// The connection of this number gives way to it.
+    InPlaceOf(u64),
+    /// All others are in the middle of their handshakes: it may come again.
+    Refused,
+}
+
 impl Table {
-    fn strangers(&self) -> impl Iterator<Item = (u64, Origin)> {
-        self.held.iter().filter(|(_, held)| matches!(held.standing, Standing::Stranger { .. })).map(|(number, held)| (*number, held.origin))
+    /// Strangers from remembered addresses, or those from all others, oldest first.
+    fn strangers(&self, are_returning: bool) -> Vec<Stranger> {
+        let of = |(number, held): (&u64, &Held)| match held.standing {
+            Standing::Stranger { spoke, .. } => Some(Stranger { number: *number, origin: held.origin, spoke }),
+            Standing::Known { .. } => None,
+        };
+        self.held.iter().filter_map(of).filter(|stranger| self.remembered.contains_key(&stranger.origin) == are_returning).collect()
     }
 
-    /// The stranger that gives way to one more from there: where an address has too many, its oldest; where all together are too many,
-    /// the oldest of the address that has most.
-    fn gives_way(&self, origin: Origin) -> Option<u64> {
-        let mut of_each: HashMap<Origin, usize> = HashMap::new();
-        self.strangers().for_each(|(_, from)| *of_each.entry(from).or_default() += 1);
-        let from = if of_each.get(&origin).is_some_and(|own| *own >= STRANGERS_EACH_MAX) {
-            origin
-        } else if of_each.values().sum::<usize>() >= STRANGERS_MAX {
-            let most = of_each.values().max().copied();
-            self.strangers().map(|(_, from)| from).find(|from| of_each.get(from).copied() == most)?
+    /// Admits one more stranger from there. Where its address has too many, its oldest gives way; where all together are too many,
+    /// first one that has sent nothing, of the address with the most of them; then one whose handshake lasts too long; then the oldest of an
+    /// address that has more than this one will have.
+    fn admit(&self, origin: Origin, now: Instant) -> Admission {
+        let strangers = self.strangers(self.remembered.contains_key(&origin));
+        let own: Vec<Stranger> = strangers.iter().copied().filter(|stranger| stranger.origin == origin).collect();
+        let silent = |stranger: &Stranger| stranger.spoke.is_none();
+        let late = |stranger: &Stranger| stranger.spoke.is_some_and(|since| now.duration_since(since) >= HANDSHAKE_MAX);
+        let gives_way = if own.len() >= STRANGERS_EACH_MAX {
+            own.iter().find(|own| silent(own)).or_else(|| own.iter().find(|own| late(own))).or(own.first()).map(|own| own.number)
+        } else if strangers.len() >= STRANGERS_MAX {
+            (oldest_of_most(strangers.iter().filter(|stranger| silent(stranger))).map(|(number, _)| number))
+                .or_else(|| strangers.iter().find(|stranger| late(stranger)).map(|stranger| stranger.number))
+                .or_else(|| oldest_of_most(strangers.iter()).filter(|(_, count)| *count > own.len() + 1).map(|(number, _)| number))
         } else {
-            return None;
+            return Admission::Free;
         };
-        self.strangers().find(|(_, of)| *of == from).map(|(number, _)| number)
+        gives_way.map_or(Admission::Refused, Admission::InPlaceOf)
+    }
+
+    /// Remembers an address from which a caller was let in.
+    fn remember(&mut self, origin: Origin) {
+        if self.remembered.len() >= REMEMBERED_MAX && !self.remembered.contains_key(&origin) {
+            let oldest = self.remembered.iter().min_by_key(|(_, at)| **at).map(|(origin, _)| *origin);
+            oldest.map(|oldest| self.remembered.remove(&oldest));
+        }
+        self.remembered.insert(origin, Instant::now());
+    }
+
+    fn count(&mut self, origin: Origin) {
+        if self.gave_way.len() < ORIGINS_MAX || self.gave_way.contains_key(&origin) {
+            *self.gave_way.entry(origin).or_default() += 1;
+        }
     }
 
     /// Refuses a caller one more slot among the known. `more`: slots there are beyond the usual ones.
@@ -158,6 +202,14 @@ impl Table {
     }
 }
 
+/// The oldest of the address that has the most of these, and how many it has.
+fn oldest_of_most<'a>(strangers: impl Iterator<Item = &'a Stranger> + Clone) -> Option<(u64, usize)> {
+    let mut of_each: HashMap<Origin, usize> = HashMap::new();
+    strangers.clone().for_each(|stranger| *of_each.entry(stranger.origin).or_default() += 1);
+    let most = of_each.values().max().copied()?;
+    strangers.into_iter().find(|stranger| of_each[&stranger.origin] == most).map(|stranger| (stranger.number, most))
+}
+
 impl Slots {
     fn locked(&self) -> MutexGuard<'_, Table> {
         self.0.lock().expect("nobody panics with this lock")
@@ -165,19 +217,28 @@ impl Slots {
 
     /// The slot of a connection that has just come: that of a stranger.
     pub fn enter(self: &Arc<Slots>, from: impl Into<Origin>) -> Arc<Slot> {
-        let (origin, end) = (from.into(), Arc::new(Notify::new()));
+        let (origin, end, now) = (from.into(), Arc::new(Notify::new()), Instant::now());
         let mut table = self.locked();
-        if let Some(held) = table.gives_way(origin).and_then(|number| table.held.remove(&number)) {
-            held.end.notify_one();
-            if table.gave_way.len() < ORIGINS_MAX || table.gave_way.contains_key(&held.origin) {
-                *table.gave_way.entry(held.origin).or_default() += 1;
-            }
-        }
         let number = table.next;
         table.next += 1;
-        let standing = Standing::Stranger { until: Instant::now() + STRANGER_MAX };
-        table.held.insert(number, Held { origin, standing, end: end.clone() });
-        Arc::new(Slot { slots: self.clone(), number, end })
+        let slot = Arc::new(Slot { slots: self.clone(), number, end: end.clone() });
+        match table.admit(origin, now) {
+            Admission::Free => {}
+            Admission::InPlaceOf(other) => {
+                if let Some(held) = table.held.remove(&other) {
+                    held.end.notify_one();
+                    table.count(held.origin);
+                }
+            }
+            Admission::Refused => {
+                end.notify_one();
+                table.count(origin);
+                return slot;
+            }
+        }
+        let standing = Standing::Stranger { until: now + STRANGER_MAX, spoke: None };
+        table.held.insert(number, Held { origin, standing, end });
+        slot
     }
 
     fn look_again(&self, gate: &Gate) {
@@ -193,9 +254,16 @@ impl Slots {
 }
 
 impl Slot {
+    /// The first bytes have come: a handshake, or a request, is going on.
+    pub fn spoke(&self) {
+        if let Some(Held { standing: Standing::Stranger { spoke, .. }, .. }) = self.slots.locked().held.get_mut(&self.number) {
+            spoke.get_or_insert_with(Instant::now);
+        }
+    }
+
     /// A request arrived on a connection that is still not authenticated: its time begins anew.
     pub fn heard(&self) {
-        if let Some(Held { standing: Standing::Stranger { until }, .. }) = self.slots.locked().held.get_mut(&self.number) {
+        if let Some(Held { standing: Standing::Stranger { until, .. }, .. }) = self.slots.locked().held.get_mut(&self.number) {
             *until = Instant::now() + STRANGER_MAX;
         }
     }
@@ -211,7 +279,9 @@ impl Slot {
         table.check_known(caller, if stops { STOPS } else { 0 })?;
         // One that has just given way has no slot any more, and its request ends with it.
         if let Some(held) = table.held.get_mut(&self.number) {
+            let origin = held.origin;
             held.standing = Standing::Known { caller: caller.clone(), pass: pass.clone(), doubted: false };
+            table.remember(origin);
         }
         Ok(())
     }
@@ -233,7 +303,7 @@ impl Slot {
     /// Until when it may stay; without an end where it is known, or has given way and is told so.
     fn until(&self) -> Option<Instant> {
         match self.slots.locked().held.get(&self.number)?.standing {
-            Standing::Stranger { until } => Some(until),
+            Standing::Stranger { until, .. } => Some(until),
             Standing::Known { .. } => None,
         }
     }
@@ -285,6 +355,60 @@ mod tests {
         let newest = slots.enter(address(3));
         assert!(is_over(&many[0]) && !is_over(&many[1]) && !is_over(&newest));
         assert!(!few.iter().chain(&others).any(|slot| is_over(slot)));
+    }
+
+    /// Connections from so many addresses, one each; `speak`: with a handshake that is going on.
+    fn crowd(slots: &Arc<Slots>, addresses: u16, speak: bool) -> Vec<Arc<Slot>> {
+        let knock = |number: u16| {
+            let slot = slots.enter(IpAddr::from([10, 1, (number >> 8) as u8, number as u8]));
+            if speak {
+                slot.spoke();
+            }
+            slot
+        };
+        (0..addresses).map(knock).collect()
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn who_knocks_and_says_nothing_ends_no_handshake() {
+        let slots = Arc::new(Slots::default());
+        let _first = crowd(&slots, 500, false);
+        let panel = slots.enter(address(1));
+        panel.spoke();
+        for _ in 0..20 {
+            tokio::time::advance(Duration::from_millis(50)).await;
+            drop(crowd(&slots, 500, false));
+            let _others = crowd(&slots, 500, false);
+            assert!(!is_over(&panel));
+        }
+        panel.know(&caller("token panel", Role::Operate), &Pass::Lasting, false).expect("there is room");
+        assert!(!is_over(&panel));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_handshake_that_is_going_on_ends_only_when_it_lasts_too_long() {
+        let slots = Arc::new(Slots::default());
+        let speaking = crowd(&slots, STRANGERS_MAX as u16, true);
+        let late = slots.enter(address(1));
+        assert!(is_over(&late) && !speaking.iter().any(|slot| is_over(slot)), "who comes while all slots are in use comes again");
+        tokio::time::advance(HANDSHAKE_MAX).await;
+        let next = slots.enter(address(1));
+        assert!(is_over(&speaking[0]) && !is_over(&speaking[1]) && !is_over(&next));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn who_has_been_let_in_before_finds_a_place_whoever_knocks() {
+        let slots = Arc::new(Slots::default());
+        let before = slots.enter(address(1));
+        before.know(&caller("token panel", Role::Operate), &Pass::Lasting, false).expect("there is room");
+        drop(before);
+        let _speaking = crowd(&slots, 500, true);
+        let again = slots.enter(address(1));
+        assert!(!is_over(&again), "it came back");
+        let _more = crowd(&slots, 500, true);
+        assert!(!is_over(&again));
+        let own: Vec<_> = (0..STRANGERS_EACH_MAX).map(|_| slots.enter(address(1))).collect();
+        assert!(is_over(&again) && !own.iter().any(|slot| is_over(slot)), "its address has so many places and no more");
     }
 
     #[tokio::test(start_paused = true)]

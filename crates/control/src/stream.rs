@@ -19,7 +19,7 @@ use model::refusal::Class;
 use serde::Deserialize;
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::JoinHandle;
@@ -37,6 +37,10 @@ const ENTRIES_MAX: usize = 256;
 /// How often a silent reader is asked whether it is there, and how long a frame may take to leave.
 const PING: Duration = Duration::from_secs(5);
 const LEAVE_MAX: Duration = Duration::from_secs(10);
+/// Frames of a client in one second, pings among them: more than any program or page sends.
+const FRAMES_EACH_SECOND: u32 = 256;
+/// The code with which a stream is closed whose client sends more.
+const TOO_MANY: u16 = 1008;
 /// The code with which a stream is closed whose caller is let in no longer, and how long saying so may take.
 const SHUT_OUT: u16 = 4401;
 const PARTING_MAX: Duration = Duration::from_millis(500);
@@ -102,6 +106,27 @@ type Running = (JoinHandle<()>, usize);
 /// Those of one stream, by the names that its client gave them.
 type Subscriptions = HashMap<String, Running>;
 
+/// Counts the frames that a client sends in one second.
+struct Pace {
+    since: Instant,
+    frames: u32,
+}
+
+impl Pace {
+    fn new() -> Pace {
+        Pace { since: Instant::now(), frames: 0 }
+    }
+
+    /// Counts one more. Returns whether they are too many.
+    fn count(&mut self) -> bool {
+        if self.since.elapsed() >= Duration::from_secs(1) {
+            *self = Pace::new();
+        }
+        self.frames += 1;
+        self.frames > FRAMES_EACH_SECOND
+    }
+}
+
 /// A stream, and whose it is.
 struct Stream {
     service: Arc<Service>,
@@ -113,39 +138,50 @@ impl Stream {
     /// Serves it to its end, or until its caller is let in no longer.
     async fn serve(&self, mut socket: WebSocket, mut held: Option<Held>) {
         let mut subscriptions: Subscriptions = HashMap::new();
-        let out = tokio::select! {
-            () = self.carry(&mut socket, &mut held, &mut subscriptions) => None,
-            failure = shut_out(&self.service, &self.caller, &self.pass) => failure.refusals.into_iter().next(),
+        let close = tokio::select! {
+            close = self.carry(&mut socket, &mut held, &mut subscriptions) => close,
+            failure = shut_out(&self.service, &self.caller, &self.pass) => {
+                failure.refusals.into_iter().next().map(|refusal| CloseFrame { code: SHUT_OUT, reason: refusal.message.into() })
+            }
         };
         subscriptions.values().for_each(|(subscription, _)| subscription.abort());
-        if let Some(refusal) = out {
-            let close = Message::Close(Some(CloseFrame { code: SHUT_OUT, reason: refusal.message.into() }));
+        if let Some(close) = close {
+            let close = Message::Close(Some(close));
             // Who does not read that is cut off all the same.
             let _told = tokio::time::timeout(PARTING_MAX, socket.send(close)).await;
         }
     }
 
-    async fn carry(&self, socket: &mut WebSocket, held: &mut Option<Held>, subscriptions: &mut Subscriptions) {
+    /// Carries frames both ways until the stream ends. Returns the close frame that the client is to get, if any.
+    async fn carry(&self, socket: &mut WebSocket, held: &mut Option<Held>, subscriptions: &mut Subscriptions) -> Option<CloseFrame> {
         let (sender, mut frames): (Sender<Frame>, Receiver<Frame>) = channel(FRAMES_MAX);
         let mut ping = tokio::time::interval(PING);
+        let mut pace = Pace::new();
         loop {
             let leaving = tokio::select! {
                 Some(frame) = frames.recv() => Some(frame.message()),
                 _ = ping.tick() => Some((Message::Ping(Vec::new().into()), None)),
-                received = socket.recv() => match received {
-                    Some(Ok(Message::Text(text))) => self.follow(&sender, subscriptions, &text).err().map(|f| Frame::text(Told { errors: Some(f.refusals), ..Told::default() }).message()),
-                    Some(Ok(Message::Close(_))) => {
-                        held.iter_mut().for_each(|held| held.in_order = true);
-                        return;
+                received = socket.recv() => {
+                    let Some(Ok(received)) = received else { return None };
+                    // Each ping is answered, and the answers of a client that does not read them are kept.
+                    if pace.count() {
+                        let reason = format!("a client sends at most {FRAMES_EACH_SECOND} frames a second");
+                        return Some(CloseFrame { code: TOO_MANY, reason: reason.into() });
                     }
-                    Some(Ok(_)) => None,
-                    Some(Err(_)) | None => return,
-                },
+                    match received {
+                        Message::Text(text) => self.follow(&sender, subscriptions, &text).err().map(|f| Frame::text(Told { errors: Some(f.refusals), ..Told::default() }).message()),
+                        Message::Close(_) => {
+                            held.iter_mut().for_each(|held| held.in_order = true);
+                            return None;
+                        }
+                        _ => None,
+                    }
+                }
             };
             if let Some((message, _slot)) = leaving
                 && !matches!(tokio::time::timeout(LEAVE_MAX, socket.send(message)).await, Ok(Ok(())))
             {
-                return;
+                return None;
             }
         }
     }
@@ -299,6 +335,7 @@ impl Subscription {
                 let mut ends = system.ends_since(self.since);
                 ends.truncate(ENTRIES_MAX);
                 let (Some(first), Some(last)) = (ends.first(), ends.last()) else { return Ok(None) };
+                service.note_ends();
                 let (dropped, next) = (first.number.saturating_sub(self.since), last.number + 1);
                 Some((Told { ends: Some(ends), dropped: Some(dropped), ..told }, next))
             }

@@ -8,8 +8,8 @@ use rustls::{RootCertStore, ServerConfig};
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{BufReader, ErrorKind};
-use std::path::Path;
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, PoisonError, RwLock};
 use tokio_rustls::TlsAcceptor;
 
 fn wrong(message: String, remedy: &str) -> Refusals {
@@ -43,8 +43,37 @@ fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
     key.ok_or_else(|| wrong(format!("there is no private key in '{}'", path.display()), "give a PEM file"))
 }
 
-/// Returns the acceptor of TLS connections. `client_ca`: signs client certificates; `only_certificates`: a client must have one.
-pub fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
+/// The files of TLS, and the acceptor that was made of them last.
+pub struct Tls {
+    certificate: PathBuf,
+    key: PathBuf,
+    client_ca: Option<PathBuf>,
+    only_certificates: bool,
+    acceptor: RwLock<TlsAcceptor>,
+}
+
+impl Tls {
+    /// Reads the files. `client_ca`: signs client certificates; `only_certificates`: a client must have one.
+    pub fn open(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<Tls, Refusals> {
+        let acceptor = RwLock::new(acceptor(certificate, key, client_ca, only_certificates)?);
+        Ok(Tls { certificate: certificate.to_owned(), key: key.to_owned(), client_ca: client_ca.map(Path::to_owned), only_certificates, acceptor })
+    }
+
+    /// Reads the files again, for the connections to come. Errors: what is wrong with them; those of before go on to count.
+    pub fn reread(&self) -> Result<(), Refusals> {
+        let new = acceptor(&self.certificate, &self.key, self.client_ca.as_deref(), self.only_certificates)?;
+        *self.acceptor.write().unwrap_or_else(PoisonError::into_inner) = new;
+        Ok(())
+    }
+
+    /// The acceptor of a connection that comes now.
+    pub fn acceptor(&self) -> TlsAcceptor {
+        self.acceptor.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// Makes an acceptor of TLS connections from these files.
+fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let failed =
         |why: &dyn std::fmt::Display| wrong(format!("TLS with '{}' and '{}': {why}", certificate.display(), key.display()), "do they belong together?");

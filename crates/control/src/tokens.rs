@@ -8,11 +8,12 @@ use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
 
@@ -55,24 +56,97 @@ type Version = (u64, u64, i64, i64);
 /// The tokens file, read again whenever it has changed.
 pub struct Tokens {
     path: PathBuf,
-    read: Mutex<(Option<Version>, Kept)>,
+    read: Mutex<Read>,
 }
+
+/// State of the file as it was last read.
+#[derive(Default)]
+struct Read {
+    version: Option<Version>,
+    kept: Kept,
+    /// Why it cannot be read now.
+    trouble: Option<String>,
+    told: Told,
+}
+
+/// News that has been told already.
+#[derive(Default)]
+struct Told {
+    trouble: Option<String>,
+    /// How near its end each token was, by its name and when it was made.
+    ends: BTreeMap<(String, u64), Ending>,
+}
+
+/// How near its end a token is.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Ending {
+    Week,
+    Day,
+    Over,
+}
+
+const DAY_S: u64 = 86_400;
 
 impl Tokens {
     /// Opens the file. Errors: it cannot be read, its form, or others than its owner may read it.
     pub fn open(path: &Path) -> io::Result<Tokens> {
         let tokens = Tokens { path: path.to_owned(), read: Mutex::default() };
-        tokens.refresh(&mut tokens.read.lock().expect("nobody panics with this lock"))?;
+        tokens.refresh(&mut tokens.locked())?;
         Ok(tokens)
     }
 
-    fn refresh(&self, read: &mut (Option<Version>, Kept)) -> io::Result<()> {
+    fn locked(&self) -> MutexGuard<'_, Read> {
+        self.read.lock().expect("nobody panics with this lock")
+    }
+
+    fn refresh(&self, read: &mut Read) -> io::Result<()> {
         let about = fs::metadata(&self.path)?;
         let version = (about.ino(), about.size(), about.mtime(), about.mtime_nsec());
-        if read.0 != Some(version) {
-            *read = (Some(version), load(&self.path)?);
+        if read.version != Some(version) {
+            (read.kept, read.version) = (load(&self.path)?, Some(version));
         }
+        read.trouble = None;
         Ok(())
+    }
+
+    /// Reads the file where it has changed. Where it is damaged, what it had before goes on to count; where it is gone, or others may read it,
+    /// it admits no caller.
+    fn look(&self, read: &mut Read) {
+        let Err(why) = self.refresh(read) else { return };
+        read.version = None;
+        read.trouble = Some(if why.kind() == io::ErrorKind::InvalidData {
+            format!("{why}; the tokens that it had before count until it is mended")
+        } else {
+            read.kept = Kept::default();
+            format!("the file of tokens '{}' cannot be read: {why}; nobody is let in by a token until it is there again", self.path.display())
+        });
+    }
+
+    /// Returns news for a person, each only once: the file cannot be read, or can be read again; a token is about to expire.
+    pub fn news(&self, now_s: u64) -> Vec<String> {
+        let mut read = self.locked();
+        self.look(&mut read);
+        let Read { kept, trouble, told, .. } = &mut *read;
+        let mut news = Vec::new();
+        if told.trouble != *trouble {
+            news.push(trouble.clone().unwrap_or_else(|| format!("the file of tokens '{}' can be read again", self.path.display())));
+            told.trouble.clone_from(trouble);
+        }
+        for entry in kept.tokens.iter().filter(|entry| entry.revoked.is_none()) {
+            let Some(left_s) = entry.expires.map(|at| at.saturating_sub(now_s)) else { continue };
+            let (ending, when) = match left_s {
+                0 => (Ending::Over, "has expired".to_owned()),
+                1..=DAY_S => (Ending::Day, format!("expires in {} h", left_s.div_ceil(3600))),
+                left_s if left_s <= 7 * DAY_S => (Ending::Week, format!("expires in {} days", left_s.div_ceil(DAY_S))),
+                _ => continue,
+            };
+            let before = told.ends.insert((entry.name.clone(), entry.created), ending);
+            if before.is_none_or(|before| before < ending) {
+                let what = if entry.certificate { "certificate" } else { "token" };
+                news.push(format!("{what} '{}' {when}: make another before its holder is shut out (opengpac token add)", entry.name));
+            }
+        }
+        news
     }
 
     /// The owner of the token.
@@ -90,20 +164,18 @@ impl Tokens {
         self.find(&sha256, true, now_s)
     }
 
-    /// Compares every entry, also after one that fits. A file that cannot be read any more admits no caller.
+    /// Compares every entry, also after one that fits.
     fn find(&self, sha256: &[u8; 32], certificate: bool, now_s: u64) -> Result<Entry, Rejected> {
-        let mut read = self.read.lock().expect("nobody panics with this lock");
-        if self.refresh(&mut read).is_err() {
-            *read = (None, Kept::default());
-        }
+        let mut read = self.locked();
+        self.look(&mut read);
         let asked = hex(sha256);
         let mut found = u32::MAX;
-        for (index, entry) in read.1.tokens.iter().enumerate() {
+        for (index, entry) in read.kept.tokens.iter().enumerate() {
             let index = u32::try_from(index).expect("a file of tokens has fewer than 2^32");
             let fits: Choice = entry.sha256.as_bytes().ct_eq(asked.as_bytes()) & Choice::from(u8::from(entry.certificate == certificate));
             found.conditional_assign(&index, fits);
         }
-        let entry = usize::try_from(found).ok().and_then(|index| read.1.tokens.get(index)).ok_or(Rejected::Wrong)?;
+        let entry = usize::try_from(found).ok().and_then(|index| read.kept.tokens.get(index)).ok_or(Rejected::Wrong)?;
         match entry {
             Entry { revoked: Some(_), .. } => Err(Rejected::Revoked),
             Entry { expires: Some(at), .. } if *at <= now_s => Err(Rejected::Expired),

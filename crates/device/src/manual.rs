@@ -106,7 +106,7 @@ impl From<&'static Declaration> for Manual {
 
 impl From<&OptionWord> for OptionAbout {
     fn from(of: &OptionWord) -> OptionAbout {
-        let OptionWord { name, kind, unit, default, doc } = *of;
+        let OptionWord { name, kind, unit, default, doc, .. } = *of;
         OptionAbout { name: name.into(), kind: kind.name().into(), unit: unit.into(), default: default.map(str::to_owned), doc: doc.into() }
     }
 }

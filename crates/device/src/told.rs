@@ -5,7 +5,7 @@ use crate::counters::CounterWord;
 use crate::declaration::Declaration;
 use crate::manual::{CounterAbout, OptionAbout, ServiceAbout};
 use crate::services::ServiceWord;
-use crate::words::{Kind, OptionWord};
+use crate::words::{Kind, OptionWord, Reach};
 use serde::Deserialize;
 use serde_json::Value;
 use std::sync::{Mutex, PoisonError};
@@ -59,7 +59,7 @@ fn service(of: &ServiceAbout) -> Result<ServiceWord, String> {
 
 fn argument(of: &OptionAbout) -> Result<OptionWord, String> {
     let default = of.default.as_deref().map(stays);
-    Ok(OptionWord { name: stays(&of.name), kind: kind(&of.kind)?, unit: stays(&of.unit), default, doc: stays(&of.doc) })
+    Ok(OptionWord { name: stays(&of.name), kind: kind(&of.kind)?, unit: stays(&of.unit), default, doc: stays(&of.doc), reach: Reach::Device })
 }
 
 fn kind(name: &str) -> Result<Kind, String> {

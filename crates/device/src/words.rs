@@ -14,6 +14,21 @@ pub enum Kind {
     Table,
 }
 
+/// Reach of an option's value beyond its device. A door to other callers decides by it who may give the option.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reach {
+    /// Nothing.
+    Device,
+    /// A file of this machine, which is read or written.
+    File,
+    /// Code that runs: a program, a module, a library, or a folder in which they are looked for.
+    Code,
+    /// Another driver: a table of its `kind` and its `options`.
+    Driver,
+    /// A list or table of tables, with the reach of the values by these names in each.
+    Entries(&'static [(&'static str, Reach)]),
+}
+
 /// An option of a driver.
 #[derive(Clone, Copy, Debug)]
 pub struct OptionWord {
@@ -25,6 +40,7 @@ pub struct OptionWord {
     pub default: Option<&'static str>,
     /// One line.
     pub doc: &'static str,
+    pub reach: Reach,
 }
 
 impl Kind {
@@ -47,16 +63,21 @@ impl Kind {
 impl OptionWord {
     /// One that must be given.
     pub const fn needed(name: &'static str, kind: Kind, doc: &'static str) -> OptionWord {
-        OptionWord { name, kind, unit: "", default: None, doc }
+        OptionWord { name, kind, unit: "", default: None, doc, reach: Reach::Device }
     }
 
     /// One that may be left out; `default` says what it is then.
     pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> OptionWord {
-        OptionWord { name, kind, unit: "", default: Some(default), doc }
+        OptionWord { name, kind, unit: "", default: Some(default), doc, reach: Reach::Device }
     }
 
     /// With a unit.
     pub const fn unit(self, unit: &'static str) -> OptionWord {
         OptionWord { unit, ..self }
+    }
+
+    /// With a value that reaches beyond the device.
+    pub const fn reaches(self, reach: Reach) -> OptionWord {
+        OptionWord { reach, ..self }
     }
 }

@@ -39,7 +39,7 @@ pub mod any_bytes {
     pub use crate::ur::any_bytes::rtde;
 }
 
-use device::{Declaration, DriverError, Found, Geometry, Manual, Opened};
+use device::{Declaration, DriverError, Found, Geometry, Manual, Opened, Reached};
 pub use driver_kit::conformance::{Report, Settings, sanitizer_in};
 use serde_json::Value;
 use std::path::Path;
@@ -145,6 +145,29 @@ pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
 pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
     register();
     device::in_virtual_time(kind, options)
+}
+
+/// Visits each option that names a file or code; as [`device::each_reach`].
+///
+/// # Errors
+/// The first error of `visit`.
+pub fn each_reach<E>(kind: &str, options: &mut Value, visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>) -> Result<(), E> {
+    register();
+    device::each_reach(kind, options, visit)
+}
+
+/// Visits each argument of a service that names a file or code; as [`device::each_reach_of_service`].
+///
+/// # Errors
+/// The first error of `visit`.
+pub fn each_reach_of_service<E>(
+    of: (&str, &Value),
+    service: &str,
+    arguments: &mut Value,
+    visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>,
+) -> Result<(), E> {
+    register();
+    device::each_reach_of_service(of, service, arguments, visit)
 }
 
 /// What a process runs that was started for a driver. Returns when the driver was put away, or nobody has been connected for its time to

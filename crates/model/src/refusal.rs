@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Refusals: what is wrong with a program, where, and what to do.
+use crate::wording::printable;
 use serde::{Deserialize, Serialize};
 
 /// Where in the user's program something was defined.
@@ -141,14 +142,14 @@ pub struct Refusal {
 pub type Refusals = Vec<Refusal>;
 
 impl Refusal {
-    /// A refusal of this class; ends, remedy and place are added by the methods below.
+    /// A refusal of this class, whose message drives no terminal, whoever's words it repeats; ends, remedy and place are added by the methods below.
     pub fn new(class: Class, message: impl Into<String>) -> Refusal {
-        Refusal { class, message: message.into(), ends: Vec::new(), remedy: String::new(), place: None, about: Vec::new() }
+        Refusal { class, message: printable(message), ends: Vec::new(), remedy: String::new(), place: None, about: Vec::new() }
     }
 
     /// Adds the next step; it is printed behind a semicolon.
     pub fn remedy(mut self, remedy: impl Into<String>) -> Refusal {
-        self.remedy = remedy.into();
+        self.remedy = printable(remedy);
         self
     }
 

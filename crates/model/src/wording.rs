@@ -39,6 +39,15 @@ pub fn plain_within(text: &str) -> String {
     }
 }
 
+/// A text of others as it may be shown in a terminal: what is neither printed nor a line's end, and what turns the direction of writing, is
+/// replaced by U+FFFD.
+pub fn printable(text: impl Into<String>) -> String {
+    let text = text.into();
+    let turns = |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let is_shown = |c: char| !turns(c) && (!c.is_control() || matches!(c, '\n' | '\t'));
+    if text.chars().all(is_shown) { text } else { text.chars().map(|c| if is_shown(c) { c } else { '\u{fffd}' }).collect() }
+}
+
 fn cut<'a>(text: &'a str, begin: &str) -> Option<(&'a str, &'a str)> {
     text.strip_prefix(begin)?.rsplit_once(", expected ")
 }
@@ -84,6 +93,12 @@ mod tests {
 
     fn of<T: serde::de::DeserializeOwned + std::fmt::Debug>(json: &str) -> String {
         plain(&serde_json::from_str::<T>(json).unwrap_err().to_string())
+    }
+
+    #[test]
+    fn what_drives_a_terminal_is_not_shown() {
+        assert_eq!(printable("\u{1b}[2J\u{1b}]0;x\u{7}done\r\u{9b}1m \u{202e}txt"), "\u{fffd}[2J\u{fffd}]0;x\u{fffd}done\u{fffd}\u{fffd}1m \u{fffd}txt");
+        assert_eq!(printable("two\n\tlines, 3 µm ≤ 4"), "two\n\tlines, 3 µm ≤ 4");
     }
 
     #[test]

@@ -40,7 +40,7 @@ crate::calls! {
             may cells: bool,
             /// Everything that comes from outside too, so that the run can be run again.
             may replay: bool,
-        ) -> Begun: unjournalled
+        ) -> Begun: replaces(&["path"]), goes_with("stop_recording", "path")
             => |system| {
                 let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay };
                 Recorder::start(system, &path, &options).map(|(recording, _)| Begun { recording })
@@ -49,7 +49,7 @@ crate::calls! {
         Observe recording(must recording: u64) -> Summary
             => |system| sure(of(system, recording)?.summary());
         /// Ends a recording. Returns how it stands; where it still runs, it is to be called again.
-        Configure stop_recording(must recording: u64) -> Summary: unjournalled
+        Configure stop_recording(must recording: u64) -> Summary: outcome_journalled
             => |system, slice| sure(of(system, recording)?.stop_within(slice.min(END_MAX)));
         /// Begins to run a recording again, in a process of its own beside the system, which it does not touch, and compares every value. Returns
         /// its number. Code modules that the recording brings run only where their SHA-256 digests are those of modules that the system has

@@ -12,7 +12,7 @@ use crate::emulator::{NodeOptions, Terminals};
 use crate::interface::Interface;
 use cia402::Entry;
 use cia402::axis::part;
-use device::{Class, Declaration, DriverError, Found, Given, Kind, Layout, Life, Opened, OptionWord, Part, SafeBy, SafeState};
+use device::{Class, Declaration, DriverError, Found, Given, Kind, Layout, Life, Opened, OptionWord, Part, Reach, SafeBy, SafeState};
 use serde::Deserialize;
 use serde_json::json;
 use std::time::Duration;
@@ -32,6 +32,9 @@ pub static DRIVER: Declaration = Declaration {
     ..Declaration::new("canopen", "drives by CiA 402 on CANopen, an axis each, and modules by CiA 401", &OPTIONS, open)
 };
 
+/// Each axis and module may have an electronic data sheet.
+const SHEETS: Reach = Reach::Entries(&[("eds", Reach::File)]);
+
 const OPTIONS: [OptionWord; 8] = [
     OptionWord::needed("interface", Kind::Text, "the interface of SocketCAN, `can0`; or `local:NAME` of an emulated bus, `emulated` for one of its own"),
     OptionWord::with_default(
@@ -39,13 +42,15 @@ const OPTIONS: [OptionWord; 8] = [
         Kind::List,
         "none",
         "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, watchdog, pdos, eds",
-    ),
+    )
+    .reaches(SHEETS),
     OptionWord::with_default(
         "modules",
         Kind::List,
         "none",
         "a table each: name, node, channels; a channel by its name: input, output, analog_input or analog_output, and scale, offset, unit, safe",
-    ),
+    )
+    .reaches(SHEETS),
     OptionWord::with_default("cycle_ns", Kind::Whole, "10 ms", "the period of the source that exchanges it, as the drives are told").unit("ns"),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without a heartbeat for so long they stop by themselves")
         .unit("ns"),

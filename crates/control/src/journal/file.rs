@@ -6,7 +6,7 @@ use rustix::io::Errno;
 use serde::Serialize;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 /// Room that is kept for lines beyond the one that is asked for, bytes.
@@ -40,11 +40,43 @@ pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
         TryLockError::WouldBlock => Unavailable::Taken,
         TryLockError::Error(why) => Unavailable::Failed(why),
     })?;
+    refuse_folder(folder(path)).map_err(Unavailable::Failed)?;
+    refuse_open(path).and_then(|()| refuse_open(&beside(path, "files"))).map_err(Unavailable::Failed)?;
     match std::fs::read(path) {
         Ok(bytes) => Ok((lock, Some(bytes).filter(|bytes| !bytes.is_empty()))),
         Err(why) if why.kind() == io::ErrorKind::NotFound => Ok((lock, None)),
         Err(why) => Err(Unavailable::Failed(why)),
     }
+}
+
+/// Refuses a file or folder that another user of the machine can change: whoever writes a journal commands the next start.
+fn refuse_open(path: &Path) -> io::Result<()> {
+    let about = match std::fs::metadata(path) {
+        Err(why) if why.kind() == io::ErrorKind::NotFound => return Ok(()),
+        about => about?,
+    };
+    let mode = about.mode() & 0o777;
+    if mode & 0o022 != 0 {
+        let message =
+            format!("others may write '{}' (mode {mode:04o}), and so command the next start: look at what it holds, then chmod go-w it", path.display());
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
+    }
+    let own = rustix::process::geteuid().as_raw();
+    if about.uid() != own && about.uid() != 0 {
+        let message = format!("'{}' is of user {}, and this is user {own}: give a journal of this user", path.display(), about.uid());
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
+    }
+    Ok(())
+}
+
+/// Refuses a folder in which every user of the machine can put one file in the place of another.
+fn refuse_folder(path: &Path) -> io::Result<()> {
+    let mode = std::fs::metadata(path)?.mode();
+    if mode & 0o002 != 0 && mode & 0o1000 == 0 {
+        let message = format!("others may exchange files in '{}' (mode {:04o}): chmod o-w it", path.display(), mode & 0o7777);
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
+    }
+    Ok(())
 }
 
 /// A name beside a path: `cell.journal` → `cell.journal.lock`.

@@ -40,6 +40,11 @@ impl Ledger {
         self.kept.iter()
     }
 
+    /// Keeps the lines for which `keep` returns true. It is called in the order of the lines.
+    pub(crate) fn retain(&mut self, keep: impl FnMut(&Kept) -> bool) {
+        self.kept.retain(keep);
+    }
+
     /// Numbers the lines as they stand in a file that has them alone, behind its first line.
     pub fn renumber(&mut self) {
         self.kept.iter_mut().enumerate().for_each(|(index, kept)| kept.at = index + 2);
@@ -72,6 +77,8 @@ impl Ledger {
             Line::Reset {} => self.kept.retain(|kept| !matches!(kept.line, Line::Stopped { .. })),
             Line::Stopped { .. } => {
                 self.kept.retain(|kept| !matches!(kept.line, Line::Stopped { .. }));
+                // It ends all that runs, whether or not the ends were written before the daemon died.
+                self.running().iter().for_each(|of| self.end(of));
                 self.kept.push(Kept { at, line });
             }
             Line::Closed { session } => self.close(&session),

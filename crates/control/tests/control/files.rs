@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Files that a programming system brings, and code modules.
 use crate::rig::{Rig, class, receive, send};
-use control::Files;
+use control::{Files, Role};
 use model::refusal::Class;
-use serde_json::json;
+use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::os::unix::fs::PermissionsExt;
 
 fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Resolves the options of a simulated machine.
+fn resolve(files: &Files, options: &mut Value, role: Role) -> Result<(), Class> {
+    supervisor::each_reach("mujoco", options, &mut |reached| files.resolve(reached, role)).map_err(|failure| failure.class())
 }
 
 #[test]
@@ -21,8 +26,8 @@ fn a_reference_becomes_files_beside_each_other() {
     assert_eq!(files.size(&sha256(mesh)), Some(4));
     let mut options = json!({ "timestep": 0.001, "path": { "main": "a/scene.xml", "files": { "a/scene.xml": sha256(scene), "a/m/base.obj": sha256(mesh) } } });
     let mut again = options.clone();
-    files.resolve(&mut options).expect("all are there");
-    files.resolve(&mut again).expect("all are there");
+    resolve(&files, &mut options, Role::Configure).expect("all are there");
+    resolve(&files, &mut again, Role::Configure).expect("all are there");
     assert_eq!(options, again, "the same files lie in the same place");
     let path = std::path::PathBuf::from(options["path"].as_str().expect("a path"));
     assert_eq!(std::fs::read(&path).expect("it lies there"), scene);
@@ -41,9 +46,9 @@ fn what_is_no_file_of_the_caller_is_refused() {
     assert_eq!(files.put(&there, b"y").expect_err("another content").class(), Class::CallError);
     assert_eq!(files.put("../x", b"x").expect_err("no digest").class(), Class::CallError);
     assert_eq!(files.size("../content"), None);
-    let resolved = |options: serde_json::Value| files.resolve(&mut options.clone()).map_err(|failure| failure.class());
-    assert_eq!(resolved(json!({ "path": "/etc/passwd" })), Err(Class::CallError));
-    assert_eq!(resolved(json!({ "library": "/tmp/evil.so" })), Err(Class::CallError));
+    let resolved = |options: Value| resolve(&files, &mut options.clone(), Role::Configure);
+    assert_eq!(resolved(json!({ "path": "/etc/passwd" })), Err(Class::NotAllowed));
+    assert_eq!(resolved(json!({ "library": "/tmp/evil.so" })), Err(Class::NotAllowed));
     for name in ["../a", "/a", "a/../b", "", "a/./../..", "./a"] {
         assert_eq!(resolved(json!({ "path": { "main": name, "files": { name: there } } })), Err(Class::CallError), "{name:?}");
     }
@@ -98,7 +103,4 @@ fn files_are_put_once_and_named_in_the_options_of_a_device() {
     assert_eq!(rig.ask("GET", &path, &[], "").0, 404);
     assert_eq!(rig.ask("PUT", &path, &of_session, content).0, 200);
     assert_eq!(rig.ask("GET", &path, &[], "").1["result"]["bytes"], content.len());
-    let device = json!({ "processor": "rtp0", "name": "arm", "kind": "mujoco", "options": { "path": "/etc/passwd" }, "source": "rtp0.fast" });
-    let (status, answer) = rig.ask("POST", "/v1/call/physical_device", &of_session, &device.to_string());
-    assert_eq!((status, class(&answer)), (400, "CallError"), "{answer}");
 }

@@ -139,3 +139,38 @@ fn who_comes_too_often_is_told_when_to_come_again() {
     }
     rates.take("a", now + Duration::from_secs(3_000)).expect("it is let in again");
 }
+
+#[test]
+fn a_damaged_file_of_tokens_leaves_those_that_it_had_and_says_so_once() {
+    let folder = Folder::new();
+    let path = folder.file("tokens.json");
+    let right = tokens::add(&path, "panel", Role::Operate, None).expect("a token");
+    let whole = std::fs::read(&path).expect("ours");
+    let kept = Tokens::open(&path).expect("the file");
+    assert!(kept.news(0).is_empty());
+    for damage in [&b""[..], b"{\"tokens\": [", b"\xff\xfe"] {
+        std::fs::write(&path, damage).expect("ours");
+        assert!(kept.verify(&right, 1).is_ok(), "it goes on to count");
+        let news = kept.news(0);
+        assert!(news.len() == 1 && news[0].contains("count until it is mended"), "{news:?}");
+        assert!(kept.news(0).is_empty(), "it is said once");
+        std::fs::write(&path, &whole).expect("ours");
+        assert!(kept.news(0)[0].ends_with("can be read again"));
+    }
+    std::fs::remove_file(&path).expect("ours");
+    assert_eq!(kept.verify(&right, 1).expect_err("it is gone"), Rejected::Wrong);
+    assert!(kept.news(0)[0].contains("nobody is let in by a token"));
+}
+
+#[test]
+fn a_token_that_is_about_to_expire_says_so_a_week_and_a_day_before_and_when_it_has() {
+    let (folder, day) = (Folder::new(), 86_400);
+    let path = folder.file("tokens.json");
+    tokens::add(&path, "panel", Role::Operate, Some(30 * day)).expect("a token");
+    tokens::add(&path, "gone", Role::Operate, Some(30 * day)).expect("a token");
+    assert!(tokens::revoke(&path, "gone").expect("it is there"));
+    let kept = Tokens::open(&path).expect("the file");
+    let told: Vec<String> = (0..40 * 24).flat_map(|hour| kept.news(hour * 3600)).collect();
+    let expected = ["'panel' expires in 7 days", "'panel' expires in 24 h", "'panel' has expired"];
+    assert!(told.len() == 3 && told.iter().zip(expected).all(|(told, expected)| told.contains(expected)), "{told:?}");
+}

@@ -4,7 +4,7 @@ use crate::rig::{Folder, Rig, Told, class, receive, send, system, wave};
 use control::{Options, Server};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
-use std::os::unix::fs::PermissionsExt;
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::sync::Arc;
 
 fn options(folder: &Folder) -> Options {
@@ -19,7 +19,7 @@ fn kept() -> Rig {
 fn killed(rig: &Rig) -> Folder {
     let left = Folder::new();
     std::fs::copy(rig.folder.file("j"), left.file("j")).expect("a journal");
-    std::fs::create_dir(left.file("j.files")).expect("a folder");
+    std::fs::DirBuilder::new().mode(0o700).create(left.file("j.files")).expect("a folder");
     for entry in std::fs::read_dir(rig.folder.file("j.files")).expect("a folder").flatten() {
         std::fs::copy(entry.path(), left.file("j.files").join(entry.file_name())).expect("a file");
     }
@@ -417,4 +417,84 @@ fn workspaces_are_there_again_and_keeping_one_needs_no_command() {
     let names: Vec<Json> = rig.call("", "workspaces", json!({})).as_array().expect("a list").iter().map(|one| json!([one["name"], one["shipped"]])).collect();
     assert_eq!(names, [json!(["shipped", true]), json!(["mine", false])]);
     assert_eq!(rig.call("", "workspace", json!({ "name": "mine" })), mine);
+}
+
+#[test]
+fn a_daemon_that_is_killed_right_after_an_emergency_stop_starts_strictly() {
+    let rig = kept();
+    let session = rig.commander("panel");
+    rig.call(&session, "define_verb", level("hold", "continue"));
+    let kept = made(&rig, &session, "hold", "a");
+    rig.call(&session, "start", json!({ "instance": kept }));
+    let running = text(&rig.folder);
+    rig.call(&session, "emergency_stop", json!({ "reason": "door" }));
+    // What lies there if the ends were not written, and if a start was written behind the stop.
+    let start = running.lines().last().expect("the start").to_owned() + "\n";
+    let stopped = "{\"line\":\"stopped\",\"reason\":\"door\"}\n";
+    for on_the_disk in [text(&rig.folder), format!("{running}{stopped}"), running.replace(&start, &format!("{stopped}{start}"))] {
+        let left = killed(&rig);
+        std::fs::write(left.file("j"), on_the_disk).expect("ours");
+        let strict = Options { journal_strict: true, ..options(&left) };
+        let after = Rig::within(left, "virtual", &strict, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"));
+        assert_eq!(after.system.latched().as_deref(), Some("door"));
+        assert!(!states(&after).iter().any(|state| state.ends_with("running")), "{:?}", states(&after));
+    }
+}
+
+#[test]
+fn an_end_is_written_before_anybody_is_told_of_it() {
+    let rig = kept();
+    let session = rig.commander("panel");
+    let mut verb = level("hold", "continue");
+    verb["blocks"]["clock"] = json!({ "block": { "subroutine": "library.time_limit" }, "constants": { "limit": 0.005 } });
+    verb["conditions"] = json!({ "over": { "on": ["clock.expired"], "returns": [] } });
+    verb["command_lists"]["start"]["commands"] =
+        json!([{ "command": "activate", "block": "wave", "every_ns": 1_000_000 }, { "command": "activate", "block": "clock", "every_ns": 1_000_000 }]);
+    rig.call(&session, "define_verb", verb);
+    let kept = made(&rig, &session, "hold", "a");
+    rig.call(&session, "start", json!({ "instance": kept }));
+    let report = rig.call(&session, "wait", json!({ "instance": kept }));
+    assert_eq!(report["condition"], "over", "{report}");
+    let (after, told) = again(killed(&rig));
+    assert!(!states(&after).iter().any(|state| state.ends_with("running")), "{told:?}");
+}
+
+#[test]
+fn what_others_can_write_is_no_journal() {
+    let rig = kept();
+    for (name, mode) in [("j", 0o602), ("j", 0o620), ("j.files", 0o777)] {
+        let left = killed(&rig);
+        std::fs::set_permissions(left.file(name), std::fs::Permissions::from_mode(mode)).expect("ours");
+        let refused = refused(&left, |_| {}, &mut Told::default());
+        assert!(refused.contains("others may write") && refused.contains("chmod go-w"), "{refused}");
+    }
+}
+
+#[test]
+fn a_recording_goes_on_beside_its_file_until_it_is_stopped() {
+    let records = Folder::new();
+    let with = |left: &Folder| Options { records: Some(records.0.clone()), ..options(left) };
+    let rig = Rig::with("virtual", |of, folder| *of = with(folder));
+    let session = rig.commander("panel");
+    let number = rig.call(&session, "record", json!({ "path": "run.mcap" }))["recording"].clone();
+    rig.call(&session, "record", json!({ "path": "other.mcap" }));
+    rig.call(&session, "stop_recording", json!({ "recording": number }));
+    let go_on = |left: Folder| {
+        let with = with(&left);
+        Rig::within(left, "virtual", &with, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"))
+    };
+    let names = || {
+        let mut names: Vec<_> = std::fs::read_dir(&records.0).expect("ours").flatten().map(|entry| entry.file_name().into_string().expect("text")).collect();
+        names.sort();
+        names
+    };
+    let second = go_on(killed(&rig));
+    assert_eq!(names(), ["other-2.mcap", "other.mcap", "run.mcap"]);
+    let third = go_on(killed(&second));
+    assert_eq!(names(), ["other-2.mcap", "other-3.mcap", "other.mcap", "run.mcap"]);
+    let session = third.commander("panel");
+    third.call(&session, "stop_recording", json!({ "recording": 1 }));
+    assert_eq!(count(&third.folder), 3, "{}", text(&third.folder));
+    drop(go_on(killed(&third)));
+    assert_eq!(names().len(), 4, "what was stopped does not go on");
 }

@@ -64,6 +64,7 @@ proptest! {
             let told = fit.iter().rev().find_map(|line| match line {
                 Line::Call { call, of: Some(about), .. } if *about == of && call == "start" => Some(true),
                 Line::Became { of: about, state: State::Ended | State::Deleted } if *about == of => Some(false),
+                Line::Stopped { .. } => Some(false),
                 _ => None,
             });
             prop_assert_eq!(ledger.runs(&of), told.unwrap_or(false));
@@ -118,4 +119,56 @@ fn a_secret_is_taken_out() {
     assert_eq!(withhold("listen", &mut arguments), ["token"]);
     assert_eq!(Json::Object(arguments), json!({ "endpoint": "tls/0.0.0.0:7447", "name": "a" }));
     assert!(withhold("svv", &mut Map::new()).is_empty());
+}
+
+fn module(name: &str, sha256: &str) -> Line {
+    let by = By { who: "user 0".to_owned(), role: Role::Download, session: String::new(), time: 0.5 };
+    Line::Module { module: name.to_owned(), file: format!("{name}.c"), sha256: sha256.to_owned(), by }
+}
+
+/// A verb with a block of this module.
+fn verb(name: &str, block: &str, doc: &str) -> Line {
+    line("define_verb", None, json!({ "name": name, "doc": doc, "blocks": { "b": { "block": { "subroutine": block } } } }))
+}
+
+#[test]
+fn of_many_definitions_of_a_name_the_last_one_is_left() {
+    let mut ledger = Ledger::default();
+    for version in 0..60 {
+        ledger.take(0, module("amp", &version.to_string())).expect("it fits");
+        ledger.take(0, verb("hold", "amp.gain", &version.to_string())).expect("it fits");
+    }
+    assert_eq!(ledger.leave_old_definitions(), 118);
+    assert_eq!(short(&ledger), [module("amp", "59"), verb("hold", "amp.gain", "59")]);
+    assert_eq!(ledger.leave_old_definitions(), 0);
+}
+
+#[test]
+fn a_definition_that_something_was_made_of_stays_with_all_that_it_names() {
+    let of = || Some(Subject::Instance(1));
+    let mut ledger = Ledger::default();
+    let made = line("create", of(), json!({ "verb": "hold" }));
+    let lines = [
+        module("amp", "0"),
+        verb("hold", "amp.gain", "0"),
+        module("amp", "1"),
+        verb("hold", "amp.gain", "1"),
+        made.clone(),
+        module("amp", "2"),
+        verb("hold", "amp.gain", "2"),
+    ];
+    lines.iter().for_each(|line| ledger.take(0, line.clone()).expect("it fits"));
+    assert_eq!(ledger.leave_old_definitions(), 2);
+    assert_eq!(short(&ledger), lines[2..], "the instance is of the second one");
+    ledger.take(0, Line::Became { of: Subject::Instance(1), state: State::Deleted }).expect("it fits");
+    assert_eq!(ledger.leave_old_definitions(), 2);
+    assert_eq!(short(&ledger), lines[5..]);
+}
+
+#[test]
+fn a_module_stays_that_a_verb_names_which_was_not_defined_again() {
+    let mut ledger = Ledger::default();
+    let lines = [module("amp", "0"), verb("hold", "amp.gain", "0"), module("amp", "1"), verb("move", "amp.gain", "0")];
+    lines.iter().for_each(|line| ledger.take(0, line.clone()).expect("it fits"));
+    assert_eq!(ledger.leave_old_definitions(), 0);
 }

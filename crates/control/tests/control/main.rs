@@ -9,6 +9,7 @@ mod journal;
 mod lanes;
 mod ledger;
 mod page;
+mod reach;
 mod requests;
 mod rig;
 mod rights;

@@ -79,3 +79,19 @@ fn a_stream_may_hold_its_session() {
     rig.until(|rig| listed(rig)["alive"] == false);
     assert_eq!(rig.ask("GET", "/v1/command", &[], "").1["result"]["holder"], Json::Null);
 }
+
+#[test]
+fn a_client_that_pings_without_end_and_reads_no_pong_is_cut_off() {
+    let rig = Rig::new();
+    let mut stream = open(&rig, "/v1/stream", None);
+    let ping = Message::Ping(vec![0; 125].into());
+    let sent = (0..1 << 20).take_while(|_| stream.write(ping.clone()).and_then(|()| stream.flush()).is_ok()).count();
+    // What it sends until it notices fills two sockets at the most; without a bound it goes on for ever.
+    assert!(sent < 1 << 16, "{sent}");
+    let mut seen = Vec::new();
+    while let Ok(message) = stream.read() {
+        seen.push(message);
+    }
+    let pongs = seen.iter().filter(|message| matches!(message, Message::Pong(_))).count();
+    assert!(pongs <= 256, "{pongs}");
+}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The declaration of a driver in C, read once. Its texts stay, as its library does.
 use super::abi::{self, Driver, Item, by, class, kind, what};
-use device::{Class, CounterWord, Kind, Life, OptionWord, SafeBy, SafeState, ServiceWord};
+use device::{Class, CounterWord, Kind, Life, OptionWord, Reach, SafeBy, SafeState, ServiceWord};
 use serde_json::{Map, Value};
 
 /// What it declares.
@@ -83,7 +83,7 @@ impl Options {
         let Some(kind) = kind_of(item.kind) else { return Err(format!("option '{name}' has no kind")) };
         let default = if item.needed == 0 { Some(default(item, kind, name)?) } else { None };
         let words = default.as_ref().map(|value| &*Box::leak(value.to_string().into_boxed_str()));
-        self.words.push(OptionWord { name, kind, unit: stays(item.unit), default: words, doc: stays(item.doc) });
+        self.words.push(OptionWord { name, kind, unit: stays(item.unit), default: words, doc: stays(item.doc), reach: Reach::Device });
         if let Some(value) = default {
             self.defaults.insert(name.to_owned(), value);
         }

@@ -34,7 +34,7 @@ mod plant;
 mod refusals;
 mod trial;
 
-use device::{Declaration, DriverError, Geometry, Given, Kind, Opened, OptionWord};
+use device::{Declaration, DriverError, Geometry, Given, Kind, Opened, OptionWord, Reach};
 use serde::Deserialize;
 use serde_json::json;
 use std::path::PathBuf;
@@ -47,8 +47,9 @@ pub(crate) static DRIVER: Declaration = Declaration {
 };
 
 const OPTIONS: [OptionWord; 4] = [
-    OptionWord::needed("path", Kind::Text, "the MJCF file"),
-    OptionWord::with_default("library", Kind::Text, "what OPENGPAC_MUJOCO says", "folder of the Python package 'mujoco', or its library itself"),
+    OptionWord::needed("path", Kind::Text, "the MJCF file").reaches(Reach::File),
+    OptionWord::with_default("library", Kind::Text, "what OPENGPAC_MUJOCO says", "folder of the Python package 'mujoco', or its library itself")
+        .reaches(Reach::Code),
     OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s"),
     OptionWord::with_default("contacts", Kind::Whole, "0", "number of contacts in the channel `contacts`, the largest forces first; at most 64"),
 ];

@@ -24,7 +24,7 @@ pub(crate) use serve::run;
 pub use words::PlantState;
 
 use asking::{SOCKET, ask, place};
-use device::{Declaration, DriverError, Found, Geometry, Given, Kind, Opened, OptionWord, SafeBy, SafeState};
+use device::{Declaration, DriverError, Found, Geometry, Given, Kind, Opened, OptionWord, Reach, SafeBy, SafeState};
 use process_kit::{connect, is_abandoned, run_folder};
 use serde::Deserialize;
 use serde_json::Value;
@@ -50,8 +50,8 @@ pub(crate) static DRIVER: Declaration = Declaration {
 
 const KIND: &str = "plant_process";
 const OPTIONS: [OptionWord; 7] = [
-    OptionWord::needed("driver", Kind::Table, "what the process runs, {\"kind\": …, \"options\": {…}}"),
-    OptionWord::with_default("command", Kind::List, "'opengpac-plant' beside this program", "the command line of a process that runs it"),
+    OptionWord::needed("driver", Kind::Table, "what the process runs, {\"kind\": …, \"options\": {…}}").reaches(Reach::Driver),
+    OptionWord::with_default("command", Kind::List, "that of this installation", "the command line of a process that runs it").reaches(Reach::Code),
     OptionWord::with_default("name", Kind::Text, "only this driver has it", "where it is found by the program that opens it anew"),
     OptionWord::with_default("linger_ns", Kind::Whole, "10 s", "how long it goes on without a connection").unit("ns"),
     OptionWord::with_default("step_ns", Kind::Whole, "the driver's 'timestep', else 1 ms", "its period").unit("ns"),
@@ -183,9 +183,14 @@ pub fn clean() {
 }
 
 /// The program that runs plants.
+/// The command line of this installation's own process: the program beside this one, or the package of this program's interpreter.
 fn beside() -> Result<Vec<OsString>, DriverError> {
     let beside = std::env::current_exe().map(|program| program.with_file_name("opengpac-plant"));
-    Ok(vec![beside.map_err(|error| lost(format!("this program has no folder: {error}")))?.into_os_string()])
+    let beside = beside.map_err(|error| lost(format!("this program has no folder: {error}")))?;
+    if beside.exists() {
+        return Ok(vec![beside.into_os_string()]);
+    }
+    Ok([device::interpreter(), "-c".into(), "import sys; from opengpac import _native; sys.exit(_native.run_plant())".into()].into())
 }
 
 fn lost(problem: String) -> DriverError {

@@ -3,7 +3,7 @@
 //! memory and its life are those of a plant, but that it ends with its commander, its outputs safe.
 use super::starting::opened;
 use super::words::Made;
-use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState, interpreter};
+use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, Reach, SafeBy, SafeState, interpreter};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -27,11 +27,11 @@ pub(crate) static DRIVER: Declaration = Declaration {
 };
 
 const OPTIONS: [OptionWord; 8] = [
-    OptionWord::with_default("path", Kind::Text, "none: module is given", "the file with its class"),
-    OptionWord::with_default("module", Kind::Text, "none: path is given", "the module with its class"),
+    OptionWord::with_default("path", Kind::Text, "none: module is given", "the file with its class").reaches(Reach::Code),
+    OptionWord::with_default("module", Kind::Text, "none: path is given", "the module with its class").reaches(Reach::Code),
     OptionWord::with_default("class", Kind::Text, "the only one there", "its class"),
     OptionWord::with_default("options", Kind::Table, "none", "what the class declares as Option"),
-    OptionWord::with_default("paths", Kind::List, "those of its interpreter", "where else its process looks for modules"),
+    OptionWord::with_default("paths", Kind::List, "those of its interpreter", "where else its process looks for modules").reaches(Reach::Code),
     OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often its exchange() is called").unit("ns"),
     OptionWord::with_default("age_max_ns", Kind::Whole, "10 periods, at least 100 ms", "older readings are no readings: the device is lost").unit("ns"),
     OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it is made safe, and lost").unit("ns"),

@@ -7,6 +7,9 @@
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::fs::{OpenOptions, Permissions};
+use std::io::Write as _;
+use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
 use std::path::Path;
 
 /// A joint's entry.
@@ -56,12 +59,64 @@ pub(super) fn read(path: &Path) -> Result<Calibration, String> {
     Ok(entries)
 }
 
-/// Writes a file, whole or not at all.
+/// Writes a file, whole or not at all. A file that is there keeps its mode and must be a calibration; a new one is its owner's alone.
 ///
 /// # Errors
-/// For people.
+/// For people: it cannot be written, or what is there is something else.
 pub(super) fn write(path: &Path, entries: &Calibration) -> Result<(), String> {
-    let text = serde_json::to_string_pretty(entries).map_err(|why| why.to_string())?;
-    let beside = path.with_extension("part");
-    std::fs::write(&beside, text + "\n").and_then(|()| std::fs::rename(&beside, path)).map_err(|why| format!("{}: {why}", path.display()))
+    let failed = |why: std::io::Error| format!("{}: {why}", path.display());
+    let text = serde_json::to_string_pretty(entries).map_err(|why| why.to_string())? + "\n";
+    let mode = match std::fs::metadata(path) {
+        Ok(there) if !there.is_file() || (there.len() > 0 && read(path).is_err()) => {
+            return Err(format!("{} is there and is no calibration; give another name, or remove it", path.display()));
+        }
+        Ok(there) => there.permissions().mode() & 0o777,
+        Err(_) => 0o600,
+    };
+    let mut name = path.file_name().ok_or_else(|| format!("{} is the name of no file", path.display()))?.to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let beside = path.with_file_name(name);
+    let written = (OpenOptions::new().write(true).create_new(true).mode(0o600).open(&beside))
+        .and_then(|mut file| {
+            file.write_all(text.as_bytes())?;
+            file.set_permissions(Permissions::from_mode(mode))?;
+            file.sync_all()
+        })
+        .and_then(|()| std::fs::rename(&beside, path));
+    written.map_err(|why| {
+        // Nothing half written stays; where another writer made it, it is that one's to rename.
+        if why.kind() != std::io::ErrorKind::AlreadyExists {
+            let _gone = std::fs::remove_file(&beside);
+        }
+        failed(why)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mode(path: &Path) -> u32 {
+        std::fs::metadata(path).expect("it is there").permissions().mode() & 0o777
+    }
+
+    #[test]
+    fn a_calibration_keeps_the_mode_of_its_file_and_overwrites_nothing_else() {
+        let folder = std::env::temp_dir().join(format!("calibration-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let (path, other) = (folder.join("arm.json"), folder.join("shadow"));
+        let entry = Entry { id: 1, drive_mode: 0, homing_offset: 0, range_min: 0.0, range_max: 10.0, zero: None };
+        let entries = Calibration::from([("elbow".to_owned(), entry)]);
+        write(&path, &entries).expect("a new file");
+        assert_eq!(mode(&path), 0o600);
+        std::fs::set_permissions(&path, Permissions::from_mode(0o640)).expect("ours");
+        write(&path, &entries).expect("again");
+        assert_eq!((mode(&path), read(&path)), (0o640, Ok(entries.clone())));
+        std::fs::write(&other, "root:*:1\n").expect("ours");
+        let refused = write(&other, &entries).expect_err("it is no calibration");
+        assert!(refused.contains("is no calibration") && !refused.contains("root:"), "{refused}");
+        assert_eq!(std::fs::read_to_string(&other).expect("it is there"), "root:*:1\n");
+        assert_eq!(std::fs::read_dir(&folder).expect("ours").count(), 2, "nothing half written is left");
+        std::fs::remove_dir_all(&folder).expect("ours");
+    }
 }

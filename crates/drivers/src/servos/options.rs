@@ -5,7 +5,7 @@ use super::calibration::{self, Calibration};
 use super::frame::ID_MAX;
 use super::protocol::Protocol;
 use super::registers::{Map, Model, TURN, WATCHDOG_UNIT_NS, WATCHDOG_UNITS_MAX};
-use device::{DriverError, Given, Kind, OptionWord};
+use device::{DriverError, Given, Kind, OptionWord, Reach};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -24,7 +24,7 @@ const COMMON: [OptionWord; 8] = [
         "those of the calibration",
         "name: {id, model, min (rad), max (rad), direction (1 or -1), zero (counts)} for each joint",
     ),
-    OptionWord::with_default("calibration", Kind::Text, "none", "a file of zeros and ranges, in the form of lerobot's"),
+    OptionWord::with_default("calibration", Kind::Text, "none", "a file of zeros and ranges, in the form of lerobot's").reaches(Reach::File),
     OptionWord::with_default("max_speed", Kind::Number, "3 rad/s", "no goal moves faster, whatever is commanded").unit("rad/s"),
     OptionWord::with_default("retries", Kind::Whole, "2", "how often those are asked again that do not answer"),
     OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire").unit("ns"),

@@ -2,7 +2,7 @@
 //! What a bus of servos does off its cycle. A caller leaves a request, which the thread that exchanges carries out between two exchanges: the
 //! line has one speaker.
 use super::calibration::{self, Calibration};
-use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
+use device::{DeviceError, Kind, OptionWord, Reach, ServiceWord, Services};
 use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -16,7 +16,7 @@ const SERVO: OptionWord = OptionWord::needed("servo", Kind::Text, "name of the j
 const ADDRESS: OptionWord = OptionWord::needed("address", Kind::Whole, "address in its control table");
 const LENGTH: OptionWord = OptionWord::needed("length", Kind::Whole, "bytes: 1, 2 or 4");
 const VALUE: OptionWord = OptionWord::needed("value", Kind::Whole, "what is stored, as its control table has it");
-const PATH: OptionWord = OptionWord::needed("path", Kind::Text, "the file");
+const PATH: OptionWord = OptionWord::needed("path", Kind::Text, "the file").reaches(Reach::File);
 const ONE_OR_ALL: OptionWord = OptionWord::with_default("servo", Kind::Text, "all", "name of a joint");
 
 pub(super) const SERVICES: [ServiceWord; 5] = [

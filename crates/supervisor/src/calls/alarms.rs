@@ -5,6 +5,7 @@ use crate::refuse::{refuse, unknown};
 use crate::safety::alarms::{Alarm, AlarmList, AlarmText, Cause, HISTORY_MAX, Raised, Severity};
 use crate::system::System;
 use model::refusal::{Class, Refusals};
+use model::wording::printable;
 
 impl System {
     /// Says what an alarm of this code is; again changes it for alarms to come.
@@ -12,6 +13,10 @@ impl System {
         if code.is_empty() || said.text.is_empty() {
             return Err(refuse(Class::DefinitionError, format!("alarm '{code}' has no code or no text"), "give both"));
         }
+        if printable(code) != code {
+            return Err(refuse(Class::DefinitionError, format!("the code of an alarm cannot be {code:?}"), "use characters that are printed"));
+        }
+        let said = AlarmText { text: printable(said.text), remedy: printable(said.remedy), ..said };
         self.shared.command(|core| {
             core.safety.alarms.texts.insert(code.to_owned(), said);
             Ok(())
@@ -60,7 +65,7 @@ impl System {
         self.shared.command(|core| {
             let last = history.iter().map(|a| a.number).max().unwrap_or(0);
             core.safety.alarms.last = core.safety.alarms.last.max(last);
-            history.into_iter().rev().for_each(|alarm| core.safety.alarms.history.push_front(alarm));
+            history.into_iter().rev().map(Alarm::printable).for_each(|alarm| core.safety.alarms.history.push_front(alarm));
             let over = core.safety.alarms.history.len().saturating_sub(HISTORY_MAX);
             core.safety.alarms.history.drain(..over);
             Ok(())

@@ -4,7 +4,7 @@
 use crate::errands::{Errand, Errands};
 use crate::refuse::{refuse, unknown};
 use crate::system::{System, Waited};
-use device::{DriverError, Unserved};
+use device::{DriverError, Reached, Unserved};
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 use serde_json::Value as Json;
@@ -48,6 +48,24 @@ impl System {
             serde_json::to_value(found).map_err(|why| Unserved::Failed(why.to_string()))
         });
         Ok(number)
+    }
+
+    /// Visits each argument of a service that names a file or code of this machine. A device that is unknown has none.
+    ///
+    /// # Errors
+    /// The first error of `visit`.
+    pub fn each_reach_of_service<E>(
+        &self,
+        device: &str,
+        service: &str,
+        arguments: &mut Json,
+        visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let driver = self.shared.locked().registry.physical.get(device).map(|of| of.driver.clone());
+        match driver {
+            Some((kind, options)) => drivers::each_reach_of_service((&kind, &options), service, arguments, visit),
+            None => Ok(()),
+        }
     }
 
     fn errands(&self) -> MutexGuard<'_, Errands> {

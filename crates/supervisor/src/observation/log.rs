@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The log: commands with their callers, conditions, faults, transitions, starts and ends, the last few thousand.
 use crate::observation::commanded::{Announced, Commanded};
+use model::wording::printable;
 use serde::Serialize;
 use std::collections::VecDeque;
 
@@ -53,9 +54,9 @@ impl Log {
             sequence: self.next,
             time_s: time_ns as f64 * 1e-9,
             kind,
-            about: about.to_owned(),
-            text: text.into(),
-            who: who.to_owned(),
+            about: printable(about),
+            text: printable(text),
+            who: printable(who),
         });
         self.next += 1;
     }

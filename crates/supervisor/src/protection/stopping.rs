@@ -16,6 +16,7 @@ use std::sync::atomic::Ordering;
 /// `source`: the input that tripped it, or `system`.
 pub(crate) fn emergency_stop(core: &mut Core, source: &str, reason: &str) {
     let now_ns = core.host.now_ns();
+    let reason = &*model::wording::printable(reason);
     core.observation.log.add(now_ns, "emergency_stop", source, reason);
     alarm_emergency(core, source, reason);
     core.safety.emergency.stop.store(true, Ordering::Release);

@@ -5,6 +5,7 @@
 //! acknowledged away: it stays, acknowledged, until its cause is gone. One that is both returned and acknowledged goes into the
 //! history. The same alarm (code and source) that comes again is counted, and is unacknowledged again.
 use indexmap::IndexMap;
+use model::wording::printable;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -57,6 +58,14 @@ pub struct Alarm {
     pub acknowledged_ns: Option<i64>,
     #[serde(skip)]
     pub(crate) cause: Cause,
+}
+
+impl Alarm {
+    /// The same in texts that may be shown in a terminal: it comes from a program's own file.
+    pub(crate) fn printable(self) -> Alarm {
+        let (code, source, text, remedy) = (printable(self.code), printable(self.source), printable(self.text), printable(self.remedy));
+        Alarm { code, source, text, remedy, ..self }
+    }
 }
 
 /// What keeps an alarm active.
@@ -134,10 +143,11 @@ impl Alarms {
             Some(said) => format!("{}: {}", said.text, raised.text),
             None => raised.text,
         };
-        let remedy = said.map_or(raised.remedy, |said| &said.remedy).to_owned();
+        let text = printable(text);
+        let remedy = printable(said.map_or(raised.remedy, |said| &said.remedy));
         let severity = said.map_or(raised.severity, |said| said.severity);
         let block = raised.block.map(str::to_owned);
-        if let Some(known) = self.current.iter_mut().find(|a| a.code == raised.code && a.source == raised.source) {
+        if let Some(known) = self.current.iter_mut().find(|a| a.code == raised.code && a.source == printable(raised.source)) {
             known.count += 1;
             (known.active, known.acknowledged, known.cause) = (true, false, raised.cause);
             (known.time_ns, known.wall_ns, known.returned_ns, known.acknowledged_ns) = (now_ns, wall_ns, None, None);
@@ -149,7 +159,7 @@ impl Alarms {
         self.current.push(Alarm {
             number: self.last,
             code: raised.code.to_owned(),
-            source: raised.source.to_owned(),
+            source: printable(raised.source),
             block,
             text,
             remedy,

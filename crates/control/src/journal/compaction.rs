@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Definitions and modules that later ones replaced: a daemon that starts again makes only those that something still uses.
+use crate::journal::ledger::Ledger;
+use crate::journal::lines::Line;
+use serde_json::{Map, Value as Json};
+use std::collections::{HashMap, HashSet};
+
+/// Calls that define a name. The last one for a name counts.
+const DEFINITIONS: [&str; 2] = ["define_verb", "define_device_type"];
+
+/// Kind and name of a definition.
+type Key = (&'static str, String);
+
+/// The definition that a line makes, if any, and every name in the line.
+struct Named {
+    defines: Option<Key>,
+    names: HashSet<String>,
+}
+
+impl Ledger {
+    /// Leaves out each definition and module that a later one of its name replaced, where no line between the two names it. Returns their
+    /// number. A line that is left out no longer names anything, so the latest lines are looked at first.
+    pub fn leave_old_definitions(&mut self) -> usize {
+        let mut lines: Vec<Option<Named>> = self.lines().map(|kept| Some(Named::of(&kept.line))).collect();
+        // By definition: the line that replaces it, seen from the end.
+        let mut later: HashMap<Key, usize> = HashMap::new();
+        for at in (0..lines.len()).rev() {
+            let Some(key) = lines[at].as_ref().and_then(|line| line.defines.clone()) else { continue };
+            let Some(replaced_by) = later.get(&key).copied() else {
+                later.insert(key, at);
+                continue;
+            };
+            let is_used = lines[at + 1..replaced_by].iter().flatten().any(|line| line.names.contains(&key.1));
+            if is_used {
+                later.insert(key, at);
+            } else {
+                lines[at] = None;
+            }
+        }
+        let mut kept = lines.iter().map(Option::is_some);
+        let count = lines.len();
+        self.retain(|_| kept.next().unwrap_or(true));
+        count - self.lines().count()
+    }
+}
+
+impl Named {
+    fn of(line: &Line) -> Named {
+        match line {
+            Line::Module { module, .. } => Named { defines: Some(("module", module.clone())), names: HashSet::new() },
+            Line::Call { call, arguments, .. } => {
+                let kind = DEFINITIONS.into_iter().find(|kind| kind == call);
+                let name = arguments.get("name").and_then(Json::as_str);
+                let mut names = HashSet::new();
+                collect(arguments, &mut names);
+                Named { defines: kind.zip(name.map(str::to_owned)), names }
+            }
+            _ => Named { defines: None, names: HashSet::new() },
+        }
+    }
+}
+
+/// Collects every text of a call, and its part before the first dot: `gain.fast` names the module `gain`.
+fn collect(arguments: &Map<String, Json>, names: &mut HashSet<String>) {
+    let mut left: Vec<&Json> = arguments.values().collect();
+    let mut take = |text: &str| {
+        names.extend(text.split_once('.').map(|(module, _)| module.to_owned()));
+        names.insert(text.to_owned());
+    };
+    arguments.keys().for_each(|key| take(key));
+    while let Some(value) = left.pop() {
+        match value {
+            Json::String(text) => take(text),
+            Json::Array(list) => left.extend(list),
+            Json::Object(table) => {
+                table.keys().for_each(|key| take(key));
+                left.extend(table.values());
+            }
+            _ => {}
+        }
+    }
+}
