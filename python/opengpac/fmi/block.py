@@ -5,21 +5,21 @@ from __future__ import annotations
 
 import hashlib
 import os
-import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from ..blocks import Block, Item
+from ..blocks import Block
 from ..cache import folder, keep
 from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
 from ..given import taking
 from ..kept import block_name, interface, kept
 from ..quantities import Quantity, optional_ns
 from . import code
+from .archive import opened
 from .description import Description, described
 from .interpreters import check_native
-from .ports import ports_of
+from .ports import ports_of, start_of
 
 KIND = "fmu-blocks"
 
@@ -88,7 +88,7 @@ def fmu(
     key = [text, hashlib.sha256(library.read_bytes()).hexdigest()]
     found = kept(KIND, given, key, lambda: text)
     made = FmuBlock(_interface(given, found), str(found), fmu, period_ns)
-    _try(made, fmu)
+    _try(made, fmu, ports)
     return made
 
 
@@ -107,7 +107,8 @@ def unpacked(fmu: Description) -> tuple[Path, str]:
     """The FMU's binary as a file, and its resources as FMI names them. An archive is unpacked once for each content."""
     digest = hashlib.sha256(fmu.file.read_bytes()).hexdigest()[:24]
     root = folder("fmus") / digest
-    with zipfile.ZipFile(fmu.file) as archive:
+    with opened(fmu.file) as archive:
+        archive.check_size([fmu.binary, *fmu.beside])
         for entry in [fmu.binary, *fmu.beside]:
             target = root / entry
             if not target.resolve().is_relative_to(root.resolve()):
@@ -127,21 +128,14 @@ def _interface(name: str, found: Path) -> Mapping[str, Any]:
         raise type(why)(f"block '{name}': {why.message}", remedy=why.remedy, place=why.place) from None
 
 
-def _try(block: FmuBlock, fmu: Description) -> None:
-    """Runs the first invocation, which loads and initialises the FMU, with the inputs' own start values."""
-    values: dict[str, Any] = {port.name: [_zero(port)] for port in block.inputs.values()}
+def _try(block: FmuBlock, fmu: Description, ports: code.Ports) -> None:
+    """Runs the first invocation, which loads and initialises the FMU, with the start values of its inputs."""
+    values: dict[str, Any] = {port.item.name: [start_of(port, fmu)] for port in ports.inputs}
     fault = block.run(steps=1, **values).fault
     if fault is not None:
         number = fault["text"].rpartition(" ")[2]
         why = PROBLEMS.get(int(number), fault["text"]) if number.isdigit() else fault["text"]
         refuse(ModuleError, f"'{fmu.file.name}' cannot be run: {why}")
-
-
-def _zero(port: Item) -> Any:
-    """A value of a port to try it with."""
-    element, _, length = port.type.partition("[")
-    one = False if element == "bool" else 0
-    return [one] * int(length.rstrip("]")) if length else one
 
 
 __all__ = ["FmuBlock", "fmu"]

@@ -3,15 +3,20 @@
 
 from __future__ import annotations
 
+import math
 import platform
-import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from ..errors import ModuleError, refuse
+from .archive import DESCRIPTION_BYTES_MAX, opened
+
+ELEMENTS_MAX = 4096
+"""The most elements of an array that can be a port."""
 
 TYPES = {
     "Real": ("Real", "double"), "Integer": ("Integer", "int32_t"), "Boolean": ("Boolean", "bool"), "Enumeration": ("Integer", "int32_t"),
@@ -71,15 +76,15 @@ def described(path: Path) -> Description:
     """The description of an FMU for this machine, or why it cannot be used here."""
     if not path.is_file():
         refuse(ModuleError, f"there is no file '{path}'", "give an FMU, x.fmu")
+    with opened(path) as archive:
+        names = archive.names
+        if "modelDescription.xml" not in names:
+            refuse(ModuleError, f"'{path.name}' is no FMU: it has no modelDescription.xml")
+        text = archive.read("modelDescription.xml", DESCRIPTION_BYTES_MAX)
     try:
-        with zipfile.ZipFile(path) as archive:
-            names = archive.namelist()
-            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
-    except zipfile.BadZipFile:
-        refuse(ModuleError, f"'{path.name}' is no FMU: it is not a zip archive")
-    except KeyError:
-        refuse(ModuleError, f"'{path.name}' is no FMU: it has no modelDescription.xml")
-    except ElementTree.ParseError as why:
+        root = ElementTree.fromstring(text)
+    except (ElementTree.ParseError, LookupError, ValueError) as why:
+        # An encoding that Python does not know is a LookupError or a ValueError.
         refuse(ModuleError, f"modelDescription.xml of '{path.name}' is damaged: {why}")
     told = root.get("fmiVersion", "none")
     if root.tag != "fmiModelDescription" or not told.startswith(("2.", "3.")):
@@ -94,14 +99,31 @@ def described(path: Path) -> Description:
     identifier = step.get("modelIdentifier", "")
     binary, beside = _binary(path, version, identifier, names)
     default = root.find("DefaultExperiment")
-    size = None if default is None else default.get("stepSize")
+    size = None if default is None or default.get("stepSize") is None else _number(path, default, "stepSize", "0", float)
     return Description(
         path, version, root.get("modelName", path.stem), identifier, root.get("guid" if version == 2 else "instantiationToken", ""),
         root.get("description", ""), root.get("generationTool", ""), _true(step, "canHandleVariableCommunicationStepSize"),
         _true(step, "canBeInstantiatedOnlyOncePerProcess"),
-        _true(step, "needsExecutionTool"), None if size is None else float(size),
+        _true(step, "needsExecutionTool"), size,
         _variables(path, root, version), _units(root), binary, beside,
     )  # fmt: skip
+
+
+_T = TypeVar("_T", int, float)
+
+
+def _number(path: Path, element: Element, attribute: str, default: str, kind: Callable[[str], _T]) -> _T:
+    """A finite number in an attribute, or which element it is wrong in."""
+    text = element.get(attribute, default)
+    try:
+        number = kind(text)
+    except ValueError:
+        number = kind("-1") if kind is int else kind("nan")
+    if not math.isfinite(number) or (kind is int and number < 0):
+        name = element.get("name")
+        where = f"{element.tag} '{name}'" if name else element.tag
+        refuse(ModuleError, f"modelDescription.xml of '{path.name}' is damaged: {attribute} of {where} is '{text}'", "export it again")
+    return number
 
 
 def _true(element: Element, attribute: str) -> bool:
@@ -136,8 +158,9 @@ def _variables(path: Path, root: Element, version: int) -> dict[str, Variable]:
         defined = declared if version == 3 or declared is None else next(iter(declared), None)
         unit = inner.get("unit") or ("" if defined is None else defined.get("unit", ""))
         name, size = element.get("name", ""), _size(path, element)
+        reference = _number(path, element, "valueReference", "0", int)
         made[name] = Variable(
-            name, int(element.get("valueReference", "0")), element.get("causality", "local"), element.get("variability", "continuous"),
+            name, reference, element.get("causality", "local"), element.get("variability", "continuous"),
             *known, size, tuple(inner.get("start", "").split()), unit, element.get("description", "") or name,
         )  # fmt: skip
     return made
@@ -153,7 +176,10 @@ def _size(path: Path, element: Element) -> int:
         if length is None:
             text = f"variable '{element.get('name')}' of '{path.name}' is an array whose length is a parameter"
             refuse(ModuleError, text, "export it with fixed lengths")
-        size *= int(length)
+        size *= _number(path, Element("Dimension", name=element.get("name", ""), start=length), "start", "0", int)
+    if not 1 <= size <= ELEMENTS_MAX:
+        text = f"variable '{element.get('name')}' of '{path.name}' is an array of {size} elements"
+        refuse(ModuleError, text, f"export it with arrays of 1 to {ELEMENTS_MAX} elements")
     return size
 
 

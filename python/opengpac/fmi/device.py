@@ -19,7 +19,7 @@ from ..quantities import Quantity, duration_ns
 from .block import Chosen, unpacked
 from .code import Port, Ports
 from .description import Description, described
-from .ports import ports_of
+from .ports import ports_of, start_of
 
 
 @taking
@@ -73,8 +73,7 @@ def _source(fmu: Description, ports: Ports, constants: list[str], library: str, 
     """The text of a driver in Python."""
 
     def channel(port: Port, word: str) -> str:
-        start = port.variable.start[:1] or ("0",)
-        safe = f", safe={_number(port.variable.type, start[0])}" if word == "write" else ""
+        safe = f", safe={start_of(port, fmu)!r}" if word == "write" else ""
         unit = getattr(port.item.word, "unit", "")
         more = f", unit={unit!r}" if unit else ""
         return f"    {_name(port)} = {word}({port.item.type!r}{more}{safe}, doc={port.variable.doc!r})"
@@ -118,7 +117,3 @@ def _source(fmu: Description, ports: Ports, constants: list[str], library: str, 
 
 def _name(port: Port) -> str:
     return f"{port.item.name}_value" if keyword.iskeyword(port.item.name) else port.item.name
-
-
-def _number(kind: str, text: str) -> Any:
-    return text in ("true", "1") if kind == "bool" else float(text)

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import re
-import zipfile
 
 from ..errors import ModuleError, refuse
+from .archive import opened
 from .description import Description
 
 _INTERPRETER = re.compile(
@@ -17,7 +17,7 @@ _SCRIPTS = {".py": "Python", ".jar": "Java", ".class": "Java", ".jl": "Julia", "
 
 def interpreter_in(fmu: Description) -> str:
     """What interprets in an FMU, or nothing: told by the libraries of its binary, by its tool, and by scripts in its resources."""
-    with zipfile.ZipFile(fmu.file) as archive:
+    with opened(fmu.file) as archive:
         found = _INTERPRETER.search(archive.read(fmu.binary))
     if found is not None:
         return found[0].decode()

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 from xml.etree.ElementTree import Element
 
+import numpy as np
+
 from .. import _native
-from ..errors import DefinitionError, UnitMismatch, did_you_mean, refuse
-from ..python.items import Item
+from ..errors import DefinitionError, ModuleError, UnitMismatch, did_you_mean, refuse
+from ..python.items import WIDTHS, Item
 from ..python.words import Input, Output, Parameter
 from ..quantities import unknown_unit
 from .code import Port, Ports
@@ -86,7 +89,7 @@ def _port(fmu: Description, block: str, side: str, variable: Variable, name: str
     unit = _unit(fmu, block, variable, units)
     shape = (variable.size,) if variable.size else ()
     word: Any = {"input": Input, "output": Output, "parameter": Parameter}[side](variable.doc, unit)
-    start = _start(variable) if side == "parameter" else None
+    start = _start(fmu, variable) if side == "parameter" else None
     return Port(variable, Item(name, word, variable.type, shape, start, 0))
 
 
@@ -106,21 +109,59 @@ def _unit(fmu: Description, block: str, variable: Variable, units: Mapping[str, 
 
 def _spelled(base: Element | None) -> str:
     """A unit from its exponents of SI units; none where a factor or an offset is between."""
-    if base is None or float(base.get("factor", "1")) != 1.0 or float(base.get("offset", "0")) != 0.0:
+    try:
+        if base is None or float(base.get("factor", "1")) != 1.0 or float(base.get("offset", "0")) != 0.0:
+            return ""
+        powers = {symbol: int(base.get(symbol, "0")) for symbol in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
+    except ValueError:
+        # A damaged unit is one that is not known.
         return ""
-    powers = {symbol: int(base.get(symbol, "0")) for symbol in ("kg", "m", "s", "A", "K", "mol", "cd", "rad")}
     over = [symbol if n == 1 else f"{symbol}^{n}" for symbol, n in powers.items() if n > 0]
     under = [symbol if n == -1 else f"{symbol}^{-n}" for symbol, n in powers.items() if n < 0]
     return "/".join([".".join(over) or "1", *under]) if over or under else ""
 
 
-def _start(variable: Variable) -> str:
+def start_of(port: Port, fmu: Description) -> Any:
+    """The start value of a variable, 0 where it has none: a number or truth value, or a list of them for an array."""
+    values = _starts(fmu, port.variable)
+    return values if port.variable.size else values[0]
+
+
+def _starts(fmu: Description, variable: Variable) -> list[Any]:
+    texts = list(variable.start or ("0",))
+    count = max(1, variable.size)
+    if len(texts) == 1:
+        texts *= count
+    wrong = len(texts) != count
+    values: list[Any] = []
+    for text in texts:
+        try:
+            values.append(_value(variable.type, text))
+        except (ValueError, OverflowError):
+            wrong = True
+    if wrong:
+        text = f"the start of variable '{variable.name}' of '{fmu.file.name}' is '{' '.join(variable.start)[:60]}'"
+        refuse(ModuleError, text, f"export it with {count} of {variable.type}")
+    return values
+
+
+def _value(kind: str, text: str) -> bool | int | float:
+    """The value of a text in the type of a port. Raises `ValueError` for one that it cannot hold."""
+    if kind == "bool":
+        if text not in ("true", "false", "0", "1"):
+            raise ValueError(text)
+        return text in ("true", "1")
+    if kind in ("double", "float"):
+        number = float(text)
+        if not math.isfinite(number):
+            raise ValueError(text)
+        return number
+    number = np.dtype(WIDTHS[kind]).type(int(text))
+    return int(number)
+
+
+def _start(fmu: Description, variable: Variable) -> str:
     """The default of a parameter as C has it."""
-    texts = variable.start or ("0",)
-    if variable.type == "bool":
-        texts = tuple("true" if t in ("true", "1") else "false" for t in texts)
-    elif variable.type in ("double", "float"):
-        texts = tuple(repr(float(t)) for t in texts)
-    if variable.size and len(texts) == 1:
-        texts = texts * variable.size
+    values = _starts(fmu, variable)
+    texts = [str(v).lower() if isinstance(v, bool) else repr(v) for v in values]
     return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

@@ -14,6 +14,13 @@ import numpy as np
 from .items import Item, Refusing
 
 CALLS = {"abs", "min", "max", "range", "len", "int", "float", "bool", "round"}
+_MATH = (
+    "acos acosh asin asinh atan atan2 atanh ceil copysign cos cosh degrees e erf erfc exp exp2 expm1 fabs floor gcd hypot inf isfinite "
+    "isinf isnan lgamma log log10 log1p log2 nan pi pow radians sin sinh sqrt tan tanh tau trunc"
+)
+MATH = frozenset(_MATH.split())
+"""Functions and numbers of `math` that are compiled."""
+
 _LOOP = "write a loop over the elements, for i in range(6)"
 _OWN_ITEM = "use numbers and arrays: declare an array as an item, State(type=\"double[6]\")"
 
@@ -119,8 +126,12 @@ def _call_problem(node: ast.Call, names: Mapping[str, Any], own: str) -> tuple[s
             return "it prints", "let an output or a condition tell it"
         if name in ("list", "dict", "set", "str", "tuple", "sorted", "bytearray", "bytes", "map", "filter", "zip"):
             return f"it calls {name}(), which makes an object of Python", _OWN_ITEM
-        if (name in CALLS and name not in names) or getattr(names.get(name), "__module__", None) == "math":
+        if name == "round" and name not in names and len(node.args) > 1:
+            return "it rounds to digits, which compiled code does otherwise than Python", "write round(x * 100) / 100"
+        if name in CALLS and name not in names:
             return None
+        if getattr(names.get(name), "__module__", None) == "math":
+            return _math_problem(names[name].__name__)
         return f"it calls '{name}', which is not compiled", f"write its body where it is used; {_allowed()}"
     if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name) and names.get(node.func.value.id) in (math, np):
         return None
@@ -128,7 +139,12 @@ def _call_problem(node: ast.Call, names: Mapping[str, Any], own: str) -> tuple[s
 
 
 def _allowed() -> str:
-    return f"a block may call {', '.join(sorted(CALLS))} and the functions of math"
+    return f"a block may call {', '.join(sorted(CALLS))} and functions of math"
+
+
+def _math_problem(name: str) -> tuple[str, str] | None:
+    """None for a name of `math` that is compiled."""
+    return None if name in MATH else (f"it uses math.{name}, which is not compiled", f"of math there are {', '.join(sorted(MATH))}")
 
 
 def _attribute_problem(node: ast.Attribute, invocation: str | None, names: Mapping[str, Any]) -> tuple[str, str] | None:
@@ -138,7 +154,7 @@ def _attribute_problem(node: ast.Attribute, invocation: str | None, names: Mappi
         return None if node.attr in known else (f"an invocation has no '{node.attr}'", f"it has {', '.join(known)}")
     module = names.get(base) if base else None
     if module is math and hasattr(math, node.attr):
-        return None
+        return _math_problem(node.attr)
     if module is np and (isinstance(getattr(np, node.attr, None), np.ufunc | float | type)):
         return None
     if isinstance(module, ModuleType):

@@ -21,7 +21,9 @@ typedef fmi3Boolean boolean;
 #endif
 enum { OKAY = 0, ERROR = 3 };
 
-typedef struct { double u, y, k, tau, gain; int n, mode; boolean hold; } lag;
+typedef struct { double u, y, k, tau, gain; int n, mode, gear; boolean hold; } lag;
+/* A gear, reference 10, cannot be 0. */
+static int whole(lag *s, unsigned r, int v) { if (r == 10 && v == 0) return 0; *(r == 10 ? &s->gear : &s->mode) = v; return 1; }
 static const lag START = {0.0, 0.25, 2.0, 0.1, 1.0, 0, 0, 0};
 
 static instance made(void) {
@@ -49,10 +51,10 @@ status fmi2SetupExperiment(instance c, boolean td, double t, double s, boolean s
 status fmi2EnterInitializationMode(instance c) { (void)c; return OKAY; }
 status fmi2DoStep(instance c, double at, double step, boolean p) { (void)at, (void)p; return stepped(c, step); }
 status fmi2GetInteger(instance c, const reference r[], size_t n, fmi2Integer v[]) {
-    for (size_t i = 0; i < n; i++) v[i] = r[i] == 5 ? ((lag *)c)->n : ((lag *)c)->mode;
+    for (size_t i = 0; i < n; i++) v[i] = r[i] == 5 ? ((lag *)c)->n : r[i] == 10 ? ((lag *)c)->gear : ((lag *)c)->mode;
     return OKAY;
 }
-status fmi2SetInteger(instance c, const reference r[], size_t n, const fmi2Integer v[]) { (void)r; for (size_t i = 0; i < n; i++) ((lag *)c)->mode = v[i]; return OKAY; }
+status fmi2SetInteger(instance c, const reference r[], size_t n, const fmi2Integer v[]) { for (size_t i = 0; i < n; i++) if (!whole(c, r[i], v[i])) return ERROR; return OKAY; }
 #define GET_REAL fmi2GetReal
 #define SET_REAL fmi2SetReal
 #else
@@ -71,10 +73,10 @@ status fmi3DoStep(instance c, double at, double step, boolean p, boolean *event,
 }
 status fmi3GetInt32(instance c, const reference r[], size_t n, fmi3Int32 v[], size_t values) {
     (void)values;
-    for (size_t i = 0; i < n; i++) v[i] = r[i] == 5 ? ((lag *)c)->n : ((lag *)c)->mode;
+    for (size_t i = 0; i < n; i++) v[i] = r[i] == 5 ? ((lag *)c)->n : r[i] == 10 ? ((lag *)c)->gear : ((lag *)c)->mode;
     return OKAY;
 }
-status fmi3SetInt32(instance c, const reference r[], size_t n, const fmi3Int32 v[], size_t values) { (void)r, (void)values; for (size_t i = 0; i < n; i++) ((lag *)c)->mode = v[i]; return OKAY; }
+status fmi3SetInt32(instance c, const reference r[], size_t n, const fmi3Int32 v[], size_t values) { (void)values; for (size_t i = 0; i < n; i++) if (!whole(c, r[i], v[i])) return ERROR; return OKAY; }
 #define GET_REAL fmi3GetFloat64
 #define SET_REAL fmi3SetFloat64
 #endif
