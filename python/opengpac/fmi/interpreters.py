@@ -35,4 +35,4 @@ def check_native(fmu: Description) -> None:
         refuse(ModuleError, f"'{fmu.file.name}' needs the tool that made it where it runs{tool}", "export it as stand-alone")
     if found:
         text = f"'{fmu.file.name}' runs an interpreter ({found}), which allocates and waits: it cannot be a block"
-        refuse(ModuleError, text, "make it a device, whose worker has a thread of its own: gpac.drivers.fmu(path, period='10 ms')")
+        refuse(ModuleError, text, "make it a device, which runs in a process of its own: gpac.drivers.fmu(path, step='10 ms')")

@@ -173,7 +173,7 @@ def refused(folder: Path) -> dict[str, tuple[Path, dict[str, Any], str]]:
         "units of": (good, {"units": {"w": "m"}}, "units of 'lag' name 'w'"),
         "no output": (good, {"outputs": []}, "no output"),
         "instances": (good, {"instances": 0}, "0 instances"),
-        "interpreter": (wrong("python", binary=b"\x7fELF libpython3.11.so.1.0"), {}, "runs an interpreter (libpython3.11.so"),
+        "interpreter": (wrong("python", binary=b"\x7fELF libpython3.11.so.1.0"), {}, "gpac.drivers.fmu(path, step='10 ms')"),
     }
 
 
