@@ -5,14 +5,17 @@ from __future__ import annotations
 
 import argparse
 import json
+import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import _native, processes
 from ..errors import CallError, Error, refusals, refuse
+from . import class_checks
 from .driver import Driver
 from .in_python import python
 from .loading import load
@@ -27,6 +30,9 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     )
     check.add_argument("options", nargs="*", metavar="OPTION=VALUE", help="options that it is checked with")
     check.add_argument("--exchanges", type=int, default=1_000_000, help="how many the check of memory makes, at most (1000000)")
+    check.add_argument(
+        "--machine-is-safe", action="store_true", help="send extreme commands without asking: no machine is connected, or nothing can move"
+    )
     check.add_argument("-v", "--verbose", action="store_true", help="also list the checks that passed")
     check.add_argument("--json", action="store_true", help="the report for a program")
     check.set_defaults(run=run)
@@ -35,7 +41,11 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 def run(given: argparse.Namespace) -> int:
     """Checks and prints the reports; 1 where a check failed."""
     options = dict(_option(text) for text in given.options)
-    reports = [check(driver, exchanges=given.exchanges) for driver in _drivers(given.driver, options)]
+    drivers = [*_drivers(given.driver, options)]
+    if not given.machine_is_safe:
+        for driver in drivers:
+            _ask(driver)
+    reports = [check(driver, exchanges=given.exchanges) for driver in drivers]
     if given.json:
         print(json.dumps(reports))
     else:
@@ -46,6 +56,9 @@ def run(given: argparse.Namespace) -> int:
 
 def check(driver: Driver, *, exchanges: int = 1_000_000) -> dict[str, Any]:
     """The report of the kit on a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}."""
+    of_class = _of_class(driver) if driver.kind == "python" else []
+    if any(each["verdict"] == "failed" for each in of_class):
+        return _report(driver.kind, of_class)
     with tempfile.TemporaryDirectory() as folder:
         counting = _counting(Path(folder))
         started = processes.command_with_package if driver.kind == "python" else processes.command
@@ -53,13 +66,70 @@ def check(driver: Driver, *, exchanges: int = 1_000_000) -> dict[str, Any]:
         with refusals:
             sanitizer = _native.sanitizer_in(folder)
             options = json.dumps(dict(driver.options))
-            return json.loads(_native.check_conformance(driver.kind, options, command, exchanges, counting, sanitizer))
+            report = json.loads(_native.check_conformance(driver.kind, options, command, exchanges, counting, sanitizer))
+    return _report(report["driver"], of_class + report["checks"]) if of_class else report
 
 
 def shown(report: Mapping[str, Any], verbose: bool) -> str:
     """A report for people: what failed and its cause, and with `verbose` each check."""
     lines = report["text"].splitlines()
     return "\n".join(line for line in lines if verbose or not line.startswith(("passed ", "- ")))
+
+
+SIMULATED = ("loopback", "mujoco", "scripted")
+"""Drivers that move no machine."""
+CLASS_S = 60.0
+"""How long one check of a class may take."""
+
+
+def _ask(driver: Driver) -> None:
+    """Asks whether extreme commands may be sent. Refused: nobody is there to answer, or the answer is no."""
+    if driver.kind in SIMULATED:
+        return
+    what = "the kit sends infinite, extreme and absurd commands to whatever these options connect"
+    if sys.stdin.isatty():
+        print(f"{what}.\nIs no machine connected, or can nothing that is connected move? [y/N] ", end="", file=sys.stderr, flush=True)
+        if sys.stdin.readline().strip().lower() in ("y", "yes"):
+            return
+    refuse(CallError, f"driver '{driver.kind}' was not checked: {what}", "disconnect or secure the machine, then give --machine-is-safe")
+
+
+def _of_class(driver: Driver) -> list[dict[str, Any]]:
+    """Checks of a driver in Python on its class itself, up to the first that fails; each is told on standard error as it ends."""
+    given = {name: driver.options[name] for name in ("path", "module", "class", "options", "paths") if driver.options.get(name) is not None}
+    command = [sys.executable, "-m", "opengpac.drivers.class_checks"]
+    outcomes: list[dict[str, Any]] = []
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdin is not None and process.stdout is not None
+        process.stdin.write(json.dumps(given))
+        process.stdin.close()
+        for name, sentence in class_checks.SENTENCES.items():
+            limit = threading.Timer(CLASS_S, process.kill)
+            limit.start()
+            line = process.stdout.readline()
+            is_late = not limit.is_alive()
+            limit.cancel()
+            why = ""
+            if not line:
+                why = f"it did not come back within {CLASS_S:.0f} s" if is_late else f"it ended its process: status {process.wait()}"
+            outcome = {"check": name, "sentence": sentence, "verdict": "failed", "why": why} if why else json.loads(line)
+            outcomes.append(outcome)
+            print(f"{outcome['verdict']:<7} {name}", file=sys.stderr)
+            if outcome["verdict"] == "failed":
+                break
+    return outcomes
+
+
+def _report(driver: str, checks: list[dict[str, Any]]) -> dict[str, Any]:
+    """A report of these checks, in the form of the compiled core."""
+    words = {"passed": "passed", "failed": "FAILED", "not applicable": "-"}
+    lines = []
+    for each in checks:
+        why = {"passed": "", "failed": f": {each['why']}", "not applicable": f" ({each['why']})"}[each["verdict"]]
+        lines.append(f"{words[each['verdict']]:<7} {each['check']:<28} {each['sentence']}{why}")
+    counts = [sum(each["verdict"] == verdict for each in checks) for verdict in words]
+    lines.append(f"driver '{driver}': {counts[0]} passed, {counts[1]} failed, {counts[2]} not applicable")
+    return {"driver": driver, "passed": counts[1] == 0, "checks": checks, "text": "\n".join(lines)}
 
 
 def _drivers(name: str, options: Mapping[str, Any]) -> Iterator[Driver]:

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -38,7 +40,7 @@ def test_a_driver_that_is_begun_passes(capsys: pytest.CaptureFixture[str]) -> No
     assert main(["new", "driver", "Not a name"]) == 1
     assert len(Path("axis.c").read_text().splitlines()) <= 60
     capsys.readouterr()
-    assert main(["driver", "check", "axis.c", "gain=2", "--exchanges", "5000"]) == 0
+    assert main(["driver", "check", "--machine-is-safe", "axis.c", "gain=2", "--exchanges", "5000"]) == 0
     assert ", 0 failed, " in capsys.readouterr().out
 
 
@@ -57,7 +59,7 @@ def test_a_driver_in_rust_that_is_begun_is_built_and_passes(capsys: pytest.Captu
     assert len(Path("axis/src/lib.rs").read_text().splitlines()) <= 60
     build("axis")
     capsys.readouterr()
-    assert main(["driver", "check", "axis/target/release/libaxis.so", "gain=2", "--exchanges", "5000"]) == 0
+    assert main(["driver", "check", "--machine-is-safe", "axis/target/release/libaxis.so", "gain=2", "--exchanges", "5000"]) == 0
     assert ", 0 failed, " in capsys.readouterr().out
 
 
@@ -69,7 +71,7 @@ def test_a_driver_in_rust_has_services_counters_and_a_scan(capsys: pytest.Captur
     build("turntable")
     path = "turntable/target/release/libturntable.so"
     capsys.readouterr()
-    assert main(["driver", "check", path, "gain=2", "--exchanges", "5000"]) == 0
+    assert main(["driver", "check", "--machine-is-safe", path, "gain=2", "--exchanges", "5000"]) == 0
     assert ", 0 failed, " in capsys.readouterr().out
     turntable = gpac.drivers.load(path)
     assert [each["options"] for each in gpac.drivers.scan(turntable().kind)] == [{"gain": 2.0}]
@@ -97,10 +99,10 @@ def test_a_failed_check_is_shown_with_its_cause(capsys: pytest.CaptureFixture[st
     rests = "conveyor_safe_state(struct conveyor *self) { self->speed = 0.0; }"
     assert rests in text
     Path("conveyor.c").write_text(text.replace(rests, rests.replace("self->speed = 0.0;", "(void)self;")))
-    assert main(["driver", "check", "conveyor.c", "--exchanges", "5000"]) == 1
+    assert main(["driver", "check", "--machine-is-safe", "conveyor.c", "--exchanges", "5000"]) == 1
     printed = capsys.readouterr().out
     assert printed.startswith("FAILED  safe-rests") and "'belt' goes from" in printed and ", 1 failed, " in printed
-    assert main(["driver", "check", "conveyor.c", "--exchanges", "5000", "--json"]) == 1
+    assert main(["driver", "check", "--machine-is-safe", "conveyor.c", "--exchanges", "5000", "--json"]) == 1
     (report,) = json.loads(capsys.readouterr().out)
     assert [check["check"] for check in report["checks"] if check["verdict"] == "failed"] == ["safe-rests"]
     assert len(report["checks"]) >= 40
@@ -109,5 +111,15 @@ def test_a_failed_check_is_shown_with_its_cause(capsys: pytest.CaptureFixture[st
 def test_a_driver_that_is_known_is_checked_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["driver", "check", "loopback", 'parts=["x"]', "--exchanges", "5000", "-v"]) == 0
     assert "passed  allocation" in capsys.readouterr().out
-    assert main(["driver", "check", "lopback"]) == 1
+    assert main(["driver", "check", "--machine-is-safe", "lopback"]) == 1
     assert "did you mean 'loopback'" in capsys.readouterr().out
+
+
+def test_extreme_commands_are_sent_only_where_somebody_says_that_the_machine_is_safe(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(EXAMPLES / "conveyor.c", "conveyor.c")
+    monkeypatch.setattr("sys.stdin", io.StringIO("y\n"))
+    assert main(["driver", "check", "conveyor.c"]) == 1
+    printed = capfd.readouterr()
+    assert "give --machine-is-safe" in printed.err + printed.out

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Broken drivers in Python: one good class with one thing wrong in it. Each is rejected by the check that is meant, with its cause."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+GOOD = '''
+import math, os, threading
+from opengpac.driver import Driver, counter, read, write
+
+KEPT = []
+
+class Pump(Driver):
+    """A pump."""
+    flow = read("double", unit="m3/s")
+    parts = read("float[2]")
+    state = read("int16_t")
+    speed = write("double", unit="rad/s")
+    level = write("int16_t")
+    lamp = write("bool")
+    exchanges = counter("exchanges so far")
+
+    def open(self):
+        self.log = open(os.devnull, "w")
+        self.seen = 0
+
+    def exchange(self):
+        if not math.isfinite(self.speed) or abs(self.speed) > 1e6:
+            raise ValueError(f"speed {self.speed} is beyond the pump")
+        self.seen += 1
+        self.exchanges += 1
+        self.flow = 0.1 * self.speed
+        self.parts = [1.0, 2.0]
+        self.state = 1
+
+    def safe_state(self):
+        self.log.flush()
+
+    def close(self):
+        self.log.close()
+'''
+SEEN = "        self.seen += 1\n"
+CHECK = "        if not math.isfinite(self.speed) or abs(self.speed) > 1e6:\n"
+SAFE = "        self.log.flush()\n"
+CLOSE = "        self.log.close()\n"
+OPEN = "        self.seen = 0\n"
+
+BROKEN = {
+    "open raises": (OPEN, OPEN + "        raise OSError('no such port')\n", "class-life", "open() raises OSError: no such port"),
+    "exchange raises": (SEEN, "        raise KeyError('speed')\n", "class-life", "exchange() raises KeyError"),
+    "safe state raises": (SAFE, "        self.valve.shut()\n", "class-life", "safe_state() raises AttributeError"),
+    "safe state raises late": (SAFE, "        if self.seen > 5: 1 / 0\n", "class-life", "safe_state() raises ZeroDivisionError"),
+    "close raises": (CLOSE, "        self.port.close()\n", "class-life", "close() raises AttributeError"),
+    "reading is a text": ("= 0.1 * self.speed", "= 'fast'", "class-life", "channel 'flow' (double) is given 'fast'"),
+    "reading is None": ("= 0.1 * self.speed", "= None", "class-life", "channel 'flow' (double) is given None"),
+    "reading too wide": ("self.state = 1", "self.state = 40000", "class-life", "channel 'state' (int16_t) is given 40000"),
+    "array too long": ("[1.0, 2.0]", "[1.0, 2.0, 3.0]", "class-life", "channel 'parts' (float[2]) is given"),
+    "array too short": ("[1.0, 2.0]", "[1.0]", "class-life", "channel 'parts' (float[2]) is given"),
+    "first reading not a number": ("= 0.1 * self.speed", "= math.nan", "class-life", "reading 'flow' is nan after 1 exchanges"),
+    "infinite reading": ("= 0.1 * self.speed", "= math.inf", "class-life", "reading 'flow' is inf"),
+    "element not a number": ("[1.0, 2.0]", "[1.0, math.nan]", "class-life", "reading 'parts' is [1.0, nan]"),
+    "late not a number": (
+        "= 0.1 * self.speed",
+        "= math.nan if self.seen > 200 else 0.0",
+        "class-readings",
+        "reading 'flow' is nan after 201",
+    ),
+    "late infinity": ("= 0.1 * self.speed", "= math.inf if self.seen > 300 else 0.0", "class-readings", "reading 'flow' is inf after 301"),
+    "late exception": (
+        SEEN,
+        SEEN + "        if self.seen > 250: raise OSError('gone')\n",
+        "class-readings",
+        "OSError: gone at exchange 251",
+    ),
+    "overflows late": ("self.state = 1", "self.state = self.seen * 100", "class-readings", "channel 'state' (int16_t) is given 32800"),
+    "prints": (SEEN, SEEN + "        print('reading', self.seen)\n", "class-prints", "bytes in 20 exchanges"),
+    "prints to standard error": (SEEN, SEEN + "        os.write(2, b'reading')\n", "class-prints", "it prints 140 bytes in 20"),
+    "counter falls": ("self.exchanges += 1", "self.exchanges = self.seen % 50", "class-counters", "counter 'exchanges' falls from 49 to 0"),
+    "counter below 0": ("self.exchanges += 1", "self.exchanges -= 1", "class-counters", "counter 'exchanges' falls from 0 to -1"),
+    "counter starts anew": (SEEN, SEEN + "        if self.seen == 99: self.exchanges = 0\n", "class-counters", "falls from 98 to 1"),
+    "not a number goes through": (
+        CHECK,
+        "        if math.isinf(self.speed):\n",
+        "class-values",
+        "'speed' that is not a number makes reading 'flow' nan",
+    ),
+    "infinity goes through": (
+        CHECK,
+        "        if math.isnan(self.speed):\n",
+        "class-values",
+        "'speed' that is infinite makes reading 'flow' inf",
+    ),
+    "minus infinity goes through": (
+        CHECK,
+        "        if math.isnan(self.speed) or self.speed == math.inf:\n",
+        "class-values",
+        "that is minus infinite",
+    ),
+    "safe state raises behind a refusal": (
+        CHECK,
+        CHECK + "            self.log = None\n",
+        "class-values",
+        "safe_state() raises AttributeError",
+    ),
+    "descriptor per exchange": (SEEN, SEEN + "        os.dup(2)\n", "class-descriptors", "exchanges leave 600 descriptors behind"),
+    "descriptor per life": (
+        CLOSE,
+        "        pass\n" + "        KEPT.append(self.log)\n",
+        "class-descriptors",
+        "5 lives leave 5 descriptors behind",
+    ),
+    "thread per exchange": (
+        SEEN,
+        SEEN + "        if self.seen % 50 == 0: threading.Thread(target=threading.Event().wait, daemon=True).start()\n",
+        "class-threads",
+        "threads behind",
+    ),
+    "thread per life": (
+        OPEN,
+        OPEN + "        threading.Thread(target=threading.Event().wait, daemon=True).start()\n",
+        "class-threads",
+        "5 lives leave 5 threads",
+    ),
+    "list grows": (SEEN, SEEN + "        KEPT.append(float(self.seen))\n", "class-memory", "bytes behind"),
+    "buffers grow": (SEEN, SEEN + "        KEPT.append(bytearray(100))\n", "class-memory", "bytes behind"),
+    "table grows": (
+        SEEN,
+        SEEN + "        self.__dict__.setdefault('past', {})[self.seen] = str(self.seen)\n",
+        "class-memory",
+        "bytes behind",
+    ),
+}
+
+
+def outcomes(folder: Path, source: str) -> list[dict[str, Any]]:
+    """What the checks of a class say of this source."""
+    (folder / "pump.py").write_text(source)
+    given = json.dumps({"path": str(folder / "pump.py")})
+    command = [sys.executable, "-m", "opengpac.drivers.class_checks"]
+    done = subprocess.run(command, input=given, capture_output=True, text=True, check=True)
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def test_the_good_class_passes(tmp_path: Path) -> None:
+    assert [each["why"] for each in outcomes(tmp_path, GOOD)] == [""] * 8
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_class_is_rejected_with_its_cause(name: str, tmp_path: Path) -> None:
+    right, wrong, check, cause = BROKEN[name]
+    assert right in GOOD
+    *passed, last = outcomes(tmp_path, GOOD.replace(right, wrong, 1))
+    assert all(each["verdict"] == "passed" for each in passed)
+    assert (last["check"], last["verdict"]) == (check, "failed"), last
+    assert cause in last["why"], last["why"]
+    assert "\n" not in last["why"]
