@@ -63,6 +63,8 @@ void {name}_safe_state(struct {name} *self) {{ self->speed = 0.0; }}
 """A driver in C: `C.format(name="axis")`."""
 
 PYTHON = """# SPDX-License-Identifier: Apache-2.0
+import math
+
 from opengpac.driver import Driver, Option, counter, read, service, write
 
 
@@ -83,6 +85,8 @@ class {Name}(Driver):
 
     def exchange(self) -> None:
         # Once a period. What is raised loses the device.
+        if not math.isfinite(self.speed):
+            raise ValueError("its speed is not a number")
         self.exchanges += 1
         self.position += 0.01 * self.gain * self.speed
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import time
@@ -33,6 +34,8 @@ class Furnace(Driver):
         for name in ("raises", "hangs", "pauses", "lingers", "lies"):
             if (Path(self.folder) / name).exists():
                 getattr(self, name)()
+        if not math.isfinite(self.heater):
+            raise ValueError(f"its heater is told {self.heater} W")
         self.exchanges += 1
         self.temperature = self.ambient + self.heater
         self.zones = [self.temperature] * 3
