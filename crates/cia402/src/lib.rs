@@ -6,6 +6,7 @@
 //! | [`DriveState`], [`Mode`], [`error_name`] | states, modes, errors by name |
 //! | [`Commander`], [`Brake`], [`Homing`] | the side that commands one: control words and targets, nothing leaps, no load falls |
 //! | [`axis`] | an axis of a driver: its options, its channels, its services |
+//! | [`identity`] | which device answers at a place on a bus, and whether it is the right one |
 //! | [`Entry`], [`abort_name`] | an object's entry, and why a device refuses an access to it |
 //! | [`emulated`] | an emulated drive: its objects, its state machine, and a motor that follows; what serves a bus of them |
 //!
@@ -15,6 +16,7 @@ mod brake;
 mod commander;
 pub mod emulated;
 mod homing;
+pub mod identity;
 mod objects;
 mod states;
 

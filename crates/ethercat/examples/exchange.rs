@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! How long a frame with the process data of all drives takes there and back: `exchange INTERFACE DRIVES TIMES` prints the median in ns.
-use ethercat::main_device::{Bus, Cycle, Pdos, Replied, Wanted, bring_up, open_link};
+use ethercat::main_device::{Bus, Cycle, Pdos, Replied, Wanted, bring_up, open_link, take};
 use ethercat::registers::AL_CONTROL;
 use ethercat::states::State;
 use std::time::{Duration, Instant};
@@ -16,7 +16,8 @@ fn main() -> Result<(), String> {
     let number = |text: &String| text.parse::<usize>().map_err(|error| format!("{text}: {error}"));
     let mut bus = Bus::open(interface)?;
     let wanted: Vec<Wanted<'_>> = (0..number(drives)?).map(|position| Wanted { position, pdos: &Pdos::Device, settings: &[] }).collect();
-    let line = bring_up(&mut bus, &wanted, WATCHDOG_NS, None)?;
+    let found = take(&mut bus)?;
+    let line = bring_up(&mut bus, &found, &wanted, WATCHDOG_NS, None)?;
     let mut cycle = Cycle::new(open_link(interface)?, &line).ok_or("the process data do not fit into a frame")?;
     exchange(&mut cycle)?;
     for station in &line.stations {

@@ -18,6 +18,8 @@ pub struct Identity {
     pub product: u32,
     pub revision: u32,
     pub serial: u32,
+    /// Configured station alias; 0: none.
+    pub alias: u16,
     pub name: String,
 }
 
@@ -51,6 +53,7 @@ pub fn parse(bytes: &[u8]) -> Option<Contents> {
     let identity = &mut contents.identity;
     (identity.vendor, identity.product) = (u32_at(bytes, 0x10), u32_at(bytes, 0x14));
     (identity.revision, identity.serial) = (u32_at(bytes, 0x18), u32_at(bytes, 0x1C));
+    identity.alias = u16_at(bytes, 0x08);
     let mut name_index = 0;
     let mut strings: Vec<String> = Vec::new();
     let mut at = FIXED;
@@ -107,6 +110,7 @@ pub fn build(contents: &Contents) -> Vec<u8> {
     for (at, value) in [(0x10, identity.vendor), (0x14, identity.product), (0x18, identity.revision), (0x1C, identity.serial)] {
         put(&mut bytes, at, &value.to_le_bytes());
     }
+    put(&mut bytes, 0x08, &identity.alias.to_le_bytes());
     bytes[0x0E] = check_sum(&bytes[..0x0E]);
     let mailboxes = contents.sync_managers.iter().filter(|manager| manager.kind <= 2);
     for (manager, at) in mailboxes.zip([0x30, 0x34]) {
@@ -153,7 +157,7 @@ mod tests {
     #[test]
     fn an_eeprom_is_read_as_it_was_written() {
         let manager = |start, kind| SyncManager { start, len: 128, control: 0x26, enable: 1, kind };
-        let identity = Identity { vendor: 0x9999, product: 2, revision: 3, serial: 4, name: "drive".into() };
+        let identity = Identity { vendor: 0x9999, product: 2, revision: 3, serial: 4, alias: 5, name: "drive".into() };
         let contents = Contents { identity, has_coe: true, sync_managers: vec![manager(0x1000, 1), manager(0x1080, 2)], fmmus: vec![1, 2] };
         let bytes = build(&contents);
         assert_eq!(parse(&bytes), Some(contents));

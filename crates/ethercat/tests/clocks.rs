@@ -3,7 +3,7 @@
 mod common;
 use common::{COUNTS, LONG, OPERATION_ENABLED, Rig, drive};
 use ethercat::emulator::{DriveOptions, Segment, serve_at};
-use ethercat::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Sync0, Wanted, bring_up, open_link};
+use ethercat::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Sync0, Wanted, bring_up, open_link, take};
 use ethercat::registers::AL_CONTROL;
 use ethercat::states::State;
 use serde_json::json;
@@ -39,7 +39,8 @@ fn clocks_keep_to_the_host_and_outputs_are_there_before_sync0() {
     let mut bus = Bus::open(&interface).unwrap();
     let wanted = [0, 1, 2, 3].map(|position| Wanted { position, pdos: &Pdos::Device, settings: &[] });
     let clocks = Clocks { sync0: Sync0 { cycle_ns: PERIOD_NS as u32, shift_ns: SHIFT_NS }, now_ns: &|| host_ns(host_time.load(Ordering::Relaxed)) };
-    let line = bring_up(&mut bus, &wanted, 1_000_000_000, Some(&clocks)).unwrap();
+    let found = take(&mut bus).unwrap();
+    let line = bring_up(&mut bus, &found, &wanted, 1_000_000_000, Some(&clocks)).unwrap();
     for (position, delay_ns) in [0, 420, 1_720, 1_810].into_iter().enumerate() {
         assert!(server.lock().synced(position).delay_ns.abs_diff(delay_ns) <= 1, "{:?}", server.lock().synced(position));
     }

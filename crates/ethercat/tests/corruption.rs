@@ -4,7 +4,7 @@ mod common;
 use common::{COUNTS, Rig};
 use ethercat::coe::Entry;
 use ethercat::frames::datagrams;
-use ethercat::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Sync0, Wanted, bring_up, open_link};
+use ethercat::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Sync0, Wanted, bring_up, open_link, take};
 use serde_json::json;
 
 const FRAMES: usize = 1_000_000;
@@ -26,7 +26,8 @@ fn of_a_million_changed_frames_none_is_taken() {
     let mut bus = Bus::open(&rig.interface).unwrap();
     let settings: [(Entry, Vec<u8>, bool); 0] = [];
     let wanted = [0, 1].map(|position| Wanted { position, pdos: &Pdos::Device, settings: &settings });
-    let line = bring_up(&mut bus, &wanted, 1_000_000_000, Some(&Clocks { sync0: Sync0 { cycle_ns: 1_000_000, shift_ns: 0 }, now_ns: &|| 0 })).unwrap();
+    let found = take(&mut bus).unwrap();
+    let line = bring_up(&mut bus, &found, &wanted, 1_000_000_000, Some(&Clocks { sync0: Sync0 { cycle_ns: 1_000_000, shift_ns: 0 }, now_ns: &|| 0 })).unwrap();
     assert_eq!(line.outputs, OUTPUTS);
     let mut cycle = Cycle::new(open_link(&rig.interface).unwrap(), &line).unwrap();
     cycle.outputs().copy_from_slice(&std::array::from_fn::<u8, OUTPUTS, _>(|of| of as u8));

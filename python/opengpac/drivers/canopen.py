@@ -34,13 +34,14 @@ def canopen(
     drive that cannot watch for its controller. `pdos`: `device` where the drive's own process data are to be used, `written` (default)
     where the driver writes them. `brake`: the output of a brake that the drive does not serve by itself, `{}` or
     `{'bit': 1, 'released_by_one': True}`. `eds`: the path of its electronic data sheet, whose vendor and product it must have, and by
-    whose names services find its objects.
+    whose names services find its objects. `vendor`, `product`, `revision`, `serial`: the identity that its node is to have, as a scan
+    shows it; a node that is another one, by these or by the first opening, is named and nothing is configured.
 
-    `modules` are modules of inputs and outputs by CiA 401, each with `node`, `channels`, and `watchdog` and `eds` as an axis has them:
-    `{"io": {"node": 7, "channels": {"door": {"input": 0}, "lamp": {"output": 3}, "pressure": {"analog_input": 0, "scale": 0.001, "unit":
-    "bar"}}}}`. A channel is `input`, `output` (digital, terminals 0 to 63), `analog_input` or `analog_output` (0 to 11); the value of an
-    analog one is counts × `scale` + `offset`, in `unit`. `safe`: what an output carries while it is not commanded (off, or 0 counts).
-    The module's `error` is the code of its latest emergency; `device["io.door"]` is a channel.
+    `modules` are modules of inputs and outputs by CiA 401, each with `node`, `channels`, and `watchdog`, `eds` and the identity as an axis
+    has them: `{"io": {"node": 7, "channels": {"door": {"input": 0}, "lamp": {"output": 3}, "pressure": {"analog_input": 0, "scale": 0.001,
+    "unit": "bar"}}}}`. A channel is `input`, `output` (digital, terminals 0 to 63), `analog_input` or `analog_output` (0 to 11); the value
+    of an analog one is counts × `scale` + `offset`, in `unit`. `safe`: what an output carries while it is not commanded (off, or 0
+    counts). The module's `error` is the code of its latest emergency; `device["io.door"]` is a channel.
 
     Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing` (read), and `goal`, `rate` or `effort` (written), by
     its mode.

@@ -28,7 +28,9 @@ def ethercat(
     `at`: its place on the line (else its place here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad` (default) or
     `m`. `offset`: counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, needed in mode `torque`. `pdos`:
     `device` where the drive's own process data are to be used, `written` (default) where the driver writes them. `brake`: the output of
-    a brake that the drive does not serve by itself, `{}` or `{'bit': 1, 'released_by_one': True}`.
+    a brake that the drive does not serve by itself, `{}` or `{'bit': 1, 'released_by_one': True}`. `vendor`, `product`, `revision`,
+    `serial`, `alias`: the identity that its drive is to have, as a scan shows it; a drive that is another one, by these or by the first
+    opening, is named and nothing is switched on.
 
     Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing` (read), and `goal`, `rate` or `effort` (written),
     by its mode.

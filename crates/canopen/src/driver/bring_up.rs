@@ -5,6 +5,7 @@ use super::station::{Station, What};
 use crate::client::{Client, Refused};
 use crate::nmt::Command;
 use crate::pdo::{self, LEN_MAX, PDOS, Pdo};
+use cia402::identity::Identity;
 use cia402::{Entry, Mode};
 
 /// Bits of a PDO's identifier: it is not used; nobody may ask for it.
@@ -44,6 +45,17 @@ struct Told<'a> {
     node: u8,
     title: String,
     mapping: PdosFrom,
+}
+
+/// Reads what a node says that it is (object 0x1018); 0 where it does not say. It is pre-operational then.
+///
+/// # Errors
+/// For people: it does not answer.
+pub fn identify(client: &mut Client, station: &Station) -> Result<Identity, String> {
+    client.send(&Command::PreOperational.frame(station.node)).map_err(|error| error.to_string())?;
+    let mut told = Told { client, node: station.node, title: station.title(), mapping: station.mapping };
+    let mut number = |sub| Ok::<u32, String>(told.try_read(0x1018, sub)?.unwrap_or(0));
+    Ok(Identity { vendor: number(1)?, product: number(2)?, revision: number(3)?, serial: number(4)?, alias: 0 })
 }
 
 /// Configures a node: it is pre-operational then, and moves nothing.

@@ -41,14 +41,14 @@ const OPTIONS: [OptionWord; 8] = [
         "axes",
         Kind::List,
         "none",
-        "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, watchdog, pdos, eds",
+        "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, watchdog, pdos, eds, vendor, product, revision, serial",
     )
     .reaches(SHEETS),
     OptionWord::with_default(
         "modules",
         Kind::List,
         "none",
-        "a table each: name, node, channels; a channel by its name: input, output, analog_input or analog_output, and scale, offset, unit, safe",
+        "a table each: name, node, channels; a channel by its name: input, output, analog_input or analog_output, and scale, offset, unit, safe; and watchdog, eds, vendor, product, revision, serial",
     )
     .reaches(SHEETS),
     OptionWord::with_default("cycle_ns", Kind::Whole, "10 ms", "the period of the source that exchanges it, as the drives are told").unit("ns"),
@@ -67,11 +67,11 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     for of in &options.axes {
         let axis = Station::new(of.node, &of.axis.name, What::Axis(Box::new(Axis::new(of, &mut layout))));
         let eds = data_sheet(given, of.eds.as_deref())?;
-        stations.push(Station { is_watched: of.watchdog != Some(false), mapping: of.pdos, eds, ..axis });
+        stations.push(Station { is_watched: of.watchdog != Some(false), mapping: of.pdos, eds, expected: of.axis.expected(), ..axis });
     }
     for of in &options.modules {
         let module = Station::new(of.node, &of.name, What::Module(Module::new(of, &mut layout)));
-        stations.push(Station { is_watched: of.watchdog != Some(false), eds: data_sheet(given, of.eds.as_deref())?, ..module });
+        stations.push(Station { is_watched: of.watchdog != Some(false), eds: data_sheet(given, of.eds.as_deref())?, expected: of.expected(), ..module });
     }
     let parts: Vec<Part> = options.axes.iter().filter_map(|of| part(&of.axis)).collect();
     let bus = Interface::of(&options.interface, || emulated(&options));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver in its life: brings its nodes to operation, exchanges, comes to rest.
-use super::bring_up::{Terms, configure};
+use super::bring_up::{Terms, configure, identify};
 use super::counters::Count;
 use super::heard::Missing;
 use super::options::Options;
@@ -14,6 +14,7 @@ use crate::message::{self, Message};
 use crate::nmt::{self, Command, NODE_MAX, NodeState};
 use cia402::Commander;
 use cia402::axis::Shared;
+use cia402::identity::{self, Opened};
 use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -79,6 +80,7 @@ impl CanOpen {
     fn start(&mut self) -> Result<(), String> {
         self.link = None;
         let mut client = Client::open(&self.interface, OBJECT).map_err(|error| self.on(error))?;
+        self.identify(&mut client)?;
         for station in &mut self.stations {
             station.expect();
             configure(&mut client, station, &self.terms)?;
@@ -95,6 +97,15 @@ impl CanOpen {
         self.has_asked = false;
         self.beside.shared.reach(Nodes { client, of_axes: self.stations.iter().map(|station| station.node).collect() });
         Ok(())
+    }
+
+    /// Refuses a bus on which a node is not the one that its axis or module had, or is to have.
+    fn identify(&self, client: &mut Client) -> Result<(), String> {
+        let opened = self.stations.iter().map(|station| {
+            let place = format!("canopen {} {} {}", self.interface, station.node, station.name);
+            Ok(Opened { title: station.title(), place, expected: station.expected, found: identify(client, station)? })
+        });
+        identity::check(&opened.collect::<Result<Vec<_>, String>>()?)
     }
 
     /// A cycle with no axis commanded, off the clock; again until all drives have sent their process data.

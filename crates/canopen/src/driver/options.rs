@@ -4,6 +4,7 @@ use crate::eds::Eds;
 use crate::nmt::NODE_MAX;
 use crate::pdo::PDOS;
 use cia402::axis;
+use cia402::identity::Expected;
 use device::{DriverError, Given};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -93,6 +94,18 @@ pub struct ModuleOptions {
     pub channels: BTreeMap<String, ChannelOptions>,
     pub watchdog: Option<bool>,
     pub eds: Option<PathBuf>,
+    /// Its identity (object 0x1018), where it is to be compared.
+    vendor: Option<u32>,
+    product: Option<u32>,
+    revision: Option<u32>,
+    serial: Option<u32>,
+}
+
+impl ModuleOptions {
+    /// Returns the identity that it is to have.
+    pub fn expected(&self) -> Expected {
+        Expected { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: None }
+    }
 }
 
 /// A channel of a module: the terminal that it is, and what its counts mean.

@@ -7,6 +7,7 @@ use super::options::PdosFrom;
 use crate::eds::Eds;
 use crate::frame::Frame;
 use crate::pdo::{self, LEN_MAX, PDOS, Pdos, Word};
+use cia402::identity::Expected;
 use cia402::{Mode, Scale};
 use std::sync::Arc;
 
@@ -26,6 +27,8 @@ pub struct Station {
     pub name: String,
     /// It watches whether this controller is there.
     pub is_watched: bool,
+    /// The identity that it is to have.
+    pub expected: Expected,
     pub what: What,
     /// Where the mapping of its PDOs is from, and what it says.
     pub mapping: PdosFrom,
@@ -41,6 +44,7 @@ impl Station {
             node,
             name: name.to_owned(),
             is_watched: true,
+            expected: Expected::default(),
             what,
             mapping: PdosFrom::Written,
             eds: None,

@@ -28,7 +28,7 @@ pub(super) fn made(options: &NodeOptions) -> (Objects, Machine) {
     objects.add(0x1016, 1, Written, &0u32.to_le_bytes());
     objects.add(0x1017, 0, Written, &0u16.to_le_bytes());
     objects.add(0x1018, 0, Constant, &[4]);
-    for (sub, value) in [(1, VENDOR), (2, PRODUCT), (3, 1), (4, u32::from(node))] {
+    for (sub, value) in [(1, VENDOR), (2, PRODUCT), (3, 1), (4, options.serial.unwrap_or(u32::from(node)))] {
         objects.add(0x1018, sub, Constant, &value.to_le_bytes());
     }
     objects.add(0x1029, 0, Constant, &[1]);

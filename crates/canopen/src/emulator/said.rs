@@ -20,6 +20,8 @@ pub struct NodeOptions {
     pub limits: Option<[f64; 2]>,
     /// It has a brake, and a load that falls so fast where neither that nor its motor holds it, counts/s; left out: neither.
     pub falls: Option<f64>,
+    /// Its serial number; left out: that of its node.
+    pub serial: Option<u32>,
     /// It is a module with so many terminals; left out: it is a drive.
     pub module: Option<Terminals>,
 }

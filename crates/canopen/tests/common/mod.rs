@@ -130,6 +130,19 @@ impl Rig {
         self.driver.services().expect("services").call(service, &arguments).map_err(|error| error.message)
     }
 
+    /// Puts another bus where this one was.
+    pub fn put(&mut self, bus: Bus) {
+        self.driver.close();
+        self.bus = Shared::new(bus);
+        publish(&self.interface, &self.bus);
+    }
+
+    /// Opens a driver with these axes, and closes it again.
+    pub fn open_again(&mut self, axes: Value) -> Result<(), String> {
+        self.driver.close();
+        opened(&self.interface, &axes, &self.more).map(|mut driver| driver.close())
+    }
+
     /// A driver made anew, as a reset of the device makes one.
     pub fn reset(&mut self) {
         self.driver.close();

@@ -2,6 +2,7 @@
 //! How an axis is asked for, and what is refused.
 use crate::brake::BrakeOptions;
 use crate::commander::Scale;
+use crate::identity::Expected;
 use crate::states::Mode;
 use device::UNLIMITED;
 use serde::Deserialize;
@@ -27,10 +28,16 @@ pub struct AxisOptions {
     pub offset: f64,
     /// The output of its brake; left out: its drive serves it by itself, or there is none.
     pub brake: Option<BrakeOptions>,
+    /// Identity of its drive (object 0x1018), where it is to be compared.
+    pub vendor: Option<u32>,
+    pub product: Option<u32>,
+    pub revision: Option<u32>,
+    pub serial: Option<u32>,
 }
 
 /// What an axis has on every bus.
-pub const FIELDS: [&str; 9] = ["name", "counts", "mode", "unit", "speed_max", "range", "rated_torque", "offset", "brake"];
+pub const FIELDS: [&str; 13] =
+    ["name", "counts", "mode", "unit", "speed_max", "range", "rated_torque", "offset", "brake", "vendor", "product", "revision", "serial"];
 
 /// What an axis is commanded by.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
@@ -61,6 +68,11 @@ impl Commanded {
 }
 
 impl AxisOptions {
+    /// Returns the identity that its drive is to have.
+    pub fn expected(&self) -> Expected {
+        Expected { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: None }
+    }
+
     pub fn scale(&self) -> Scale {
         let speed_max = self.speed_max.unwrap_or(f64::INFINITY);
         Scale { mode: self.mode.mode(), counts: self.counts, offset: self.offset, speed_max, rated_torque: self.rated_torque.unwrap_or(1.0) }

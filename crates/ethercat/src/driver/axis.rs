@@ -4,6 +4,7 @@ use super::options::{AxisOptions, PdosFrom};
 use crate::coe::Entry;
 use crate::main_device::{Field, Mapping, Pdos, Sync0};
 use cia402::axis::{self, Measured};
+use cia402::identity::Expected;
 use cia402::{BrakeOptions, Mode, Told, error_name};
 use device::Layout;
 
@@ -12,6 +13,8 @@ pub(super) struct Axis {
     pub moved: axis::Axis,
     /// Its place on the line.
     pub at: usize,
+    /// The identity that its drive is to have.
+    pub expected: Expected,
     mode: Mode,
     pdos: PdosFrom,
     brake: Option<BrakeOptions>,
@@ -44,6 +47,7 @@ impl Axis {
         Axis {
             moved: axis::Axis::new(of, format!("axis '{}'", of.name), error_name, layout),
             at: options.at.unwrap_or(index),
+            expected: Expected { alias: options.alias, ..of.expected() },
             mode: of.mode.mode(),
             pdos: options.pdos,
             brake: of.brake,

@@ -3,11 +3,13 @@
 use super::axis::Axis;
 use super::counters::Count;
 use super::services::{Beside, Mailboxes};
-use crate::main_device::{Bus, Clocks, Cycle, Replied, Station, Sync0, Wanted, bring_up, open_link};
+use crate::main_device::{Bus, Clocks, Cycle, Replied, Station, Subdevice, Sync0, Wanted, bring_up, open_link, take};
 use crate::registers::AL_CONTROL;
+use crate::sii;
 use crate::states::{State, describe};
 use cia402::Commander;
 use cia402::axis::Shared;
+use cia402::identity::{self, Identity};
 use device::{Channel, Counters, DeviceError, Driver, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -72,7 +74,9 @@ impl EtherCat {
         let opened = self.opened;
         let now_ns = move || now_ns(opened);
         let clocks = self.sync0.map(|sync0| Clocks { sync0, now_ns: &now_ns });
-        let line = bring_up(&mut bus, &wanted, if self.lockstep { 0 } else { self.timeout_ns }, clocks.as_ref())?;
+        let found = take(&mut bus)?;
+        self.identify(&found)?;
+        let line = bring_up(&mut bus, &found, &wanted, if self.lockstep { 0 } else { self.timeout_ns }, clocks.as_ref())?;
         for (axis, station) in self.axes.iter_mut().zip(&line.stations) {
             axis.map(&station.mapping, station.outputs_at, station.inputs_at)?;
         }
@@ -102,6 +106,20 @@ impl EtherCat {
         self.beside.0.reach(Mailboxes { bus: Bus::open(&self.interface)?, of_axes });
         (self.stations, self.cycle, self.missed) = (stations, Some(cycle), 0);
         Ok(())
+    }
+
+    /// Refuses a line on which a drive is not the one that its axis had, or is to have.
+    fn identify(&self, found: &[Subdevice]) -> Result<(), String> {
+        let opened = self.axes.iter().filter_map(|axis| {
+            let sii::Identity { vendor, product, revision, serial, alias, .. } = found.get(axis.at)?.contents.identity;
+            Some(identity::Opened {
+                title: format!("axis '{}' at place {}", axis.name(), axis.at),
+                place: format!("ethercat {} {} {}", self.interface, axis.at, axis.name()),
+                expected: axis.expected,
+                found: Identity { vendor, product, revision, serial, alias },
+            })
+        });
+        identity::check(&opened.collect::<Vec<_>>())
     }
 
     /// A frame there and back with no axis commanded.

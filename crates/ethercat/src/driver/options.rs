@@ -11,7 +11,7 @@ pub(super) const OPTIONS: [OptionWord; 7] = [
     OptionWord::needed(
         "axes",
         Kind::List,
-        "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake",
+        "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake, vendor, product, revision, serial, alias",
     ),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
         .unit("ns"),
@@ -50,6 +50,8 @@ pub(super) struct AxisOptions {
     pub axis: axis::AxisOptions,
     /// Its place on the line; left out: that in the list.
     pub at: Option<usize>,
+    /// Configured station alias of its drive, where it is to be compared.
+    pub alias: Option<u16>,
     #[serde(default)]
     pub pdos: PdosFrom,
     #[serde(flatten)]
@@ -93,7 +95,7 @@ pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverEr
     for (index, of) in options.axes.iter().enumerate() {
         let place = |index: usize, of: &AxisOptions| of.at.unwrap_or(index);
         let name = &of.axis.name;
-        axis::unknown(name, &of.rest, &["at", "pdos"]).or_else(wrong)?;
+        axis::unknown(name, &of.rest, &["at", "pdos", "alias"]).or_else(wrong)?;
         for (other, before) in options.axes[..index].iter().enumerate() {
             if place(other, before) == place(index, of) {
                 return wrong(format!("'{}' and '{name}' are both at place {}", before.axis.name, place(index, of)));

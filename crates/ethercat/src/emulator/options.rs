@@ -17,6 +17,11 @@ pub struct DriveOptions {
     pub limits: Option<[f64; 2]>,
     /// It has a brake, and a load that falls so fast where neither that nor its motor holds it, counts/s; left out: neither.
     pub falls: Option<f64>,
+    /// Its serial number; left out: its place in the list, from 1.
+    pub serial: Option<u32>,
+    /// Its configured station alias; 0: none.
+    #[serde(default)]
+    pub alias: u16,
     /// How much too fast its clock is, millionths.
     #[serde(default)]
     pub clock_ppm: f64,

@@ -29,7 +29,7 @@ pub struct Segment {
 impl Segment {
     /// A line of these drives, in their order.
     pub fn new(drives: &[DriveOptions]) -> Segment {
-        let subdevices: Vec<Subdevice> = (1..).zip(drives).map(|(serial, options)| Subdevice::new(options, serial)).collect();
+        let subdevices: Vec<Subdevice> = (1..).zip(drives).map(|(place, options)| Subdevice::new(options, options.serial.unwrap_or(place))).collect();
         Segment { cut_at: subdevices.len(), subdevices, lose: 0, spoil: 0, random: 1, counts: Counts::default() }
     }
 
@@ -121,6 +121,17 @@ impl Segment {
     /// Puts the cable back.
     pub fn heal(&mut self) {
         self.cut_at = self.subdevices.len();
+    }
+
+    /// Exchanges two drives on the line, as somebody does who mixes up their cables. Both were without voltage meanwhile.
+    pub fn swap(&mut self, position: usize, other: usize) {
+        if position.max(other) < self.subdevices.len() {
+            self.subdevices.swap(position, other);
+            for moved in [position, other] {
+                self.power(moved, false);
+                self.power(moved, true);
+            }
+        }
     }
 
     /// Switches the voltage of a drive; it comes back as new.

@@ -355,6 +355,6 @@ fn eeprom(options: &DriveOptions, serial: u32) -> Vec<u8> {
         manager(OUTPUTS, 0, outputs, 3),
         manager(INPUTS, 0, 0x20, 4),
     ];
-    let identity = Identity { vendor: VENDOR, product: PRODUCT, revision: 1, serial, name: options.name.clone() };
+    let identity = Identity { vendor: VENDOR, product: PRODUCT, revision: 1, serial, alias: options.alias, name: options.name.clone() };
     sii::build(&Contents { identity, has_coe: true, sync_managers, fmmus: vec![1, 2] })
 }

@@ -3,7 +3,7 @@
 use super::bus::Bus;
 use super::clocks::{self, Clocks, Reference};
 use super::mapping::{self, Mapping};
-use super::subdevices::{self, Subdevice};
+use super::subdevices::Subdevice;
 use crate::coe::Entry;
 use crate::registers as reg;
 use crate::sii::SyncManager;
@@ -52,13 +52,12 @@ pub struct Line {
     pub synced_from_ns: Option<u64>,
 }
 
-/// Takes the line and brings the wanted subdevices to SAFEOP, with their clocks and SYNC0 where `clocks` are given.
+/// Brings the wanted subdevices of a line that was taken to SAFEOP, with their clocks and SYNC0 where `clocks` are given.
 ///
 /// # Errors
 /// For people: each names the subdevice.
-pub fn bring_up(bus: &mut Bus, wanted: &[Wanted<'_>], watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Line, String> {
-    let found = subdevices::take(bus)?;
-    let reference = clocks.map(|clocks| clocks::synchronise(bus, &found, clocks)).transpose()?;
+pub fn bring_up(bus: &mut Bus, found: &[Subdevice], wanted: &[Wanted<'_>], watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Line, String> {
+    let reference = clocks.map(|clocks| clocks::synchronise(bus, found, clocks)).transpose()?;
     let mut stations = Vec::with_capacity(wanted.len());
     for want in wanted {
         let missing = || format!("there is no subdevice {}: {} answer; look at the cables and at the power of those behind", want.position, found.len());

@@ -148,6 +148,20 @@ impl Rig {
         self.driver = opened(&self.options);
     }
 
+    /// Opens the driver anew, as a reset of the device does; returns why that is refused.
+    pub fn is_refused(&mut self) -> String {
+        self.driver.close();
+        let (mut driver, _) = device::open("ethercat", &self.options).expect("made");
+        let refused = driver.open(0).expect_err("refused").message;
+        self.driver = driver;
+        refused
+    }
+
+    /// Gives the driver other options from the next reset on.
+    pub fn set_axes(&mut self, axes: Value) {
+        self.options["axes"] = axes;
+    }
+
     /// Time goes by for the segment, and no frame comes.
     pub fn pass_by(&self, time_ns: u64) {
         self.time_ns.fetch_add(time_ns, Ordering::Relaxed);

@@ -102,9 +102,10 @@ def canopen(*nodes: str | Mapping[str, Any]) -> CanOpenBus:
 
     A drive is its name, with the nodes 1, 2, … in their order, or `{"name": "x", "node": 5, "position": 1000, "watchdog": False}`: where
     it stands at the start in counts, and whether it watches for its controller; `limits`, where the switches at the ends of its machine
-    are in counts; `falls`, that it has a brake, and a load that falls so fast where nothing holds it, counts/s. With `module` it is a
-    module of inputs and outputs: `{"name": "io", "node": 7, "module": {"inputs": 16, "outputs": 8, "analog_inputs": 4}}`. Its time is
-    that of the source that exchanges with it, so that a program under the virtual clock has the same values each time.
+    are in counts; `falls`, that it has a brake, and a load that falls so fast where nothing holds it, counts/s; `serial` (else its node),
+    by which it is identified. With `module` it is a module of inputs and outputs: `{"name": "io", "node": 7, "module": {"inputs": 16,
+    "outputs": 8, "analog_inputs": 4}}`. Its time is that of the source that exchanges with it, so that a program under the virtual clock
+    has the same values each time.
     """
     if not nodes:
         refuse(CallError, "a bus has no drive", 'name them: gpac.drivers.fake.canopen("x", "y")')

@@ -81,6 +81,10 @@ class EtherCatSegment(Emulated):
         """Switches the voltage of a drive. With it comes a drive that knows nothing, its axis where it was."""
         self._say({"do": "power", "position": position, "on": on})
 
+    def swap(self, position: int, other: int) -> None:
+        """Exchanges two drives on the line, as somebody does who mixes up their cables. Both are without voltage meanwhile."""
+        self._say({"do": "swap", "position": position, "other": other})
+
     def fail(self, position: int, error: int = 0x7121) -> None:
         """A drive finds something wrong: an error code of CiA 402, here that its motor is blocked."""
         self._say({"do": "fail", "position": position, "error": error})
@@ -93,8 +97,9 @@ def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> 
     A drive is its name, or `{"name": "x", "position": 1000, "watchdog": False}`: where it stands at the start in counts, and whether it
     has the watchdog of its outputs; `clock_ppm`, by how many millionths its clock is too fast; `cable_ns`, how long a frame takes to it
     from the drive before it; `limits`, where the switches at the ends of its machine are in counts; `falls`, that it has a brake, and a
-    load that falls so fast where nothing holds it, counts/s. Without `interface` it answers on a local socket that needs no rights;
-    with the name of one it answers on that, as on one end of a veth pair, which needs CAP_NET_RAW.
+    load that falls so fast where nothing holds it, counts/s; `serial` (else its place, from 1) and `alias`, by which it is identified.
+    Without `interface` it answers on a local socket that needs no rights; with the name of one it answers on that, as on one end of a veth
+    pair, which needs CAP_NET_RAW.
     """
     if not drives:
         refuse(CallError, "a segment has no drive", 'name them: gpac.drivers.fake.ethercat("x", "y")')
