@@ -57,6 +57,15 @@ def test_an_axis_is_a_joint_and_its_objects_are_read(bus: fake.CanOpenBus, cell:
     assert line.counters["cycles"] > 0 and line.counters["frames_lost"] == 0
 
 
+def test_what_a_motion_raises_says_what_the_drive_found_wrong(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    x = joint(cell, bus.interface).enable()
+    moving = gpac.motion.move_absolute.asynch(gpac.Group("arm", x), goal=[5.0])
+    cell.advance("0.1 s")
+    bus.fail(NODE, 0x2310)
+    with pytest.raises(gpac.Terminated, match=r"node 5\)? .*0x2310: continuous over-current"):
+        moving.wait()
+
+
 def test_a_drive_that_was_switched_off_is_configured_again_and_stays_where_it_is(bus: fake.CanOpenBus, cell: gpac.System) -> None:
     x = joint(cell, bus.interface).enable()
     gpac.motion.move_absolute(gpac.Group("arm", x), goal=[1.5])

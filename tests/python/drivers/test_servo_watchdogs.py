@@ -73,6 +73,7 @@ def test_the_driver_sets_it_with_the_torque_and_tells_when_it_has_tripped() -> N
         with pytest.raises(gpac.Terminated) as ended:
             moving.wait()
         assert ended.value.condition == "device_lost"
+        assert "was stopped by its own watchdog" in ended.value.message, "what the motion raises says why"
         assert (
             "servo 'a' (id 1)" in (told := str(cell.log()))
             and "was stopped by its own watchdog: nothing was asked on the line for 100 ms" in told

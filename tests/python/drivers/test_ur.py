@@ -102,6 +102,7 @@ def test_a_protective_stop_is_named_and_released_by_a_service(arm: gpac.robots.A
     with pytest.raises(gpac.Terminated) as ended:
         vi.wait()
     assert ended.value.condition == "device_lost" and "protective stop" in lost(arm)
+    assert "protective stop: find its cause" in ended.value.message, "what the motion raises says why"
     with pytest.raises(gpac.Error, match="protective stop"):
         arm.system.physical_devices["ur5e"].reopen()
     robot.release()

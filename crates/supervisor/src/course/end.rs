@@ -176,6 +176,7 @@ impl Course<'_> {
             format!("{}{}", report.condition, if report.message.is_empty() { String::new() } else { format!(": {}", report.message) }),
         );
         let ended_as = report.condition.clone();
+        let because = if report.message.is_empty() { String::new() } else { format!(": {}", report.message) };
         let unasked = owner.as_ref().filter(|o| self.core.registry.logical.get(*o).is_some_and(|l| l.state != DeviceState::Stopping));
         let has_own = self.core.instances[&id].plan.conditions.iter().any(|c| c.name == ended_as && c.alarm.is_some());
         if owner.is_none() || unasked.is_some() {
@@ -187,7 +188,7 @@ impl Course<'_> {
         if let Some(owner) = owner
             && !self.core.registry.servo_ended(&owner)
         {
-            let message = format!("the verb of device '{owner}' ended with '{ended_as}'");
+            let message = format!("the verb of device '{owner}' ended with '{ended_as}'{because}");
             self.core.end_users(&owner, SystemCondition::DeviceLost, &message);
         }
         // What it claimed is free again, and the starts that wait for it follow at once, before any other.
