@@ -31,6 +31,7 @@ mod lent;
 mod life;
 mod loaded;
 mod manual;
+mod nested;
 mod opening;
 mod options;
 mod part;

@@ -51,7 +51,7 @@ impl<'a> Given<'a> {
     pub fn read<T: DeserializeOwned>(&self) -> Result<T, DriverError> {
         serde_json::from_value(self.options.clone()).map_err(|error| {
             let problem = error.to_string();
-            let option = problem.split('`').nth(1).unwrap_or("").to_owned();
+            let option = crate::nested::path(&self.options, |options| serde_json::from_value::<T>(options.clone()).err().map(|error| error.to_string()));
             DriverError::Option { kind: self.kind.into(), option, problem }
         })
     }
@@ -108,6 +108,69 @@ mod tests {
         OptionWord::needed("path", Kind::Text, "the file of the model"),
         OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s"),
     ];
+
+    #[derive(Debug, Default, serde::Deserialize)]
+    #[serde(default)]
+    struct Whole {
+        servos: std::collections::BTreeMap<String, Servo>,
+        axes: Vec<Axis>,
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Servo {
+        #[allow(dead_code)]
+        id: u8,
+        #[allow(dead_code)]
+        min: Option<f64>,
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    struct Shared {
+        #[allow(dead_code)]
+        name: String,
+        #[allow(dead_code)]
+        counts: f64,
+    }
+
+    #[derive(Debug, serde::Deserialize)]
+    struct Axis {
+        #[serde(flatten)]
+        #[allow(dead_code)]
+        shared: Shared,
+        #[allow(dead_code)]
+        node: u8,
+    }
+
+    #[test]
+    fn an_error_within_a_nested_option_has_its_path() {
+        let option = |options: Value| match (Given { kind: "arm", options }).read::<Whole>() {
+            Err(DriverError::Option { option, .. }) => option,
+            other => panic!("refused: {other:?}"),
+        };
+        let shoulder = json!({ "id": 1 });
+        for (elbow, path) in [
+            (json!({ "id": "x" }), "servos.elbow.id"),
+            (json!({ "id": 300 }), "servos.elbow.id"),
+            (json!({ "id": -1, "min": 0.5 }), "servos.elbow.id"),
+            (json!({ "id": 2, "min": "low" }), "servos.elbow.min"),
+            (json!({ "id": 2, "mn": 1 }), "servos.elbow.mn"),
+            (json!({ "min": 1 }), "servos.elbow.id"),
+            (json!(2), "servos.elbow"),
+        ] {
+            assert_eq!(option(json!({ "servos": { "shoulder": shoulder, "elbow": elbow } })), path, "{elbow}");
+        }
+        let good = json!({ "name": "x", "node": 1, "counts": 1.0 });
+        for (lift, path) in [
+            (json!({ "name": "lift", "node": 2, "counts": "many" }), "axes.lift.counts"),
+            (json!({ "name": "lift", "node": 2000, "counts": 1 }), "axes.lift.node"),
+            (json!({ "name": "lift", "node": 2 }), "axes.lift.counts"),
+            (json!({ "name": "lift", "counts": 2 }), "axes.lift.node"),
+            (json!({ "node": 2, "counts": 2 }), "axes[1].name"),
+        ] {
+            assert_eq!(option(json!({ "axes": [good, lift] })), path, "{lift}");
+        }
+    }
 
     fn refused(options: Value) -> String {
         Given::check("arm", &options, WORDS.iter()).err().expect("refused").to_string()

@@ -137,9 +137,9 @@ pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, Driv
     }
     let mut joints: Vec<Wired> = Vec::new();
     for (name, servo) in &servos {
-        let joint = wired(name, servo, &calibration, protocol).map_err(|problem| given.wrong("servos", format!("'{name}': {problem}")))?;
+        let joint = wired(name, servo, &calibration, protocol).map_err(|(option, problem)| given.wrong(&format!("servos.{name}{option}"), problem))?;
         if let Some(other) = joints.iter().find(|other| other.id == joint.id) {
-            return Err(given.wrong("servos", format!("'{name}' and '{}' have the same id, {}", other.name, joint.id)));
+            return Err(given.wrong(&format!("servos.{name}.id"), format!("'{name}' and '{}' have the same id, {}", other.name, joint.id)));
         }
         joints.push(joint);
     }
@@ -156,29 +156,30 @@ fn units(ns: i64) -> Option<u8> {
     u8::try_from(ns / WATCHDOG_UNIT_NS).ok().filter(|units| ns % WATCHDOG_UNIT_NS == 0 && (1..=WATCHDOG_UNITS_MAX).contains(&i64::from(*units)))
 }
 
-fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<Wired, String> {
+/// Errors: the option of the servo that is wrong, with the dot before it, and why.
+fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<Wired, (&'static str, String)> {
     let entry = calibration.get(name);
     if entry.is_none() && !calibration.is_empty() {
-        return Err(format!("the calibration has no such joint; {}", suggest::did_you_mean(name, calibration.keys().map(String::as_str))));
+        return Err(("", format!("the calibration has no such joint; {}", suggest::did_you_mean(name, calibration.keys().map(String::as_str)))));
     }
-    let id = servo.id.or(entry.map(|entry| entry.id)).ok_or("its id is missing")?;
+    let id = servo.id.or(entry.map(|entry| entry.id)).ok_or((".id", "it is missing; a scan finds ids".to_owned()))?;
     if let Some(entry) = entry.filter(|entry| entry.id != id) {
-        return Err(format!("its id is {id} here and {} in the calibration", entry.id));
+        return Err((".id", format!("it is {id} here and {} in the calibration", entry.id)));
     }
     if id > ID_MAX {
-        return Err(format!("its id is {id}; ids end at {ID_MAX}"));
+        return Err((".id", format!("it is {id}; ids end at {ID_MAX}")));
     }
     let models = Model::all(protocol);
     let model = match &servo.model {
-        None => models.last().ok_or("there are no models")?,
+        None => models.last().ok_or((".model", "there are no models".to_owned()))?,
         Some(called) => models.iter().find(|model| model.name == called.as_str()).ok_or_else(|| {
             let known: Vec<&str> = models.iter().map(|model| model.name).collect();
-            format!("no model '{called}'; the models are {}", known.join(", "))
+            (".model", format!("no model '{called}'; the models are {}", known.join(", ")))
         })?,
     };
     let direction = servo.direction.or(entry.map(|entry| entry.direction())).unwrap_or(1.0);
     if direction.abs() != 1.0 {
-        return Err(format!("its direction is {direction}; 1 or -1 is asked for"));
+        return Err((".direction", format!("it is {direction}; 1 or -1 is asked for")));
     }
     let zero = servo.zero.or(entry.map(|entry| entry.zero())).unwrap_or(0.5 * TURN);
     let homing_offset = entry.map(|entry| entry.homing_offset);
@@ -187,5 +188,5 @@ fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protoco
     let ends = [joint.angle(low), joint.angle(high)];
     joint.min = servo.min.unwrap_or(ends[0].min(ends[1]));
     joint.max = servo.max.unwrap_or(ends[0].max(ends[1]));
-    if joint.min < joint.max { Ok(joint) } else { Err(format!("its range is {} to {} rad, which is empty", joint.min, joint.max)) }
+    if joint.min < joint.max { Ok(joint) } else { Err((".min", format!("its range is {} to {} rad, which is empty", joint.min, joint.max))) }
 }
