@@ -102,3 +102,28 @@ def test_what_is_wrong_in_a_declaration_is_named(cell: gpac.System) -> None:
         slow.processor.physical_device("scale", made, exchange=slow)
     with pytest.raises(gpac.CallError, match="field 'weight' is 3; give a dictionary"):
         gpac.drivers.text("tcp/127.0.0.1:1", reads=["{weight} kg"], fields={"weight": 3})  # type: ignore[dict-item]
+
+
+def test_a_line_that_is_too_long_is_dropped_whole(cell: gpac.System) -> None:
+    with gpac.drivers.fake.text(end="\r") as scale:
+        slow = cell.processor("rtp0").timer("slow", period="10 ms", priority=60)
+        driver = gpac.drivers.text(scale.address, reads=["{weight}"], fields={"weight": {}}, end="\r")
+        device = slow.processor.physical_device("scale", driver, exchange=slow)
+        weight = AnalogInput("weight", device["weight"]).enable()
+        for length in (1024, 2000, 2048, 5000):
+            before = device.counters["damaged"]
+            # Its tail alone would be a weight.
+            scale.say("9" * length + "77")
+            scale.say(f"{length}.5")
+
+            seen = [weight.value.value]
+            until(lambda seen=seen, last=length + 0.5: seen_next(cell, weight, seen) == last, "the next line has come")
+            assert set(seen) == {seen[0], length + 0.5}, "nothing of the long line was taken"
+            assert device.counters["damaged"] == before + 1
+
+
+def seen_next(cell: gpac.System, weight: AnalogInput, seen: list[float]) -> float:
+    """The value a period later, which is added to those that were seen."""
+    cell.advance("10 ms")
+    seen.append(float(weight.value.value))
+    return seen[-1]

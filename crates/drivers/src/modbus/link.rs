@@ -36,12 +36,22 @@ pub(super) fn address_of(text: &str) -> Result<Address, String> {
     Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
 }
 
+/// What is wrong with an answer that was damaged.
+const NO_HEADER: &str = "it begins with no header of Modbus TCP";
+const NO_FUNCTION: &str = "its function code or its length is none of Modbus";
+const WRONG_SUM: &str = "its CRC is wrong; look at cable, terminating resistors, baud rate and parity";
+const OTHER_UNIT: &str = "it came from another unit";
+const OTHER_REQUEST: &str = "it answers another request: its function, length or address is another one";
+const MORE: &str = "it has more bytes than it says";
+const CUT_OFF: &str = "it was cut off";
+
 /// Why there is no answer.
 #[derive(Debug)]
 pub(super) enum Fault {
     Exception(Exception),
     Timeout(Duration),
-    Damaged,
+    /// And what was wrong with it.
+    Damaged(&'static str),
     /// The connection or the line.
     Broken(String),
 }
@@ -51,7 +61,7 @@ impl std::fmt::Display for Fault {
         match self {
             Fault::Exception(exception) => write!(f, "{exception}"),
             Fault::Timeout(answer) => write!(f, "no answer within {} ms", answer.as_secs_f64() * 1e3),
-            Fault::Damaged => f.write_str("its answer was damaged"),
+            Fault::Damaged(what) => write!(f, "its answer was damaged: {what}"),
             Fault::Broken(why) => f.write_str(why),
         }
     }
@@ -166,11 +176,11 @@ impl Link {
             Ok(_) => {}
             Err(Fault::Exception(_)) => self.count(Count::Exceptions),
             Err(Fault::Timeout(_)) => self.count(Count::Timeouts),
-            Err(Fault::Damaged) => self.count(Count::Damaged),
+            Err(Fault::Damaged(_)) => self.count(Count::Damaged),
             Err(Fault::Broken(_)) => line.stream = None,
         }
         // Where the next frame begins on this connection nobody knows; a serial line is silent between two.
-        if matches!((&answer, &line.address), (Err(Fault::Damaged), Address::Tcp(_))) {
+        if matches!((&answer, &line.address), (Err(Fault::Damaged(_)), Address::Tcp(_))) {
             line.stream = None;
         }
         answer
@@ -210,7 +220,7 @@ impl Line {
             Address::Tcp(_) => self.over_tcp(link, request, deadline),
             Address::Serial { .. } => {
                 let answer = self.over_serial(link, request);
-                if matches!(answer, Err(Fault::Damaged)) {
+                if matches!(answer, Err(Fault::Damaged(_))) {
                     self.wait_for_silence(deadline);
                 }
                 self.silent_until = Some(Instant::now() + self.silence());
@@ -252,17 +262,19 @@ impl Line {
         let (bytes, len) = frame::mbap(self.transaction, link.unit, request.encode().bytes());
         self.send(&bytes[..len], deadline)?;
         loop {
-            while let Some(frame) = framed(&self.bytes[..self.filled]).map_err(|_| Fault::Damaged)? {
+            while let Some(frame) = framed(&self.bytes[..self.filled]).map_err(|_| Fault::Damaged(NO_HEADER))? {
                 let is_mine = frame.transaction == self.transaction;
-                let answer = if frame.unit == link.unit { request.answer(frame.pdu).map(Answer::of) } else { Err(NoAnswer::Foreign) };
+                let is_of_unit = frame.unit == link.unit;
+                let answer = request.answer(frame.pdu).map(Answer::of);
                 let len = frame.len;
                 self.bytes.copy_within(len..self.filled, 0);
                 self.filled -= len;
                 match answer {
                     _ if !is_mine => link.count(Count::Late),
+                    _ if !is_of_unit => return Err(Fault::Damaged(OTHER_UNIT)),
                     Ok(answer) => return Ok(answer),
                     Err(NoAnswer::Refused(exception)) => return Err(Fault::Exception(exception)),
-                    Err(NoAnswer::Foreign) => return Err(Fault::Damaged),
+                    Err(NoAnswer::Foreign) => return Err(Fault::Damaged(OTHER_REQUEST)),
                 }
             }
             if !self.fill(deadline)? {
@@ -287,20 +299,22 @@ impl Line {
         self.send(&bytes[..len], deadline)?;
         loop {
             let begun = &self.bytes[..self.filled];
-            match frame::answer_len(begun).map_err(|_| Fault::Damaged)? {
+            match frame::answer_len(begun).map_err(|_| Fault::Damaged(NO_FUNCTION))? {
                 Some(len) if self.filled >= len => {
-                    let (unit, pdu) = unframed(&begun[..len]).map_err(|_| Fault::Damaged)?;
+                    let (unit, pdu) = unframed(&begun[..len]).map_err(|_| Fault::Damaged(WRONG_SUM))?;
                     return match request.answer(pdu) {
-                        Ok(data) if unit == link.unit && self.filled == len => Ok(Answer::of(data)),
-                        Err(NoAnswer::Refused(exception)) if unit == link.unit && self.filled == len => Err(Fault::Exception(exception)),
-                        _ => Err(Fault::Damaged),
+                        _ if unit != link.unit => Err(Fault::Damaged(OTHER_UNIT)),
+                        _ if self.filled != len => Err(Fault::Damaged(MORE)),
+                        Ok(data) => Ok(Answer::of(data)),
+                        Err(NoAnswer::Refused(exception)) => Err(Fault::Exception(exception)),
+                        Err(NoAnswer::Foreign) => Err(Fault::Damaged(OTHER_REQUEST)),
                     };
                 }
-                _ if self.filled >= FRAME_MAX => return Err(Fault::Damaged),
+                _ if self.filled >= FRAME_MAX => return Err(Fault::Damaged(MORE)),
                 _ => {}
             }
             if !self.fill(deadline)? {
-                return Err(if self.filled == 0 { Fault::Timeout(link.answer) } else { Fault::Damaged });
+                return Err(if self.filled == 0 { Fault::Timeout(link.answer) } else { Fault::Damaged(CUT_OFF) });
             }
         }
     }

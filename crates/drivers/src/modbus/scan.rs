@@ -38,7 +38,7 @@ pub(super) fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
                 Err(Fault::Exception(_)) => found.push(Found { what: format!("Modbus unit {unit}"), options: json!({ "address": text, "unit": unit }) }),
                 Err(Fault::Broken(why)) if matches!(address, Address::Serial { .. }) => return Err(given.wrong("address", format!("{address}: {why}"))),
                 Err(Fault::Broken(_)) => break,
-                Err(Fault::Timeout(_) | Fault::Damaged) => {}
+                Err(Fault::Timeout(_) | Fault::Damaged(_)) => {}
             }
         }
     }

@@ -56,8 +56,12 @@ impl Of {
             Of::Uint32 => (u64::from(whole as u32) << 32, 0.0, f64::from(u32::MAX)),
             Of::Int64 => (whole as i64 as u64, i64::MIN as f64, i64::MAX as f64),
             Of::Uint64 => (whole as u64, 0.0, u64::MAX as f64),
-            Of::Float => (u64::from((value as f32).to_bits()) << 32, f64::from(f32::MIN), f64::from(f32::MAX)),
-            Of::Double => (value.to_bits(), f64::MIN, f64::MAX),
+            // These casts do not saturate: a number beyond the range would become infinity, which no machine is to be told.
+            Of::Float => {
+                let (least, most) = (f64::from(f32::MIN), f64::from(f32::MAX));
+                (u64::from((value.clamp(least, most) as f32).to_bits()) << 32, least, most)
+            }
+            Of::Double => (value.clamp(f64::MIN, f64::MAX).to_bits(), f64::MIN, f64::MAX),
         };
         bytes.copy_from_slice(&high.to_be_bytes());
         let of = if matches!(self, Of::Float | Of::Double) { value } else { whole };
@@ -176,6 +180,18 @@ impl Form {
                 order.turn(&mut bytes[..len]);
                 Some((bytes, fits))
             }
+            Form::Raw { of: of @ (Of::Float | Of::Double), order } => {
+                let value = match of {
+                    Of::Float => f64::from(f32::from_ne_bytes(channel.try_into().ok()?)),
+                    _ => f64::from_ne_bytes(channel.try_into().ok()?),
+                };
+                if value.is_nan() {
+                    return None;
+                }
+                let (mut bytes, fits) = of.bytes_of(value);
+                order.turn(&mut bytes[..len]);
+                Some((bytes, fits))
+            }
             Form::Raw { order, .. } => {
                 let mut bytes = [0; 8];
                 bytes[..len].copy_from_slice(channel.get(..len)?);
@@ -248,6 +264,26 @@ mod tests {
         assert_eq!(form.write(&1e9_f64.to_ne_bytes()), Some(([0x7F, 0xFF, 0, 0, 0, 0, 0, 0], false)));
         assert_eq!(form.write(&f64::NAN.to_ne_bytes()), None);
         assert!(!scaled(Of::Float, Order::Abcd).write(&f64::INFINITY.to_ne_bytes()).expect("a number").1);
+    }
+
+    #[test]
+    fn a_number_beyond_the_range_is_written_as_the_nearest_and_never_as_infinity() {
+        for (of, most) in [(Of::Float, f64::from(f32::MAX)), (Of::Double, f64::MAX)] {
+            for value in [1e39, f64::INFINITY, -1e39, f64::NEG_INFINITY].into_iter().filter(|value| value.abs() > most) {
+                let raw = Form::Raw { of, order: Order::Cdab };
+                let native = if of == Of::Float { (value as f32).to_ne_bytes().to_vec() } else { value.to_ne_bytes().to_vec() };
+                for (form, channel) in [(scaled(of, Order::Cdab), value.to_ne_bytes().to_vec()), (raw, native)] {
+                    let (wire, fits) = form.write(&channel).expect("a number");
+                    let mut back = [0; 8];
+                    scaled(of, Order::Cdab).read(&wire, &mut back);
+                    assert_eq!((f64::from_ne_bytes(back), fits), (most.copysign(value), false), "{form:?} {value}");
+                }
+            }
+        }
+        // A scale that is small makes a number that no double holds.
+        let form = Form::Scaled { of: Of::Double, order: Order::Abcd, scale: 1e-300, offset: 0.0 };
+        assert_eq!(form.write(&1e300_f64.to_ne_bytes()), Some((f64::MAX.to_be_bytes(), false)));
+        assert_eq!(Form::Raw { of: Of::Float, order: Order::Abcd }.write(&f32::NAN.to_ne_bytes()), None);
     }
 
     #[test]

@@ -45,7 +45,7 @@ pub fn text(bytes: &[u8]) {
     while !rest.is_empty() {
         let len = match framing.scan(rest) {
             Scanned::Wait => break,
-            Scanned::Noise(len) | Scanned::Damaged(len) => len,
+            Scanned::Noise(len) | Scanned::Damaged(len) | Scanned::TooLong(len) => len,
             Scanned::Frame(text, len) => {
                 let again = framing.framed(text);
                 assert_eq!(framing.scan(&again), Scanned::Frame(text, again.len()), "what is framed again is read again");

@@ -93,6 +93,8 @@ pub(super) enum Scanned<'a> {
     Noise(usize),
     /// So many are a frame that is damaged.
     Damaged(usize),
+    /// So many are the beginning of a frame that is too long; its rest, to its end mark, is to be skipped.
+    TooLong(usize),
     /// A text, and the bytes that its frame takes.
     Frame(&'a [u8], usize),
 }
@@ -111,15 +113,36 @@ impl Framing {
         match self.body(begins) {
             Some(Ok(body)) => {
                 let len = self.start.len() + body.len() + self.end.len();
-                match &self.checksum {
-                    None => Scanned::Frame(body, len),
-                    Some(checksum) => checksum.checked(body).map_or(Scanned::Damaged(len), |text| Scanned::Frame(text, len)),
-                }
+                self.text(body).map_or(Scanned::Damaged(len), |text| Scanned::Frame(text, len))
             }
             // A start that was none: the next is looked for behind its first byte.
             Some(Err(())) => Scanned::Damaged(1),
-            None if bytes.len() >= FRAME_MAX => Scanned::Damaged(bytes.len()),
+            None if bytes.len() >= FRAME_MAX => Scanned::TooLong(bytes.len()),
             None => Scanned::Wait,
+        }
+    }
+
+    /// Returns the text in a body, without its checksum; none: the checksum is another one. Where a line feed ends a frame, carriage
+    /// returns before it belong to neither.
+    fn text<'a>(&self, body: &'a [u8]) -> Option<&'a [u8]> {
+        let (is_line, returns) = (self.end == b"\n", body.iter().rev().take_while(|byte| **byte == b'\r').count());
+        match &self.checksum {
+            None => Some(if is_line { &body[..body.len() - returns] } else { body }),
+            // A checksum of one byte may itself be a carriage return.
+            Some(checksum) => checksum.checked(body).or_else(|| checksum.checked(body.strip_suffix(b"\r").filter(|_| is_line)?)),
+        }
+    }
+
+    /// Returns how many bytes belong to the rest of a frame that is too long, and whether its end is among them. What may be the begin of
+    /// its end mark is left for the next time.
+    pub(super) fn skip(&self, bytes: &[u8]) -> (usize, bool) {
+        let marks = self.end.len().max(1);
+        match bytes.windows(marks).position(|window| window == &self.end[..]) {
+            Some(at) => (at + marks, true),
+            None => {
+                let kept = (1..marks).rev().find(|kept| bytes.ends_with(&self.end[..*kept])).unwrap_or(0);
+                (bytes.len() - kept, false)
+            }
         }
     }
 
@@ -183,6 +206,30 @@ mod tests {
     }
 
     #[test]
+    fn a_carriage_return_before_a_line_feed_is_no_part_of_text_or_checksum() {
+        let lines = Framing { end: b"\n".to_vec(), ..nmea() };
+        for end in [&b"\r\n"[..], b"\n"] {
+            let gga = [&b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47"[..], end].concat();
+            assert!(matches!(lines.scan(&gga), Scanned::Frame(text, _) if text.starts_with(b"GPGGA") && text.ends_with(b"M,,")), "{end:?}");
+            assert_eq!(plain(b"", None, b"\n").scan(&[b"W,3.5", end].concat()), Scanned::Frame(b"W,3.5", 5 + end.len()));
+        }
+        // A checksum of one byte that is itself a carriage return, with one before the line feed and without.
+        let sum = Checksum { sum: Sum::Sum, written: Written::Byte, mark: Vec::new() };
+        let summed = Framing { start: Vec::new(), length: None, end: b"\n".to_vec(), checksum: Some(sum) };
+        let text = [b'C', 255, 203];
+        assert_eq!(text.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte)), 13);
+        assert_eq!(summed.scan(&[&text[..], b"\r\n"].concat()), Scanned::Frame(&text, 5));
+        assert_eq!(summed.scan(&[&text[..], b"\r\r\n"].concat()), Scanned::Frame(&text, 6));
+    }
+
+    #[test]
+    fn the_rest_of_a_line_that_is_too_long_ends_at_its_end_mark_however_it_is_cut() {
+        let framing = plain(b"", None, b"\r\n");
+        assert_eq!(framing.scan(&[b'A'; FRAME_MAX]), Scanned::TooLong(FRAME_MAX));
+        assert_eq!((framing.skip(b"12345\r\nnext"), framing.skip(b"12345\r"), framing.skip(b"12345")), ((7, true), (5, false), (5, false)));
+    }
+
+    #[test]
     fn no_frame_with_one_wrong_byte_is_taken() {
         let frame = nmea().framed(b"SCALE,12.50");
         for at in 0..frame.len() {
@@ -204,7 +251,7 @@ mod tests {
             while !rest.is_empty() {
                 match framing.scan(rest) {
                     Scanned::Wait => break,
-                    Scanned::Noise(len) | Scanned::Damaged(len) | Scanned::Frame(_, len) => {
+                    Scanned::Noise(len) | Scanned::Damaged(len) | Scanned::TooLong(len) | Scanned::Frame(_, len) => {
                         prop_assert!(len > 0 && len <= rest.len());
                         rest = &rest[len..];
                     }

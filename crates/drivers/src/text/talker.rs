@@ -87,9 +87,12 @@ pub(super) struct Talker {
     asks: Option<Vec<u8>>,
     answer: Duration,
     silent_ns: Option<i64>,
-    heard_ns: i64,
+    /// Release of the firing in which it said something; none: since it was opened nothing was read.
+    heard_ns: Option<i64>,
     came: [u8; FRAME_MAX],
     filled: usize,
+    /// A line that is too long has begun, and its end has not come yet.
+    is_skipping: bool,
     count: Slot,
     taken: u64,
     readings: Vec<u8>,
@@ -107,9 +110,10 @@ impl Talker {
             asks: None,
             answer: SENDING,
             silent_ns: None,
-            heard_ns: 0,
+            heard_ns: None,
             came: [0; FRAME_MAX],
             filled: 0,
+            is_skipping: false,
             count,
             taken: 0,
         }
@@ -140,7 +144,7 @@ impl Talker {
             }
             self.filled += more;
             if self.take() {
-                (heard, self.heard_ns) = (true, release_ns);
+                (heard, self.heard_ns) = (true, Some(release_ns));
             }
         }
     }
@@ -149,16 +153,25 @@ impl Talker {
     fn take(&mut self) -> bool {
         let (mut at, mut heard) = (0, false);
         loop {
+            if self.is_skipping {
+                let (len, is_over) = self.line.framing.skip(&self.came[at..self.filled]);
+                (at, self.is_skipping) = (at + len, !is_over);
+                if !is_over {
+                    break;
+                }
+            }
             let (len, is_fine) = match self.line.framing.scan(&self.came[at..self.filled]) {
                 Scanned::Wait => break,
                 Scanned::Noise(len) | Scanned::Damaged(len) => {
                     self.line.count(Count::Damaged);
                     (len, None)
                 }
+                Scanned::TooLong(_) => {
+                    self.line.count(Count::Damaged);
+                    self.is_skipping = true;
+                    continue;
+                }
                 Scanned::Frame(text, len) => {
-                    // With a line feed as its end a text may have a carriage return before it.
-                    let is_line = self.line.framing.end == b"\n";
-                    let text = if is_line { text.strip_suffix(b"\r").unwrap_or(text) } else { text };
                     let mut last = self.line.last.lock().unwrap_or_else(PoisonError::into_inner);
                     last.0 = text.len();
                     last.1[..text.len()].copy_from_slice(text);
@@ -188,10 +201,10 @@ impl Driver for Talker {
         &self.channels
     }
 
-    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+    fn open(&mut self, _: i64) -> Result<(), DeviceError> {
         let stream = Stream::open(&self.line.address, Instant::now() + SENDING).map_err(|why| self.line.failed(&why))?;
         *self.line.stream() = Some(stream);
-        (self.heard_ns, self.filled, self.taken) = (now_ns, 0, 0);
+        (self.heard_ns, self.filled, self.taken, self.is_skipping) = (None, 0, 0, false);
         Ok(())
     }
 
@@ -207,7 +220,9 @@ impl Driver for Talker {
                 }
             }
         }
-        let silent = self.silent_ns.filter(|silent_ns| release_ns - self.heard_ns > *silent_ns);
+        // How long the opening took is no silence of its own.
+        let heard_ns = *self.heard_ns.get_or_insert(release_ns);
+        let silent = self.silent_ns.filter(|silent_ns| release_ns - heard_ns > *silent_ns);
         if let Some(silent_ns) = silent {
             let said = format!("the device at {} has said nothing that was declared for {} ms", self.line.address, silent_ns as f64 * 1e-6);
             return Err(DeviceError { message: said });

@@ -51,6 +51,8 @@ pub(super) struct Ur {
     counters: Arc<Counters>,
     panel: Arc<Panel>,
     session: Option<Session>,
+    /// Nothing was read since it was opened.
+    is_new: bool,
     /// A package has come in for which none was sent.
     fresh: bool,
     /// Release of the firing that took the newest package.
@@ -78,7 +80,7 @@ impl Ur {
         let (channels, slots) = channels();
         let panel = Arc::new(Panel { to: SocketAddr::new(address, options.dashboard_port) });
         let counters = Arc::new(Counters::new(Count::WORDS));
-        (Ur { options, address, channels, slots, counters, panel, session: None, fresh: false, taken_ns: 0, sent_ns: 0, commanded: 0 }, parts)
+        (Ur { options, address, channels, slots, counters, panel, session: None, is_new: false, fresh: false, taken_ns: 0, sent_ns: 0, commanded: 0 }, parts)
     }
 
     /// What is told next: goals no farther from those before than the maximum speed allows. The arm rests where nobody commands it.
@@ -163,12 +165,16 @@ impl Driver for Ur {
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
         self.session = Some(Session::begin(&self.options, self.address)?);
-        (self.fresh, self.taken_ns, self.sent_ns) = (true, now_ns, now_ns);
+        (self.is_new, self.fresh, self.taken_ns, self.sent_ns) = (true, true, now_ns, now_ns);
         Ok(())
     }
 
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let Some(session) = &mut self.session else { return Err(lost("it is not open")) };
+        if std::mem::take(&mut self.is_new) && !self.options.lockstep {
+            // The opening may have waited for a controller that was booting: that was no silence of its own.
+            (self.taken_ns, self.sent_ns) = (release_ns, release_ns);
+        }
         let is_due = self.options.lockstep && !self.fresh && release_ns - self.taken_ns >= CYCLE_NS;
         let taken = if is_due { session.wait(session.answer) } else { session.take() };
         self.counters.set(Count::Refused, session.refused);
