@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Identity of a device on a bus: compared with the options, and with the device that answered there first.
+//! Identity of a device on a bus, compared with the options and with the device that answered there first.
 //!
-//! Cables and node numbers get mixed up. An axis named 'gripper' whose commands reach the spindle is a danger that no later check sees, so a
-//! device is identified before anything is switched on.
+//! Cables and node numbers get mixed up. No later check notices that commands of an axis named 'gripper' reach the spindle, so devices are
+//! identified before they are configured.
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
@@ -28,7 +28,7 @@ pub struct Expected {
     pub alias: Option<u16>,
 }
 
-/// Identities of the first opening, by the place on a bus. A process keeps them: a reset makes the driver anew, and must not forget them.
+/// Identities of the first opening, by the place on a bus. They outlive the driver, because a reset makes a new one.
 static FIRST: Mutex<Option<HashMap<String, Identity>>> = Mutex::new(None);
 
 impl fmt::Display for Identity {
@@ -77,7 +77,7 @@ pub fn check(devices: &[Opened]) -> Result<(), String> {
             let elsewhere = told(devices.iter().find(holds));
             return Err(format!("{title} is another device than its options say: its {option} is {is} ({is:#x}) and not {asked} ({asked:#x}){elsewhere}"));
         }
-        // Who gives the serial number says which device it is, whatever was there before.
+        // A serial number in the options says which device it is to be, whatever was there before.
         let Some(before) = first.get(&device.place).filter(|before| *before != found && device.expected.serial.is_none()) else { continue };
         let elsewhere = told(devices.iter().find(|other| other.place != device.place && other.found == *before));
         return Err(format!(

@@ -14,7 +14,7 @@ enum Step {
     Index(usize),
 }
 
-/// Returns the path of the value that `error_of` complains about, and of the option that is missing or unknown in it; empty: not found.
+/// Returns the path of the value that `error_of` refuses, or of the one that is missing; empty if it is not found.
 pub(crate) fn path(options: &Value, error_of: impl Fn(&Value) -> Option<String>) -> String {
     let Some(error) = error_of(options) else { return String::new() };
     let named = error.split('`').nth(1).unwrap_or("");
@@ -23,7 +23,7 @@ pub(crate) fn path(options: &Value, error_of: impl Fn(&Value) -> Option<String>)
     if all.len() > SEARCHED_MAX {
         return named.to_owned();
     }
-    // The deepest that explains it. A value that is only needed elsewhere is none: without it, it is missing.
+    // The deepest value whose removal changes the error. If its removal only makes it a missing field, it is the cause only if the error quotes it.
     let explains = |path: &&Vec<Step>| {
         let mut without = options.clone();
         remove(&mut without, path);

@@ -133,8 +133,8 @@ impl Framing {
         }
     }
 
-    /// Returns how many bytes belong to the rest of a frame that is too long, and whether its end is among them. What may be the begin of
-    /// its end mark is left for the next time.
+    /// Returns how many bytes belong to the rest of a frame that is too long, and whether its end is among them. What may be the
+    /// beginning of its end mark is left for the next call.
     pub(super) fn skip(&self, bytes: &[u8]) -> (usize, bool) {
         let marks = self.end.len().max(1);
         match bytes.windows(marks).position(|window| window == &self.end[..]) {

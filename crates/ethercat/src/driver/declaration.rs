@@ -56,8 +56,11 @@ fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
     let identities = Bus::open(&interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)?;
     let found = identities.iter().enumerate().map(|(position, identity)| {
         let (vendor, product, revision) = (identity.vendor, identity.product, identity.revision);
-        let what =
-            format!("{position}: '{}', vendor {vendor:#010x}, product {product:#010x}, revision {revision:#010x}, serial {}", identity.name, identity.serial);
+        let alias = if identity.alias == 0 { String::new() } else { format!(", alias {}", identity.alias) };
+        let what = format!(
+            "{position}: '{}', vendor {vendor:#010x}, product {product:#010x}, revision {revision:#010x}, serial {}{alias}",
+            identity.name, identity.serial
+        );
         Found { what, options: json!({ "interface": interface, "axes": [{ "name": format!("axis{position}"), "at": position, "counts": 1 }] }) }
     });
     Ok(found.collect())
