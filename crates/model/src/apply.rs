@@ -4,6 +4,7 @@ mod activations;
 mod activity;
 mod arguments;
 mod bind;
+mod endings;
 mod finish;
 mod placement;
 mod ranges;

@@ -72,6 +72,16 @@ pub const SYSTEM: [&str; 8] = [
 /// Conditions that ask for an end. The end tells of them also where they lead on first, to a decelerating list.
 pub const ORDERLY: [&str; 3] = [SystemCondition::Halted.name(), SystemCondition::Aborted.name(), SystemCondition::DeviceDisabled.name()];
 
+/// Conditions that tell a verb to end: whatever they lead to leads to no further work.
+pub const ENDS: [&str; 6] = [
+    SystemCondition::Halted.name(),
+    SystemCondition::Aborted.name(),
+    SystemCondition::DeviceDisabled.name(),
+    SystemCondition::TimeLimit.name(),
+    SystemCondition::DeviceLost.name(),
+    SystemCondition::ProcessorLost.name(),
+];
+
 /// Conditions that come where a start declares a limit.
 pub const LIMITS: [&str; 4] =
     [SystemCondition::TimeLimit.name(), SystemCondition::Overrun.name(), SystemCondition::Late.name(), SystemCondition::LinkLost.name()];

@@ -39,6 +39,6 @@ pub use ::suggest;
 pub use apply::apply;
 pub use checked::{CheckedVerb, check_graph, check_verb};
 pub use compose::{Composition, compose};
-pub use conditions::{LIMITS, ORDERLY, SYSTEM, SystemCondition};
+pub use conditions::{ENDS, LIMITS, ORDERLY, SYSTEM, SystemCondition};
 pub use form::{ArgumentKind, FormArgument, FormInput};
 pub use wires::{Drawing, PortName, Verdict, check_definition, compatible, compatible_with};

@@ -171,6 +171,12 @@ pub struct PlannedList {
     pub stages: Vec<PlannedStage>,
     /// τ(this, condition) = list: indices.
     pub transitions: Vec<(usize, usize)>,
+    /// Conditions that end the verb here, since it is ending already, and would lead on otherwise.
+    #[serde(skip)]
+    pub cut: Vec<usize>,
+    /// The list of which this is the copy that runs while the verb is ending.
+    #[serde(skip)]
+    pub copy_of: Option<usize>,
 }
 
 /// A termination condition, resolved. The eight system conditions are there after those of the verb, if the verb does not name them.
@@ -195,6 +201,14 @@ impl PlannedCondition {
     /// Whether it is a termination condition of a list.
     pub fn holds_in(&self, list: usize) -> bool {
         self.during.is_empty() || self.during.contains(&list)
+    }
+
+    /// The same condition, which holds in the copy of a list where it holds in the list.
+    pub(crate) fn with_copies(&self, lists: &[PlannedList]) -> PlannedCondition {
+        let mut all = self.clone();
+        let copies = lists.iter().enumerate().filter(|(_, list)| list.copy_of.is_some_and(|of| self.during.contains(&of)));
+        all.during.extend(copies.map(|(at, _)| at));
+        all
     }
 }
 

@@ -29,6 +29,7 @@ impl<'a> Draft<'a> {
         self.stop()?;
         let mut remarks = checked.remarks.clone();
         remarks.append(&mut self.remarks);
+        let conditions = checked.conditions.iter().map(|condition| condition.planned.with_copies(&lists)).collect();
         Ok(Plan {
             verb: checked.name.clone(),
             blocks: self.blocks,
@@ -40,7 +41,7 @@ impl<'a> Draft<'a> {
             ending: checked.ending.clone(),
             suspend,
             if_cut_off: checked.if_cut_off,
-            conditions: checked.conditions.iter().map(|condition| condition.planned.clone()).collect(),
+            conditions,
             inputs,
             requirements,
             outputs,

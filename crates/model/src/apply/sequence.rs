@@ -3,6 +3,7 @@
 use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
+use super::endings::keep_endings;
 use super::relate::Relations;
 use crate::configuration::SourceKind;
 use crate::interface::{Kind, Mode};
@@ -87,13 +88,14 @@ impl Draft<'_> {
                 before = &active[number];
                 number += 1;
             }
-            lists.push(PlannedList { name: list.name.clone(), stages, transitions: Vec::new() });
+            lists.push(PlannedList { name: list.name.clone(), stages, transitions: Vec::new(), cut: Vec::new(), copy_of: None });
         }
         for (at, condition) in self.checked.conditions.iter().enumerate() {
             for (from, to) in &condition.transitions {
                 lists[*from].transitions.push((at, *to));
             }
         }
+        keep_endings(&mut lists, self.checked.initial, &self.checked.conditions);
         lists
     }
 

@@ -139,7 +139,7 @@ impl PartOf<'_> {
     }
 
     /// The blocks that a list leaves active.
-    fn left_on(&self, list: usize) -> Vec<&String> {
+    pub fn left_on(&self, list: usize) -> Vec<&String> {
         let commands = &self.verb.command_lists[list].commands;
         let off: HashSet<&String> =
             commands.iter().filter_map(|command| if let Command::Deactivate { block } = command { Some(block) } else { None }).collect();

@@ -50,9 +50,29 @@ impl Composing<'_> {
             }
         }
         self.check_writers(joint);
-        let commands =
-            commands.into_iter().map(|(_, command)| command).chain(waiting.into_iter().flat_map(|(_, rest)| rest)).chain(self.await_all(joint)).collect();
+        let first = waiting.as_ref().map(|(part, _)| *part);
+        let commands = commands.into_iter().map(|(_, command)| command).chain(waiting.into_iter().flat_map(|(_, rest)| rest));
+        let commands = commands.chain(self.await_all(joint)).chain(self.end_with(joint, first)).collect();
         self.verb.command_lists.insert(joint.name.clone(), CommandList { commands, place: self.of.place.clone() });
+    }
+
+    /// What the list ends with where the part that waits in it is `completed` by that and ends all: the blocks of the others go off.
+    fn end_with(&self, joint: &Joint, first: Option<usize>) -> Vec<Command> {
+        let list_of = |part: usize| joint.lists.iter().find(|(of, _)| *of == part).map(|(_, list)| *list);
+        let Some((first, list)) = first.and_then(|first| Some((first, list_of(first)?))).filter(|_| !joint.all) else { return Vec::new() };
+        if !self.parts[first].left_on(list).is_empty() {
+            return Vec::new();
+        }
+        let mut offs: Vec<Command> = Vec::new();
+        for &(part, list) in joint.lists.iter().filter(|(part, _)| *part != first) {
+            for block in self.parts[part].left_on(list) {
+                let off = Command::Deactivate { block: self.parts[part].label(block) };
+                if !offs.contains(&off) {
+                    offs.push(off);
+                }
+            }
+        }
+        offs
     }
 
     /// A command of a shared block that is there already is one; another of the same kind is a conflict.

@@ -218,7 +218,7 @@ fn together_makes_one_list_of_the_initial_ones() {
     let b = counting("second", json!({"command_lists": waiting}));
     let whole = made(json!({"parts": {"b": b}, "transitions": [], "together": true, "rename": {"b.y": "z", "b.last": "last_b"}}));
     assert_eq!(keys(&whole.command_lists), ["start"]);
-    assert_eq!(commands(&whole, "start"), ["+a.s", "+b.s", "?b.s.above", "-b.s"]);
+    assert_eq!(commands(&whole, "start"), ["+a.s", "+b.s", "?b.s.above", "-b.s", "-a.s"], "b is completed by that, and ends a");
     let enough = &whole.conditions["enough"];
     assert_eq!((&enough.on[..], enough.returns.clone()), (&["a.s.above", "b.s.above"].map(str::to_owned)[..], Some(vec!["a.last".into(), "b.last_b".into()])));
 }

@@ -51,7 +51,7 @@ impl System {
             verb: plan.verb.clone(),
             state: InstanceState::named(i.state().name()),
             blocks: blocks.collect(),
-            lists: plan.lists.iter().map(|list| list.name.clone()).collect(),
+            lists: plan.lists.iter().filter(|list| list.copy_of.is_none()).map(|list| list.name.clone()).collect(),
             list: plan.lists[i.position.list].name.clone(),
             conditions: plan.conditions.iter().map(|condition| condition.name.clone()).collect(),
             outputs: plan.outputs.iter().map(|output| output.name.clone()).collect(),

@@ -58,7 +58,11 @@ impl Picture<'_> {
 
     fn drawn(&self) -> InstalledInstance {
         let (i, plan) = (self.instance, self.plan());
-        let lists = plan.lists.iter().map(|list| InstalledList { name: list.name.clone(), commands: self.commands(&list.stages) });
+        let lists = plan
+            .lists
+            .iter()
+            .filter(|list| list.copy_of.is_none())
+            .map(|list| InstalledList { name: list.name.clone(), commands: self.commands(&list.stages) });
         InstalledInstance {
             id: i.id,
             name: i.name.clone(),
@@ -94,7 +98,7 @@ impl Picture<'_> {
             system: of.on.is_empty(),
             returns: of.returns.iter().map(|output| self.plan().outputs[*output].name.clone()).collect(),
             raises: !of.normal,
-            during: of.during.iter().map(|list| self.list(*list)).collect(),
+            during: of.during.iter().filter(|list| self.plan().lists[**list].copy_of.is_none()).map(|list| self.list(*list)).collect(),
             priority: of.priority,
             alarm: of.alarm.clone(),
         }
@@ -102,7 +106,7 @@ impl Picture<'_> {
 
     fn transitions(&self) -> Vec<InstalledTransition> {
         let plan = self.plan();
-        let lines = plan.lists.iter().flat_map(|list| list.transitions.iter().map(move |line| (list, line)));
+        let lines = plan.lists.iter().filter(|list| list.copy_of.is_none()).flat_map(|list| list.transitions.iter().map(move |line| (list, line)));
         let transition = |(list, (condition, to)): (&PlannedList, &(usize, usize))| InstalledTransition {
             from: list.name.clone(),
             condition: plan.conditions[*condition].name.clone(),

@@ -9,7 +9,7 @@ use crate::lifecycle::stages::Verbatim;
 use crate::protection::causes::alarm_of_condition;
 use crate::wiring::sequence::Builder;
 use kernel::{Op, SourceId};
-use model::SystemCondition;
+use model::{ENDS, SystemCondition};
 
 /// Ends that leave no time for an ending list.
 const IMMEDIATE: [&str; 2] = [SystemCondition::EmergencyStop.name(), SystemCondition::ProcessorLost.name()];
@@ -29,6 +29,9 @@ impl Course<'_> {
         let now_ns = self.core.host.now_ns();
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         if !instance.is_orderly(cause.condition) {
+            if ENDS.contains(&instance.plan.conditions[cause.condition].name.as_str()) {
+                instance.leaving.began.get_or_insert(cause);
+            }
             return;
         }
         self.rise();
@@ -88,6 +91,7 @@ impl Course<'_> {
             None => {
                 let (about, name) = (instance.name.clone(), instance.plan.conditions[cause.condition].name.clone());
                 self.core.observation.log.add(cause.time_ns, "condition", &about, format!("{name}: {}", cause.message));
+                self.depart(cause);
                 self.go(list, 0);
             }
             Some(source) => {

@@ -223,6 +223,8 @@ pub(crate) struct Findings {
 pub(crate) struct Leaving {
     /// An end that is on its way while lists still run.
     pub departure: Option<Departure>,
+    /// The time limit or loss that told it to end, where τ has led on from it.
+    pub began: Option<Cause>,
     /// A second `halt` is immediate.
     pub halting: bool,
     /// `device_disabled` has come: it comes once.

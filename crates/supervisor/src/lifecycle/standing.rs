@@ -35,7 +35,7 @@ impl Instance {
     /// What the report says of an end that comes now: what an orderly departure began with, unless the end is not in order itself.
     /// While the ending list runs, always what it began with.
     pub fn remembered(&mut self, cause: Cause) -> Cause {
-        let Some(departure) = self.leaving.departure.clone() else { return cause };
+        let Some(departure) = self.leaving.departure.clone() else { return self.as_it_began(cause) };
         let came = &self.plan.conditions[cause.condition];
         let in_order = came.normal || self.is_orderly(cause.condition) || departure.ending_from.is_some();
         let (told, kept) = if in_order { (departure.cause, cause) } else { (cause, departure.cause) };
@@ -44,6 +44,17 @@ impl Instance {
             self.other(name, kept.block.unwrap_or_default(), kept.time_ns);
         }
         told
+    }
+
+    /// A condition that would have led on to further work, after a time limit or a loss, ends the verb as that.
+    fn as_it_began(&mut self, cause: Cause) -> Cause {
+        let is_cut = self.plan.lists[self.position.list].cut.contains(&cause.condition);
+        let Some(began) = self.leaving.began.clone().filter(|_| is_cut && self.plan.conditions[cause.condition].normal) else { return cause };
+        let name = self.plan.conditions[cause.condition].name.clone();
+        if name != SystemCondition::Completed.name() {
+            self.other(name, cause.block.unwrap_or_default(), cause.time_ns);
+        }
+        began
     }
 
     /// True where it is in its ending list, which a kernel entered with `stage`, and does not know why.
