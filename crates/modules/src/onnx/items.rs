@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The items of a policy's block, as its declaration in C has them.
 use super::meaning::Term;
-use crate::source::is_word_of_c;
+use crate::source::is_taken_in_c;
 
 /// Items that a declaration has room for.
 const ITEMS_MAX: usize = 32;
@@ -69,7 +69,7 @@ pub(super) fn identifier(name: &str) -> Result<&str, String> {
     if !is_one {
         return Err(format!("'{name}' is no name of a port or block: use letters, digits and _"));
     }
-    if is_word_of_c(name) { Err(format!("'{name}' is a word of C or of OpenGPAC: give the port or block another name")) } else { Ok(name) }
+    if is_taken_in_c(name) { Err(format!("'{name}' is a word of C or of OpenGPAC: give the port or block another name")) } else { Ok(name) }
 }
 
 /// The name of a port for an input or output that has no declaration: its own in letters, digits and _.
@@ -77,7 +77,7 @@ pub(super) fn port_name(name: &str, side: &str) -> String {
     let letters: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     match letters.trim_matches('_') {
         "" => format!("{side}_value"),
-        bare if bare.starts_with(|c: char| c.is_ascii_digit()) || is_word_of_c(bare) => format!("{side}_{bare}"),
+        bare if bare.starts_with(|c: char| c.is_ascii_digit()) || is_taken_in_c(bare) => format!("{side}_{bare}"),
         bare => bare.to_string(),
     }
 }

@@ -7,6 +7,7 @@ mod text;
 mod words;
 
 pub use build::{BuildError, BuildOptions, build, compiler, write_header};
+pub(crate) use words::is_taken_in_c;
 pub use words::is_word_of_c;
 
 use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
