@@ -88,7 +88,7 @@ def test_a_time_limit_ends_a_chain_and_is_what_the_end_says(rig: Rig) -> None:
     with pytest.raises(gpac.Terminated) as ended:
         verb(*arguments_of(verb, svvs), time_limit="5.5 ms")
     assert (ended.value.condition, ended.value.command_list) == ("time_limit", "leaf0.stop")
-    assert svvs["y0"].value == 5 and svvs["y1"].value == svvs["y2"].value == 0
+    assert svvs["y0"].value == 4 and svvs["y1"].value == svvs["y2"].value == 0
 
 
 def test_parts_that_run_together_until_all_lead_on_to_nothing_after_a_halt(rig: Rig) -> None:

@@ -51,7 +51,7 @@ def test_drives_that_were_swapped_are_not_enabled() -> None:
         segment.swap(0, 1)
         cell.advance("50 ms")
         with pytest.raises(gpac.Error, match=r"axis 'gripper' at place 0 is another .* axis 'spindle' at place 1: the two are swapped"):
-            cell.reset()
+            line.reopen()
         with pytest.raises(gpac.DeviceFailed, match="physical device 'line' is lost"):
             joint.enable()
         assert [drive.drive for drive in segment.drives()] == ["switch on disabled", "switch on disabled"]
