@@ -55,7 +55,7 @@ def replay(path: str, asked_json: str) -> str:
 def replay_modules(path: str) -> str:
     """The code modules that a record brings, as JSON: name, len, sha256. Nothing of them runs."""
 
-def trial(module: str, block: str, values_json: str, inputs_json: str, times: int, period_ns: int) -> str:
+def trial(module: str, block: str, values_json: str, inputs_json: str, times: int, period_ns: int, is_interpreted: bool) -> str:
     """Runs a block with no system, an invocation every `period_ns`: `values` constants, `inputs` name → list of values (one an invocation) or one constant.
 
     Returns JSON: name → list of values of each output; `conditions`: list of [invocation, name, value]; `fault` or null.

@@ -101,6 +101,8 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
             f"a trial of {times} invocations is to have the interval {every!r}",
             "give 0 or more, and 292 years for all at most",
         )
+    interpreted = not getattr(block, "native", True)
     with refusals:
-        text = _native.trial(block.module, block.name.split(".", 1)[1], json.dumps(values), json.dumps(inputs), times, period_ns)
+        name = block.name.split(".", 1)[1]
+        text = _native.trial(block.module, name, json.dumps(values), json.dumps(inputs), times, period_ns, interpreted)
     return Trial(block.name, json.loads(text))

@@ -15,6 +15,7 @@ PACKAGE = Path(gpac.__file__).parent
 
 CANNOT_REFUSE = {
     "version",
+    "is_word_of_c",
     "header_text",
     "driver_header_text",
     "counting_text",

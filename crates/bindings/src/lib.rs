@@ -54,9 +54,19 @@ fn build(py: Python<'_>, sources: Vec<PathBuf>, output: Option<PathBuf>) -> PyRe
 }
 
 #[pyfunction]
-fn trial(py: Python<'_>, module: &str, block: &str, values_json: &str, inputs_json: &str, times: usize, period_ns: i64) -> PyResult<String> {
+#[expect(clippy::too_many_arguments, reason = "they are those of Python's call")]
+fn trial(
+    py: Python<'_>,
+    module: &str,
+    block: &str,
+    values_json: &str,
+    inputs_json: &str,
+    times: usize,
+    period_ns: i64,
+    is_interpreted: bool,
+) -> PyResult<String> {
     let python = convert::interpreter(py)?;
-    let given = TrialRequest { values: from_json(values_json)?, inputs: from_json(inputs_json)?, times, period_ns };
+    let given = TrialRequest { values: from_json(values_json)?, inputs: from_json(inputs_json)?, times, period_ns, is_interpreted };
     let mut trial = py.detach(|| supervisor::trial(module, block, given, &python)).map_err(refused)?;
     while py.detach(|| trial.go_on(SLICE)).map_err(refused)? {
         py.check_signals()?;

@@ -4,6 +4,7 @@
 import importlib
 import os
 import threading
+import time
 from pathlib import Path
 from typing import Annotated as A
 from typing import Any
@@ -41,6 +42,20 @@ def test_any_python_runs_in_a_trial() -> None:
     tried = fit.run(u=[[0.0, 1.0, 2.0], [0.0, 3.0, 6.0]], weight=0.5)
     np.testing.assert_allclose(tried.line, [[0.0, 0.5], [0.0, 2.0]], atol=1e-12)
     assert tried.seen.tolist() == [1, 2] and tried.conditions == [(1, "steep", None)]
+
+
+@gpac.block(native=False)
+def thorough(y: A[float, Output()]) -> None:
+    """Computes for longer than the budget of compiled blocks on trial, as one does that loads a network first."""
+    end = time.monotonic() + 1.3
+    while time.monotonic() < end:
+        y = y + 1.0
+
+
+def test_a_trial_gives_python_the_time_that_it_takes() -> None:
+    """A call that a budget ended would keep the interpreter's lock, and this process would stand still for ever."""
+    tried = thorough.run(steps=2)
+    assert tried.fault is None and tried.y[0] > 0
 
 
 @gpac.block(native=False, deadline="1 us")

@@ -25,6 +25,8 @@ pub struct TrialRequest {
     pub times: usize,
     /// From one invocation to the next.
     pub period_ns: i64,
+    /// The interpreter of this process runs the block's body.
+    pub is_interpreted: bool,
 }
 
 /// A block on trial.
@@ -67,7 +69,8 @@ pub fn trial(module: &str, block: &str, given: TrialRequest, python: &str) -> Re
         put(&mut trial, &interface, name, value, size)?;
     }
     let outputs = interface.items.iter().filter(|i| is_shown(i)).map(|i| (i.name.clone(), Vec::new())).collect();
-    Ok(BlockTrial { trial, interface, given, size, sandbox: Sandbox::new(), time: 0, outputs, conditions: Vec::new(), fault: Json::Null })
+    let sandbox = if given.is_interpreted { Sandbox::interpreted() } else { Sandbox::new() };
+    Ok(BlockTrial { trial, interface, given, size, sandbox, time: 0, outputs, conditions: Vec::new(), fault: Json::Null })
 }
 
 fn is_shown(item: &Item) -> bool {
