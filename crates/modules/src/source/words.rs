@@ -3,7 +3,7 @@
 
 const WORDS: &str = "
     alignas alignof asm auto bool break case char const constexpr continue default do double else enum extern false float for goto if
-    inline int long nullptr register restrict return short signed sizeof static static_assert struct switch thread_local true typedef
+    inline int long nullptr register restrict return self short signed sizeof static static_assert struct switch thread_local true typedef
     typeof typeof_unqual union unsigned void volatile while BIG_ENDIAN BUFSIZ BYTE_ORDER DECIMAL_DIG EOF FAULT FILENAME_MAX FOPEN_MAX
     INFINITY LITTLE_ENDIAN MATH_ERREXCEPT MATH_ERRNO NAN NULL OK PDP_ENDIAN linux unix errno math_errhandling stderr stdin stdout offsetof
     FP_ILOGB0 FP_ILOGBNAN FP_INFINITE FP_NAN FP_NORMAL FP_SUBNORMAL FP_ZERO HUGE_VAL HUGE_VALF HUGE_VALL M_1_PI M_2_PI M_2_SQRTPI M_E
@@ -35,7 +35,7 @@ const LIMITS: [&str; 19] = [
 ];
 
 /// Words of a block's declaration and body. Items can have these names, but a body that somebody writes cannot use them.
-const OF_BLOCKS: [&str; 4] = ["in", "out", "report", "self"];
+const OF_BLOCKS: [&str; 3] = ["in", "out", "report"];
 
 /// Whether C, one of the headers that blocks include, or the declaration of a block has another meaning for a name.
 pub fn is_word_of_c(name: &str) -> bool {
