@@ -228,3 +228,23 @@ def test_the_metadata_of_a_recording_for_a_replay_has_the_hardware(tmp_path: Pat
         recording.stop()
     said = json.loads(gpac.open_recording(tmp_path / "run.mcap").metadata["opengpac"]["configuration"])
     assert (list(said["processors"]), list(said["sources"]), list(said["physical_devices"])) == (["rtp0"], ["rtp0.fast"], ["drives"])
+
+
+def test_alarms_are_recorded_at_the_time_at_which_they_came(tmp_path: Path) -> None:
+    """The recorder looks now and then in real time, in which a virtual minute may go by."""
+    from mcap import reader
+
+    path = tmp_path / "alarms.mcap"
+    with gpac.System("cell", clock="virtual") as cell:
+        cell.processor("rtp0").timer("fast", period="1 ms")
+        cell.alarms.define("hot", "the drive is too warm", severity="medium")
+        with cell.record(path):
+            cell.advance("2 s")
+            cell.alarms.trip("hot", source="drive")
+            cell.advance("60 s")
+    with path.open("rb") as file:
+        rows = [
+            (message.log_time, [alarm["code"] for alarm in json.loads(message.data)["current"]])
+            for _, channel, message in reader.make_reader(file).iter_messages(topics=["/alarms"])
+        ]
+    assert [time for time, codes in rows if codes == ["hot"]] == [2_000_000_000], rows

@@ -6,7 +6,7 @@ use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
 use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
-use supervisor::{Installed, InstanceState, System};
+use supervisor::{Alarm, AlarmList, Installed, InstanceState, System};
 
 const SECOND_NS: i64 = 1_000_000_000;
 /// Where much happens the state is told ten times a second at the most: what happened stands in the log.
@@ -19,6 +19,8 @@ pub(crate) struct State {
     version: u64,
     structure: String,
     alarms: String,
+    /// Time of the last row of alarms; before the first one, of the beginning.
+    alarms_ns: i64,
     next_ns: i64,
     soon_ns: i64,
     happened: bool,
@@ -33,6 +35,7 @@ impl State {
             version: 0,
             structure: String::new(),
             alarms: String::new(),
+            alarms_ns: now_ns,
             next_ns: now_ns,
             soon_ns: now_ns,
             happened: false,
@@ -83,7 +86,10 @@ impl State {
         let text = text_of(&alarms.current);
         if text != self.alarms {
             self.alarms = text;
-            self.put(page, ALARMS, now_ns, &alarms);
+            // A look comes later than what it sees, under the virtual clock by seconds.
+            let changed_ns = changed_ns(&alarms).filter(|&ns| ns > self.alarms_ns && ns <= now_ns);
+            self.alarms_ns = changed_ns.unwrap_or(now_ns);
+            self.put(page, ALARMS, self.alarms_ns, &alarms);
         }
     }
 
@@ -93,6 +99,12 @@ impl State {
         let channel = *self.channels.entry(topic.to_owned()).or_insert_with(made);
         page.put(channel, now_ns, 0, |out| out.extend_from_slice(text_of(message).as_bytes()));
     }
+}
+
+/// When an alarm came, returned or was acknowledged last.
+fn changed_ns(alarms: &AlarmList) -> Option<i64> {
+    let times = |alarm: &Alarm| [Some(alarm.time_ns), alarm.returned_ns, alarm.acknowledged_ns];
+    alarms.current.iter().chain(&alarms.history).flat_map(times).flatten().max()
 }
 
 fn without_states(installed: &Installed) -> Installed {
