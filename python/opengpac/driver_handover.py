@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import secrets
 import socket
 import struct
 from collections.abc import Iterator
@@ -31,7 +32,8 @@ def taken_over(device: str, patience_s: float = PATIENCE_S) -> socket.socket:
     for name in _others(names):
         _wait_for(name, patience_s)
     sign = socket.socket(socket.AF_UNIX)
-    sign.bind(f"\0{names}{os.getpid()}-{os.getppid()}")
+    # A name that nobody can foresee, and so bind before.
+    sign.bind(f"\0{names}{secrets.token_hex(8)}-{os.getpid()}-{os.getppid()}")
     sign.listen()
     return sign
 
@@ -51,8 +53,9 @@ def _wait_for(name: str, patience_s: float) -> None:
         with suppress(ConnectionError):
             line.connect(f"\0{name}")
             # As it is numbered here: 0 for one of another container.
-            pid, _, _ = struct.unpack("3i", line.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
-            if not _is_left(pid, program=int(name.rpartition("-")[2])):
+            pid, uid, _ = struct.unpack("3i", line.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, 12))
+            # Any user can bind any name: another user's process could only hold this one up.
+            if uid != os.getuid() or not _is_left(pid, program=int(name.rpartition("-")[2])):
                 return
             try:
                 line.recv(1)

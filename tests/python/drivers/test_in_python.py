@@ -164,6 +164,16 @@ def test_a_process_that_is_left_and_does_not_end_is_named(tmp_path: Path) -> Non
         taken_over(device).close()
 
 
+def test_a_process_of_another_user_holds_nothing_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    device, other = str(tmp_path), os.getuid() + 1
+    monkeypatch.setattr(os, "getppid", lambda: 1)
+    with taken_over(device), pytest.raises(TimeoutError, match=rf"process {os.getpid()}, which a killed program left behind"):
+        taken_over(device, patience_s=0.01)
+    monkeypatch.setattr(os, "getuid", lambda: other)
+    with taken_over(device):
+        taken_over(device, patience_s=0.01).close()
+
+
 def test_what_is_wrong_with_its_options_is_said(tmp_path: Path) -> None:
     with gpac.System("cell") as cell:
         with pytest.raises(gpac.DeviceFailed, match=r"driver Furnace has no option 'fodler'.*did you mean 'folder'"):
