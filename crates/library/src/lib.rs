@@ -13,6 +13,7 @@ pub mod reference;
 pub mod section;
 pub mod servo;
 pub mod span;
+pub mod takeover;
 pub mod window;
 
 include!(concat!(env!("OUT_DIR"), "/blocks.rs"));

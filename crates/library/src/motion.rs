@@ -8,9 +8,6 @@
 use crate::online::{Profile, State};
 use crate::profile::{JOINTS_MAX, Limits};
 
-/// Slower than this is rest: rad/s, rad/s² (or m).
-const REST: f64 = 1e-9;
-
 /// The joints and where they go.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
@@ -27,18 +24,12 @@ pub struct Motion {
 
 impl Motion {
     /// Joints that stand or move like this; they are not stopped before they are told what to do.
-    pub fn at(positions: &[f64], velocities: &[f64]) -> Motion {
-        let mut motion = Motion { joints: positions.len(), ..Motion::default() };
-        for (i, profile) in motion.profiles[..positions.len()].iter_mut().enumerate() {
-            let velocity = if velocities[i].abs() < REST { 0.0 } else { velocities[i] };
-            *profile = Profile::beginning(State { position: positions[i], velocity, acceleration: 0.0 });
+    pub fn of(states: &[State]) -> Motion {
+        let mut motion = Motion { joints: states.len(), ..Motion::default() };
+        for (profile, state) in motion.profiles.iter_mut().zip(states) {
+            *profile = Profile::beginning(if state.is_at_rest() { State { position: state.position, ..State::default() } } else { *state });
         }
         motion
-    }
-
-    /// As [`Motion::at`]; `None` where a number is not finite.
-    pub fn begin(positions: &[f64], velocities: &[f64]) -> Option<Motion> {
-        positions.iter().chain(velocities).all(|x| x.is_finite()).then(|| Motion::at(positions, velocities))
     }
 
     /// Where joint `i` is.
@@ -71,7 +62,7 @@ impl Motion {
         if self.is_line && self.to[..n] == *goals {
             let s = self.profiles[0].at(self.time_s);
             self.begin_line(s, limits);
-        } else if states[..n].iter().all(|state| state.velocity.abs() < REST && state.acceleration.abs() < REST) {
+        } else if states[..n].iter().all(State::is_at_rest) {
             self.is_line = true;
             for i in 0..n {
                 (self.from[i], self.to[i]) = (states[i].position, goals[i]);
@@ -139,6 +130,11 @@ impl Motion {
 mod tests {
     use super::*;
 
+    fn at(positions: &[f64], velocities: &[f64]) -> Motion {
+        let states: Vec<State> = positions.iter().zip(velocities).map(|(position, velocity)| State { position: *position, velocity: *velocity, acceleration: 0.0 }).collect();
+        Motion::of(&states)
+    }
+
     const LIMITS: [Limits; 2] = [Limits { speed: 1.0, acceleration: 2.0, jerk: 20.0 }, Limits { speed: 0.5, acceleration: 4.0, jerk: 10.0 }];
 
     /// Advances to the end in steps of 1 ms and checks that neither position nor speed jumps; how long it took.
@@ -160,7 +156,7 @@ mod tests {
 
     #[test]
     fn from_rest_the_joints_go_along_a_line() {
-        let mut motion = Motion::at(&[0.0, 1.0], &[0.0, 1e-12]);
+        let mut motion = at(&[0.0, 1.0], &[0.0, 1e-12]);
         motion.go(&[1.0, 0.0], &LIMITS);
         motion.advance(1.0);
         assert!((motion.state(0).position + motion.state(1).position - 1.0).abs() < 1e-12);
@@ -170,7 +166,7 @@ mod tests {
 
     #[test]
     fn a_new_goal_on_the_way_is_reached_without_a_jump_and_together() {
-        let mut motion = Motion::at(&[0.0, 1.0], &[0.0, 0.0]);
+        let mut motion = at(&[0.0, 1.0], &[0.0, 0.0]);
         motion.go(&[1.0, 0.0], &LIMITS);
         motion.advance(0.8);
         motion.go(&[-0.5, 0.2], &LIMITS);
@@ -181,7 +177,7 @@ mod tests {
 
     #[test]
     fn a_stop_stays_on_the_line_and_going_on_ends_at_the_goal() {
-        let mut motion = Motion::at(&[0.0, 1.0], &[0.0, 0.0]);
+        let mut motion = at(&[0.0, 1.0], &[0.0, 0.0]);
         motion.go(&[1.0, 0.0], &LIMITS);
         motion.advance(0.9);
         motion.stop(&LIMITS);
@@ -196,7 +192,7 @@ mod tests {
 
     #[test]
     fn what_moves_already_goes_on_from_its_speed() {
-        let mut motion = Motion::at(&[0.0, 0.0], &[0.9, -0.3]);
+        let mut motion = at(&[0.0, 0.0], &[0.9, -0.3]);
         motion.stop(&LIMITS);
         assert_eq!(motion.state(0), State { position: 0.0, velocity: 0.9, acceleration: 0.0 });
         run(&mut motion);

@@ -19,6 +19,27 @@ pub struct State {
     pub acceleration: f64,
 }
 
+/// Slower than this is rest: rad/s, rad/s² (or the same of metres).
+const REST: f64 = 1e-9;
+
+impl State {
+    /// Whether it neither moves nor is about to.
+    pub fn is_at_rest(&self) -> bool {
+        self.velocity.abs() < REST && self.acceleration.abs() < REST
+    }
+}
+
+/// The state after `span_s` on the way to a velocity, which it comes to in the shortest time that acceleration and jerk allow, and keeps.
+pub fn towards(state: State, velocity: f64, limits: Limits, span_s: f64) -> State {
+    let (mut now, mut left_s) = (state, span_s);
+    for phase in change(state.velocity, state.acceleration, velocity, limits).phases {
+        let span_s = left_s.min(phase.span_s);
+        now = after(now, phase.jerk, span_s);
+        left_s -= span_s;
+    }
+    if left_s > 0.0 { State { position: now.position + velocity * left_s, velocity, acceleration: 0.0 } } else { now }
+}
+
 /// A stretch of constant jerk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Phase {

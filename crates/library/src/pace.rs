@@ -5,6 +5,8 @@
 //! at a r² + v r'. So a motion planned within its limits keeps them at every pace up to 1, as long as r' is small enough: that is
 //! what an override and a hold are ramped with.
 
+use crate::span::Passed;
+
 /// The share of the way to the wanted pace that a step goes is halved at most so often.
 const HALVINGS: u32 = 48;
 /// Rounding may exceed a limit by this part.
@@ -37,6 +39,15 @@ pub fn next(pace: f64, wanted: f64, span_s: f64, fits: impl Fn(f64, f64) -> bool
 pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
     let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
     Some(least(own)? * least(cell)?)
+}
+
+/// Whether more time was lost at once than the least of these bounds allows, s. `most` becomes the longest time that was lost at once.
+pub fn is_gap(passed: Passed, bounds: &[f64], most: &mut f64) -> bool {
+    if passed.lost_ns == 0 {
+        return false;
+    }
+    *most = most.max(passed.lost_s());
+    passed.lost_s() > bounds.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 /// Whether an acceleration is within ± `limit`.

@@ -5,6 +5,9 @@
 //! `interpolation` 20, a new set-point is reached after 20 invocations, in equal steps, and the step gives the rate at which it moves
 //! (the *interpolated position mode* of drives). It costs that many invocations of delay.
 
+use crate::span::Span;
+use opengpac::Invocation;
+
 /// Where the reference is and where it goes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reference {
@@ -44,6 +47,8 @@ pub struct Bounds {
     pub position_max: f64,
     /// The maximum way that it moves in one invocation.
     pub step_max: f64,
+    /// The maximum change of that from one invocation to the next while it catches up.
+    pub change_max: f64,
 }
 
 /// A reference whose speed has no jumps: a new set-point is reached after two times `interpolation` invocations, the speed changing
@@ -59,15 +64,26 @@ pub struct Spline {
     change: f64,
     setpoint: f64,
     left: u32,
+    /// After lost time: how the way that was missed is caught up with.
+    catching_up: Option<CatchingUp>,
+}
+
+/// How a reference catches up with set-points that went on while its servo stood still: no faster than it moved and than the set-points move, and
+/// within its acceleration, so that it comes to rest at them.
+#[derive(Clone, Copy, Debug)]
+struct CatchingUp {
+    /// Maximum speed, per invocation.
+    speed: f64,
+    /// Invocations that were lost and that the next set-point has gone on for.
+    lost: f64,
 }
 
 /// The reference of a joint: its set-points, smoothed, within its range and its maximum speed, wherever its zero is found to be.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Approach {
     spline: Spline,
     offset_before: f64,
-    /// Running time of the invocation before, ns; -1: there was none.
-    before_ns: i64,
+    span: Span,
 }
 
 /// What a reference is led by in one invocation.
@@ -81,6 +97,8 @@ pub struct Led {
     /// None where its zero is not known: then its numbers mean nothing.
     pub range: Option<(f64, f64)>,
     pub speed_max: f64,
+    /// Maximum acceleration while it catches up after lost time.
+    pub acceleration_max: f64,
 }
 
 /// Where a reference is.
@@ -91,23 +109,20 @@ pub struct Approached {
     pub velocity: f64,
     /// A bound held it back.
     pub limited: bool,
-    /// Since the invocation before, s; 0 in the first.
+    /// Time of one cycle, s; 0 in the first.
     pub span_s: f64,
 }
 
-impl Default for Approach {
-    fn default() -> Approach {
-        Approach { spline: Spline::default(), offset_before: 0.0, before_ns: -1 }
-    }
-}
-
 impl Approach {
-    /// Advances to `time_ns`. In the first invocation it begins where the joint is, whatever is commanded. `interpolation` says over how many
+    /// Advances by one cycle, whatever time was lost before. In the first invocation it begins where the joint is, whatever is commanded. `interpolation` says over how many
     /// invocations a new set-point is approached, of the time between two of them.
-    pub fn advance(&mut self, time_ns: i64, led: Led, interpolation: impl FnOnce(f64) -> u32) -> Approached {
-        let first = self.before_ns < 0;
-        let span_s = if first { 0.0 } else { (time_ns - self.before_ns) as f64 * 1e-9 };
-        self.before_ns = time_ns;
+    pub fn advance(&mut self, invocation: &Invocation, led: Led, interpolation: impl FnOnce(f64) -> u32) -> Approached {
+        let first = !self.span.begun();
+        let passed = self.span.pass(invocation);
+        let span_s = passed.used_s();
+        if passed.is_gap() {
+            self.spline.catch_up((passed.lost_ns / passed.cycle_ns.max(1)) as f64);
+        }
         if first {
             self.spline = Spline::at(led.position);
         } else if led.offset != self.offset_before {
@@ -115,11 +130,19 @@ impl Approach {
         }
         self.offset_before = led.offset;
         let (position_min, position_max) = led.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        let bounds = Bounds { position_min, position_max, step_max: led.speed_max * span_s };
+        let bounds = Bounds { position_min, position_max, step_max: led.speed_max * span_s, change_max: led.acceleration_max * span_s * span_s };
         let interpolation = interpolation(span_s);
         let (reference, step, limited) = self.spline.advance(led.setpoint, interpolation, bounds);
         let moving = interpolation > 1 && span_s > 0.0;
         Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s }
+    }
+}
+
+impl CatchingUp {
+    /// A set-point comes that is `way` away from the one before, `span` invocations and those that were lost after it.
+    fn note(&mut self, way: f64, span: f64) {
+        self.speed = self.speed.max(way / (span + self.lost));
+        self.lost = 0.0;
     }
 }
 
@@ -147,11 +170,16 @@ impl Spline {
         let wanted = if setpoint.is_nan() { setpoint } else { setpoint.clamp(least, most) };
         let mut limited = (wanted - setpoint).abs() > ROUNDING;
         if wanted != self.setpoint || (self.left == 0 && !self.is_there()) {
-            self.setpoint = wanted;
             let span = f64::from(interpolation.max(1));
+            if let Some(catching_up) = &mut self.catching_up
+                && wanted != self.setpoint
+            {
+                catching_up.note((wanted - self.setpoint).abs(), span);
+            }
+            self.setpoint = wanted;
             // The speed to come to, from which an even change to rest ends at the set-point.
             let even = if interpolation > 1 { (wanted - self.value) / span - self.speed / 2.0 } else { wanted - self.value };
-            let speed = if even.is_nan() { even } else { even.clamp(-bounds.step_max, bounds.step_max) };
+            let speed = if even.is_nan() { even } else { self.caught_up(even.clamp(-bounds.step_max, bounds.step_max), span, bounds.change_max) };
             limited |= (even - speed).abs() > ROUNDING * bounds.step_max;
             (self.change, self.left) = ((speed - self.speed) / span, interpolation.max(1));
         }
@@ -162,9 +190,33 @@ impl Spline {
             self.left -= 1;
         }
         if self.left == 0 && self.is_there() {
-            (self.value, self.speed) = (self.setpoint, 0.0);
+            (self.value, self.speed, self.catching_up) = (self.setpoint, 0.0, None);
         }
         (self.value, self.speed, limited)
+    }
+
+    /// Time was lost: the way that the set-points have gone meanwhile is not jumped over.
+    fn catch_up(&mut self, lost: f64) {
+        let before = self.catching_up.unwrap_or(CatchingUp { speed: 0.0, lost: 0.0 });
+        self.catching_up = Some(CatchingUp { speed: before.speed.max(self.speed.abs()), lost: before.lost + lost });
+    }
+
+    /// `even`, the speed to come to over `span` invocations, as far as catching up allows; at an end of catching up, `even` itself.
+    fn caught_up(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
+        let Some(catching_up) = self.catching_up else { return even };
+        let towards = if self.setpoint < self.value { -1.0 } else { 1.0 };
+        let (speed, wanted) = (towards * self.speed, towards * even);
+        // From that speed it can still come to rest at the set-point: v²/2c + (v + speed) span/2 is the way that is left.
+        let (c, left) = (change_max, (self.setpoint - self.value).abs());
+        let room = (c * span / 2.0).powi(2) + 2.0 * c * (left - speed * span / 2.0);
+        let stopping = if room > 0.0 { room.sqrt() - c * span / 2.0 } else { 0.0 };
+        let most = catching_up.speed.min(stopping.max(0.0));
+        let reached = wanted.clamp(speed - c * span, speed + c * span).min(most.max(speed - c * span));
+        if wanted == reached && catching_up.lost == 0.0 {
+            self.catching_up = None;
+            return even;
+        }
+        towards * reached
     }
 
     /// Counts positions from another origin: nothing moves, all numbers are `by` greater.
@@ -190,7 +242,7 @@ mod tests {
         assert_eq!(ramp, [(5.25, 0.25), (5.5, 0.25), (5.75, 0.25), (6.0, 0.25), (6.0, 0.0)]);
     }
 
-    const WIDE: Bounds = Bounds { position_min: -1e6, position_max: 1e6, step_max: 1e6 };
+    const WIDE: Bounds = Bounds { position_min: -1e6, position_max: 1e6, step_max: 1e6, change_max: 1e6 };
 
     #[test]
     fn a_spline_has_neither_more_speed_nor_more_acceleration_than_its_setpoints() {
@@ -223,7 +275,7 @@ mod tests {
     #[test]
     fn a_spline_keeps_to_its_bounds_and_says_so() {
         let mut spline = Spline::default();
-        let bounds = Bounds { position_min: -1.0, position_max: 0.5, step_max: 0.002 };
+        let bounds = Bounds { position_min: -1.0, position_max: 0.5, step_max: 0.002, change_max: 1e6 };
         assert_eq!(spline.advance(0.0, 20, bounds), (0.0, 0.0, false));
         let (mut value, mut held) = (0.0, 0);
         for _ in 0..1000 {
@@ -246,6 +298,48 @@ mod tests {
         spline.shift(-0.25);
         assert_eq!(spline.advance(0.75, 20, WIDE), (0.75, 0.0, false));
         assert_eq!(spline.advance(1.0, 1, WIDE).0, 1.0, "without interpolation it is the set-point");
+    }
+
+    /// A servo at 1 ms that stands still from `at` for `lost` ms, while its set-points go on at 0.3 rad/s and end at 0.6 rad: greatest speed, acceleration, and the end.
+    fn stalled(at: u64, lost: u64) -> (f64, f64, f64) {
+        let mut approach = Approach::default();
+        let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
+        for k in 0..8000u64 {
+            let number = if k > at { k + lost } else { k };
+            // Every 20 ms: 0.6 s at 0.5 rad/s² up to 0.3 rad/s, and the same at the end.
+            let t = (number / 20 * 20) as f64 * 1e-3;
+            let setpoint = if t < 0.6 { 0.25 * t * t } else if t < 2.0 { 0.09 + 0.3 * (t - 0.6) } else { 0.6 - 0.25 * (2.6 - t.min(2.6)).powi(2) };
+            let led = Led { setpoint, position: 0.0, offset: 0.0, range: None, speed_max: 3.0, acceleration_max: 5.0 };
+            let now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 20).reference;
+            let speed = (now - before) / 1e-3;
+            (fastest, hardest) = (fastest.max(speed), hardest.max((speed - rate).abs() / 1e-3));
+            (before, rate) = (now, speed);
+        }
+        (fastest, hardest, before)
+    }
+
+    #[test]
+    fn a_servo_that_stood_still_catches_up_at_the_speed_asked_for() {
+        for lost in [0, 5, 17, 50, 100, 300, 1000, 3000] {
+            for at in [30, 200, 700, 1210, 1900, 2300] {
+                let (fastest, hardest, end) = stalled(at, lost);
+                assert!(fastest <= 0.3 * (1.0 + 1e-6), "{fastest} rad/s after {lost} ms at {at} ms");
+                assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s² after {lost} ms at {at} ms");
+                assert!((end - 0.6).abs() < 1e-9, "{end} rad after {lost} ms at {at} ms");
+            }
+        }
+    }
+
+    #[test]
+    fn a_servo_that_is_always_a_little_late_follows_as_before() {
+        let mut approach = Approach::default();
+        let mut now = 0.0;
+        for k in 0..2000u64 {
+            let number = 2 * k;
+            let led = Led { setpoint: (number / 20) as f64 * 0.006, position: 0.0, offset: 0.0, range: None, speed_max: 3.0, acceleration_max: 5.0 };
+            now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 10).reference;
+        }
+        assert!((now - 0.3 * 3.97).abs() < 0.01, "{now}");
     }
 
     #[test]

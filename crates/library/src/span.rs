@@ -2,21 +2,74 @@
 //! The time between two invocations, for blocks whose parameters are times and frequencies.
 //!
 //! A block that measures it needs no parameter that repeats the interval at which it is activated, and stays right when the
-//! interval is changed or a firing is skipped.
+//! interval is changed. Releases that were skipped took their numbers with them, so the time that was lost with them is known, too: what
+//! moves, integrates or filters goes on by one cycle, as if that time had not passed. Nothing leaps because a machine stood still.
+use opengpac::Invocation;
 
-/// When the invocation before was.
+/// The invocation before.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Span {
     before_ns: i64,
+    number: u64,
     begun: bool,
 }
 
+/// Running time since the invocation before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Passed {
+    /// The part of one cycle.
+    pub cycle_ns: i64,
+    /// The rest: that of the releases that were skipped.
+    pub lost_ns: i64,
+}
+
+/// A loss of so many cycles is no gap: a source that is always a little late stays right.
+const LATE: i64 = 2;
+
+impl Passed {
+    /// Whether so much was lost that nothing may act as if that time had been used.
+    pub fn is_gap(self) -> bool {
+        self.lost_ns > LATE * self.cycle_ns
+    }
+
+    /// All the time, or that of one cycle where there is a gap, s.
+    pub fn used_s(self) -> f64 {
+        (self.cycle_ns + if self.is_gap() { 0 } else { self.lost_ns }) as f64 * 1e-9
+    }
+
+    /// Time of one cycle, s.
+    pub fn cycle_s(self) -> f64 {
+        self.cycle_ns as f64 * 1e-9
+    }
+
+    /// Time that was lost, s.
+    pub fn lost_s(self) -> f64 {
+        self.lost_ns as f64 * 1e-9
+    }
+}
+
 impl Span {
-    /// Running time since the invocation before, s; 0 at the first, and at an extra one in the same firing.
-    pub fn advance(&mut self, time_ns: i64) -> f64 {
-        let span_s = if self.begun { time_ns.saturating_sub(self.before_ns).max(0) as f64 * 1e-9 } else { 0.0 };
-        *self = Span { before_ns: time_ns, begun: true };
-        span_s
+    /// The time since the invocation before, s, or that of one cycle after a gap: for what integrates and filters. 0 at the first
+    /// invocation, and at an extra one in the same firing.
+    pub fn used(&mut self, invocation: &Invocation) -> f64 {
+        self.pass(invocation).used_s()
+    }
+
+    /// All the time since the invocation before, s: for derivatives and predictions of what is measured, which did not stand still.
+    pub fn elapsed(&mut self, invocation: &Invocation) -> f64 {
+        let passed = self.pass(invocation);
+        (passed.cycle_ns + passed.lost_ns) as f64 * 1e-9
+    }
+
+    /// The time of one cycle, and what was lost.
+    pub fn pass(&mut self, invocation: &Invocation) -> Passed {
+        let Invocation { number, time_ns, .. } = *invocation;
+        let elapsed_ns = if self.begun { time_ns.saturating_sub(self.before_ns).max(0) } else { 0 };
+        let cycles = i64::try_from(number.saturating_sub(self.number)).map_or(1, |cycles| cycles.max(1));
+        *self = Span { before_ns: time_ns, number, begun: true };
+        // A division is dear at 1 ms, and seldom needed.
+        let cycle_ns = if cycles == 1 { elapsed_ns } else { elapsed_ns / cycles };
+        Passed { cycle_ns, lost_ns: elapsed_ns - cycle_ns }
     }
 
     /// Whether there was an invocation before.
@@ -29,11 +82,25 @@ impl Span {
 mod tests {
     use super::*;
 
+    fn at(number: u64, ms: i64) -> Invocation {
+        Invocation { number, time_ns: ms * 1_000_000, now_ns: 0 }
+    }
+
     #[test]
     fn the_first_invocation_has_no_span() {
         let mut span = Span::default();
-        assert_eq!((span.begun(), span.advance(5_000_000)), (false, 0.0));
-        assert_eq!((span.begun(), span.advance(7_000_000)), (true, 0.002));
-        assert_eq!(span.advance(7_000_000), 0.0);
+        assert_eq!((span.begun(), span.used(&at(0, 5))), (false, 0.0));
+        assert_eq!((span.begun(), span.used(&at(1, 7))), (true, 0.002));
+        assert_eq!(span.used(&at(2, 7)), 0.0);
+    }
+
+    #[test]
+    fn what_is_lost_with_skipped_releases_is_told_apart() {
+        let mut span = Span::default();
+        span.pass(&at(10, 100));
+        assert_eq!(span.pass(&at(60, 1100)), Passed { cycle_ns: 20_000_000, lost_ns: 980_000_000 });
+        assert!((span.used(&at(62, 1140)) - 0.04).abs() < 1e-15, "a little late");
+        assert!((span.used(&at(72, 1340)) - 0.02).abs() < 1e-15, "a gap");
+        assert!((span.elapsed(&at(74, 1380)) - 0.04).abs() < 1e-15);
     }
 }

@@ -57,26 +57,28 @@ fn the_names_of_the_interface_stay() {
         (
             "joint_servo",
             "setpoint position velocity bias offset homed effort error reference reference_velocity limited kp ki kd limit interpolation position_min \
-             position_max speed_max needs_home following_error",
+             position_max speed_max acceleration_max needs_home following_error",
         ),
         (
             "joint_reference",
-            "setpoint position offset homed goal error reference reference_velocity limited period position_min position_max speed_max needs_home \
-             following_error",
+            "setpoint position offset homed goal error reference reference_velocity limited period position_min position_max speed_max acceleration_max \
+             needs_home following_error",
         ),
         (
             "motion_generator",
-            "n start start_velocity goal speed acceleration jerk position_min position_max override cell_override holding setpoint velocity target \
-             complete duration left lead relative finished held",
+            "n start start_velocity last_velocity last_acceleration last_time goal speed fastest acceleration jerk position_min position_max override \
+             cell_override gap_max holding setpoint velocity setpoint_acceleration setpoint_time lost target complete duration left lead relative finished held \
+             gap",
         ),
         (
             "velocity_generator",
-            "n start start_velocity velocity acceleration jerk position_min position_max override cell_override holding setpoint setpoint_velocity \
-             lead reverse in_velocity stopped held at_limit",
+            "n start start_velocity last_velocity last_acceleration last_time velocity acceleration jerk position_min position_max override cell_override \
+             gap_max holding setpoint setpoint_velocity setpoint_acceleration setpoint_time lost lead reverse in_velocity stopped held at_limit gap",
         ),
         (
             "gear_generator",
-            "master start start_velocity ratio speed acceleration deceleration jerk position_min position_max setpoint velocity engaged lead in_gear at_limit too_fast",
+            "master start start_velocity last_velocity last_acceleration last_time ratio speed acceleration deceleration jerk position_min position_max gap_max \
+             setpoint velocity setpoint_velocity setpoint_acceleration setpoint_time lost engaged lead in_gear at_limit too_fast gap",
         ),
         ("heartbeat", "beat lost age limit late"),
         ("capture", "n level u captured on off"),
@@ -100,21 +102,37 @@ fn the_names_of_the_interface_stay() {
         ("differential_kinematics", "n pose start speed_max position_min position_max setpoint behind turned chain slowed lost"),
         (
             "line_planner",
-            "n start goal speed angular_speed speed_max acceleration_max position_min position_max line target duration chain acceleration jerk \
-             angular_acceleration angular_jerk slowest unreachable limit singular",
+            "n start start_velocity last_velocity last_acceleration last_time goal speed angular_speed speed_max acceleration_max position_min position_max \
+             line target duration chain acceleration jerk angular_acceleration angular_jerk slowest lead waits unreachable limit singular",
         ),
-        ("line_generator", "n line override cell_override holding speed_max setpoint pose progress complete chain finished held singular"),
+        (
+            "line_generator",
+            "n line start start_velocity last_velocity last_acceleration last_time override cell_override holding gap_max speed_max acceleration_max \
+             jerk_max setpoint setpoint_velocity setpoint_acceleration setpoint_time lost pose progress complete lead chain finished held singular gap",
+        ),
         (
             "polyline_planner",
-            "n start poses blend speed angular_speed speed_max acceleration_max position_min position_max path target duration refused chain acceleration \
-             angular_acceleration slowest unreachable limit singular",
+            "n start start_velocity last_velocity last_acceleration last_time poses blend speed angular_speed speed_max acceleration_max position_min \
+             position_max path target duration refused chain acceleration angular_acceleration slowest lead waits unreachable limit singular",
         ),
-        ("polyline_generator", "n path override cell_override holding speed_max setpoint pose progress complete chain finished held singular"),
+        (
+            "polyline_generator",
+            "n path start start_velocity last_velocity last_acceleration last_time override cell_override holding gap_max speed_max acceleration_max \
+             jerk_max setpoint setpoint_velocity setpoint_acceleration setpoint_time lost pose progress complete lead chain finished held singular gap",
+        ),
         ("payload_effort", "n q effort held chain mass centre gravity rate"),
         ("channel_sum", "channel u y"),
         ("flag", "y value"),
-        ("path_planner", "n start points blend speed speed_max acceleration_max position_min position_max path target duration refused limit"),
-        ("path_generator", "n path override cell_override holding acceleration_max setpoint velocity progress complete finished held"),
+        (
+            "path_planner",
+            "n start start_velocity last_velocity last_acceleration last_time points blend speed speed_max acceleration_max position_min position_max path \
+             target duration refused lead waits limit",
+        ),
+        (
+            "path_generator",
+            "n path start start_velocity last_velocity last_acceleration last_time override cell_override holding gap_max acceleration_max jerk_max \
+             setpoint velocity setpoint_velocity setpoint_acceleration setpoint_time lost progress complete lead finished held gap",
+        ),
     ];
     for (name, items) in expected {
         let face = faces().into_iter().find(|face| face.name == name).expect(name);

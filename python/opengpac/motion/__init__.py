@@ -2,10 +2,11 @@
 """Motions of a joint, a group of joints, and an arm: `gpac.motion.move_absolute(arm, goal)`, `stop(arm)`, `move_linear(arm, pose)`.
 
 The words are those of PLCopen Motion Control. Each is a verb: it may be started with `.asynch(...)`, halted, given a `time_limit`,
-composed with others. All begin from where the joints are commanded to be, and when they are halted or their time is up they slow
+composed with others. All begin from the position, speed and acceleration that the joints are commanded to have (lines and paths brake first), and when they are halted or their time is up they slow
 down within the limits first. `arm.override` and `cell.override` scale their speed.
 """
 
+from ..robots.generators import TimeLost
 from .coupled import gear
 from .home import Homed, HomingFailed, home, home_here
 from .line import LineRefused, follow_linear, move_linear
@@ -15,6 +16,6 @@ from .payload import carry
 from .velocity import LimitReached, Stopped, jog, move_velocity, stop
 
 __all__ = [
-    "Homed", "HomingFailed", "LimitReached", "LineRefused", "MoveTimeout", "Moved", "PathRefused", "Stopped", "carry", "follow",
+    "Homed", "HomingFailed", "LimitReached", "LineRefused", "MoveTimeout", "Moved", "PathRefused", "Stopped", "TimeLost", "carry", "follow",
     "follow_linear", "gear", "home", "home_here", "jog", "move_absolute", "move_linear", "move_relative", "move_velocity", "stop",
 ]  # fmt: skip

@@ -8,9 +8,9 @@ from ..commands import activate
 from ..conditions import on
 from ..decorated import verb
 from ..parameters import input
+from ..robots.generators import GAP, PERIOD, STOP, brake, handed, limited, share, slowing
 from ..robots.joints import Joint
 from ..svvs import SVV
-from .parts import PERIOD, STOP, brake, limited, share, slowing
 from .velocity import LimitReached, Stopped
 
 
@@ -20,7 +20,7 @@ from .velocity import LimitReached, Stopped
     objects={"arm": Joint},
     instantiation_parameters={
         "arm.commanded": ["generator.start", "generator.setpoint", "brake.start", "brake.setpoint"],
-        "arm.commanded_velocity": ["generator.start_velocity", "brake.start_velocity"],
+        **handed(["generator", "brake"], ["generator", "brake"]),
         "master": "generator.master",
     },
     input_parameters={
@@ -30,7 +30,7 @@ from .velocity import LimitReached, Stopped
         "arm.max_acceleration": ["brake.acceleration", "generator.deceleration"],
         **limited("generator", "brake"),
     },
-    output_values={"position": "brake.setpoint"},
+    output_values={"position": "brake.setpoint", "lost": "generator.lost"},
     command_lists={"start": [activate("generator", every=PERIOD)], "stop": STOP, "limit": STOP},
     initial="start",
     conditions={
@@ -38,6 +38,7 @@ from .velocity import LimitReached, Stopped
         "too_fast": on("generator.too_fast", during="start"),
         "limit_reached": on("brake.stopped", returns=["position"], raises=LimitReached, during="limit"),
         "stopped": on("brake.stopped", returns=["position"], during="stop"),
+        **GAP,
     },
     transitions={
         ("start", "halted"): "stop",

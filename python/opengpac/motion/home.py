@@ -13,9 +13,9 @@ from ..errors import Terminated
 from ..groups import Group
 from ..parameters import each, input
 from ..reports import Report
+from ..robots.generators import PERIOD, TimeLost, Values, brake, handed, slowing, suspended
 from ..robots.joints import Joint
 from ..svvs import SVV
-from .parts import PERIOD, Values, brake, slowing, suspended
 
 
 class HomingFailed(Terminated):
@@ -72,7 +72,7 @@ _MOVES = ("seek", "back", "creep", "brake")
     instantiation_parameters={
         **_SET,
         "arm.commanded": [*(f"{label}.{port}" for label in _MOVES for port in ("start", "setpoint")), "set.commanded", "set.new_commanded"],
-        "arm.commanded_velocity": [f"{label}.start_velocity" for label in _MOVES],
+        **handed(_MOVES, _MOVES),
         "arm.sensed": "watch.u",
         "arm.override": [f"{label}.override" for label in _MOVES[:3]],
         "arm.cell_override": [f"{label}.cell_override" for label in _MOVES[:3]],
@@ -85,6 +85,7 @@ _MOVES = ("seek", "back", "creep", "brake")
         "position": _POSITION,
         "arm.max_acceleration": [f"{label}.acceleration" for label in _MOVES],
         "arm.max_jerk": [f"{label}.jerk" for label in _MOVES],
+        "arm.max_gap": [f"{label}.gap_max" for label in _MOVES],
     },
     output_values={"shift": "set.shift"},
     command_lists={
@@ -105,6 +106,7 @@ _MOVES = ("seek", "back", "creep", "brake")
         "completed": on(returns=["shift"]),
         "stopped": on("brake.stopped", returns=[], during="stop"),
         "not_found": on("brake.stopped", raises=HomingFailed, during="give_up"),
+        "time_lost": on([f"{label}.gap" for label in _MOVES[:3]], returns=[], raises=TimeLost, during=["seek", "back", "creep"]),
     },
     transitions={
         ("seek", "found"): "back",

@@ -14,10 +14,10 @@ from ..errors import Terminated, Unreachable
 from ..frames import Pose
 from ..groups import Group
 from ..parameters import each, input
+from ..robots.generators import HOMED, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
-from .parts import HOMED, suspended
-from .resting import ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
+from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, LOST, RESTED, TRANSITIONS
 from .tables import each_point, poses
 
 
@@ -58,7 +58,7 @@ class LineRefused(Terminated, Unreachable):
 @verb(
     name="move_linear",
     blocks={
-        "planner": lib.block("line_planner"),
+        "planner": lib.block("line_planner")(waits=True),
         "generator": lib.block("line_generator"),
         **ENDS,
     },
@@ -73,11 +73,9 @@ class LineRefused(Terminated, Unreachable):
         "tolerance": "near.tolerance",
         "chain": input(["planner.chain", "generator.chain"], member="arm.chain"),
         "arm.max_speed": ["planner.speed_max", "generator.speed_max"],
-        "arm.max_acceleration": "planner.acceleration_max",
-        "arm.position_min": "planner.position_min",
-        "arm.position_max": "planner.position_max",
+        **BOUNDS,
     },
-    output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration"},
+    output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration", **LOST},
     command_lists=LISTS,
     initial="start",
     transitions=TRANSITIONS,
@@ -100,7 +98,7 @@ def move_linear(
     acceleration: float = 1.0,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the tool of an arm along a straight line to a pose, turning it evenly about one axis; from rest to rest.
+    """Moves the tool of an arm along a straight line to a pose, turning it evenly about one axis; from rest, so an arm that moves is braked first.
 
     pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; tolerance of each
     joint at the end: rad. Slower where the joints ask for it. A line that the arm cannot go raises `LineRefused` before it moves.
@@ -111,7 +109,7 @@ def move_linear(
 @verb(
     name="follow_linear",
     blocks={
-        "planner": lib.block("polyline_planner"),
+        "planner": lib.block("polyline_planner")(waits=True),
         "generator": lib.block("polyline_generator"),
         **ENDS,
     },
@@ -127,15 +125,14 @@ def move_linear(
         "tolerance": "near.tolerance",
         "chain": input(["planner.chain", "generator.chain"], member="arm.chain"),
         "arm.max_speed": ["planner.speed_max", "generator.speed_max"],
-        "arm.max_acceleration": "planner.acceleration_max",
-        "arm.position_min": "planner.position_min",
-        "arm.position_max": "planner.position_max",
+        **BOUNDS,
     },
     output_values={
         "position": "near.sensed",
         "error": "near.error",
         "duration": "planner.duration",
         "refused": "planner.refused",
+        **LOST,
     },
     command_lists=LISTS,
     initial="start",

@@ -15,8 +15,8 @@ from ..errors import Terminated
 from ..groups import Group
 from ..parameters import each, input
 from ..reports import Report
+from ..robots.generators import GAP, HOMED, PERIOD, STOP, Values, bound, brake, limited, share, slowing, suspended
 from ..robots.joints import Joint
-from .parts import HOMED, PERIOD, STOP, Values, bound, brake, limited, share, slowing, suspended
 
 
 class MoveTimeout(Terminated):
@@ -44,7 +44,7 @@ def _to(goal: Any, relative: bool) -> dict[str, Any]:
         },
         "objects": {"arm": each(Joint)},
         "instantiation_parameters": {
-            **bound("generator", "brake", overridden=["generator"]),
+            **bound("generator", "brake", overridden=["generator"], velocity={"generator": "velocity"}),
             "arm.goal": ["generator.target", "near.goal"],
             "arm.sensed": "near.sensed",
         },
@@ -57,7 +57,7 @@ def _to(goal: Any, relative: bool) -> dict[str, Any]:
             "arm.max_acceleration": "brake.acceleration",
             **limited("generator", "brake"),
         },
-        "output_values": {"position": "near.sensed", "error": "near.error", "duration": "generator.duration"},
+        "output_values": {"position": "near.sensed", "error": "near.error", "duration": "generator.duration", "lost": "generator.lost"},
         "command_lists": {
             "start": [activate("generator", every=PERIOD), activate("near", every=PERIOD)],
             "stop": STOP,
@@ -68,8 +68,13 @@ def _to(goal: Any, relative: bool) -> dict[str, Any]:
             "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
             "stopped": on("brake.stopped", returns=["position"], during="stop"),
             "timed_out": on("brake.stopped", returns=["position"], raises=MoveTimeout, during="give_up"),
+            **GAP,
         },
-        "transitions": {("start", "halted"): "stop", ("start", "time_limit"): "give_up", **slowing("stop", "give_up")},
+        "transitions": {
+            ("start", "halted"): "stop",
+            ("start", "time_limit"): "give_up",
+            **slowing("stop", "give_up"),
+        },
         "requires": {"arm.homed": HOMED},
         "suspend": suspended("generator", "brake"),
     }

@@ -13,10 +13,10 @@ from ..decorated import verb
 from ..errors import Terminated, Unreachable
 from ..groups import Group
 from ..parameters import each, input
+from ..robots.generators import HOMED, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
-from .parts import HOMED, suspended
-from .resting import ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
+from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, LOST, RESTED, TRANSITIONS
 from .tables import each_point, way_points
 
 
@@ -40,7 +40,7 @@ class PathRefused(Terminated, Unreachable):
 @verb(
     name="follow",
     blocks={
-        "planner": lib.block("path_planner"),
+        "planner": lib.block("path_planner")(waits=True),
         "generator": lib.block("path_generator"),
         **ENDS,
     },
@@ -53,15 +53,14 @@ class PathRefused(Terminated, Unreachable):
         "speed": input("planner.speed", form=each_point),
         "tolerance": "near.tolerance",
         "arm.max_speed": "planner.speed_max",
-        "arm.max_acceleration": ["planner.acceleration_max", "generator.acceleration_max"],
-        "arm.position_min": "planner.position_min",
-        "arm.position_max": "planner.position_max",
+        **BOUNDS,
     },
     output_values={
         "position": "near.sensed",
         "error": "near.error",
         "duration": "planner.duration",
         "refused": "planner.refused",
+        **LOST,
     },
     command_lists=LISTS,
     initial="start",

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How lines and paths end before their end: they come to rest on their way, within their limits, and report `held`.
+"""How lines and paths begin and end: from rest, so an arm that moves is braked first; and at rest on their way, within their limits.
 
-`hold` sets the generator's input `holding` when the list that follows `halted` or `time_limit` executes it.
+The planner is executed at the start and stays active: where joints move, it waits until the generator has braked them, and plans from there.
+`hold` sets the generator's input `holding` when the list that follows `halted` or `time_limit` executes it; then it reports `held`.
 """
 
 from __future__ import annotations
@@ -11,14 +12,15 @@ from typing import Any
 from .. import library as lib
 from ..commands import Command, activate, execute
 from ..conditions import on
+from ..robots.generators import PERIOD, TimeLost, handed, slowing
 from ..robots.motion import MotionTimeout
-from .parts import PERIOD, slowing
 
 ENDS: dict[str, Any] = {"near": lib.block("in_position"), "hold": lib.block("flag")}
-"""What tells that the joints are there, and the block that makes the generator come to rest on its way."""
+"""The block that tells that the joints are there, and the one that makes the generator come to rest on its way."""
 
 FOLLOWED: dict[str, str | list[str]] = {
-    "arm.commanded": ["planner.start", "generator.setpoint"],
+    "arm.commanded": ["planner.start", "generator.start", "generator.setpoint"],
+    **handed(["planner", "generator"], ["generator"]),
     "arm.goal": ["planner.target", "near.goal"],
     "arm.sensed": "near.sensed",
     "arm.override": "generator.override",
@@ -26,13 +28,30 @@ FOLLOWED: dict[str, str | list[str]] = {
 }
 """χ of a motion that is planned whole and then followed: where it begins, where it leads, and how fast its time passes."""
 
+BOUNDS: dict[str, str | list[str]] = {
+    "arm.max_acceleration": ["planner.acceleration_max", "generator.acceleration_max"],
+    "arm.max_jerk": "generator.jerk_max",
+    "arm.max_gap": "generator.gap_max",
+    "arm.position_min": "planner.position_min",
+    "arm.position_max": "planner.position_max",
+}
+"""ψ of its planner and generator."""
+
 HOLDING: dict[str, list[str]] = {"holding": ["hold.y", "generator.holding"]}
 """Its cell."""
+
+LOST = {"lost": "generator.lost"}
+"""The output value that `TimeLost` tells."""
 
 _REST: list[Command] = [execute("hold"), activate("generator", every=PERIOD)]
 
 LISTS: dict[str, list[Command]] = {
-    "start": [execute("planner"), activate("generator", every=PERIOD), activate("near", every=PERIOD)],
+    "start": [
+        execute("planner"),
+        activate("planner", every=PERIOD),
+        activate("generator", every=PERIOD),
+        activate("near", every=PERIOD),
+    ],
     "stop": _REST,
     "give_up": _REST,
 }
@@ -41,8 +60,9 @@ LISTS: dict[str, list[Command]] = {
 RESTED: dict[str, Any] = {
     "stopped": on("generator.held", returns=["position"], during="stop"),
     "timed_out": on("generator.held", returns=["position"], raises=MotionTimeout, during="give_up"),
+    "time_lost": on("generator.gap", returns=["position", "lost"], raises=TimeLost, during="start"),
 }
-"""The conditions of those two ends."""
+"""The conditions of those two ends, and of the one after lost time."""
 
 TRANSITIONS = {("start", "halted"): "stop", ("start", "time_limit"): "give_up", **slowing("stop", "give_up")}
 """What leads there."""

@@ -15,9 +15,9 @@ from ..errors import Terminated
 from ..groups import Group
 from ..parameters import each, input
 from ..reports import Report
+from ..robots.generators import GAP, PERIOD, STOP, Values, bound, brake, limited, share, slowing, suspended
 from ..robots.joints import Joint
 from ..svvs import SVV
-from .parts import PERIOD, STOP, Values, bound, brake, limited, share, slowing, suspended
 
 
 class LimitReached(Terminated):
@@ -40,7 +40,7 @@ def _at(most: str, **more: str) -> dict[str, Any]:
             "acceleration": share(["generator.acceleration", "brake.acceleration"], "max_acceleration"),
             **limited("generator", "brake"),
         },
-        "output_values": {"position": "brake.setpoint"},
+        "output_values": {"position": "brake.setpoint", "lost": "generator.lost"},
     }
 
 
@@ -55,6 +55,7 @@ def _at(most: str, **more: str) -> dict[str, Any]:
         "limit_reached": on("brake.stopped", returns=["position"], raises=LimitReached, during="limit"),
         "stopped": on("brake.stopped", returns=["position"], during="stop"),
         "halted": on(returns=["position"]),
+        **GAP,
     },
     transitions={
         ("start", "halted"): "stop",
@@ -84,8 +85,14 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
         "released": on("watch.late", during="start"),
         "stopped": on("brake.stopped", returns=["position"], during="stop"),
         "halted": on(returns=["position"]),
+        **GAP,
     },
-    transitions={("start", "released"): "stop", ("start", "halted"): "stop", ("start", "time_limit"): "stop", **slowing("stop")},
+    transitions={
+        ("start", "released"): "stop",
+        ("start", "halted"): "stop",
+        ("start", "time_limit"): "stop",
+        **slowing("stop"),
+    },
     suspend=suspended("generator", "brake"),
 )
 def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %") -> Stopped:

@@ -22,7 +22,8 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
 
     `commanded` is the set-point that a verb stores, `reference` and `commanded_velocity` are where the servo wants the joint to be now,
     which follows the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's
-    invocations in which these held it back. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that
+    invocations in which these held it back. `setpoint_velocity`, `setpoint_acceleration` and `setpoint_time` (ns of the system's clock) belong to the
+    last set-point: what takes over goes on from there. Where more than `max_gap` is lost at once, a motion comes to rest. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that
     of the whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
 
     `Joint("lift", drive=line["lift"])` is a joint by itself. What the driver says of the part holds unless the program says otherwise: its
@@ -35,6 +36,9 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     velocity: SVV[float] = svv(unit="rad/s")
     commanded: SVV[float] = svv(unit="rad", initial="sensed", history=HISTORY)
     commanded_velocity: SVV[float] = svv(unit="rad/s")
+    setpoint_velocity: SVV[float] = svv(unit="rad/s")
+    setpoint_acceleration: SVV[float] = svv(unit="rad/s^2")
+    setpoint_time: SVV[int] = svv()
     reference: SVV[float] = svv(unit="rad", history=HISTORY)
     goal: SVV[float] = svv(unit="rad", initial="sensed")
     limited: SVV[int] = svv()
@@ -51,6 +55,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     jog_speed: float = parameter(JOG_SPEED, unit="rad/s")
     max_acceleration: float = parameter(5.0, unit="rad/s^2")
     max_jerk: float = parameter(50.0, unit="rad/s^3")
+    max_gap: float = parameter(0.5, unit="s")
     max_effort: float = parameter(150.0, unit="N.m")
     max_following_error: float = parameter(0.1, unit="rad")
     kp: float = parameter(100.0, unit="N.m/rad", tunable=True)

@@ -8,18 +8,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import library as lib
-from ..commands import activate, execute
+from ..commands import activate
 from ..conditions import on
 from ..decorated import verb
-from ..errors import NotHomed, Terminated
+from ..errors import Terminated
 from ..groups import Group
-from ..parameters import each, input, required
+from ..parameters import each, input
 from ..reports import Report
+from .generators import GAP, HOMED, PERIOD, STOP, bound, brake, limited, slowing, suspended
 from .joints import Joint
 
 
 class MotionTimeout(Terminated):
-    """A motion did not end within its time limit."""
+    """A motion did not end within its time limit; the joints have come to rest on the way."""
 
 
 class Moved(Report):
@@ -32,36 +33,46 @@ class Moved(Report):
 
 @verb(
     name="robot_move",
-    blocks={
-        "planner": lib.block("trajectory_planner"),
-        "generator": lib.block("setpoint_generator"),
-        "near": lib.block("in_position"),
-    },
+    blocks={"generator": lib.block("motion_generator"), "near": lib.block("in_position"), "brake": brake()},
     objects={"arm": each(Joint)},
     instantiation_parameters={
-        "arm.commanded": ["planner.start", "generator.setpoint"],
-        "arm.goal": ["planner.target", "near.goal"],
+        **bound("generator", "brake", overridden=["generator"], velocity={"generator": "velocity"}),
+        "arm.goal": ["generator.target", "near.goal"],
         "arm.sensed": "near.sensed",
     },
-    cells={"coefficients": ["planner.coefficients", "generator.coefficients"], "complete": ["generator.complete", "near.complete"]},
+    cells={"complete": ["generator.complete", "near.complete"]},
     input_parameters={
-        "goal": input("planner.goal", within=("arm.position_min", "arm.position_max")),
-        "speed": "planner.speed",
+        "goal": input("generator.goal", within=("arm.position_min", "arm.position_max")),
+        "speed": "generator.fastest",
         "tolerance": "near.tolerance",
-        "arm.max_speed": "planner.speed_max",
-        "arm.max_acceleration": "planner.acceleration_max",
-        "arm.max_jerk": "planner.jerk_max",
-        "arm.position_min": "planner.position_min",
-        "arm.position_max": "planner.position_max",
+        "arm.max_speed": "generator.speed",
+        "arm.max_acceleration": ["generator.acceleration", "brake.acceleration"],
+        **limited("generator", "brake"),
     },
-    output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration"},
-    command_lists={"start": [execute("planner"), activate("generator", every="20 ms"), activate("near", every="20 ms")]},
-    conditions={"arrived": on("near.done", returns=["position", "error", "duration"]), "time_limit": on(raises=MotionTimeout)},
-    requires={"arm.homed": required(NotHomed, when="arm.needs_home", remedy="find its zero first: gpac.motion.home(…) or home_here(…)")},
+    output_values={"position": "near.sensed", "error": "near.error", "duration": "generator.duration", "lost": "generator.lost"},
+    command_lists={
+        "start": [activate("generator", every=PERIOD), activate("near", every=PERIOD)],
+        "stop": STOP,
+        "give_up": STOP,
+    },
+    initial="start",
+    conditions={
+        "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
+        "stopped": on("brake.stopped", returns=["position"], during="stop"),
+        "timed_out": on("brake.stopped", returns=["position"], raises=MotionTimeout, during="give_up"),
+        **GAP,
+    },
+    transitions={
+        ("start", "halted"): "stop",
+        ("start", "time_limit"): "give_up",
+        **slowing("stop", "give_up"),
+    },
+    requires={"arm.homed": HOMED},
+    suspend=suspended("generator", "brake"),
 )
 def move(arm: Group[Joint], /, goal: Sequence[float] | np.ndarray, speed: float = 0.5, tolerance: float = 0.002) -> Moved:
-    """Moves the joints of an arm, from rest, so that all arrive together. goal: rad, one for each joint; speed: rad/s; tolerance: rad.
+    """Moves the joints of an arm so that all arrive together. goal: rad, one for each joint; speed: rad/s; tolerance: rad.
 
-    `gpac.motion.move_absolute` does the same from a moving start, with more to choose.
+    `gpac.motion.move_absolute` does the same with more to choose.
     """
     ...

@@ -63,6 +63,7 @@ joint_servo = Verb(
         "kd": input("servo.kd", tunable=True),
         "max_effort": "servo.limit",
         "max_speed": "servo.speed_max",
+        "max_acceleration": "servo.acceleration_max",
         "position_min": "servo.position_min",
         "position_max": "servo.position_max",
         "needs_home": "servo.needs_home",
@@ -108,6 +109,7 @@ joint_follower = Verb(
     cells={"goal": ["follow.goal", "write.u"]},
     input_parameters={
         "max_speed": "follow.speed_max",
+        "max_acceleration": "follow.acceleration_max",
         "position_min": "follow.position_min",
         "position_max": "follow.position_max",
         "needs_home": "follow.needs_home",

@@ -115,7 +115,7 @@ def test_ends_that_raise_are_counted(cell: gpac.System) -> None:
         with pytest.raises(gpac.Terminated):
             move(bench.arm, goal=[1.0, 1.0], time_limit=f"{10 + k} ms")
     (alarm,) = cell.alarms
-    assert (alarm.code, alarm.source, alarm.state, alarm.count) == ("time_limit", "robot_move", "returned", 3)
+    assert (alarm.code, alarm.source, alarm.state, alarm.count) == ("timed_out", "robot_move", "returned", 3)
     assert "robot_move#3" in alarm.text
     assert move(bench.arm, goal=bench.arm.values("sensed")).condition == "arrived"
     assert len(cell.alarms) == 1, "a normal end raises none"

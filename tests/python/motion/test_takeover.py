@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -76,3 +79,99 @@ def test_a_suspended_move_comes_to_rest_and_goes_on() -> None:
         assert moving.wait().condition == "arrived"
         speed = np.diff(arm[0].reference.history[:]["value"]) / 1e-3
         assert np.abs(np.diff(speed) / 1e-3).max() <= arm[0].max_acceleration * (1 + 1e-6)
+
+
+def by(joint: int, way: float) -> list[float]:
+    return [way if i == joint else 0.0 for i in range(6)]
+
+
+def on_a_line(arm: gpac.robots.Arm, x: float, y: float, z: float) -> gpac.VerbInstance[Any]:
+    return motion.move_linear.asynch(arm, gpac.Pose((x, y, z)) @ arm.pose(), speed=0.2)
+
+
+MOTIONS: dict[str, Callable[[gpac.robots.Arm, float], gpac.VerbInstance[Any]]] = {
+    "joints": lambda arm, to: motion.move_absolute.asynch(arm, goal(arm, 0.6 * to, 0.0, 0.3 * to), speed="40 %", acceleration="50 %"),
+    "velocity": lambda arm, to: motion.move_velocity.asynch(arm, by(0, to), time_limit="0.4 s"),
+    "line": lambda arm, to: on_a_line(arm, 0.1 * to, -0.1, 0.05),
+    "path": lambda arm, to: motion.follow.asynch(arm, [goal(arm, 0.2 * to, 0.1), goal(arm, 0.3 * to)]),
+    "line of several": lambda arm, to: motion.follow_linear.asynch(arm, [gpac.Pose((0.05 * to, -0.05, 0.0)) @ arm.pose(), arm.pose()], speed=0.2),
+    "robots.move": lambda arm, to: gpac.robots.move.asynch(arm, goal(arm, 0.4 * to)),
+    "stop": lambda arm, _: motion.stop.asynch(arm),
+}
+
+
+@pytest.mark.parametrize("second", MOTIONS)
+@pytest.mark.parametrize("first", [name for name in MOTIONS if name != "stop"])
+def test_every_motion_takes_over_every_other_within_the_limits(first: str, second: str) -> None:
+    """At an instant of each: while it speeds up, moves evenly, slows down; to the other side or the same."""
+    for when, to in (("107 ms", -1.0), ("320 ms", -1.0), ("320 ms", 1.0)):
+        arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
+        with arm.system as cell, arm.enabled():
+            moving = MOTIONS[first](arm, 1.0)
+            cell.advance(when)
+            then = MOTIONS[second](arm, to)
+            assert moving.report.condition == "aborted"
+            assert then.wait().condition in ("arrived", "stopped")
+            reference = np.array([joint.reference.history[:]["value"] for joint in arm]).T
+            change = np.abs(np.diff(reference, 2, axis=0)) / 1e-6
+            limits = np.array([joint.max_acceleration for joint in arm])
+            assert (change <= limits * 1.02).all(), f"{change.max()} rad/s² when '{second}' takes over '{first}' after {when}"
+
+
+@pytest.mark.parametrize("when", ["47 ms", "81 ms", "120 ms", "200 ms", "320 ms"])
+@pytest.mark.parametrize("how", ["halt", "stop", "back", "robots.move back", "suspend"])
+def test_jerk_is_kept_whatever_ends_a_motion_that_speeds_up(how: str, when: str) -> None:
+    arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
+    with arm.system as cell, arm.enabled():
+        start = goal(arm)
+        moving = motion.move_absolute.asynch(arm, goal(arm, 0.8, 0.2, -0.4), speed="60 %")
+        cell.advance(when)
+        if how in ("halt", "suspend"):
+            getattr(moving, how)()
+        elif how == "stop":
+            motion.stop(arm)
+        elif how == "back":
+            motion.move_absolute(arm, start, speed="100 %")
+        else:
+            gpac.robots.move(arm, start)
+        cell.advance("300 ms")
+        for joint in arm:
+            rows = joint.commanded.history[:]
+            assert (np.diff(rows["time"][3:]) < 0.0201).all()
+            jerk = np.abs(np.diff(rows["value"], 3)) / 0.02**3
+            assert jerk.max() <= joint.max_jerk * (1 + 1e-6), f"{joint.short_name}: {jerk.max()} rad/s³"
+
+
+def test_a_line_that_is_refused_leaves_a_moving_arm_at_rest_within_its_limits() -> None:
+    arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
+    with arm.system as cell, arm.enabled():
+        motion.move_absolute.asynch(arm, goal(arm, 0.8), speed="60 %")
+        cell.advance("300 ms")
+        with pytest.raises(motion.LineRefused, match="out of reach"):
+            motion.move_linear(arm, gpac.Pose((3.0, 0.0, 0.0)) @ arm.pose())
+        cell.advance("200 ms")
+        reference = arm[0].reference.history[:]["value"]
+        assert np.abs(np.diff(reference, 2)).max() / 1e-6 <= arm[0].max_acceleration * (1 + 1e-6)
+        assert arm[0].commanded_velocity.value == 0.0
+
+
+@pytest.mark.parametrize("how", ["halt", "suspend", "time limit"])
+def test_a_line_that_brakes_what_moved_before_may_be_ended_too(how: str) -> None:
+    arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
+    with arm.system as cell, arm.enabled():
+        motion.move_absolute.asynch(arm, goal(arm, 0.8), speed="60 %")
+        cell.advance("300 ms")
+        limit = {"time_limit": "60 ms"} if how == "time limit" else {}
+        line = motion.move_linear.asynch(arm, gpac.Pose((0.0, 0.0, 0.05)) @ arm.pose(), **limit)
+        cell.advance("60 ms")
+        if how != "time limit":
+            getattr(line, how)()
+        cell.advance("500 ms")
+        assert arm[0].commanded_velocity.value == 0.0
+        reference = arm[0].reference.history[:]["value"]
+        assert np.abs(np.diff(reference, 2)).max() / 1e-6 <= arm[0].max_acceleration * (1 + 1e-6)
+        if how == "suspend":
+            line.resume()
+            assert line.wait().condition == "arrived"
+        else:
+            assert line.done and line.report.condition == ("halted" if how == "halt" else "timed_out")

@@ -7,7 +7,9 @@ use super::line::ON_THE_LINE;
 use super::pose::{Numbers, Pose};
 use super::{BAD_CHAIN, BAD_LIMIT, NO_PLAN};
 use crate::pace;
-use opengpac::{Condition, ConditionOf};
+use crate::span::{Passed, Span};
+use crate::takeover::Tail;
+use opengpac::{Condition, ConditionOf, Invocation};
 
 /// How often a step that a joint cannot make is halved before the motion ends.
 const HALVINGS: u32 = 6;
@@ -21,9 +23,12 @@ pub struct Follower {
     /// Its time, s, and how fast that passes.
     time_s: f64,
     pace: f64,
-    before_ns: i64,
+    span: Span,
+    /// It comes to rest because time was lost.
+    is_lost: bool,
     /// Joint positions of the invocation before.
     q: [f64; JOINTS_MAX],
+    tail: Tail,
 }
 
 /// A stretch of path time: from where, for how long, the pace at its beginning and end, and the slope between.
@@ -59,13 +64,17 @@ pub struct Asked<'a> {
     pub cell_override: &'a [f64],
     pub holding: bool,
     pub speed_max: &'a [f64],
-    pub time_ns: i64,
+    /// Time that may be lost at once, s.
+    pub gap_max: &'a [f64],
+    pub invocation: &'a Invocation,
 }
 
 /// What one invocation of a generator gives.
 #[derive(Clone, Copy, Debug)]
 pub struct Followed {
     pub setpoint: [f64; JOINTS_MAX],
+    pub velocity: [f64; JOINTS_MAX],
+    pub acceleration: [f64; JOINTS_MAX],
     pub pose: Numbers,
     pub progress: f64,
     /// The last set-point is stored.
@@ -74,11 +83,16 @@ pub struct Followed {
     pub held: bool,
     /// The arm cannot follow from here: how much is done, 0 to 1.
     pub singular: Option<f64>,
+    /// It rests because more time was lost at once than is allowed: how much, s.
+    pub gap_s: Option<f64>,
 }
 
 impl Followed {
     /// Reports the conditions that have come.
-    pub fn report(&self, finished: &mut Condition, held: &mut Condition, singular: &mut ConditionOf<f64>) {
+    pub fn report(&self, finished: &mut Condition, held: &mut Condition, singular: &mut ConditionOf<f64>, gap: &mut ConditionOf<f64>) {
+        if let Some(gap_s) = self.gap_s {
+            gap.report(gap_s);
+        }
         if self.complete {
             finished.report();
         }
@@ -105,19 +119,29 @@ impl Follower {
     ///
     /// # Errors
     /// The code of a fault: an override is not within 0 and 1.
-    pub fn follow(&mut self, arm: &Arm, way: &impl Way, asked: &Asked) -> Result<Followed, u32> {
+    pub fn follow(&mut self, arm: &Arm, way: &impl Way, asked: &Asked, lost: &mut f64) -> Result<Followed, u32> {
         let allowed = pace::allowed(asked.r#override, asked.cell_override).ok_or(BAD_LIMIT)?;
-        let wanted = if asked.holding { 0.0 } else { allowed };
         let (from, to) = way.ends();
-        let span_s = self.begin(way.plan(), from, wanted, asked.time_ns);
+        let passed = self.begin(way.plan(), from, if asked.holding { 0.0 } else { allowed }, asked.invocation);
+        self.is_lost |= pace::is_gap(passed, asked.gap_max, lost);
+        let wanted = if asked.holding || self.is_lost { 0.0 } else { allowed };
+        let span_s = passed.cycle_s();
         let is_followed = self.go_on(arm, span_s, wanted, asked.speed_max, |time_s| way.pose(time_s), |stretch| way.allows(stretch));
         let progress = way.progress(self.time_s);
         let complete = self.time_s >= way.duration_s();
         if complete {
             self.q = *to;
         }
+        let gap_s = (self.is_lost && (self.pace == 0.0 || complete)).then_some(*lost);
+        // It may go on, where that does not end the motion.
+        self.is_lost &= gap_s.is_none();
+        let (mut velocity, mut acceleration) = ([0.0; JOINTS_MAX], [0.0; JOINTS_MAX]);
+        self.tail.push(&self.q, span_s, &mut velocity, &mut acceleration);
         Ok(Followed {
             setpoint: self.q,
+            velocity,
+            acceleration,
+            gap_s,
             pose: way.pose(self.time_s).numbers(),
             progress,
             complete,
@@ -126,14 +150,12 @@ impl Follower {
         })
     }
 
-    /// Begins where a plan is new; the time since the invocation before, s. At the beginning the planned speed is 0: any pace will do.
-    fn begin(&mut self, plan: f64, from: &[f64; JOINTS_MAX], wanted: f64, time_ns: i64) -> f64 {
+    /// Begins where a plan is new; the time since the invocation before. At the beginning the planned speed is 0: any pace will do.
+    fn begin(&mut self, plan: f64, from: &[f64; JOINTS_MAX], wanted: f64, invocation: &Invocation) -> Passed {
         if plan != self.plan {
-            *self = Follower { plan, time_s: 0.0, pace: wanted, before_ns: time_ns, q: *from };
+            *self = Follower { plan, pace: wanted, q: *from, ..Follower::default() };
         }
-        let span_s = (time_ns - self.before_ns) as f64 * 1e-9;
-        self.before_ns = time_ns;
-        span_s
+        self.span.pass(invocation)
     }
 
     /// Advances the path time by `span_s` at the pace that is wanted, as far as `fits` and the maximum joint speeds allow. False: no joint

@@ -35,7 +35,7 @@ impl Step for Differentiator {
             return Outcome::Fault(NEGATIVE_TIME);
         }
         let first = !self.span.begun();
-        let span_s = self.span.advance(invocation.time_ns);
+        let span_s = self.span.elapsed(invocation);
         if first {
             // A first sample that is no number is found, not kept for the next invocation.
             self.y = if self.u.is_finite() { 0.0 } else { self.u };

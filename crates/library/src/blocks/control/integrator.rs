@@ -47,7 +47,7 @@ impl Step for Integrator {
             return Outcome::Fault(EMPTY_RANGE);
         }
         let first = !self.span.begun();
-        let span_s = self.span.advance(invocation.time_ns);
+        let span_s = self.span.used(invocation);
         // A sample that is no number is found at once, also during a reset: it must not wait in `before`.
         let wanted = if !self.u.is_finite() {
             self.u

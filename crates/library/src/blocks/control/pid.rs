@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::reference::Reference;
+use crate::span::Span;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// The limit is negative, above it the minimum effort, or one is no number.
@@ -89,9 +90,9 @@ pub struct Pid {
     /// lagging derivative
     #[state]
     rate: f64,
-    /// running time of the invocation before, ns; -1: there was none
-    #[state(initial = -1)]
-    before_ns: i64,
+    /// the invocation before
+    #[state(opaque)]
+    span: Span,
 }
 
 impl Pid {
@@ -142,11 +143,12 @@ impl Step for Pid {
             return Outcome::Fault(BAD_TIME);
         }
         let (reference, step) = self.reference.advance(self.setpoint, self.interpolation);
-        let span_s = if self.before_ns < 0 { 0.0 } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 };
-        self.derive(step, span_s);
+        let passed = self.span.pass(invocation);
+        // What is measured has gone on while time was lost; the integral has not.
+        self.derive(step, passed.cycle_s() + passed.lost_s());
         self.error = reference - self.measured;
-        self.act(reference, span_s);
-        (self.before, self.before_ns) = (self.measured, invocation.time_ns);
+        self.act(reference, passed.used_s());
+        self.before = self.measured;
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
         }
@@ -175,7 +177,7 @@ mod tests {
             integral: 0.0,
             before: 0.0,
             rate: 0.0,
-            before_ns: -1,
+            span: Span::default(),
             manual: false,
             manual_effort: 0.0,
             least: f64::NEG_INFINITY,

@@ -37,7 +37,7 @@ impl Step for RateLimiter {
             return Outcome::Fault(NEGATIVE_RATE);
         }
         let first = !self.span.begun();
-        let span_s = self.span.advance(invocation.time_ns);
+        let span_s = self.span.used(invocation);
         let (wanted, rise, fall) = (self.u - self.y, self.rising * span_s, self.falling * span_s);
         if first || !(wanted > rise || wanted < -fall) {
             self.y = self.u;

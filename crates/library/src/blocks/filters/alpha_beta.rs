@@ -42,7 +42,7 @@ impl Step for AlphaBeta {
             return Outcome::Fault(BAD_GAINS);
         }
         let first = !self.span.begun();
-        let span_s = self.span.advance(invocation.time_ns);
+        let span_s = self.span.elapsed(invocation);
         if first {
             (self.position, self.velocity, self.residual) = (self.u, 0.0, 0.0);
         } else if span_s > 0.0 {

@@ -38,7 +38,7 @@ impl Step for FirstOrderLag {
             return Outcome::Fault(NEGATIVE_TIME);
         }
         let first = !self.span.begun();
-        let span_s = self.span.advance(invocation.time_ns);
+        let span_s = self.span.used(invocation);
         if !self.u.is_finite() {
             // It must not wait in `before` until the next invocation.
             self.y = self.u;

@@ -42,7 +42,7 @@ impl Step for Kalman {
             return Outcome::Fault(BAD_VARIANCE);
         }
         let first = !self.span.begun();
-        let span_s = self.span.advance(invocation.time_ns);
+        let span_s = self.span.elapsed(invocation);
         if first {
             (self.y, self.variance, self.gain) = (self.u, self.noise, 1.0);
         } else {

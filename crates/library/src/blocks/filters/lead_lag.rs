@@ -41,7 +41,7 @@ impl Step for LeadLag {
             return Outcome::Fault(BAD_TIME);
         }
         let first = !self.span.begun();
-        let span_s = self.span.advance(invocation.time_ns);
+        let span_s = self.span.used(invocation);
         if first {
             self.y = self.k * self.u;
         } else {

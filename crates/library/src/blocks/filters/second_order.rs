@@ -84,7 +84,7 @@ impl Step for SecondOrder {
             self.first = self.u;
             self.y = kind.gain_at_rest() * self.u;
         }
-        let span_s = self.span.advance(invocation.time_ns);
+        let span_s = self.span.used(invocation);
         if span_s == 0.0 {
             return Outcome::Done;
         }

@@ -4,6 +4,7 @@ use crate::kinematics::inverse::{Ranges, inverse};
 use crate::kinematics::line::ON_THE_LINE;
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_POSE};
+use crate::span::Span;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// Differential kinematics: setpoint += J⁻¹ (pose - forward(setpoint)), a pose that moves a little becomes joint positions that move a little.
@@ -52,12 +53,9 @@ pub struct DifferentialKinematics {
     /// the tool is farther behind than the preset (0: off); the value is how far, m
     #[condition(preset = 0.0)]
     lost: ConditionOf<f64>,
-    /// whether it has begun
-    #[state]
-    begun: bool,
-    /// running time of the invocation before, ns
-    #[state]
-    before_ns: i64,
+    /// the invocation before
+    #[state(opaque)]
+    span: Span,
     /// joint positions of the invocation before
     #[state]
     q: [f64; 16],
@@ -69,11 +67,10 @@ impl Step for DifferentialKinematics {
         let chain = self.chain;
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
         let (Some(pose), true) = (Pose::of(&self.pose), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
-        if !self.begun {
-            (self.begun, self.before_ns, self.q) = (true, invocation.time_ns, self.start);
+        if !self.span.begun() {
+            self.q = self.start;
         }
-        let span_s = (invocation.time_ns - self.before_ns) as f64 * 1e-9;
-        self.before_ns = invocation.time_ns;
+        let span_s = self.span.pass(invocation).cycle_s();
         let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
         let found = inverse(&arm, &pose, &self.q[..n], ranges, ON_THE_LINE);
         let mut part: f64 = 1.0;
@@ -110,7 +107,7 @@ mod tests {
         let pose = six_joints().read(6).expect("a chain").posture(&HOME).tool.numbers();
         DifferentialKinematics {
             n: 6, pose, start, speed_max: [speed; 16], position_min: [-6.3; 16], position_max: [6.3; 16], setpoint: [0.0; 16], behind: 0.0, turned: 0.0,
-            chain: six_joints(), slowed: Condition::new(), lost: ConditionOf::new(0.0), begun: false, before_ns: 0, q: [0.0; 16],
+            chain: six_joints(), slowed: Condition::new(), lost: ConditionOf::new(0.0), span: Span::default(), q: [0.0; 16],
         }
     }
 

@@ -5,6 +5,7 @@ use crate::kinematics::line::{Line, Wish, plan_line};
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
 use crate::profile::{Limits, duration_s};
+use crate::takeover::Last;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 
@@ -13,7 +14,8 @@ use std::f64::consts::PI;
 /// Execute it once; a `line_generator` bound to its line makes the motion. The whole line is followed by inverse kinematics before
 /// anything moves, at 128 points: where it leaves a joint's range, the reach of the arm or comes too near to a singularity, there is
 /// no line, only a condition. The speed is the one asked for, or what the joints can do at their worst point. It takes about
-/// a millisecond, and allocates nothing. From rest to rest.
+/// a millisecond, and allocates nothing. From rest to rest. Joints that move are
+/// waited for where `waits` says so: their generator brakes them.
 /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit quaternion; 3 a limit is not above 0.
 #[derive(FunctionBlock)]
 pub struct LinePlanner {
@@ -23,6 +25,18 @@ pub struct LinePlanner {
     /// where the joints are commanded to be now, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
+    /// how fast their servos move them now
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    start_velocity: [f64; 16],
+    /// how fast the last set-points moved, of whatever motion stored them
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    last_velocity: [f64; 16],
+    /// how that changed
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    last_acceleration: [f64; 16],
+    /// when they were stored, ns of the system's clock
+    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    last_time: [i64; 16],
     /// where the tool is to go: x y z in m, quaternion w x y z
     #[input(asynchronous)]
     goal: [f64; 7],
@@ -71,6 +85,12 @@ pub struct LinePlanner {
     /// minimum part of the speed asked for that is worth going, 0 to 1
     #[param(default = 0.02)]
     slowest: f64,
+    /// time between two set-points
+    #[param(default = 0.02, unit = "s")]
+    lead: f64,
+    /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
+    #[param(default = false)]
+    waits: bool,
     /// the goal is out of reach; the value is how far, m
     #[condition]
     unreachable: ConditionOf<f64>,
@@ -80,6 +100,9 @@ pub struct LinePlanner {
     /// a singularity is on the way; the value is the part of the speed that would be possible
     #[condition]
     singular: ConditionOf<f64>,
+    /// whether it has planned
+    #[state]
+    has_planned: bool,
 }
 
 impl LinePlanner {
@@ -94,6 +117,17 @@ impl LinePlanner {
 impl Step for LinePlanner {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
+        let last = Last {
+            position: &self.start[..n],
+            servo_velocity: &self.start_velocity[..n],
+            velocity: &self.last_velocity[..n],
+            acceleration: &self.last_acceleration[..n],
+            time_ns: &self.last_time[..n],
+        };
+        if self.waits && (self.has_planned || last.is_moving(invocation.now_ns, self.lead)) {
+            return Outcome::Done;
+        }
+        self.has_planned = true;
         let chain = self.chain;
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
         let (Some(goal), true) = (Pose::of(&self.goal), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::kinematics::chain::Chain;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
+use crate::span::Span;
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Payload effort: effort = -J_c(q)ᵀ m g, what the joints need in order to hold a mass m with its centre at c of the flange.
@@ -38,9 +39,9 @@ pub struct PayloadEffort {
     /// how fast the mass is taken on, kg/s
     #[param(default = 10.0)]
     rate: f64,
-    /// running time of the invocation before, ns; -1: there was none
-    #[state(initial = -1)]
-    before_ns: i64,
+    /// the invocation before
+    #[state(opaque)]
+    span: Span,
 }
 
 impl Step for PayloadEffort {
@@ -56,9 +57,7 @@ impl Step for PayloadEffort {
         if !(self.mass >= 0.0 && self.mass.is_finite() && self.rate > 0.0) {
             return Outcome::Fault(BAD_LIMIT);
         }
-        let span_s = if self.before_ns < 0 { 0.0 } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 };
-        self.before_ns = invocation.time_ns;
-        let most = self.rate * span_s;
+        let most = self.rate * self.span.used(invocation);
         self.held += (self.mass - self.held).clamp(-most, most);
         let rows = arm.jacobian(&arm.posture(&self.q[..n]));
         for (effort, row) in self.effort.iter_mut().zip(&rows) {
@@ -77,7 +76,7 @@ mod tests {
     fn block() -> PayloadEffort {
         PayloadEffort {
             n: 2, q: [0.0; 16], effort: [0.0; 16], held: 0.0, chain: planar(), mass: 2.0, centre: [0.1, 0.0, 0.0], gravity: [0.0, -10.0, 0.0],
-            rate: 10.0, before_ns: -1,
+            rate: 10.0, span: Span::default(),
         }
     }
 

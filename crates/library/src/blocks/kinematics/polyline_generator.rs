@@ -3,14 +3,16 @@ use crate::kinematics::BAD_CHAIN;
 use crate::kinematics::chain::Chain;
 use crate::kinematics::follower::{Asked, Follower, check};
 use crate::kinematics::polyline::Polyline;
+use crate::takeover::{Brake, Last};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// Polyline generator: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, τ being running time at the pace of the override.
 ///
 /// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
 /// above its maximum speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
-/// stays. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
-/// than the path's accelerations allow. The last set-point is the planned end exactly.
+/// stays. Joints that move when it begins are braked first, each by itself, and the planner plans from where they rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
+/// than the path's accelerations allow. The last set-point is the planned end exactly. Time that is lost, because releases were
+/// skipped, is not made up for; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported.
 /// Faults: 1 the chain is not one for n joints, or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
 #[derive(FunctionBlock)]
 pub struct PolylineGenerator {
@@ -20,6 +22,21 @@ pub struct PolylineGenerator {
     /// the planned path
     #[input(asynchronous)]
     path: Polyline,
+    /// where the joints are commanded to be now, rad or m
+    #[input(asynchronous, default = [0.0; 16], sized)]
+    start: [f64; 16],
+    /// how fast their servos move them now
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    start_velocity: [f64; 16],
+    /// how fast the last set-points moved, of whatever motion stored them
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    last_velocity: [f64; 16],
+    /// how that changed
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    last_acceleration: [f64; 16],
+    /// when they were stored, ns of the system's clock
+    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    last_time: [i64; 16],
     /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
     #[input(asynchronous, default = [1.0; 16], sized)]
     r#override: [f64; 16],
@@ -29,12 +46,33 @@ pub struct PolylineGenerator {
     /// whether it is to come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
+    /// time that may be lost at once; beyond it the motion comes to rest
+    #[input(asynchronous, default = [0.5; 16], sized, unit = "s")]
+    gap_max: [f64; 16],
     /// maximum speed of each joint
     #[input(asynchronous, default = [1e6; 16], sized)]
     speed_max: [f64; 16],
+    /// maximum acceleration at which joints that move are braked first
+    #[input(asynchronous, default = [5.0; 16], sized)]
+    acceleration_max: [f64; 16],
+    /// maximum jerk of that
+    #[input(asynchronous, default = [50.0; 16], sized)]
+    jerk_max: [f64; 16],
     /// where the joints are to be, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
+    /// how fast they are to be there, rad/s or m/s
+    #[output(sized)]
+    setpoint_velocity: [f64; 16],
+    /// how that changes, rad/s^2 or m/s^2
+    #[output(sized)]
+    setpoint_acceleration: [f64; 16],
+    /// when they are stored, ns of the system's clock
+    #[output(sized)]
+    setpoint_time: [i64; 16],
+    /// the longest time that was lost at once
+    #[output(unit = "s")]
+    lost: f64,
     /// where the tool is to be: x y z in m, quaternion w x y z
     #[output]
     pose: [f64; 7],
@@ -44,6 +82,9 @@ pub struct PolylineGenerator {
     /// whether the last set-point is stored
     #[output]
     complete: bool,
+    /// time between two set-points
+    #[param(default = 0.02, unit = "s")]
+    lead: f64,
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
@@ -56,14 +97,36 @@ pub struct PolylineGenerator {
     /// the arm cannot follow the path from here; the value is how much of it is done, 0 to 1
     #[condition]
     singular: ConditionOf<f64>,
+    /// it rests because more time than `gap_max` was lost at once; the value is how much, s
+    #[condition]
+    gap: ConditionOf<f64>,
     /// how far it is
     #[state(opaque)]
     follower: Follower,
+    /// joints that are brought to rest first
+    #[state(opaque)]
+    brake: Brake,
 }
 
 impl Step for PolylineGenerator {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
+        let last = Last {
+            position: &self.start[..n],
+            servo_velocity: &self.start_velocity[..n],
+            velocity: &self.last_velocity[..n],
+            acceleration: &self.last_acceleration[..n],
+            time_ns: &self.last_time[..n],
+        };
+        let (acceleration, jerk, has_plan) = (&self.acceleration_max[..n], &self.jerk_max[..n], self.path.path.plan >= 1.0);
+        if let Some(now) = self.brake.step(&last, acceleration, jerk, self.lead, has_plan, invocation) {
+            (self.setpoint, self.setpoint_velocity, self.setpoint_acceleration) = (now.setpoint, now.velocity, now.acceleration);
+            (self.setpoint_time, self.complete) = ([invocation.now_ns; 16], false);
+            if now.is_at_rest && self.holding {
+                self.held.report();
+            }
+            return Outcome::Done;
+        }
         let chain = self.chain;
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
         if let Err(code) = check(self.path.path.plan, self.path.joints, n) {
@@ -71,14 +134,15 @@ impl Step for PolylineGenerator {
         }
         let asked = Asked {
             r#override: &self.r#override[..n], cell_override: &self.cell_override[..n], holding: self.holding, speed_max: &self.speed_max[..n],
-            time_ns: invocation.time_ns,
+            gap_max: &self.gap_max[..n], invocation,
         };
-        let now = match self.follower.follow(&arm, &self.path, &asked) {
+        let now = match self.follower.follow(&arm, &self.path, &asked, &mut self.lost) {
             Ok(now) => now,
             Err(code) => return Outcome::Fault(code),
         };
         (self.setpoint, self.pose, self.progress, self.complete) = (now.setpoint, now.pose, now.progress, now.complete);
-        now.report(&mut self.finished, &mut self.held, &mut self.singular);
+        (self.setpoint_velocity, self.setpoint_acceleration, self.setpoint_time) = (now.velocity, now.acceleration, [invocation.now_ns; 16]);
+        now.report(&mut self.finished, &mut self.held, &mut self.singular, &mut self.gap);
         Outcome::Done
     }
 }
@@ -131,7 +195,8 @@ mod tests {
         let arm = chain.read(6).expect("a chain");
         let mut block = PolylineGenerator {
             n: 6, path, r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, speed_max: [2.0; 16], setpoint: [0.0; 16], pose: [0.0; 7],
-            progress: 0.0, complete: false, chain, finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0),
+            progress: 0.0, complete: false, chain, finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0), gap: ConditionOf::new(0.0), start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16], acceleration_max: [5.0; 16], jerk_max: [50.0; 16], lead: 0.02,
+            brake: Brake::default(), gap_max: [0.5; 16], setpoint_velocity: [0.0; 16], setpoint_acceleration: [0.0; 16], setpoint_time: [0; 16], lost: 0.0,
             follower: Follower::default(),
         };
         let mut poses: Vec<Pose> = Vec::new();

@@ -7,6 +7,7 @@ use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
 use crate::path::{POINTS_MAX, Passing};
 use crate::profile::Limits;
+use crate::takeover::Last;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 
@@ -17,7 +18,8 @@ use std::f64::consts::PI;
 /// by inverse kinematics before anything moves, at 512 points: where it leaves a joint's range, the reach of the arm or comes too near
 /// to a singularity, there is no path, only a condition, and `refused` is the pose it was on the way to. The path is slowed down as a
 /// whole until no joint exceeds its limits. Poses that are one count once, so a list is filled up by repeating its last. It takes
-/// some milliseconds: give it a slow source. It allocates nothing. From rest to rest.
+/// some milliseconds: give it a slow source. It allocates nothing. From rest to rest. Joints that move are
+/// waited for where `waits` says so: their generator brakes them.
 /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or a pose has no unit quaternion; 3 a limit is not
 /// above 0 or a blend is below 0.
 #[derive(FunctionBlock)]
@@ -28,6 +30,18 @@ pub struct PolylinePlanner {
     /// where the joints are commanded to be now, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
+    /// how fast their servos move them now
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    start_velocity: [f64; 16],
+    /// how fast the last set-points moved, of whatever motion stored them
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    last_velocity: [f64; 16],
+    /// how that changed
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    last_acceleration: [f64; 16],
+    /// when they were stored, ns of the system's clock
+    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    last_time: [i64; 16],
     /// poses for the tool, one row each: x y z in m, quaternion w x y z
     #[input(asynchronous)]
     poses: [[f64; 7]; POINTS_MAX],
@@ -76,6 +90,12 @@ pub struct PolylinePlanner {
     /// minimum part of the speed asked for that is worth going, 0 to 1
     #[param(default = 0.02)]
     slowest: f64,
+    /// time between two set-points
+    #[param(default = 0.02, unit = "s")]
+    lead: f64,
+    /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
+    #[param(default = false)]
+    waits: bool,
     /// a pose is out of reach; the value is how far, m
     #[condition]
     unreachable: ConditionOf<f64>,
@@ -85,6 +105,9 @@ pub struct PolylinePlanner {
     /// a singularity is on the way; the value is the part of the speed that would be possible
     #[condition]
     singular: ConditionOf<f64>,
+    /// whether it has planned
+    #[state]
+    has_planned: bool,
 }
 
 impl PolylinePlanner {
@@ -101,6 +124,17 @@ impl PolylinePlanner {
 impl Step for PolylinePlanner {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
+        let last = Last {
+            position: &self.start[..n],
+            servo_velocity: &self.start_velocity[..n],
+            velocity: &self.last_velocity[..n],
+            acceleration: &self.last_acceleration[..n],
+            time_ns: &self.last_time[..n],
+        };
+        if self.waits && (self.has_planned || last.is_moving(invocation.now_ns, self.lead)) {
+            return Outcome::Done;
+        }
+        self.has_planned = true;
         let chain = self.chain;
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
         let (Ok(poses), true) = (read_poses(&self.poses), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };

@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+use crate::online::{State, towards};
+use crate::pace;
+use crate::profile::Limits;
+use crate::span::Span;
+use crate::takeover::Last;
+use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// A position, velocity or ratio is not a finite number.
 const NOT_FINITE: u32 = 1;
@@ -15,7 +20,9 @@ const REACTION: f64 = 2.0;
 ///
 /// It begins from a start that may move. From the invocation that reports `in_gear` on, each step of the slave is the ratio times the step
 /// of the master, so the relation of their positions stays; where the slave would have to change its speed by more than `acceleration`
-/// allows, it falls back, and comes into gear again by the same rule (a gear couples speeds, not positions). `too_fast` is reported where
+/// allows, it falls back, and comes into gear again by the same rule (a gear couples speeds, not positions). While it comes into gear its
+/// acceleration changes by `jerk`; in gear it is the master's. Where time was lost, because releases were skipped, it keeps its speed for one
+/// cycle; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported. `too_fast` is reported where
 /// it moves at `speed` and would have to be faster; `at_limit` where it has just room to stop before the end of its range, within
 /// `deceleration` and `jerk`. Faults: 1 a number is not finite; 2 a limit is not above 0.
 #[derive(FunctionBlock)]
@@ -26,9 +33,18 @@ pub struct GearGenerator {
     /// where the slave is commanded to be now
     #[input(asynchronous, unit = "rad|m")]
     start: f64,
-    /// how fast it is commanded to move now
+    /// how fast its servo moves it now
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s")]
     start_velocity: f64,
+    /// how fast its last set-points moved, of whatever motion stored them
+    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s")]
+    last_velocity: f64,
+    /// how that changed
+    #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2")]
+    last_acceleration: f64,
+    /// when they were stored, ns of the system's clock
+    #[input(asynchronous, default = i64::MIN)]
+    last_time: i64,
     /// steps of the slave for each step of the master; negative: the other way
     #[input(asynchronous, default = 1.0)]
     ratio: f64,
@@ -50,12 +66,27 @@ pub struct GearGenerator {
     /// maximum position of the slave
     #[input(asynchronous, default = [1e6; 1], unit = "rad|m")]
     position_max: [f64; 1],
+    /// time that may be lost at once; beyond it the slave comes to rest
+    #[input(asynchronous, default = [0.5; 1], unit = "s")]
+    gap_max: [f64; 1],
     /// where the slave is to be
     #[output(unit = "rad|m")]
     setpoint: f64,
     /// how fast it is to be there
     #[output(unit = "rad/s|m/s")]
     velocity: f64,
+    /// how fast the set-point moves at the end of the cycle
+    #[output(unit = "rad/s|m/s")]
+    setpoint_velocity: f64,
+    /// how that changes
+    #[output(unit = "rad/s^2|m/s^2")]
+    setpoint_acceleration: f64,
+    /// when it is stored, ns of the system's clock
+    #[output]
+    setpoint_time: i64,
+    /// the longest time that was lost at once
+    #[output(unit = "s")]
+    lost: f64,
     /// whether the slave moves as the ratio says
     #[output]
     engaged: bool,
@@ -71,12 +102,32 @@ pub struct GearGenerator {
     /// the slave moves as fast as it may, and would have to be faster
     #[condition]
     too_fast: Condition,
+    /// the slave is at rest because more time than `gap_max` was lost at once; the value is how much, s
+    #[condition]
+    gap: ConditionOf<f64>,
     /// position of the master in the invocation before
     #[state]
     before: f64,
-    /// running time of the invocation before, ns; -1: there was none
-    #[state(initial = -1)]
-    before_ns: i64,
+    /// where the slave is on its way
+    #[state(opaque)]
+    state: State,
+    /// its last steps
+    #[state(opaque)]
+    steps: Steps,
+    /// the invocation before
+    #[state(opaque)]
+    span: Span,
+}
+
+/// Mean speed of the slave over the last cycle, how that has changed, and how many cycles say so; and the speed that the master asked for.
+#[derive(Clone, Copy, Debug, Default)]
+struct Steps {
+    mean: f64,
+    change: f64,
+    count: u32,
+    wanted: f64,
+    /// The slave comes to rest because time was lost.
+    is_lost: bool,
 }
 
 impl Step for GearGenerator {
@@ -87,34 +138,81 @@ impl Step for GearGenerator {
         if ![self.speed, self.acceleration, self.deceleration[0], self.jerk[0]].iter().all(|limit| limit.is_finite() && *limit > 0.0) {
             return Outcome::Fault(BAD_LIMIT);
         }
-        let first = self.before_ns < 0;
-        let span_s = if first { self.lead } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 };
+        let first = !self.span.begun();
+        let passed = self.span.pass(invocation);
+        let mut span_s = passed.cycle_s();
         if first {
-            (self.setpoint, self.velocity, self.before) = (self.start, self.start_velocity, self.master);
+            let (start, servo_velocity, time_ns) = ([self.start], [self.start_velocity], [self.last_time]);
+            let (velocity, acceleration) = ([self.last_velocity], [self.last_acceleration]);
+            let last = Last { position: &start, servo_velocity: &servo_velocity, velocity: &velocity, acceleration: &acceleration, time_ns: &time_ns };
+            let Some(begun) = last.begin(invocation.now_ns, self.lead) else { return Outcome::Fault(NOT_FINITE) };
+            span_s = begun.ahead_s;
+            (self.state, self.setpoint, self.before) = (begun.motion.state(0), self.start, self.master);
+            // At rest its last steps are known.
+            self.steps.count = if self.state.is_at_rest() { 2 } else { 0 };
         }
-        let wanted = self.ratio * (self.master - self.before) / span_s;
-        let most = self.acceleration * span_s;
-        // In the first invocation the master's speed is not known: the slave keeps its own.
-        let next = if first { self.velocity } else { wanted.clamp(-self.speed, self.speed).clamp(self.velocity - most, self.velocity + most) };
-        self.engaged = !first && next == wanted;
-        let (least, most) = (self.position_min[0].min(self.setpoint), self.position_max[0].max(self.setpoint));
-        self.setpoint = (self.setpoint + next * span_s).clamp(least, most);
-        self.velocity = next;
-        (self.before, self.before_ns) = (self.master, invocation.time_ns);
-        if self.engaged {
-            self.in_gear.report();
+        if span_s <= 0.0 {
+            return Outcome::Done;
         }
-        if wanted.abs() > self.speed * (1.0 + ROUNDING) && next.abs() >= self.speed {
-            self.too_fast.report();
+        if pace::is_gap(passed, &self.gap_max, &mut self.lost) {
+            self.steps.is_lost = true;
         }
-        if self.is_near_the_end(span_s) {
-            self.at_limit.report();
-        }
+        self.follow(span_s, first || passed.lost_ns > 0);
+        self.setpoint_time = invocation.now_ns;
         Outcome::Done
     }
 }
 
 impl GearGenerator {
+    /// Goes on by one cycle. `unknown`: the speed of the master is not known, and the slave keeps its own.
+    fn follow(&mut self, span_s: f64, unknown: bool) {
+        let wanted = if unknown { self.state.velocity } else { self.ratio * (self.master - self.before) / span_s };
+        self.before = self.master;
+        // Asked while it is known whether it was in gear.
+        self.engaged = !unknown && !self.steps.is_lost && wanted.abs() <= self.speed * (1.0 + ROUNDING) && self.can_follow(wanted, span_s);
+        if self.engaged {
+            let change = (wanted - self.steps.mean) / span_s;
+            // Of the parabola through the last three set-points.
+            self.state = State { position: self.setpoint + wanted * span_s, velocity: wanted + change * span_s / 2.0, acceleration: change };
+        } else {
+            let limits = Limits { speed: self.speed, acceleration: self.acceleration, jerk: self.jerk[0] };
+            let target = if self.steps.is_lost { 0.0 } else { wanted.clamp(-self.speed, self.speed) };
+            self.state = towards(self.state, target, limits, span_s);
+        }
+        let (least, most) = (self.position_min[0].min(self.setpoint), self.position_max[0].max(self.setpoint));
+        self.state.position = self.state.position.clamp(least, most);
+        let mean = if self.engaged { wanted } else { (self.state.position - self.setpoint) / span_s };
+        self.steps = Steps { mean, change: (mean - self.steps.mean) / span_s, count: self.steps.count.saturating_add(1), wanted, ..self.steps };
+        if self.steps.is_lost && self.state.is_at_rest() {
+            // It may go on, where that does not end the motion.
+            self.steps.is_lost = false;
+            self.gap.report(self.lost);
+        }
+        (self.setpoint, self.velocity) = (self.state.position, mean);
+        (self.setpoint_velocity, self.setpoint_acceleration) = (self.state.velocity, self.state.acceleration);
+        if self.engaged {
+            self.in_gear.report();
+        }
+        if wanted.abs() > self.speed * (1.0 + ROUNDING) && mean.abs() >= self.speed * (1.0 - ROUNDING) {
+            self.too_fast.report();
+        }
+        if self.is_near_the_end(span_s) {
+            self.at_limit.report();
+        }
+    }
+
+    /// Whether the slave can move at `wanted` from this cycle on: within its acceleration, and while it is not in gear within its jerk, too.
+    fn can_follow(&self, wanted: f64, span_s: f64) -> bool {
+        let change = (wanted - self.steps.mean) / span_s;
+        if change.abs() > self.acceleration * (1.0 + ROUNDING) {
+            return false;
+        }
+        // Before: within the jerk from its own acceleration to this one, and from there to the master's.
+        let masters = (wanted - self.steps.wanted) / span_s;
+        let fits = |from: f64| (change - from).abs() <= self.jerk[0] * span_s * (1.0 + ROUNDING);
+        self.engaged || self.steps.count >= 2 && fits(self.steps.change) && fits(masters)
+    }
+
     /// Whether the way to the end of its range is not longer than the way to rest, with what it moves until somebody slows it down.
     fn is_near_the_end(&self, span_s: f64) -> bool {
         let ([deceleration], [jerk], speed) = (self.deceleration, self.jerk, self.velocity.abs());
@@ -134,9 +232,9 @@ mod tests {
 
     fn gear(ratio: f64) -> GearGenerator {
         GearGenerator {
-            master: 1.0, start: 0.25, start_velocity: 0.0, ratio, speed: 1.0, acceleration: 2.0, deceleration: [5.0], jerk: [50.0],
+            master: 1.0, start: 0.25, start_velocity: 0.0, last_velocity: 0.0, last_acceleration: 0.0, last_time: i64::MIN, gap_max: [0.5], setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, lost: 0.0, ratio, speed: 1.0, acceleration: 2.0, deceleration: [5.0], jerk: [50.0],
             position_min: [-1e6], position_max: [1e6], setpoint: 0.0, velocity: 0.0, engaged: false, lead: 0.02,
-            in_gear: Condition::new(), at_limit: Condition::new(), too_fast: Condition::new(), before: 0.0, before_ns: -1,
+            in_gear: Condition::new(), at_limit: Condition::new(), too_fast: Condition::new(), before: 0.0, gap: ConditionOf::new(0.0), state: State::default(), steps: Steps::default(), span: Span::default(),
         }
     }
 
@@ -155,7 +253,7 @@ mod tests {
                 None => {}
             }
         }
-        assert!(matches!(engaged_at, Some(15 | 16)), "0.6 rad/s at 2 rad/s² takes 0.3 s");
+        assert!(matches!(engaged_at, Some(16..=19)), "0.6 rad/s at 2 rad/s² and 50 rad/s³ takes 0.34 s: {engaged_at:?}");
     }
 
     #[test]
@@ -164,7 +262,7 @@ mod tests {
         for k in 0..200i64 {
             gear.master = 1.0 + 0.3 * k as f64 * 0.02;
             assert_eq!(gear.step(&Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }), Outcome::Done);
-            assert!(gear.velocity <= 1.0 && !gear.engaged);
+            assert!(gear.velocity <= 1.0 + 1e-12 && !gear.engaged);
         }
         assert_eq!(GearGenerator { speed: 0.0, ..self::gear(1.0) }.step(&Invocation::default()), Outcome::Fault(BAD_LIMIT));
         assert_eq!(GearGenerator { master: f64::NAN, ..self::gear(1.0) }.step(&Invocation::default()), Outcome::Fault(NOT_FINITE));

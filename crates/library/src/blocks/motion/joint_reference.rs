@@ -11,7 +11,8 @@ const INTERPOLATION_MAX: f64 = 1e6;
 ///
 /// q_r is that of `joint_servo`: a new set-point is approached within `period`, the time between two of them, so that a generator at 20 ms
 /// leads a drive at 2 ms without stairs and without steps of speed, at a delay of one and a half periods. q_r stays within the range of the
-/// joint and its maximum speed, and begins where the joint is. For a drive that takes an effort instead, use `joint_servo`.
+/// joint and its maximum speed, and begins where the joint is. Where releases of its own were skipped it goes on from where it was, no faster
+/// than before and than the set-points move. For a drive that takes an effort instead, use `joint_servo`.
 #[derive(FunctionBlock)]
 pub struct JointReference {
     /// position that is commanded
@@ -53,6 +54,9 @@ pub struct JointReference {
     /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s")]
     speed_max: f64,
+    /// maximum |q_r''| while it catches up after lost time
+    #[param(default = 1e6, unit = "rad/s^2|m/s^2")]
+    acceleration_max: f64,
     /// whether the range is kept to only when the joint is homed
     #[param(default = false)]
     needs_home: bool,
@@ -70,9 +74,9 @@ impl Step for JointReference {
             return Outcome::Fault(BAD_LIMIT);
         }
         let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
-        let led = Led { setpoint: self.setpoint, position: self.position, offset: self.offset, range, speed_max: self.speed_max };
+        let led = Led { setpoint: self.setpoint, position: self.position, offset: self.offset, range, speed_max: self.speed_max, acceleration_max: self.acceleration_max };
         let invocations = |span_s: f64| if span_s > 0.0 { (self.period / span_s).round().clamp(1.0, INTERPOLATION_MAX) as u32 } else { 1 };
-        let now = self.approach.advance(invocation.time_ns, led, invocations);
+        let now = self.approach.advance(invocation, led, invocations);
         (self.reference, self.reference_velocity, self.goal) = (now.reference, now.velocity, now.reference - self.offset);
         self.limited += i64::from(now.limited);
         self.error = now.reference - self.position;
@@ -90,12 +94,12 @@ mod tests {
     fn reference() -> JointReference {
         JointReference {
             setpoint: 0.7, position: 0.7, offset: 0.0, homed: true, goal: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, period: 0.02,
-            position_min: -1e6, position_max: 1e6, speed_max: 1e6, needs_home: false, following_error: ConditionOf::new(0.0), approach: Approach::default(),
+            position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false, following_error: ConditionOf::new(0.0), approach: Approach::default(),
         }
     }
 
     fn at(ms: i64) -> Invocation {
-        Invocation { number: ms as u64, time_ns: ms * 1_000_000, now_ns: 0 }
+        Invocation { number: 0, time_ns: ms * 1_000_000, now_ns: 0 }
     }
 
     #[test]

@@ -11,7 +11,8 @@ const BAD_LIMIT: u32 = 1;
 /// q_r is the set-point, smoothed over `interpolation` invocations: as many as the servo makes between two set-points, so that a
 /// generator at 20 ms drives a servo at 1 ms without stairs and without steps of speed, at a delay of one and a half generator
 /// periods. q_r stays within the range of the joint and its maximum speed, whatever the set-points are: these are the last
-/// limits before the physical device. `bias` is the effort that holds the arm where it is (gravity, Coriolis and centrifugal force), as
+/// limits before the physical device. Where releases of its own were skipped it goes on from where it was, no faster than before and than the
+/// set-points move. `bias` is the effort that holds the arm where it is (gravity, Coriolis and centrifugal force), as
 /// the plant or a model of it tells. A change of `offset` moves the numbers, not the joint: q and the set-point must change with it.
 #[derive(FunctionBlock)]
 pub struct JointServo {
@@ -72,6 +73,9 @@ pub struct JointServo {
     /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s")]
     speed_max: f64,
+    /// maximum |q_r''| while it catches up after lost time
+    #[param(default = 1e6, unit = "rad/s^2|m/s^2")]
+    acceleration_max: f64,
     /// whether the range is kept to only when the joint is homed
     #[param(default = false)]
     needs_home: bool,
@@ -92,8 +96,8 @@ impl Step for JointServo {
             return Outcome::Fault(BAD_LIMIT);
         }
         let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
-        let led = Led { setpoint: self.setpoint, position: self.position, offset: self.offset, range, speed_max: self.speed_max };
-        let now = self.approach.advance(invocation.time_ns, led, |_| self.interpolation);
+        let led = Led { setpoint: self.setpoint, position: self.position, offset: self.offset, range, speed_max: self.speed_max, acceleration_max: self.acceleration_max };
+        let now = self.approach.advance(invocation, led, |_| self.interpolation);
         (self.reference, self.reference_velocity) = (now.reference, now.velocity);
         self.limited += i64::from(now.limited);
         self.error = now.reference - self.position;
@@ -113,7 +117,7 @@ mod tests {
     fn servo() -> JointServo {
         JointServo {
             setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0,
-            kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, needs_home: false,
+            kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false,
             following_error: ConditionOf::new(0.0), approach: Approach::default(), integral: 0.0,
         }
     }

@@ -2,7 +2,9 @@
 use crate::motion::Motion;
 use crate::pace;
 use crate::profile::Limits;
-use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+use crate::span::Span;
+use crate::takeover::Last;
+use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// A start or goal is not a finite number.
 const NOT_FINITE: u32 = 1;
@@ -16,7 +18,9 @@ const OUT_OF_RANGE: u32 = 3;
 /// It plans when it begins and anew, from where it is, whenever goal, speed, override or holding change, so all of them may change at any
 /// time without a jump. From rest the joints go along a straight line in joint space; from a moving start each goes its own way and
 /// they arrive together where they can. Time is running time: it stands still while the verb is suspended. Where `holding` is true or an
-/// override is 0 the joints come to rest and stay; `held` is reported while they do. `complete` and `finished` come with the invocation
+/// override is 0 the joints come to rest and stay; `held` is reported while they do. Time that is lost, because releases were skipped, is not
+/// made up for: each invocation goes on by one cycle at most. Where more than `gap_max` was lost at once, the joints come to rest from where
+/// they are, and `gap` is reported when they are. `complete` and `finished` come with the invocation
 /// that stores the goal, never before. Where motion from rest to rest at a fixed speed is enough, `trajectory_planner` tells it beforehand.
 /// Faults: 1 a start or goal is not finite; 2 a limit is not above 0 or an override not within 0 and 1; 3 a goal is outside its range.
 #[derive(FunctionBlock)]
@@ -27,15 +31,27 @@ pub struct MotionGenerator {
     /// where the joints are commanded to be now
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// how fast they are commanded to move now
+    /// how fast their servos move them now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
     start_velocity: [f64; 16],
+    /// how fast the last set-points moved, of whatever motion stored them
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    last_velocity: [f64; 16],
+    /// how that changed
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    last_acceleration: [f64; 16],
+    /// when they were stored, ns of the system's clock
+    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    last_time: [i64; 16],
     /// where they are to go
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
     /// maximum speed of each joint
     #[input(asynchronous, default = [0.5; 16], sized, unit = "rad/s|m/s")]
     speed: [f64; 16],
+    /// maximum speed of any of them
+    #[input(asynchronous, default = 1e6, unit = "rad/s|m/s")]
+    fastest: f64,
     /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2")]
     acceleration: [f64; 16],
@@ -54,6 +70,9 @@ pub struct MotionGenerator {
     /// the same for the whole cell; both are multiplied
     #[input(asynchronous, default = [1.0; 16], sized)]
     cell_override: [f64; 16],
+    /// time that may be lost at once; beyond it the joints come to rest
+    #[input(asynchronous, default = [0.5; 16], sized, unit = "s")]
+    gap_max: [f64; 16],
     /// come to rest and stay
     #[input(asynchronous, default = false)]
     holding: bool,
@@ -63,6 +82,15 @@ pub struct MotionGenerator {
     /// how fast they are to be there
     #[output(sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
+    /// how that changes
+    #[output(sized, unit = "rad/s^2|m/s^2")]
+    setpoint_acceleration: [f64; 16],
+    /// when they are stored, ns of the system's clock
+    #[output(sized)]
+    setpoint_time: [i64; 16],
+    /// the longest time that was lost at once
+    #[output(unit = "s")]
+    lost: f64,
     /// where they go: the goal, or where the motion began plus the goal
     #[output(sized, unit = "rad|m")]
     target: [f64; 16],
@@ -87,86 +115,126 @@ pub struct MotionGenerator {
     /// the joints are at rest because they are held
     #[condition]
     held: Condition,
+    /// the joints are at rest because more time than `gap_max` was lost at once; the value is how much, s
+    #[condition]
+    gap: ConditionOf<f64>,
     /// where the joints are on their way
     #[state(opaque)]
+    way: Way,
+}
+
+/// Joints on their way, and what that was planned for.
+#[derive(Clone, Copy, Debug, Default)]
+struct Way {
     motion: Motion,
-    /// goals, speeds, accelerations, jerks that it is planned for
-    #[state]
-    planned: [f64; 64],
-    /// whether it is planned to hold
-    #[state]
+    wanted: Wanted,
     is_holding: bool,
-    /// positions that a relative goal counts from
-    #[state]
+    /// Positions that a relative goal counts from.
     origin: [f64; 16],
-    /// running time of the invocation before, ns; -1: there was none
-    #[state(initial = -1)]
-    before_ns: i64,
+    span: Span,
+    /// The joints come to rest because time was lost.
+    is_lost: bool,
+}
+
+/// Goals and limits of each joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Wanted {
+    goal: [f64; 16],
+    speed: [f64; 16],
+    acceleration: [f64; 16],
+    jerk: [f64; 16],
 }
 
 impl Step for MotionGenerator {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
-        let first = self.before_ns < 0;
+        let first = !self.way.span.begun();
+        let mut ahead_s = 0.0;
         if first {
-            let Some(motion) = Motion::begin(&self.start[..n], &self.start_velocity[..n]) else { return Outcome::Fault(NOT_FINITE) };
-            self.motion = motion;
-            self.origin = self.start;
+            let last = Last {
+                position: &self.start[..n],
+                servo_velocity: &self.start_velocity[..n],
+                velocity: &self.last_velocity[..n],
+                acceleration: &self.last_acceleration[..n],
+                time_ns: &self.last_time[..n],
+            };
+            let Some(begun) = last.begin(invocation.now_ns, self.lead) else { return Outcome::Fault(NOT_FINITE) };
+            (self.way.motion, ahead_s, self.way.origin) = (begun.motion, begun.ahead_s, self.start);
         }
         let Some(rate) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
-        let mut wanted = [0.0; 64];
-        for i in 0..n {
-            let goal = if self.relative { self.origin[i] + self.goal[i] } else { self.goal[i] };
-            if !goal.is_finite() {
-                return Outcome::Fault(NOT_FINITE);
-            }
-            if !(self.position_min[i]..=self.position_max[i]).contains(&goal) {
-                return Outcome::Fault(OUT_OF_RANGE);
-            }
-            let limits = [self.speed[i], self.acceleration[i], self.jerk[i]];
-            if !limits.iter().all(|limit| limit.is_finite() && *limit > 0.0) {
-                return Outcome::Fault(BAD_LIMIT);
-            }
-            self.target[i] = goal;
-            (wanted[i], wanted[16 + i], wanted[32 + i], wanted[48 + i]) = (goal, limits[0] * rate, limits[1], limits[2]);
+        let wanted = match self.wanted(n, rate) {
+            Ok(wanted) => wanted,
+            Err(code) => return Outcome::Fault(code),
+        };
+        let passed = self.way.span.pass(invocation);
+        if pace::is_gap(passed, &self.gap_max[..n], &mut self.lost) {
+            self.way.is_lost = true;
         }
-        let holding = self.holding || rate == 0.0;
-        if first || wanted != self.planned || holding != self.is_holding {
-            (self.planned, self.is_holding) = (wanted, holding);
+        let holding = self.holding || rate == 0.0 || self.way.is_lost;
+        if first || wanted != self.way.wanted || holding != self.way.is_holding {
+            (self.way.wanted, self.way.is_holding) = (wanted, holding);
             self.plan(n);
             if first {
-                self.duration = self.motion.left_s();
+                self.duration = self.way.motion.left_s();
             }
         }
-        self.motion.advance(if first { self.lead } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 });
-        self.before_ns = invocation.time_ns;
+        self.way.motion.advance(if first { ahead_s } else { passed.cycle_s() });
+        self.setpoint_time = [invocation.now_ns; 16];
         self.store(n);
         Outcome::Done
     }
 }
 
 impl MotionGenerator {
+    /// Goals and limits as they are asked for now; the error is the code of a fault.
+    fn wanted(&mut self, n: usize, rate: f64) -> Result<Wanted, u32> {
+        let mut wanted = Wanted::default();
+        for i in 0..n {
+            let goal = if self.relative { self.way.origin[i] + self.goal[i] } else { self.goal[i] };
+            if !goal.is_finite() {
+                return Err(NOT_FINITE);
+            }
+            if !(self.position_min[i]..=self.position_max[i]).contains(&goal) {
+                return Err(OUT_OF_RANGE);
+            }
+            let limits = [self.speed[i], self.fastest, self.acceleration[i], self.jerk[i]];
+            if !limits.iter().all(|limit| limit.is_finite() && *limit > 0.0) {
+                return Err(BAD_LIMIT);
+            }
+            self.target[i] = goal;
+            (wanted.goal[i], wanted.speed[i]) = (goal, self.speed[i].min(self.fastest) * rate);
+            (wanted.acceleration[i], wanted.jerk[i]) = (self.acceleration[i], self.jerk[i]);
+        }
+        Ok(wanted)
+    }
+
     fn plan(&mut self, n: usize) {
-        let limits: [Limits; 16] = std::array::from_fn(|i| Limits { speed: self.planned[16 + i], acceleration: self.planned[32 + i], jerk: self.planned[48 + i] });
-        if self.is_holding {
-            self.motion.stop(&limits[..n]);
+        let Wanted { goal, speed, acceleration, jerk } = self.way.wanted;
+        let limits: [Limits; 16] = std::array::from_fn(|i| Limits { speed: speed[i], acceleration: acceleration[i], jerk: jerk[i] });
+        if self.way.is_holding {
+            self.way.motion.stop(&limits[..n]);
         } else {
-            self.motion.go(&self.planned[..n], &limits[..n]);
+            self.way.motion.go(&goal[..n], &limits[..n]);
         }
     }
 
     fn store(&mut self, n: usize) {
         for i in 0..n {
-            let state = self.motion.state(i);
-            (self.setpoint[i], self.velocity[i]) = (state.position, state.velocity);
+            let state = self.way.motion.state(i);
+            (self.setpoint[i], self.velocity[i], self.setpoint_acceleration[i]) = (state.position, state.velocity, state.acceleration);
         }
-        self.left = self.motion.left_s();
+        self.left = self.way.motion.left_s();
         let rests = self.left == 0.0;
+        if self.way.is_lost && rests {
+            // They may go on, where that does not end the motion.
+            self.way.is_lost = false;
+            self.gap.report(self.lost);
+        }
         self.complete = rests && self.setpoint[..n] == self.target[..n];
         if self.complete {
             self.finished.report();
         }
-        if rests && self.is_holding {
+        if rests && self.way.is_holding {
             self.held.report();
         }
     }
@@ -179,10 +247,11 @@ mod tests {
     fn generator(start: [f64; 2], goal: [f64; 2]) -> MotionGenerator {
         let wide = |values: [f64; 2]| std::array::from_fn(|i| values.get(i).copied().unwrap_or(f64::NAN));
         MotionGenerator {
-            n: 2, start: wide(start), start_velocity: [0.0; 16], goal: wide(goal), speed: [0.5; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
+            n: 2, start: wide(start), start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16], fastest: 1e6,
+            gap_max: [0.5; 16], setpoint_acceleration: [0.0; 16], setpoint_time: [0; 16], lost: 0.0, gap: ConditionOf::new(0.0), goal: wide(goal), speed: [0.5; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
             position_min: [-6.3; 16], position_max: [6.3; 16], r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, setpoint: [0.0; 16],
             velocity: [0.0; 16], target: [0.0; 16], complete: false, duration: 0.0, left: 0.0, lead: 0.02, relative: false, finished: Condition::new(),
-            held: Condition::new(), motion: Motion::default(), planned: [0.0; 64], is_holding: false, origin: [0.0; 16], before_ns: -1,
+            held: Condition::new(), way: Way::default(),
         }
     }
 
@@ -239,6 +308,30 @@ mod tests {
         (block.start_velocity[0], block.start_velocity[1], block.relative) = (-0.4, 0.3, true);
         run(&mut block, |_, _| ());
         assert_eq!((block.setpoint[0], block.setpoint[1]), (0.5, 0.0));
+    }
+
+    #[test]
+    fn lost_time_is_not_made_up_for_and_a_gap_brings_the_joints_to_rest() {
+        for (lost, ends) in [(1, false), (15, false), (40, true), (500, true)] {
+            let mut block = generator([0.0, 1.0], [1.0, 0.5]);
+            let (mut before, mut speed, mut gap) = (0.0, 0.0, None);
+            for k in 0..400u64 {
+                let number = if k > 60 { k + lost } else { k };
+                block.gap = ConditionOf::new(0.0);
+                assert_eq!(block.step(&Invocation { number, time_ns: number as i64 * 20_000_000, now_ns: 0 }), Outcome::Done);
+                gap = gap.or(block.gap.is_reported().then_some((k, block.gap.value)));
+                let now = block.setpoint[0] - before;
+                assert!(now <= 0.5 * 0.02 + 1e-9 && (now - speed).abs() <= 2.0 * 4e-4 + 1e-9, "{now} after {lost} lost cycles at {k}");
+                (before, speed) = (block.setpoint[0], now);
+            }
+            let lost_s = lost as f64 * 0.02;
+            assert!((block.lost - lost_s).abs() < 1e-9);
+            assert_eq!(gap.is_some(), ends, "{lost} cycles");
+            if let Some((k, value)) = gap {
+                assert!((62..100).contains(&k) && (value - lost_s).abs() < 1e-9);
+            }
+            assert_eq!(block.setpoint[0], 1.0, "nothing ended it: it went on");
+        }
     }
 
     #[test]

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::pace;
 use crate::path::Path;
-use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+use crate::span::Span;
+use crate::takeover::{Brake, Last, Tail};
+use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// There is no planned path: the planner has not run, or found none.
 const NO_PLAN: u32 = 1;
@@ -14,9 +16,10 @@ const PLACES: u16 = 6;
 
 /// Path generator: setpoint = q(τ) of a planned path, τ being running time at the pace of the override.
 ///
-/// `override` scales the speed (0 holds), `holding` ramps down to rest on the path and reports `held`; both change the pace no
+/// Joints that move when it begins are braked first, each by itself, and the planner plans from where they rest. `override` scales the speed (0 holds), `holding` ramps down to rest on the path and reports `held`; both change the pace no
 /// faster than the acceleration limit of each joint allows. The output `complete` and the condition `finished` come with the last
-/// set-point, exactly the last way-point.
+/// set-point, exactly the last way-point. Time that is lost, because releases were skipped, is not made up for; where more than `gap_max`
+/// was lost at once, it comes to rest on the path and `gap` is reported.
 /// Faults: 1 there is no path; 2 it is planned for another number of joints; 3 an override is not within 0 and 1.
 #[derive(FunctionBlock)]
 pub struct PathGenerator {
@@ -26,6 +29,21 @@ pub struct PathGenerator {
     /// the planned path
     #[input(asynchronous)]
     path: Path,
+    /// where the joints are commanded to be now, rad or m
+    #[input(asynchronous, default = [0.0; 16], sized)]
+    start: [f64; 16],
+    /// how fast their servos move them now
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    start_velocity: [f64; 16],
+    /// how fast the last set-points moved, of whatever motion stored them
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    last_velocity: [f64; 16],
+    /// how that changed
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    last_acceleration: [f64; 16],
+    /// when they were stored, ns of the system's clock
+    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    last_time: [i64; 16],
     /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
     #[input(asynchronous, default = [1.0; 16], sized)]
     r#override: [f64; 16],
@@ -35,27 +53,51 @@ pub struct PathGenerator {
     /// whether it is to come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
+    /// time that may be lost at once; beyond it the motion comes to rest
+    #[input(asynchronous, default = [0.5; 16], sized, unit = "s")]
+    gap_max: [f64; 16],
     /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized)]
     acceleration_max: [f64; 16],
+    /// maximum jerk of joints that move and are braked first
+    #[input(asynchronous, default = [50.0; 16], sized)]
+    jerk_max: [f64; 16],
     /// where the joints are to be, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
     /// how fast they are to be there, rad/s or m/s
     #[output(sized)]
     velocity: [f64; 16],
+    /// how fast they are to be there, rad/s or m/s
+    #[output(sized)]
+    setpoint_velocity: [f64; 16],
+    /// how that changes, rad/s^2 or m/s^2
+    #[output(sized)]
+    setpoint_acceleration: [f64; 16],
+    /// when they are stored, ns of the system's clock
+    #[output(sized)]
+    setpoint_time: [i64; 16],
+    /// the longest time that was lost at once
+    #[output(unit = "s")]
+    lost: f64,
     /// part of the path's time that is done, 0 to 1
     #[output]
     progress: f64,
     /// whether the last set-point is stored
     #[output]
     complete: bool,
+    /// time between two set-points
+    #[param(default = 0.02, unit = "s")]
+    lead: f64,
     /// the last set-point is stored
     #[condition]
     finished: Condition,
     /// it rests, as `holding` asks
     #[condition]
     held: Condition,
+    /// it rests because more time than `gap_max` was lost at once; the value is how much, s
+    #[condition]
+    gap: ConditionOf<f64>,
     /// path that is under way
     #[state]
     plan: f64,
@@ -65,9 +107,18 @@ pub struct PathGenerator {
     /// how fast that passes
     #[state]
     pace: f64,
-    /// running time of the invocation before, ns
+    /// the invocation before
+    #[state(opaque)]
+    span: Span,
+    /// whether it comes to rest because time was lost
     #[state]
-    before_ns: i64,
+    is_lost: bool,
+    /// last set-points
+    #[state(opaque)]
+    tail: Tail,
+    /// joints that are brought to rest first
+    #[state(opaque)]
+    brake: Brake,
 }
 
 /// Velocities and accelerations of all joints at one time of the path.
@@ -79,6 +130,22 @@ struct Motion {
 impl Step for PathGenerator {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
+        let last = Last {
+            position: &self.start[..n],
+            servo_velocity: &self.start_velocity[..n],
+            velocity: &self.last_velocity[..n],
+            acceleration: &self.last_acceleration[..n],
+            time_ns: &self.last_time[..n],
+        };
+        let (acceleration, jerk, has_plan) = (&self.acceleration_max[..n], &self.jerk_max[..n], self.path.plan >= 1.0);
+        if let Some(now) = self.brake.step(&last, acceleration, jerk, self.lead, has_plan, invocation) {
+            (self.setpoint, self.velocity, self.setpoint_velocity, self.setpoint_acceleration) = (now.setpoint, now.velocity, now.velocity, now.acceleration);
+            (self.setpoint_time, self.complete) = ([invocation.now_ns; 16], false);
+            if now.is_at_rest && self.holding {
+                self.held.report();
+            }
+            return Outcome::Done;
+        }
         if self.path.plan < 1.0 {
             return Outcome::Fault(NO_PLAN);
         }
@@ -86,14 +153,17 @@ impl Step for PathGenerator {
             return Outcome::Fault(OTHER_SIZE);
         }
         let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_OVERRIDE) };
-        let wanted = if self.holding { 0.0 } else { allowed };
         if self.path.plan != self.plan {
+            (self.plan, self.time_s, self.span, self.tail, self.is_lost) = (self.path.plan, 0.0, Span::default(), Tail::default(), false);
             // At the beginning the planned speed is 0: any pace will do.
-            (self.plan, self.time_s, self.before_ns) = (self.path.plan, 0.0, invocation.time_ns);
-            self.pace = wanted;
+            self.pace = if self.holding { 0.0 } else { allowed };
         }
-        let span_s = (invocation.time_ns - self.before_ns) as f64 * 1e-9;
-        self.before_ns = invocation.time_ns;
+        let passed = self.span.pass(invocation);
+        if pace::is_gap(passed, &self.gap_max[..n], &mut self.lost) {
+            self.is_lost = true;
+        }
+        let wanted = if self.holding || self.is_lost { 0.0 } else { allowed };
+        let span_s = passed.cycle_s();
         let pace = self.pace;
         let after = pace::next(pace, wanted, span_s, |_, slope| {
             (0..=PLACES).all(|k| {
@@ -105,6 +175,8 @@ impl Step for PathGenerator {
         self.time_s += span_s * (pace + after) / 2.0;
         self.pace = after;
         self.store(n);
+        self.tail.push(&self.setpoint[..n], span_s, &mut self.setpoint_velocity[..n], &mut self.setpoint_acceleration[..n]);
+        self.setpoint_time = [invocation.now_ns; 16];
         Outcome::Done
     }
 }
@@ -129,6 +201,11 @@ impl PathGenerator {
             *velocity = planned * self.pace;
         }
         self.complete = self.time_s >= self.path.duration;
+        if self.is_lost && (self.pace == 0.0 || self.complete) {
+            // It may go on, where that does not end the motion.
+            self.is_lost = false;
+            self.gap.report(self.lost);
+        }
         self.progress = if self.complete { 1.0 } else { self.time_s / self.path.duration };
         if self.complete {
             self.finished.report();
@@ -149,7 +226,9 @@ mod tests {
         PathGenerator {
             n: case.n as u32, path: plan(1.0, &case.start, &case.points, &case.passing, &case.limits), r#override: [1.0; 16], cell_override: [1.0; 16], holding: false,
             acceleration_max: std::array::from_fn(|i| case.limits.get(i).map_or(1.0, |l| l.acceleration)), setpoint: [0.0; 16], velocity: [0.0; 16],
-            progress: 0.0, complete: false, finished: Condition::new(), held: Condition::new(), plan: 0.0, time_s: 0.0, pace: 0.0, before_ns: 0,
+            progress: 0.0, complete: false, finished: Condition::new(), held: Condition::new(), plan: 0.0, time_s: 0.0, pace: 0.0, span: Span::default(), is_lost: false, tail: Tail::default(), gap: ConditionOf::new(0.0), start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16],
+            jerk_max: [50.0; 16], lead: 0.02, brake: Brake::default(), gap_max: [0.5; 16], setpoint_velocity: [0.0; 16],
+            setpoint_acceleration: [0.0; 16], setpoint_time: [0; 16], lost: 0.0,
         }
     }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::path::{POINTS_MAX, Passing, Path, plan};
 use crate::profile::Limits;
+use crate::takeover::Last;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 
@@ -14,7 +15,8 @@ const BAD_LIMIT: u32 = 2;
 /// Execute it once; a `path_generator` bound to its path makes the motion. Each way-point says by how much a joint may pass it
 /// (`blend`, 0: the arm stops there) and how fast its fastest joint may go on the way there. Every joint keeps its speed and
 /// acceleration limits everywhere; the last way-point is reached exactly. Way-points that are one count once, so a list is filled up
-/// by repeating its last. Source: Craig, *Introduction to Robotics*, section 7.4. From rest to rest; it allocates nothing.
+/// by repeating its last. Source: Craig, *Introduction to Robotics*, section 7.4. From rest to rest; it allocates nothing. Joints that move are
+/// waited for where `waits` says so: their generator brakes them.
 /// Faults: 1 a number is not finite or a blend is below 0; 2 a limit is not above 0.
 #[derive(FunctionBlock)]
 pub struct PathPlanner {
@@ -24,6 +26,18 @@ pub struct PathPlanner {
     /// where the joints are commanded to be now, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
+    /// how fast their servos move them now
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    start_velocity: [f64; 16],
+    /// how fast the last set-points moved, of whatever motion stored them
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    last_velocity: [f64; 16],
+    /// how that changed
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    last_acceleration: [f64; 16],
+    /// when they were stored, ns of the system's clock
+    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    last_time: [i64; 16],
     /// way-points, one row each; columns beyond n are not used
     #[input(asynchronous)]
     points: [[f64; 16]; POINTS_MAX],
@@ -57,14 +71,34 @@ pub struct PathPlanner {
     /// way-point that `limit` is about, from 0
     #[output]
     refused: i32,
+    /// time between two set-points
+    #[param(default = 0.02, unit = "s")]
+    lead: f64,
+    /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
+    #[param(default = false)]
+    waits: bool,
     /// a way-point is outside the range of a joint; the value is which, from 0
     #[condition]
     limit: ConditionOf<i32>,
+    /// whether it has planned
+    #[state]
+    has_planned: bool,
 }
 
 impl Step for PathPlanner {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
+        let last = Last {
+            position: &self.start[..n],
+            servo_velocity: &self.start_velocity[..n],
+            velocity: &self.last_velocity[..n],
+            acceleration: &self.last_acceleration[..n],
+            time_ns: &self.last_time[..n],
+        };
+        if self.waits && (self.has_planned || last.is_moving(invocation.now_ns, self.lead)) {
+            return Outcome::Done;
+        }
+        self.has_planned = true;
         let positive = |x: &f64| x.is_finite() && *x > 0.0;
         let (Some(limits), true) = (Limits::of_joints(&self.speed_max[..n], &self.acceleration_max[..n]), self.speed.iter().all(positive)) else {
             return Outcome::Fault(BAD_LIMIT);

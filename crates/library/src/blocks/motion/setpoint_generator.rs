@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::profile::{COEFFICIENTS, duration_s, evaluate, joints, number};
+use crate::span::Span;
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// There is no planned motion: the planner has not run.
@@ -9,7 +10,7 @@ const OTHER_SIZE: u32 = 2;
 
 /// Setpoint generator: setpoint = q(t) of a planned motion, t being the running time since the plan was first seen.
 ///
-/// Running time stands still while the verb is suspended. The output `complete` and the condition `finished` come with the invocation that stores the
+/// Running time stands still while the verb is suspended, and time that is lost, because releases were skipped, does not count. The output `complete` and the condition `finished` come with the invocation that stores the
 /// last setpoint, exactly the goal, never before. A new plan, by number, starts at its own beginning.
 /// Faults: 1 the planner has not run; 2 the motion is planned for another number of joints.
 #[derive(FunctionBlock)]
@@ -38,9 +39,12 @@ pub struct SetpointGenerator {
     /// plan that is under way
     #[state]
     plan: f64,
-    /// running time at its beginning, ns
+    /// running time at its beginning, and what was lost since, ns
     #[state]
     begun_ns: i64,
+    /// the invocation before
+    #[state(opaque)]
+    span: Span,
 }
 
 impl Step for SetpointGenerator {
@@ -52,6 +56,8 @@ impl Step for SetpointGenerator {
         if joints(&self.coefficients) != self.n as usize {
             return Outcome::Fault(OTHER_SIZE);
         }
+        let passed = self.span.pass(invocation);
+        self.begun_ns += passed.lost_ns;
         if plan != self.plan {
             (self.plan, self.begun_ns) = (plan, invocation.time_ns);
         }
@@ -75,7 +81,7 @@ mod tests {
 
     fn generator(coefficients: Coefficients) -> SetpointGenerator {
         SetpointGenerator {
-            n: 2, coefficients, setpoint: [0.0; 16], velocity: [0.0; 16], complete: false, lead: 0.0, finished: Condition::new(), plan: 0.0, begun_ns: 0,
+            n: 2, coefficients, setpoint: [0.0; 16], velocity: [0.0; 16], complete: false, lead: 0.0, finished: Condition::new(), plan: 0.0, begun_ns: 0, span: Span::default(),
         }
     }
 

@@ -3,7 +3,9 @@ use crate::motion::Motion;
 use crate::online::Profile;
 use crate::pace;
 use crate::profile::Limits;
-use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+use crate::span::Span;
+use crate::takeover::Last;
+use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// A start or velocity is not a finite number.
 const NOT_FINITE: u32 = 1;
@@ -16,7 +18,8 @@ const BAD_LIMIT: u32 = 2;
 ///
 /// It begins from a start that may move. With `velocity` 0, which is the default, it stops the joints: `stopped` is reported when they are
 /// at rest. A velocity may change at any time. Where `holding` is true or an override is 0 the joints come to rest and stay; `held` is
-/// reported while they do. At the end of its range a joint comes to rest and `at_limit` is reported.
+/// reported while they do. Time that is lost, because releases were skipped, is not made up for: each invocation goes on by one cycle at
+/// most; where more than `gap_max` was lost at once, the joints come to rest and `gap` is reported. At the end of its range a joint comes to rest and `at_limit` is reported.
 /// Faults: 1 a start or velocity is not finite; 2 an acceleration or jerk is not above 0, or an override not within 0 and 1.
 #[derive(FunctionBlock)]
 pub struct VelocityGenerator {
@@ -26,9 +29,18 @@ pub struct VelocityGenerator {
     /// where the joints are commanded to be now
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// how fast they are commanded to move now
+    /// how fast their servos move them now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
     start_velocity: [f64; 16],
+    /// how fast the last set-points moved, of whatever motion stored them
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    last_velocity: [f64; 16],
+    /// how that changed
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    last_acceleration: [f64; 16],
+    /// when they were stored, ns of the system's clock
+    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    last_time: [i64; 16],
     /// how fast they are to move
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
@@ -50,6 +62,9 @@ pub struct VelocityGenerator {
     /// the same for the whole cell; both are multiplied
     #[input(asynchronous, default = [1.0; 16], sized)]
     cell_override: [f64; 16],
+    /// time that may be lost at once; beyond it the joints come to rest
+    #[input(asynchronous, default = [0.5; 16], sized, unit = "s")]
+    gap_max: [f64; 16],
     /// come to rest and stay
     #[input(asynchronous, default = false)]
     holding: bool,
@@ -59,6 +74,15 @@ pub struct VelocityGenerator {
     /// how fast they are to be there
     #[output(sized, unit = "rad/s|m/s")]
     setpoint_velocity: [f64; 16],
+    /// how that changes
+    #[output(sized, unit = "rad/s^2|m/s^2")]
+    setpoint_acceleration: [f64; 16],
+    /// when they are stored, ns of the system's clock
+    #[output(sized)]
+    setpoint_time: [i64; 16],
+    /// the longest time that was lost at once
+    #[output(unit = "s")]
+    lost: f64,
     /// time by which the first set-point is ahead of the start: the interval of this block
     #[param(default = 0.02, unit = "s")]
     lead: f64,
@@ -77,34 +101,54 @@ pub struct VelocityGenerator {
     /// a joint is at rest at the end of its range, and is to go on
     #[condition]
     at_limit: Condition,
+    /// the joints are at rest because more time than `gap_max` was lost at once; the value is how much, s
+    #[condition]
+    gap: ConditionOf<f64>,
     /// where the joints are on their way
     #[state(opaque)]
+    way: Way,
+}
+
+/// Joints on their way, and what that was planned for.
+#[derive(Clone, Copy, Debug, Default)]
+struct Way {
     motion: Motion,
-    /// velocities, accelerations, jerks that it is planned for
-    #[state]
-    planned: [f64; 48],
-    /// whether it is planned to hold
-    #[state]
+    wanted: Wanted,
     is_holding: bool,
-    /// invocations on end for which each joint has been at rest
-    #[state]
+    /// Invocations on end for which each joint has been at rest.
     rest: [u16; 16],
-    /// running time of the invocation before, ns; -1: there was none
-    #[state(initial = -1)]
-    before_ns: i64,
+    span: Span,
+    /// The joints come to rest because time was lost.
+    is_lost: bool,
+}
+
+/// Velocities and limits of each joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Wanted {
+    velocity: [f64; 16],
+    acceleration: [f64; 16],
+    jerk: [f64; 16],
 }
 
 impl Step for VelocityGenerator {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
-        let first = self.before_ns < 0;
+        let first = !self.way.span.begun();
+        let mut ahead_s = 0.0;
         if first {
-            let Some(motion) = Motion::begin(&self.start[..n], &self.start_velocity[..n]) else { return Outcome::Fault(NOT_FINITE) };
-            self.motion = motion;
+            let last = Last {
+                position: &self.start[..n],
+                servo_velocity: &self.start_velocity[..n],
+                velocity: &self.last_velocity[..n],
+                acceleration: &self.last_acceleration[..n],
+                time_ns: &self.last_time[..n],
+            };
+            let Some(begun) = last.begin(invocation.now_ns, self.lead) else { return Outcome::Fault(NOT_FINITE) };
+            (self.way.motion, ahead_s) = (begun.motion, begun.ahead_s);
         }
         let Some(rate) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
         let direction = if self.reverse { -1.0 } else { 1.0 };
-        let mut wanted = [0.0; 48];
+        let mut wanted = Wanted::default();
         for i in 0..n {
             if !self.velocity[i].is_finite() {
                 return Outcome::Fault(NOT_FINITE);
@@ -112,15 +156,19 @@ impl Step for VelocityGenerator {
             if ![self.acceleration[i], self.jerk[i]].iter().all(|limit| limit.is_finite() && *limit > 0.0) {
                 return Outcome::Fault(BAD_LIMIT);
             }
-            (wanted[i], wanted[16 + i], wanted[32 + i]) = (direction * self.velocity[i] * rate, self.acceleration[i], self.jerk[i]);
+            (wanted.velocity[i], wanted.acceleration[i], wanted.jerk[i]) = (direction * self.velocity[i] * rate, self.acceleration[i], self.jerk[i]);
         }
-        let holding = self.holding || rate == 0.0;
-        if first || wanted != self.planned || holding != self.is_holding {
-            (self.planned, self.is_holding) = (wanted, holding);
+        let passed = self.way.span.pass(invocation);
+        if pace::is_gap(passed, &self.gap_max[..n], &mut self.lost) {
+            self.way.is_lost = true;
+        }
+        let holding = self.holding || rate == 0.0 || self.way.is_lost;
+        if first || wanted != self.way.wanted || holding != self.way.is_holding {
+            (self.way.wanted, self.way.is_holding) = (wanted, holding);
             self.plan();
         }
-        self.motion.advance(if first { self.lead } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 });
-        self.before_ns = invocation.time_ns;
+        self.way.motion.advance(if first { ahead_s } else { passed.cycle_s() });
+        self.setpoint_time = [invocation.now_ns; 16];
         self.store(n);
         Outcome::Done
     }
@@ -129,10 +177,11 @@ impl Step for VelocityGenerator {
 impl VelocityGenerator {
     /// A joint that is to move goes to the end of its range at that speed, so that it comes to rest there.
     fn plan(&mut self) {
-        let (planned, holding, least, most) = (self.planned, self.is_holding, self.position_min, self.position_max);
-        self.motion.each(|i, state| {
-            let velocity = if holding { 0.0 } else { planned[i] };
-            let limits = Limits { speed: velocity.abs(), acceleration: planned[16 + i], jerk: planned[32 + i] };
+        let (Wanted { velocity, acceleration, jerk }, holding) = (self.way.wanted, self.way.is_holding);
+        let (least, most) = (self.position_min, self.position_max);
+        self.way.motion.each(|i, state| {
+            let velocity = if holding { 0.0 } else { velocity[i] };
+            let limits = Limits { speed: velocity.abs(), acceleration: acceleration[i], jerk: jerk[i] };
             let stop = Profile::stop(state, limits);
             let end = if velocity > 0.0 { most[i] } else { least[i] };
             // Where it cannot stop before the end of its range, or is beyond it, it stops as soon as it can.
@@ -142,25 +191,30 @@ impl VelocityGenerator {
     }
 
     fn store(&mut self, n: usize) {
-        let (mut in_velocity, mut at_limit) = (!self.is_holding, false);
+        let (mut in_velocity, mut at_limit) = (!self.way.is_holding, false);
         for i in 0..n {
-            let state = self.motion.state(i);
-            (self.setpoint[i], self.setpoint_velocity[i]) = (state.position, state.velocity);
-            let velocity = self.planned[i];
-            self.rest[i] = if state.velocity == 0.0 { self.rest[i].saturating_add(1) } else { 0 };
-            let rests = self.rest[i] >= REST;
+            let state = self.way.motion.state(i);
+            (self.setpoint[i], self.setpoint_velocity[i], self.setpoint_acceleration[i]) = (state.position, state.velocity, state.acceleration);
+            let velocity = self.way.wanted.velocity[i];
+            self.way.rest[i] = if state.velocity == 0.0 { self.way.rest[i].saturating_add(1) } else { 0 };
+            let rests = self.way.rest[i] >= REST;
             in_velocity &= (state.velocity - velocity).abs() <= 1e-9 * velocity.abs().max(1.0) && state.acceleration.abs() <= 1e-9;
             let end = if velocity > 0.0 { self.position_max[i] - state.position } else { state.position - self.position_min[i] };
-            at_limit |= rests && velocity != 0.0 && !self.is_holding && end <= 1e-9;
+            at_limit |= rests && velocity != 0.0 && !self.way.is_holding && end <= 1e-9;
         }
-        let all_rest = self.rest[..n].iter().all(|invocations| *invocations >= REST);
+        let all_rest = self.way.rest[..n].iter().all(|invocations| *invocations >= REST);
+        if self.way.is_lost && all_rest {
+            // They may go on, where that does not end the motion.
+            self.way.is_lost = false;
+            self.gap.report(self.lost);
+        }
         if in_velocity {
             self.in_velocity.report();
         }
-        if all_rest && self.planned[..n].iter().all(|velocity| *velocity == 0.0) {
+        if all_rest && self.way.wanted.velocity[..n].iter().all(|velocity| *velocity == 0.0) {
             self.stopped.report();
         }
-        if all_rest && self.is_holding {
+        if all_rest && self.way.is_holding {
             self.held.report();
         }
         if at_limit {
@@ -175,20 +229,21 @@ mod tests {
 
     fn generator(velocity: f64) -> VelocityGenerator {
         VelocityGenerator {
-            n: 1, start: [0.0; 16], start_velocity: [0.0; 16], velocity: [velocity; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
+            n: 1, start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16],
+            gap_max: [0.5; 16], setpoint_acceleration: [0.0; 16], setpoint_time: [0; 16], lost: 0.0, gap: ConditionOf::new(0.0), velocity: [velocity; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
             position_min: [-3.0; 16], position_max: [3.0; 16], r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, setpoint: [0.0; 16],
             setpoint_velocity: [0.0; 16], lead: 0.02, reverse: false, in_velocity: Condition::new(), stopped: Condition::new(), held: Condition::new(),
-            at_limit: Condition::new(), motion: Motion::default(), planned: [0.0; 48], is_holding: false, rest: [0; 16], before_ns: -1,
+            at_limit: Condition::new(), way: Way::default(),
         }
     }
 
     /// Invocations every 20 ms until `until`, at most 1000: how many; every step keeps to the acceleration.
     fn run(block: &mut VelocityGenerator, mut until: impl FnMut(i64, &mut VelocityGenerator) -> bool) -> i64 {
         let (mut at, mut rate) = (block.start[0], block.start_velocity[0]);
-        let begin = (block.before_ns + 20_000_000) / 20_000_000;
+        let begin = if block.way.span.begun() { block.setpoint_time[0] / 20_000_000 + 1 } else { 0 };
         for k in begin..begin + 1000 {
             (block.in_velocity, block.stopped, block.held, block.at_limit) = (Condition::new(), Condition::new(), Condition::new(), Condition::new());
-            assert_eq!(block.step(&Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }), Outcome::Done);
+            assert_eq!(block.step(&Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: k * 20_000_000 }), Outcome::Done);
             let speed = (block.setpoint[0] - at) / 0.02;
             assert!((speed - rate).abs() <= 2.0 * 0.02 + 1e-9, "from {rate} to {speed} rad/s at {k}");
             (at, rate) = (block.setpoint[0], speed);

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How a motion takes over from another one: from the position, speed and acceleration of its last set-point.
+//!
+//! A generator stores with each set-point how fast it moves and how that changes, and when it was stored. The one that follows goes on
+//! from that state, so neither speed nor acceleration has a step. Where the last set-point is older than a cycle, nobody leads the joint any more:
+//! its servo is at rest or about to be, and its speed is that of the servo.
+use crate::motion::Motion;
+use crate::online::State;
+use crate::profile::{JOINTS_MAX, Limits};
+use crate::span::Span;
+use opengpac::Invocation;
+
+/// A set-point that is older than so many cycles leads nobody.
+const CYCLES: f64 = 1.5;
+
+/// The last set-points of joints, one element a joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Last<'a> {
+    pub position: &'a [f64],
+    /// How fast their servos move them.
+    pub servo_velocity: &'a [f64],
+    pub velocity: &'a [f64],
+    pub acceleration: &'a [f64],
+    /// When they were stored, ns of the system's clock.
+    pub time_ns: &'a [i64],
+}
+
+/// Where joints are when a motion begins, and by how much its first set-point is ahead of that.
+#[derive(Clone, Copy, Debug)]
+pub struct Begun {
+    pub motion: Motion,
+    pub ahead_s: f64,
+}
+
+impl Last<'_> {
+    /// The state to go on from at `now_ns`, for a generator with a cycle of `cycle_s`; `None` where a number is not finite.
+    pub fn begin(&self, now_ns: i64, cycle_s: f64) -> Option<Begun> {
+        let mut states = [State::default(); JOINTS_MAX];
+        let mut ahead_s = 0.0f64;
+        for (i, state) in states[..self.position.len()].iter_mut().enumerate() {
+            *state = self.state(i, now_ns, cycle_s);
+            if !(state.position.is_finite() && state.velocity.is_finite() && state.acceleration.is_finite()) {
+                return None;
+            }
+            if let Some(age_s) = self.age_s(i, now_ns, cycle_s)
+                && !state.is_at_rest()
+            {
+                ahead_s = ahead_s.max(age_s);
+            }
+        }
+        let ahead_s = if ahead_s > 0.0 { ahead_s } else { cycle_s };
+        Some(Begun { motion: Motion::of(&states[..self.position.len()]), ahead_s })
+    }
+
+    /// Whether a joint moves.
+    pub fn is_moving(&self, now_ns: i64, cycle_s: f64) -> bool {
+        (0..self.position.len()).any(|i| !self.state(i, now_ns, cycle_s).is_at_rest())
+    }
+
+    /// The state of joint `i`.
+    pub fn state(&self, i: usize, now_ns: i64, cycle_s: f64) -> State {
+        let (velocity, acceleration) = match self.age_s(i, now_ns, cycle_s) {
+            Some(_) => (self.velocity[i], self.acceleration[i]),
+            None => (self.servo_velocity[i], 0.0),
+        };
+        State { position: self.position[i], velocity, acceleration }
+    }
+
+    /// How old the set-point of joint `i` is, if it leads its servo still.
+    fn age_s(&self, i: usize, now_ns: i64, cycle_s: f64) -> Option<f64> {
+        let age_s = now_ns.checked_sub(self.time_ns[i])? as f64 * 1e-9;
+        (0.0..=CYCLES * cycle_s).contains(&age_s).then_some(age_s)
+    }
+}
+
+/// Joints that are brought to rest before a motion that begins from rest: each by itself, from the state in which it was left.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Brake {
+    motion: Motion,
+    span: Span,
+    stage: Stage,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Stage {
+    #[default]
+    New,
+    Braking,
+    AtRest,
+    /// There was nothing to brake.
+    Idle,
+}
+
+/// Set-points of one cycle, with their speeds and accelerations.
+#[derive(Clone, Copy, Debug)]
+pub struct Braked {
+    pub setpoint: [f64; JOINTS_MAX],
+    pub velocity: [f64; JOINTS_MAX],
+    pub acceleration: [f64; JOINTS_MAX],
+    pub is_at_rest: bool,
+}
+
+impl Brake {
+    /// One cycle: `None` where nothing is to be braked any more and `has_plan`, or nothing ever was. Without a plan it stays at rest.
+    pub fn step(&mut self, last: &Last, acceleration: &[f64], jerk: &[f64], cycle_s: f64, has_plan: bool, invocation: &Invocation) -> Option<Braked> {
+        let passed = self.span.pass(invocation);
+        match self.stage {
+            Stage::New => {
+                let moving = last.is_moving(invocation.now_ns, cycle_s);
+                let are_limits = acceleration.iter().chain(jerk).all(|limit| limit.is_finite() && *limit > 0.0);
+                let begun = last.begin(invocation.now_ns, cycle_s).filter(|_| moving && are_limits);
+                let Some(begun) = begun else {
+                    self.stage = Stage::Idle;
+                    return None;
+                };
+                (self.motion, self.stage) = (begun.motion, Stage::Braking);
+                let limits: [Limits; JOINTS_MAX] = std::array::from_fn(|i| {
+                    let (acceleration, jerk) = (acceleration.get(i).copied().unwrap_or(1.0), jerk.get(i).copied().unwrap_or(1.0));
+                    Limits { speed: f64::INFINITY, acceleration, jerk }
+                });
+                self.motion.stop(&limits[..acceleration.len()]);
+                self.motion.advance(begun.ahead_s);
+            }
+            Stage::Braking => self.motion.advance(passed.cycle_s()),
+            Stage::AtRest if !has_plan => {}
+            Stage::AtRest | Stage::Idle => {
+                self.stage = Stage::Idle;
+                return None;
+            }
+        }
+        let is_at_rest = self.motion.left_s() == 0.0;
+        if is_at_rest {
+            self.stage = Stage::AtRest;
+        }
+        let states: [State; JOINTS_MAX] = std::array::from_fn(|i| if i < last.position.len() { self.motion.state(i) } else { State::default() });
+        Some(Braked { setpoint: states.map(|s| s.position), velocity: states.map(|s| s.velocity), acceleration: states.map(|s| s.acceleration), is_at_rest })
+    }
+}
+
+/// The last three set-points of joints, for generators that know no speed and acceleration of theirs in closed form.
+#[derive(Clone, Copy, Debug)]
+pub struct Tail {
+    before: [f64; JOINTS_MAX],
+    step: [f64; JOINTS_MAX],
+    count: u32,
+}
+
+impl Default for Tail {
+    fn default() -> Tail {
+        Tail { before: [0.0; JOINTS_MAX], step: [0.0; JOINTS_MAX], count: 0 }
+    }
+}
+
+impl Tail {
+    /// Adds the set-points of one cycle; speed and acceleration of each joint at its end are those of the parabola through the last three.
+    /// A motion that goes on from that state has no greater differences than its own.
+    pub fn push(&mut self, setpoint: &[f64], cycle_s: f64, velocity: &mut [f64], acceleration: &mut [f64]) {
+        for (i, now) in setpoint.iter().enumerate() {
+            let step = if self.count == 0 { 0.0 } else { now - self.before[i] };
+            let change = if self.count == 0 { 0.0 } else { step - self.step[i] };
+            (self.before[i], self.step[i]) = (*now, step);
+            (velocity[i], acceleration[i]) = if cycle_s > 0.0 { ((step + change / 2.0) / cycle_s, change / (cycle_s * cycle_s)) } else { (0.0, 0.0) };
+        }
+        self.count = self.count.saturating_add(1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn last(time_ns: &i64) -> Last<'_> {
+        Last { position: &[1.0], servo_velocity: &[0.1], velocity: &[0.3], acceleration: &[-2.0], time_ns: std::slice::from_ref(time_ns) }
+    }
+
+    #[test]
+    fn a_setpoint_of_the_cycle_before_hands_over_its_state() {
+        let begun = last(&100_000_000).begin(120_000_000, 0.02).expect("finite");
+        assert_eq!(begun.motion.state(0), State { position: 1.0, velocity: 0.3, acceleration: -2.0 });
+        assert!((begun.ahead_s - 0.02).abs() < 1e-12);
+        assert!((last(&100_000_000).begin(107_000_000, 0.02).expect("finite").ahead_s - 0.007).abs() < 1e-12, "as old as it is");
+    }
+
+    #[test]
+    fn an_old_setpoint_leaves_the_speed_of_the_servo() {
+        for time_ns in [i64::MIN, 0, 500_000_000] {
+            let begun = last(&time_ns).begin(120_000_000, 0.02).expect("finite");
+            assert_eq!((begun.motion.state(0).velocity, begun.motion.state(0).acceleration, begun.ahead_s), (0.1, 0.0, 0.02));
+        }
+        assert!(Last { position: &[f64::NAN], ..last(&0) }.begin(0, 0.02).is_none());
+    }
+
+    #[test]
+    fn the_last_three_setpoints_give_speed_and_acceleration() {
+        let (mut tail, mut v, mut a) = (Tail::default(), [0.0], [0.0]);
+        for k in 0..5 {
+            let t = 0.02 * f64::from(k);
+            tail.push(&[1.0 + 0.5 * t + 1.5 * t * t], 0.02, &mut v, &mut a);
+        }
+        assert!((v[0] - (0.5 + 3.0 * 0.08)).abs() < 1e-9 && (a[0] - 3.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Motions that take over from each other at any instant keep to the limits of the joint: speed, acceleration and jerk.
+//!
+//! `make test` tries a thousand takeovers, others each day; `OPENGPAC_TAKEOVERS` says how many, and `OPENGPAC_SEED` the first seed.
+use library::reference::{Approach, Led};
+use opengpac::Invocation;
+use opengpac::read::{BlockFace, TypeFace};
+use opengpac::trial::Trial;
+use std::time::SystemTime;
+
+const SPEED: f64 = 2.0;
+const ACCELERATION: f64 = 5.0;
+const JERK: f64 = 50.0;
+/// Takeovers of one sequence.
+const CHAIN: u64 = 20;
+
+/// Numbers of a seed.
+struct Numbers(u64);
+
+impl Numbers {
+    fn of(seed: u64) -> Numbers {
+        Numbers(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+    }
+}
+
+/// Set-points, one a cycle, and their differences.
+struct Watch {
+    cycle_s: f64,
+    last: [f64; 4],
+    count: u32,
+}
+
+impl Watch {
+    /// Adds a set-point; the first one that breaks a limit, in words.
+    fn push(&mut self, setpoint: f64) -> Result<(), String> {
+        self.last.rotate_right(1);
+        self.last[0] = setpoint;
+        self.count += 1;
+        if self.count < 4 {
+            return Ok(());
+        }
+        let ([a, b, c, d], t) = (self.last, self.cycle_s);
+        // Positions are rounded to about 1e-15 rad.
+        let looks = [
+            ("speed", (a - b) / t, SPEED, 1e-14 / t),
+            ("acceleration", (a - 2.0 * b + c) / (t * t), ACCELERATION, 1e-14 / (t * t)),
+            ("jerk", (a - 3.0 * b + 3.0 * c - d) / (t * t * t), JERK, 1e-14 / (t * t * t)),
+        ];
+        match looks.iter().find(|(_, found, most, rounding)| found.abs() > most * (1.0 + 1e-6) + rounding) {
+            Some((what, found, most, _)) => Err(format!("{what} {found} of {most}")),
+            None => Ok(()),
+        }
+    }
+}
+
+fn face(name: &str) -> BlockFace {
+    let types: Vec<TypeFace> = library::types().into_iter().map(|ty| TypeFace::read(ty).expect("a type of the derive")).collect();
+    let mut faces = library::blocks().into_iter().map(|descriptor| BlockFace::read(descriptor, &types).expect("a descriptor of the derive"));
+    faces.find(|face| face.name == name).expect("it is registered")
+}
+
+/// The generators, one of each kind.
+const KINDS: [&str; 3] = ["motion_generator", "velocity_generator", "gear_generator"];
+
+/// A generator that takes over from `last`: set-point, its speed, acceleration and time.
+fn begun(face: &BlockFace, last: (f64, f64, f64, i64), cycle_s: f64, numbers: &mut Numbers) -> Trial {
+    let (kind, mut trial) = (face.name.as_str(), Trial::of(face.clone()));
+    if kind != "gear_generator" {
+        trial.set("n", &1u32.to_ne_bytes()).expect("a size");
+    }
+    for (name, value) in [("start", last.0), ("last_velocity", last.1), ("last_acceleration", last.2), ("lead", cycle_s), ("jerk", JERK)] {
+        trial.set_numbers(name, &[value]).expect(name);
+    }
+    trial.set("last_time", &last.3.to_ne_bytes()).expect("a time");
+    let share = |numbers: &mut Numbers| if numbers.between(0.0, 1.0) < 0.5 { 1.0 } else { numbers.between(0.05, 1.0) };
+    let acceleration = ACCELERATION * share(numbers);
+    trial.set_numbers("acceleration", &[acceleration]).expect("a limit");
+    match kind {
+        "motion_generator" => {
+            trial.set_numbers("speed", &[SPEED * share(numbers)]).expect("a limit");
+            trial.set_numbers("goal", &[last.0 + numbers.between(-1.5, 1.5) * numbers.between(0.0, 1.0)]).expect("a goal");
+        }
+        "velocity_generator" => {
+            let stops = numbers.between(0.0, 1.0) < 0.4;
+            trial.set_numbers("velocity", &[if stops { 0.0 } else { numbers.between(-SPEED, SPEED) }]).expect("a velocity");
+        }
+        _ => {
+            trial.set_numbers("speed", &[SPEED]).expect("a limit");
+            trial.set_numbers("ratio", &[numbers.between(-1.5, 1.5)]).expect("a ratio");
+            trial.set_numbers("deceleration", &[ACCELERATION]).expect("a limit");
+        }
+    }
+    trial
+}
+
+/// `CHAIN` motions after each other at one cycle; what is wrong, if anything.
+fn sequence(faces: &[BlockFace; 3], seed: u64, cycle_ms: i64) -> Result<(), String> {
+    let cycle_s = cycle_ms as f64 * 1e-3;
+    let mut numbers = Numbers::of(seed);
+    let mut watch = Watch { cycle_s, last: [0.0; 4], count: 0 };
+    let mut last = (0.0, 0.0, 0.0, i64::MIN);
+    let (mut approach, mut fine) = (Approach::default(), (0.0, 0.0, 0u64));
+    for taken in 0..CHAIN {
+        let face = &faces[(numbers.between(0.0, 3.0) as usize).min(2)];
+        let kind = face.name.as_str();
+        let mut generator = begun(face, last, cycle_s, &mut numbers);
+        generator.period_ns = cycle_ms * 1_000_000;
+        let cycles = numbers.between(1.0, 1.2 / cycle_s).powf(numbers.between(0.3, 1.0)) as u32;
+        // The master of a gear moves evenly: its own jumps would be the slave's.
+        let mut master = 0.0;
+        for cycle in 0..cycles.max(1) {
+            if kind == "gear_generator" {
+                generator.set_number("master", master).expect("a position");
+            }
+            generator.run().map_err(|fault| format!("{kind}: {fault:?}"))?;
+            master += 1.0 * cycle_s;
+            let velocity = if kind == "motion_generator" { "velocity" } else { "setpoint_velocity" };
+            let number = |name: &str| generator.number(name).expect("an output");
+            // A trial's time begins at 0: the set-point before that is a cycle old.
+            last = (number("setpoint"), number(velocity), number("setpoint_acceleration"), -cycle_ms * 1_000_000);
+            let told = |wrong: String| format!("seed {seed}, {cycle_ms} ms: takeover {taken} by {kind}, cycle {cycle}: {wrong}");
+            watch.push(last.0).map_err(told)?;
+            follow(&mut approach, &mut fine, last.0, cycle_ms).map_err(told)?;
+        }
+    }
+    Ok(())
+}
+
+/// The servo's reference at 1 ms: its speed and acceleration.
+fn follow(approach: &mut Approach, fine: &mut (f64, f64, u64), setpoint: f64, cycle_ms: i64) -> Result<(), String> {
+    for _ in 0..cycle_ms {
+        let led = Led { setpoint, position: 0.0, offset: 0.0, range: None, speed_max: 1e6, acceleration_max: 1e6 };
+        let invocation = Invocation { number: fine.2, time_ns: fine.2 as i64 * 1_000_000, now_ns: 0 };
+        let reference = approach.advance(&invocation, led, |_| cycle_ms as u32).reference;
+        let speed = (reference - fine.0) / 1e-3;
+        let acceleration = (speed - fine.1) / 1e-3;
+        *fine = (reference, speed, fine.2 + 1);
+        if speed.abs() > SPEED * (1.0 + 1e-6) || acceleration.abs() > ACCELERATION * (1.0 + 1e-6) + 1e-8 {
+            return Err(format!("its servo goes at {speed} rad/s, {acceleration} rad/s²"));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_motion_that_takes_over_keeps_to_speed_acceleration_and_jerk() {
+    let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
+    let takeovers: u64 = number("OPENGPAC_TAKEOVERS").unwrap_or(1000);
+    let day = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
+    let faces = KINDS.map(face);
+    let first = number("OPENGPAC_SEED").unwrap_or(day * 1000);
+    let wrong: Vec<String> = (first..first + takeovers.div_ceil(CHAIN)).filter_map(|seed| sequence(&faces, seed, if seed.is_multiple_of(2) { 1 } else { 20 }).err()).collect();
+    assert!(wrong.is_empty(), "{} of {takeovers}: {}", wrong.len(), wrong[..wrong.len().min(5)].join("\n"));
+}

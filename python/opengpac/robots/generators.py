@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The parts that verbs of motion share: how generators are bound to the joints of an object, and the lists in which they slow down."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .. import library as lib
+from ..commands import Command, activate
+from ..conditions import on
+from ..errors import NotHomed, Terminated
+from ..parameters import input, required
+from ..suspension import Holding, holding
+
+Values: TypeAlias = float | str | Sequence[float | str] | np.ndarray
+"""One value for all joints, or one for each: numbers in SI units, or text, `"90 deg"`, `"30 %"` of a limit."""
+
+PERIOD = "20 ms"
+"""How often set-points are stored."""
+
+LEAST = 1e-6
+"""The minimum speed or acceleration that can be asked for."""
+
+HOMED = required(NotHomed, when="arm.needs_home", remedy="find its zero first: gpac.motion.home(…) or home_here(…)")
+"""A motion to a position needs a joint that knows where it is."""
+
+
+class TimeLost(Terminated):
+    """More time was lost at once than the joints' `max_gap`: releases were skipped. The joints have come to rest where they were."""
+
+    def explanation(self) -> str:
+        """How much time was lost, and why that happens."""
+        lost = self.outputs.get("lost")
+        time = "more time" if lost is None else f"{lost:.3g} s, more"
+        return f"{time} than max_gap was lost at once: a block ran for too long, or the machine stood still; the joints have come to rest"
+
+
+def handed(takes: Sequence[str], gives: Sequence[str], velocity: Mapping[str, str] | None = None) -> dict[str, list[str]]:
+    """χ of what one motion hands over to the next: the labels of the blocks that begin from it, and of those that leave it.
+
+    `velocity` names the output for the speed of a label, where it is not `setpoint_velocity`.
+    """
+    names = velocity or {}
+    return {
+        "arm.commanded_velocity": [f"{label}.start_velocity" for label in takes],
+        "arm.setpoint_velocity": [
+            *(f"{label}.last_velocity" for label in takes),
+            *(f"{label}.{names.get(label, 'setpoint_velocity')}" for label in gives),
+        ],
+        "arm.setpoint_acceleration": [
+            *(f"{label}.last_acceleration" for label in takes),
+            *(f"{label}.setpoint_acceleration" for label in gives),
+        ],
+        "arm.setpoint_time": [*(f"{label}.last_time" for label in takes), *(f"{label}.setpoint_time" for label in gives)],
+    }
+
+
+def bound(*generators: str, overridden: Sequence[str] = (), velocity: Mapping[str, str] | None = None) -> dict[str, list[str]]:
+    """χ of generators that take over from each other: where the joints are, how fast they are, where they are to be."""
+    commanded = [f"{label}.{port}" for label in generators for port in ("start", "setpoint")]
+    found = {"arm.commanded": commanded, **handed(generators, generators, velocity)}
+    if overridden:
+        found["arm.override"] = [f"{label}.override" for label in overridden]
+        found["arm.cell_override"] = [f"{label}.cell_override" for label in overridden]
+    return found
+
+
+def limited(*generators: str) -> dict[str, list[str]]:
+    """ψ of generators: the jerk and the range of the joints, and how much time may be lost."""
+    ports = {
+        "arm.max_jerk": "jerk",
+        "arm.position_min": "position_min",
+        "arm.position_max": "position_max",
+        "arm.max_gap": "gap_max",
+    }
+    return {parameter: [f"{label}.{port}" for label in generators] for parameter, port in ports.items()}
+
+
+def share(targets: str | list[str], most: str) -> Any:
+    """An input parameter between nearly nothing and a limit of each joint."""
+    return input(targets, within=(LEAST, f"arm.{most}"))
+
+
+def brake() -> Any:
+    """The block that slows the joints down when a motion is halted: a velocity generator that is to stand still."""
+    return lib.block("velocity_generator")
+
+
+def suspended(*generators: str) -> Holding:
+    """How a motion is suspended: it slows down on its way, and goes on from there; one that slows down to its end comes to it."""
+    return holding([f"{label}.holding" for label in generators], [f"{label}.held" for label in generators])
+
+
+def slowing(*lists: str) -> dict[tuple[str, str], str]:
+    """τ of the lists in which joints slow down already: a first halt and a time limit let them come to rest."""
+    return {key: to for name in lists for key, to in (((name, "halted"), "stop"), ((name, "time_limit"), name))}
+
+
+STOP: list[Command] = [activate("brake", every=PERIOD)]
+"""The command list that follows `halted`: the verb ends when the joints are at rest."""
+
+GAP: dict[str, Any] = {"time_lost": on("generator.gap", returns=["position", "lost"], raises=TimeLost, during="start")}
+"""The end of a motion that has lost too much time and has come to rest."""
