@@ -5,7 +5,8 @@
     python tests/faults/no_jump.py --from 4700 --to 4725   those of one system again
 
 A sequence is six commands to a UR5e with the motions of the library: moves, velocities, paths, lines, stops, halts, suspensions, time
-limits, overrides, and now and then a device that is disabled or an emergency stop. Every ms of it position, speed and acceleration of
+limits, overrides, and now and then a device that is disabled or an emergency stop. In every other system each motion takes over from
+the one before, at whatever instant. Every ms of it position, speed and acceleration of
 the reference are looked at. `make test` takes another slice of the seeds each day. The report is in `out/no_jump.json`.
 """
 
@@ -49,8 +50,8 @@ def of_the_day(count: int, day: datetime.date | None = None) -> range:
 class Sequences:
     """An arm under the virtual clock, and sequences of commands to it."""
 
-    def __init__(self) -> None:
-        self.arm = gpac.robots.load("ur5e", clock="virtual").enable()
+    def __init__(self, takes_over: bool = False) -> None:
+        self.arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort" if takes_over else None).enable()
         self.cell = self.arm.system
         self.limits = np.array([(joint.max_speed, joint.max_acceleration) for joint in self.arm]).T
         self.done: Counter[str] = Counter()
@@ -213,7 +214,7 @@ def sequences(seeds: Iterable[int]) -> tuple[list[str], Counter[str]]:
         if of is None or of.is_lost or seed % A_SYSTEM == 0:
             if of is not None:
                 of.close()
-            of = Sequences()
+            of = Sequences(takes_over=seed // A_SYSTEM % 2 == 1)
         before = of.done.copy()
         wrong = of.run(seed)
         done += of.done - before

@@ -131,7 +131,8 @@ mod tests {
     use super::*;
 
     fn at(positions: &[f64], velocities: &[f64]) -> Motion {
-        let states: Vec<State> = positions.iter().zip(velocities).map(|(position, velocity)| State { position: *position, velocity: *velocity, acceleration: 0.0 }).collect();
+        let states: Vec<State> =
+            positions.iter().zip(velocities).map(|(position, velocity)| State { position: *position, velocity: *velocity, acceleration: 0.0 }).collect();
         Motion::of(&states)
     }
 

@@ -308,7 +308,13 @@ mod tests {
             let number = if k > at { k + lost } else { k };
             // Every 20 ms: 0.6 s at 0.5 rad/s² up to 0.3 rad/s, and the same at the end.
             let t = (number / 20 * 20) as f64 * 1e-3;
-            let setpoint = if t < 0.6 { 0.25 * t * t } else if t < 2.0 { 0.09 + 0.3 * (t - 0.6) } else { 0.6 - 0.25 * (2.6 - t.min(2.6)).powi(2) };
+            let setpoint = if t < 0.6 {
+                0.25 * t * t
+            } else if t < 2.0 {
+                0.09 + 0.3 * (t - 0.6)
+            } else {
+                0.6 - 0.25 * (2.6 - t.min(2.6)).powi(2)
+            };
             let led = Led { setpoint, position: 0.0, offset: 0.0, range: None, speed_max: 3.0, acceleration_max: 5.0 };
             let now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 20).reference;
             let speed = (now - before) / 1e-3;

@@ -156,6 +156,7 @@ fn a_motion_that_takes_over_keeps_to_speed_acceleration_and_jerk() {
     let day = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
     let faces = KINDS.map(face);
     let first = number("OPENGPAC_SEED").unwrap_or(day * 1000);
-    let wrong: Vec<String> = (first..first + takeovers.div_ceil(CHAIN)).filter_map(|seed| sequence(&faces, seed, if seed.is_multiple_of(2) { 1 } else { 20 }).err()).collect();
+    let wrong: Vec<String> =
+        (first..first + takeovers.div_ceil(CHAIN)).filter_map(|seed| sequence(&faces, seed, if seed.is_multiple_of(2) { 1 } else { 20 }).err()).collect();
     assert!(wrong.is_empty(), "{} of {takeovers}: {}", wrong.len(), wrong[..wrong.len().min(5)].join("\n"));
 }

@@ -2,8 +2,9 @@
 """Motions of a joint, a group of joints, and an arm: `gpac.motion.move_absolute(arm, goal)`, `stop(arm)`, `move_linear(arm, pose)`.
 
 The words are those of PLCopen Motion Control. Each is a verb: it may be started with `.asynch(...)`, halted, given a `time_limit`,
-composed with others. All begin from the position, speed and acceleration that the joints are commanded to have (lines and paths brake first), and when they are halted or their time is up they slow
-down within the limits first. `arm.override` and `cell.override` scale their speed.
+composed with others. All begin from the position, speed and acceleration that the joints are commanded to have (lines and paths
+brake first), and when they are halted or their time is up they slow down within the limits first. `arm.override` and
+`cell.override` scale their speed.
 """
 
 from ..robots.generators import TimeLost

@@ -98,10 +98,11 @@ def move_linear(
     acceleration: float = 1.0,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the tool of an arm along a straight line to a pose, turning it evenly about one axis; from rest, so an arm that moves is braked first.
+    """Moves the tool of an arm along a straight line to a pose, turning it evenly about one axis. It begins from rest.
 
     pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; tolerance of each
-    joint at the end: rad. Slower where the joints ask for it. A line that the arm cannot go raises `LineRefused` before it moves.
+    joint at the end: rad. Slower where the joints ask for it. An arm that moves is braked first. A line that the arm cannot go raises
+    `LineRefused` before it moves.
     """
     ...
 

@@ -22,9 +22,10 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
 
     `commanded` is the set-point that a verb stores, `reference` and `commanded_velocity` are where the servo wants the joint to be now,
     which follows the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's
-    invocations in which these held it back. `setpoint_velocity`, `setpoint_acceleration` and `setpoint_time` (ns of the system's clock) belong to the
-    last set-point: what takes over goes on from there. Where more than `max_gap` is lost at once, a motion comes to rest. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that
-    of the whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
+    invocations in which these held it back. `setpoint_velocity`, `setpoint_acceleration` and `setpoint_time` (ns of the system's clock)
+    belong to the last set-point: a motion that takes over goes on from there. Where more than `max_gap` is lost at once, because
+    releases were skipped, a motion comes to rest. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is
+    that of the whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
 
     `Joint("lift", drive=line["lift"])` is a joint by itself. What the driver says of the part holds unless the program says otherwise: its
     unit, range, speed, effort and gains, and the source that exchanges with it. A part that takes positions (axes on EtherCAT, serial

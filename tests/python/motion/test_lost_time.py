@@ -12,6 +12,7 @@ import pytest
 import opengpac as gpac
 from axes import machine
 from opengpac import activate, execute, motion
+from opengpac.processors import Processor
 from opengpac.robots import Joint
 
 Axes = gpac.Group[Joint]
@@ -28,19 +29,23 @@ MOTIONS: dict[str, Callable[[Axes], gpac.VerbInstance[Any]]] = {
 nap = gpac.Verb("nap", blocks={"b": gpac.library.flag}, command_lists={"start": [execute("b")]}, instantiation_parameters={"y": "b.y"})
 
 
-def late(cell: gpac.System, ms: int) -> Callable[[], None]:
+def late(rtp: Processor, ms: int) -> Callable[[], None]:
     """A call that keeps the processor for so long, once."""
-    hog = cell.processor("rtp0").software("hog", priority=90, virtual_cost=f"{ms} ms")
-    instance = nap.on(hog).new_instance(cell.svv("napped", bool))
-    return lambda: instance.start() and None
+    hog = rtp.software("hog", priority=90, virtual_cost=f"{ms} ms")
+    instance = nap.on(hog).new_instance(rtp.system.svv("napped", bool))
+
+    def keep() -> None:
+        instance.start()
+
+    return keep
 
 
 @pytest.fixture(params=[50, 100, 300, 480])
 def bounded(request: pytest.FixtureRequest) -> Iterator[tuple[Axes, Callable[[], None]]]:
     """Two axes, and a gap that their bound allows."""
     with gpac.System("late", clock="virtual", seed=1) as cell:
-        axes = machine(cell)
-        yield axes, late(cell, request.param)
+        rtp = cell.processor("rtp0")
+        yield machine(cell, on=rtp), late(rtp, request.param)
 
 
 @pytest.mark.parametrize("of", MOTIONS)
@@ -64,8 +69,8 @@ def test_the_speed_asked_for_is_kept(bounded: tuple[Axes, Callable[[], None]], o
 @pytest.mark.parametrize("of", MOTIONS)
 def test_a_gap_beyond_the_bound_brings_the_joints_to_rest_and_tells_its_length(of: str) -> None:
     with gpac.System("late", clock="virtual", seed=1) as cell:
-        axes = machine(cell)
-        keep = late(cell, 2000)
+        rtp = cell.processor("rtp0")
+        axes, keep = machine(cell, on=rtp), late(rtp, 2000)
         if of == "gear":
             motion.move_velocity.asynch(axes[1], ASKED, time_limit="3 s")
         moving = MOTIONS[of](axes)
@@ -81,8 +86,8 @@ def test_a_gap_beyond_the_bound_brings_the_joints_to_rest_and_tells_its_length(o
 
 def test_the_bound_is_declared_for_each_joint() -> None:
     with gpac.System("late", clock="virtual", seed=1) as cell:
-        axes = machine(cell, max_gap="50 ms")
-        keep = late(cell, 100)
+        rtp = cell.processor("rtp0")
+        axes, keep = machine(cell, on=rtp, max_gap=0.05), late(rtp, 100)
         moving = motion.move_absolute.asynch(axes, 0.6)
         cell.advance("300 ms")
         keep()
@@ -92,8 +97,8 @@ def test_the_bound_is_declared_for_each_joint() -> None:
 
 def test_a_rate_limiter_and_an_integrator_do_not_leap() -> None:
     with gpac.System("late", clock="virtual", seed=1) as cell:
-        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
-        keep = late(cell, 500)
+        rtp = cell.processor("rtp0")
+        fast, keep = rtp.timer("fast", period="1 ms", priority=80), late(rtp, 500)
         lib = gpac.library
         ramp = gpac.Verb(
             "ramp",

@@ -94,7 +94,9 @@ MOTIONS: dict[str, Callable[[gpac.robots.Arm, float], gpac.VerbInstance[Any]]] =
     "velocity": lambda arm, to: motion.move_velocity.asynch(arm, by(0, to), time_limit="0.4 s"),
     "line": lambda arm, to: on_a_line(arm, 0.1 * to, -0.1, 0.05),
     "path": lambda arm, to: motion.follow.asynch(arm, [goal(arm, 0.2 * to, 0.1), goal(arm, 0.3 * to)]),
-    "line of several": lambda arm, to: motion.follow_linear.asynch(arm, [gpac.Pose((0.05 * to, -0.05, 0.0)) @ arm.pose(), arm.pose()], speed=0.2),
+    "line of several": lambda arm, to: motion.follow_linear.asynch(
+        arm, [gpac.Pose((0.05 * to, -0.05, 0.0)) @ arm.pose(), arm.pose()], speed=0.2
+    ),
     "robots.move": lambda arm, to: gpac.robots.move.asynch(arm, goal(arm, 0.4 * to)),
     "stop": lambda arm, _: motion.stop.asynch(arm),
 }
