@@ -30,7 +30,7 @@ from .velocity import LimitReached, Stopped
         "arm.max_acceleration": ["brake.acceleration", "generator.deceleration"],
         **limited("generator", "brake"),
     },
-    output_values={"position": "brake.setpoint", "lost": "generator.lost"},
+    output_values={"position": "brake.setpoint"},
     command_lists={"start": [activate("generator", every=PERIOD)], "stop": STOP, "limit": STOP},
     initial="start",
     conditions={

@@ -17,7 +17,7 @@ from ..parameters import each, input
 from ..robots.generators import HOMED, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
-from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, LOST, RESTED, TRANSITIONS
+from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, poses
 
 
@@ -75,7 +75,7 @@ class LineRefused(Terminated, Unreachable):
         "arm.max_speed": ["planner.speed_max", "generator.speed_max"],
         **BOUNDS,
     },
-    output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration", **LOST},
+    output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration"},
     command_lists=LISTS,
     initial="start",
     transitions=TRANSITIONS,
@@ -133,7 +133,6 @@ def move_linear(
         "error": "near.error",
         "duration": "planner.duration",
         "refused": "planner.refused",
-        **LOST,
     },
     command_lists=LISTS,
     initial="start",

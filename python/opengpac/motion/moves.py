@@ -57,7 +57,7 @@ def _to(goal: Any, relative: bool) -> dict[str, Any]:
             "arm.max_acceleration": "brake.acceleration",
             **limited("generator", "brake"),
         },
-        "output_values": {"position": "near.sensed", "error": "near.error", "duration": "generator.duration", "lost": "generator.lost"},
+        "output_values": {"position": "near.sensed", "error": "near.error", "duration": "generator.duration"},
         "command_lists": {
             "start": [activate("generator", every=PERIOD), activate("near", every=PERIOD)],
             "stop": STOP,

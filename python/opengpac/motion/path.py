@@ -16,7 +16,7 @@ from ..parameters import each, input
 from ..robots.generators import HOMED, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
-from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, LOST, RESTED, TRANSITIONS
+from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, way_points
 
 
@@ -60,7 +60,6 @@ class PathRefused(Terminated, Unreachable):
         "error": "near.error",
         "duration": "planner.duration",
         "refused": "planner.refused",
-        **LOST,
     },
     command_lists=LISTS,
     initial="start",

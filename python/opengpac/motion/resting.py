@@ -40,9 +40,6 @@ BOUNDS: dict[str, str | list[str]] = {
 HOLDING: dict[str, list[str]] = {"holding": ["hold.y", "generator.holding"]}
 """Its cell."""
 
-LOST = {"lost": "generator.lost"}
-"""The output value that `TimeLost` tells."""
-
 _REST: list[Command] = [execute("hold"), activate("generator", every=PERIOD)]
 
 LISTS: dict[str, list[Command]] = {
@@ -60,7 +57,7 @@ LISTS: dict[str, list[Command]] = {
 RESTED: dict[str, Any] = {
     "stopped": on("generator.held", returns=["position"], during="stop"),
     "timed_out": on("generator.held", returns=["position"], raises=MotionTimeout, during="give_up"),
-    "time_lost": on("generator.gap", returns=["position", "lost"], raises=TimeLost, during="start"),
+    "time_lost": on("generator.gap", returns=["position"], raises=TimeLost, during="start"),
 }
 """The conditions of those two ends, and of the one after lost time."""
 

@@ -40,7 +40,7 @@ def _at(most: str, **more: str) -> dict[str, Any]:
             "acceleration": share(["generator.acceleration", "brake.acceleration"], "max_acceleration"),
             **limited("generator", "brake"),
         },
-        "output_values": {"position": "brake.setpoint", "lost": "generator.lost"},
+        "output_values": {"position": "brake.setpoint"},
     }
 
 

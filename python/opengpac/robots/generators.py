@@ -29,13 +29,17 @@ HOMED = required(NotHomed, when="arm.needs_home", remedy="find its zero first: g
 
 
 class TimeLost(Terminated):
-    """More time was lost at once than the joints' `max_gap`: releases were skipped. The joints have come to rest where they were."""
+    """More time was lost at once than the joints' `max_gap`: releases were skipped. The joints have come to rest where they were.
+
+    `value` is the time that was lost, s.
+    """
 
     def explanation(self) -> str:
         """How much time was lost, and why that happens."""
-        lost = self.outputs.get("lost")
-        time = "more time" if lost is None else f"{lost:.3g} s, more"
-        return f"{time} than max_gap was lost at once: a block ran for too long, or the machine stood still; the joints have come to rest"
+        return (
+            f"{self.value:.3g} s, more than max_gap, were lost at once: a block ran for too long, or the machine stood still; "
+            "the joints have come to rest"
+        )
 
 
 def handed(takes: Sequence[str], gives: Sequence[str], velocity: Mapping[str, str] | None = None) -> dict[str, list[str]]:
@@ -102,5 +106,5 @@ def slowing(*lists: str) -> dict[tuple[str, str], str]:
 STOP: list[Command] = [activate("brake", every=PERIOD)]
 """The command list that follows `halted`: the verb ends when the joints are at rest."""
 
-GAP: dict[str, Any] = {"time_lost": on("generator.gap", returns=["position", "lost"], raises=TimeLost, during="start")}
+GAP: dict[str, Any] = {"time_lost": on("generator.gap", returns=["position"], raises=TimeLost, during="start")}
 """The end of a motion that has lost too much time and has come to rest."""

@@ -49,7 +49,7 @@ class Moved(Report):
         "arm.max_acceleration": ["generator.acceleration", "brake.acceleration"],
         **limited("generator", "brake"),
     },
-    output_values={"position": "near.sensed", "error": "near.error", "duration": "generator.duration", "lost": "generator.lost"},
+    output_values={"position": "near.sensed", "error": "near.error", "duration": "generator.duration"},
     command_lists={
         "start": [activate("generator", every=PERIOD), activate("near", every=PERIOD)],
         "stop": STOP,
