@@ -51,7 +51,7 @@ class Sequences:
     """An arm under the virtual clock, and sequences of commands to it."""
 
     def __init__(self, takes_over: bool = False) -> None:
-        self.arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort" if takes_over else None).enable()
+        self.arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort" if takes_over else "refuse").enable()
         self.cell = self.arm.system
         self.limits = np.array([(joint.max_speed, joint.max_acceleration) for joint in self.arm]).T
         self.done: Counter[str] = Counter()

@@ -124,26 +124,19 @@ def test_a_motion_is_suspended_and_resumed_without_a_jump() -> None:
     with arm.system as cell:
         arm.enable()
         vi = gpac.robots.move.asynch(arm, goal=gpac.deg([30, -70, 70, -80, -80, 20]), speed=1.0)
-        seen: list[list[float]] = []
-
-        def look(ms: int) -> None:
-            for _ in range(ms):
-                cell.advance("1 ms")
-                seen.append([*arm.values("commanded"), *arm.values("sensed")])
-
-        look(200)
+        cell.advance("200 ms")
         vi.suspend()
-        look(1)
-        held = seen[-1][:6]
-        look(300)
-        assert np.allclose(np.array(seen[201:])[:, :6], held, atol=0), "what is commanded stands still"
+        held = arm.values("commanded")
+        assert vi.state == "suspended" and held[0] > 0.1, "it has slowed down on its way, within its limits"
+        cell.advance("300 ms")
+        assert arm.values("commanded") == held, "what is commanded stands still"
         vi.resume()
-        look(300)
         assert vi.wait().condition == "arrived"
-        steps = np.abs(np.diff(np.array(seen), axis=0))
-        speeds = np.array([joint.max_speed for joint in arm])
-        assert (steps[:, :6] <= speeds * 0.020 + 1e-9).all(), "no set-point is farther than the maximum speed goes in a set-point period"
-        assert steps[:, 6:].max() < 3e-3, "the joints themselves move smoothly"
+        for joint in arm:
+            rows = joint.reference.history[:]
+            assert (np.diff(rows["number"]) == 1).all(), "every invocation of the servo"
+            assert np.abs(np.diff(rows["value"])).max() / 1e-3 <= 1.0 + 1e-6, "no faster than it was asked for"
+            assert np.abs(np.diff(rows["value"], 2)).max() / 1e-6 <= joint.max_acceleration * (1 + 1e-6)
 
 
 def test_a_servo_is_exchanged_while_a_verb_uses_its_device(rig: Rig) -> None:

@@ -12,6 +12,7 @@ from .. import library as lib
 from ..commands import Command, activate
 from ..conditions import on
 from ..errors import NotHomed, Terminated
+from ..groups import Group
 from ..parameters import input, required
 from ..suspension import Holding, holding
 
@@ -35,10 +36,13 @@ class TimeLost(Terminated):
     """
 
     def explanation(self) -> str:
-        """How much time was lost, and why that happens."""
+        """How much time was lost, how much may be, why that happens, and what to do."""
+        arm = self.objects.get("arm")
+        bounds = [joint.max_gap for joint in (arm if isinstance(arm, Group) else [arm]) if hasattr(joint, "max_gap")]
+        bound = f"max_gap ({min(bounds):.3g} s)" if bounds else "max_gap"
         return (
-            f"{self.value:.3g} s, more than max_gap, were lost at once: a block ran for too long, or the machine stood still; "
-            "the joints have come to rest"
+            f"{self.value:.3g} s were lost at once, more than {bound} allows: a block ran for too long, or the machine stood still; "
+            "the joints have come to rest: start the motion again, or allow more by max_gap= of the joint"
         )
 
 

@@ -71,7 +71,7 @@ def test_without_it_the_first_ends_both(arms: Arms) -> None:
 @pytest.mark.parametrize("until", ["any", "all"])
 def test_a_halt_brings_both_to_rest(arms: Arms, until: str) -> None:
     vi = arms.verb(until=until).asynch(arms.left, right_arm=arms.right, goal=[0.5, -0.5], right_goal=FAR, right_speed="100 %")
-    arms.cell.advance("0.5 s")
+    arms.cell.advance("0.3 s")
     assert np.abs(arms.speeds()).min() > 0.05, "both move"
     vi.halt()
     report: Any = vi.wait()
