@@ -37,9 +37,10 @@ class TimeLost(Terminated):
 
     def explanation(self) -> str:
         """How much time was lost, how much may be, why that happens, and what to do."""
-        arm = self.objects.get("arm")
-        bounds = [joint.max_gap for joint in (arm if isinstance(arm, Group) else [arm]) if hasattr(joint, "max_gap")]
-        bound = f"max_gap ({min(bounds):.3g} s)" if bounds else "max_gap"
+        bound = "max_gap"
+        if "arm" in self.objects:
+            arm = self.objects["arm"]
+            bound = f"max_gap ({min(joint.max_gap for joint in (arm if isinstance(arm, Group) else [arm])):.3g} s)"
         return (
             f"{self.value:.3g} s were lost at once, more than {bound} allows: a block ran for too long, or the machine stood still; "
             "the joints have come to rest: start the motion again, or allow more by max_gap= of the joint"
