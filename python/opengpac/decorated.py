@@ -33,7 +33,7 @@ def verb(
     initial: str | None = None,
     ending: str | None = None,
     ending_limit: Quantity | None = None,
-    suspend: str | Holding = "hold",
+    suspend: str | Holding = "idle",
     if_cut_off: str | None = None,
     name: str | None = None,
     manual: bool = False,

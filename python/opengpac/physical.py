@@ -43,7 +43,7 @@ class Channel(Declared, Argument):
     def dtype(self) -> np.dtype[Any]:
         """The dtype of its value."""
         with refusals:
-            return dtype_of(self.system._alive().svv_about(self.full_name)["type"])
+            return dtype_of(self.system._alive().svv_about(f"{self.full_name}@channel")["type"])
 
     @property
     def full_name(self) -> str:
@@ -52,9 +52,9 @@ class Channel(Declared, Argument):
 
     @property
     def _asked(self) -> str:
-        """Its name in the system, to read it. Refused where its device was deleted and another has its name."""
+        """What it is asked for by: an SVV may have its name. Refused where its device was deleted and another has its name."""
         self.device._here()
-        return self.full_name
+        return f"{self.full_name}@channel"
 
     def _argument(self) -> dict[str, Any]:
         self.device._here()

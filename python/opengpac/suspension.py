@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a verb is suspended: it holds, its channels go safe, or it comes to rest first; and what it does when it is cut off."""
+"""How a verb is suspended: it idles, it holds, its channels go safe, or it comes to rest first; and what it does when it is cut off."""
 
 from __future__ import annotations
 
@@ -45,11 +45,11 @@ def suspend_json(given: str | Holding, verb: str) -> Any:
     """A value of `suspend=` in the form that the model takes."""
     if isinstance(given, Holding):
         return given.json()
-    if not isinstance(given, str) or given not in ("hold", "safe"):
+    if not isinstance(given, str) or given not in ("idle", "hold", "hold_last", "safe"):
         refuse(
             DefinitionError,
             f"verb '{verb}' has suspend={given!r}",
-            "write 'hold', 'safe' or gpac.holding('label.input', 'label.condition')",
+            "write 'idle', 'hold', 'hold_last', 'safe' or gpac.holding('label.input', 'label.condition')",
         )
     return given
 

@@ -70,8 +70,9 @@ class Verb(VerbTables, Declared, Generic[P, R]):
     - `initial`: the first command list; needed where there are several.
     - `ending`: the command list that runs at every end but an emergency stop, a lost processor and a second halt, for
       `ending_limit` at most (10 s).
-    - `suspend`: `"hold"` (the last commands stay), `"safe"` (the channels that it writes go to their safe values meanwhile) or
-      `gpac.holding(...)` (it comes to rest first).
+    - `suspend`: `"idle"` (positions stay where they are, and what would drive on, an effort, a speed or a power, takes its idle value),
+      `"hold"` (the last commands stay; refused where one of them drives on), `"hold_last"` (the last commands stay, whatever they are),
+      `"safe"` (the channels that it writes go to their safe values meanwhile) or `gpac.holding(...)` (it comes to rest first).
     - `if_cut_off`: what a running instance does when its programming system is cut off: `"continue"`, `"halt"`, or `"safe"` (the
       outputs of its devices go to their safe values at once, it ends with `aborted`). The default is `"halt"`, and `"continue"` for
       a verb that keeps a logical device going.
@@ -115,7 +116,7 @@ class Verb(VerbTables, Declared, Generic[P, R]):
         initial: str | None = None,
         ending: str | None = None,
         ending_limit: Quantity | None = None,
-        suspend: str | Holding = "hold",
+        suspend: str | Holding = "idle",
         if_cut_off: str | None = None,
         doc: str = "",
         manual: bool = False,

@@ -139,6 +139,29 @@ fn without_its_controller_a_drive_stops_by_itself() {
 }
 
 #[test]
+fn a_drive_whose_enable_input_is_open_is_lost_and_does_not_move_when_it_closes() {
+    let mut rig = Rig::of(json!([{ "name": "x", "node": X, "counts": COUNTS, "operating_within_s": 0.5 }]), json!({}));
+    rig.bus.with(|bus| bus.set_enable_input(X, false));
+    let (after_ns, lost) = rig.lost(&[Some(3.0)]);
+    let what = "axis 'x' (node 5) did not come into operation within 0.5 s of being enabled: it is in 'switch on disabled', error 0x0000; look at its \
+                enable input and its supply, then reset the device";
+    assert_eq!(lost, what);
+    assert!((500_000_000..600_000_000).contains(&after_ns) && rig.byte("x.operating") == 0, "{after_ns} ns");
+    rig.driver.safe_state();
+    rig.bus.with(|bus| bus.set_enable_input(X, true));
+    for _ in 0..50 {
+        rig.exchange(&[Some(3.0)]).unwrap();
+    }
+    assert_eq!((rig.double("x.position"), rig.status("x")), (1.0, SWITCH_ON_DISABLED));
+    // Engaged anew it comes, and follows from where it is.
+    rig.exchange(&[None]).unwrap();
+    rig.until(&[Some(1.1)], "in operation", |rig| rig.byte("x.operating") == 1);
+    rig.bus.with(|bus| bus.set_enable_input(X, false));
+    let (_, left) = rig.lost(&[Some(1.1)]);
+    assert!(left.starts_with("axis 'x' (node 5) has left operation by itself: it is in 'switch on disabled'"), "{left}");
+}
+
+#[test]
 fn what_the_guard_writes_is_a_quick_stop() {
     let mut rig = Rig::new();
     rig.until(&[Some(1.0)], "in operation", |rig| rig.status("x") == OPERATION_ENABLED);

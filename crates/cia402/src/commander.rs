@@ -49,6 +49,8 @@ pub struct Commander {
     was_engaged: bool,
     /// It has been in operation since it was engaged.
     was_enabled: bool,
+    /// How long it has been wanted in operation without having been there, s.
+    awaited_s: f64,
     /// Cycles for which a status that says "in operation" may still be the one from before it was told to leave.
     stale: u32,
     resets: bool,
@@ -73,6 +75,7 @@ impl Commander {
             is_stopped: false,
             was_engaged: false,
             was_enabled: false,
+            awaited_s: 0.0,
             stale: 0,
             resets: false,
             homing: None,
@@ -131,14 +134,24 @@ impl Commander {
         self.was_enabled && self.is_wanted && self.state != DriveState::OperationEnabled
     }
 
+    /// Whether it follows what it is told: it is in operation, and its brake is released.
+    pub fn is_operating(&self) -> bool {
+        self.was_enabled && self.state == DriveState::OperationEnabled && self.brake.is_none_or(|brake| brake.is_open())
+    }
+
+    /// Returns for how long it has been engaged without coming into operation, s; 0 once it has.
+    pub fn awaited_s(&self) -> f64 {
+        self.awaited_s
+    }
+
     /// Resets a fault with the next command.
     pub fn reset(&mut self) {
-        self.resets = true;
+        (self.resets, self.awaited_s) = (true, 0.0);
     }
 
     /// Begins to look for its home. Nobody has it engaged.
     pub fn home(&mut self) {
-        (self.is_wanted, self.was_enabled, self.is_stopped) = (false, false, false);
+        (self.is_wanted, self.was_enabled, self.is_stopped, self.awaited_s) = (false, false, false, 0.0);
         (self.homing, self.homed) = (Some(Homing::default()), Homed::GoingOn);
     }
 
@@ -159,7 +172,7 @@ impl Commander {
         if let Some(brake) = &mut self.brake {
             brake.tell(false, 0.0);
         }
-        (self.is_wanted, self.is_stopped, self.was_enabled) = (false, true, false);
+        (self.is_wanted, self.is_stopped, self.was_enabled, self.awaited_s) = (false, true, false, 0.0);
     }
 
     /// What it is told until the next cycle, which comes after `span_s`. Real-time safe.
@@ -171,8 +184,10 @@ impl Commander {
             self.stop();
         }
         let is_torque = self.scale.mode == Mode::Torque;
-        self.is_wanted = !self.is_stopped && (is_engaged || self.is_wanted && !is_torque);
+        // One that nobody engages any more holds where it is, unless it never came into operation: then it must not do so later by itself.
+        self.is_wanted = !self.is_stopped && (is_engaged || self.is_wanted && self.was_enabled && !is_torque);
         self.was_enabled &= self.is_wanted;
+        self.awaited_s = if self.is_wanted && !self.was_enabled { self.awaited_s + span_s } else { 0.0 };
         let is_held = self.state == DriveState::OperationEnabled && (self.is_wanted || self.homing.is_some());
         if let Some(brake) = &mut self.brake {
             brake.tell(is_held, span_s);
@@ -335,6 +350,31 @@ mod tests {
         assert_eq!(told(&mut x, 2.0, true), (ENABLE, -500));
         x.see(OFF, 0, 0);
         assert!(x.has_dropped());
+    }
+
+    #[test]
+    fn one_that_does_not_come_into_operation_counts_for_how_long_it_was_awaited() {
+        let mut x = commander(Mode::Position);
+        x.see(OFF, 0, 0);
+        for cycle in 1..=20 {
+            x.tell(0.0, true, 0.01);
+            assert!((x.awaited_s() - 0.01 * f64::from(cycle)).abs() < 1e-12 && !x.is_operating());
+        }
+        x.see(ENABLED, 0, 0);
+        x.tell(0.0, true, 0.01);
+        assert_eq!((x.awaited_s(), x.is_operating()), (0.0, true));
+    }
+
+    #[test]
+    fn one_that_is_left_before_it_came_into_operation_does_not_come_later() {
+        for mode in [Mode::Position, Mode::Velocity, Mode::Torque] {
+            let mut x = commander(mode);
+            x.see(OFF, 0, 0);
+            assert_eq!(told(&mut x, 1.0, true).0, SHUT_DOWN);
+            assert_eq!(told(&mut x, 1.0, false).0, DISABLE_VOLTAGE, "nobody engages it any more");
+            x.see(0x31, 0, 0);
+            assert_eq!(told(&mut x, 1.0, false).0, DISABLE_VOLTAGE);
+        }
     }
 
     #[test]

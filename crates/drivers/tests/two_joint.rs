@@ -109,10 +109,16 @@ fn a_joint_that_nobody_commands_is_held_by_its_brake() {
         let acceleration = -G * 0.4 / (0.16 + 0.01 + 1e-6);
         let fallen = machine.get("elbow.position")[0];
         assert!((fallen - 0.5 * acceleration * 0.05f64.powi(2)).abs() < 2.0e-3, "the braked shoulder is as a wall: {fallen}");
-        // Now nobody commands it: it stops where it is.
+        // Now nobody commands it: its brake slows it down with the 20 N.m of its drive, less its weight, and then holds it.
+        let speed = machine.get("elbow.velocity")[0];
         machine.write(51 * MS, &[false, false]);
+        machine.read(52 * MS);
+        assert!((speed..0.0).contains(&machine.get("elbow.velocity")[0]) && speed < -1.0, "it takes time: {speed}");
         machine.read(300 * MS);
-        assert_eq!((machine.get("elbow.position")[0], machine.get("elbow.velocity")[0]), (fallen, 0.0));
+        let (held, way) = (machine.get("elbow.position")[0], speed.powi(2) / (2.0 * (20.0 - G * 0.4) / (0.16 + 0.01 + 1e-6)));
+        assert!((fallen - held - way).abs() < 0.1 * way, "{fallen} to {held}, expected a way of {way}");
+        machine.read(600 * MS);
+        assert_eq!((machine.get("elbow.position")[0], machine.get("elbow.velocity")[0]), (held, 0.0));
     });
 }
 
@@ -178,10 +184,14 @@ fn after_the_safe_state_every_brake_holds() {
         machine.write(0, &[true, true]);
         machine.read(20 * MS);
         machine.driver.safe_state();
-        let before = machine.get("elbow.position");
+        let (before, speed) = (machine.get("elbow.position")[0], machine.get("elbow.velocity")[0]);
+        machine.read(100 * MS);
+        let held = machine.get("elbow.position")[0];
+        // Its brake needs a way, and less than with the elbow alone: that of the shoulder holds against it.
+        let way = speed.powi(2) / (2.0 * (20.0 + G * 0.4) / (0.16 + 0.01 + 1e-6));
+        assert!(speed > 1.0 && (before + 0.1 * way..before + way).contains(&held), "{before} to {held} at {speed} rad/s, alone a way of {way}");
         machine.read(500 * MS);
-        assert_eq!(machine.get("elbow.position"), before);
-        assert_ne!(before, [0.0]);
+        assert_eq!(["elbow.position", "elbow.velocity", "shoulder.velocity"].map(|name| machine.get(name)[0]), [held, 0.0, 0.0]);
     });
 }
 

@@ -119,6 +119,25 @@ fn lost_and_spoiled_frames_are_counted_and_two_of_them_are_survived() {
 }
 
 #[test]
+fn a_drive_whose_enable_input_is_open_is_lost_and_does_not_move_when_it_closes() {
+    let mut rig = Rig::of(json!([{ "name": "x", "counts": COUNTS, "operating_within_s": 0.05 }]));
+    rig.server.lock().set_enable_input(0, false);
+    let lost = (0..100).find_map(|_| rig.exchange(&[Some(3.0)]).err()).expect("it is lost").message;
+    assert!(lost.starts_with("axis 'x' did not come into operation within 0.05 s of being enabled: it is in 'switch on disabled'"), "{lost}");
+    rig.driver.safe_state();
+    rig.server.lock().set_enable_input(0, true);
+    for _ in 0..50 {
+        rig.exchange(&[Some(3.0)]).unwrap();
+    }
+    assert_eq!((rig.double("x.position"), rig.status("x"), rig.bytes("x.operating")[0]), (1.0, SWITCH_ON_DISABLED, 0));
+    rig.exchange(&[]).unwrap();
+    rig.until(&[Some(1.1)], "in operation", |rig| rig.bytes("x.operating")[0] == 1);
+    rig.server.lock().set_enable_input(0, false);
+    let left = (0..3).find_map(|_| rig.exchange(&[Some(1.1)]).err()).expect("it is lost").message;
+    assert!(left.starts_with("axis 'x' has left operation by itself"), "{left}");
+}
+
+#[test]
 fn a_fault_is_named_and_reset() {
     let mut rig = Rig::new();
     rig.until(&[Some(1.0)], "in operation", |rig| rig.status("x") == OPERATION_ENABLED);

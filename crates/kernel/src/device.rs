@@ -229,7 +229,9 @@ impl Device {
             shows.group()[..readings.len()].copy_from_slice(readings);
             shows.publish(0, release_ns);
         }
-        self.checked(service, read)
+        self.checked(service, read)?;
+        self.standing.read.store(true, Ordering::Release);
+        Ok(())
     }
 
     /// Looks at the channels that ask for something, after a reading. True where one of them changed: the supervisor is to be told.

@@ -15,6 +15,8 @@ pub enum Ask {
 pub struct Standing {
     /// It failed: it is neither read nor written any more.
     pub lost: AtomicBool,
+    /// It has been read since it was opened. Of a remote one nothing is told.
+    pub read: AtomicBool,
     /// For each channel: which reading of it asks for something, and how that stands.
     pub asking: Vec<Asking>,
     /// For each channel: how often its slew limit acted.
@@ -26,7 +28,7 @@ pub struct Standing {
 impl Standing {
     pub(crate) fn new(channels: usize) -> Standing {
         let (asking, limited) = ((0..channels).map(|_| Asking::default()).collect(), (0..channels).map(|_| AtomicU64::new(0)).collect());
-        Standing { lost: AtomicBool::new(false), asking, limited, forgotten: AtomicU64::new(0) }
+        Standing { lost: AtomicBool::new(false), read: AtomicBool::new(false), asking, limited, forgotten: AtomicU64::new(0) }
     }
 
     /// It is open again, and nothing of it has been read yet.
@@ -37,6 +39,7 @@ impl Standing {
             // As of `Device::ask`: what would stop is not there until it is read, what tells is not granted until then.
             asking.now.store(what != OFF && what & STOP == 0, Ordering::Release);
         }
+        self.read.store(false, Ordering::Release);
         self.lost.store(false, Ordering::Release);
     }
 }

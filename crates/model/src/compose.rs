@@ -196,7 +196,7 @@ fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
         modes: IndexMap::new(),
         ending: None,
         ending_limit_ns: parts.iter().filter_map(|part| part.verb.ending_limit_ns).max(),
-        suspend: Suspend::Hold,
+        suspend: Suspend::Idle,
         if_cut_off: None,
         requires: IndexMap::new(),
         parts: known,

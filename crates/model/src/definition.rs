@@ -321,14 +321,18 @@ impl Verb {
 /// What `ending_limit` is where a verb does not say: 10 s.
 pub const ENDING_LIMIT_NS: i64 = 10_000_000_000;
 
-/// How a verb is suspended. JSON: `"hold"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`.
+/// How a verb is suspended. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Suspend {
-    /// The last commands stay where they are.
+    /// Outputs that drive on take their idle values; the last commands of all others stay where they are.
     #[default]
+    Idle,
+    /// The last commands stay where they are; refused where one of them drives on.
     Hold,
+    /// The last commands stay where they are, those that drive on too.
+    HoldLast,
     /// Output channels that the verb writes go to their safe values meanwhile.
     Safe,
     /// Its blocks come to rest first; a composed verb has a way for each part that has one.

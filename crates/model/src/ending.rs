@@ -12,7 +12,9 @@ use suggest::did_you_mean;
 /// How a verb is suspended, with its ports resolved.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CheckedSuspend {
+    Idle,
     Hold,
+    HoldLast,
     Safe,
     /// What is set, and the condition.
     Holding(Vec<(Port, Port)>),
@@ -63,7 +65,9 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
 /// What suspends it: a bool that is stored into, and a condition that ends nothing where it may be suspended.
 pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) -> CheckedSuspend {
     match &verb.suspend {
+        Suspend::Idle => CheckedSuspend::Idle,
         Suspend::Hold => CheckedSuspend::Hold,
+        Suspend::HoldLast => CheckedSuspend::HoldLast,
         Suspend::Safe => CheckedSuspend::Safe,
         Suspend::Holding(ways) => CheckedSuspend::Holding(ways.iter().filter_map(|way| check_holding(flat, verb, way, conditions)).collect()),
     }

@@ -17,6 +17,7 @@ mod ending;
 pub mod file;
 mod flatten;
 mod form;
+pub mod idle;
 pub mod interface;
 mod kind;
 mod lists;

@@ -324,7 +324,9 @@ pub struct PlannedEnding {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedSuspend {
+    Idle,
     Hold,
+    HoldLast,
     Safe,
     Holding(Vec<PlannedHolding>),
 }
@@ -338,6 +340,11 @@ pub struct PlannedHolding {
 }
 
 impl PlannedSuspend {
+    /// Whether outputs that drive on take their idle values.
+    pub fn idles(&self) -> bool {
+        matches!(self, PlannedSuspend::Idle | PlannedSuspend::Holding(_))
+    }
+
     /// The ways to come to rest; none where it just stops.
     pub fn holdings(&self) -> &[PlannedHolding] {
         match self {

@@ -75,6 +75,11 @@ pub fn units_agree(a: &str, b: &str) -> bool {
     a.is_empty() || b.is_empty() || a.split('|').any(|a| b.split('|').any(|b| is_same_unit(a, b)))
 }
 
+/// Whether two units measure the same kind of quantity, `N.m` and `kN.m`.
+pub(crate) fn is_same_kind(a: &str, b: &str) -> bool {
+    matches!((unit(a), unit(b)), (Some(a), Some(b)) if a.dimension == b.dimension)
+}
+
 fn is_same_unit(a: &str, b: &str) -> bool {
     if a == b {
         return true;

@@ -102,7 +102,7 @@ def _graph(tree: Tree) -> Tree:
 def _verb(tree: Tree) -> Tree:
     limit = {} if tree["ending_limit_ns"] is None else _timed("ending_limit", tree["ending_limit_ns"])
     head = _filled(doc=tree["doc"], manual=tree["manual"], initial=tree["initial"], ending=tree["ending"]) | limit
-    head |= _filled(suspend=None if tree["suspend"] == "hold" else tree["suspend"], if_cut_off=tree["if_cut_off"])
+    head |= _filled(suspend=None if tree["suspend"] == "idle" else tree["suspend"], if_cut_off=tree["if_cut_off"])
     return (
         head
         | _filled(transitions=[{"from": t["from"], "condition": t["condition"], "to": t["to"]} for t in tree["transitions"]])

@@ -33,9 +33,10 @@ def canopen(
     counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, needed in mode `torque`. `watchdog`: False for a
     drive that cannot watch for its controller. `pdos`: `device` where the drive's own process data are to be used, `written` (default)
     where the driver writes them. `brake`: the output of a brake that the drive does not serve by itself, `{}` or
-    `{'bit': 1, 'released_by_one': True}`. `eds`: the path of its electronic data sheet, whose vendor and product it must have, and by
-    whose names services find its objects. `vendor`, `product`, `revision`, `serial`: the identity that its node is to have, as a scan
-    shows it; a node that is another one, by these or by the first opening, is named and nothing is configured.
+    `{'bit': 1, 'released_by_one': True}`. `operating_within_s` (3): how long the drive may take to come into operation once it is engaged;
+    then the device is lost, and the drive stays off. `eds`: the path of its electronic data sheet, whose vendor and product it must
+    have, and by whose names services find its objects. `vendor`, `product`, `revision`, `serial`: the identity that its node is to have,
+    as a scan shows it; a node that is another one, by these or by the first opening, is named and nothing is configured.
 
     `modules` are modules of inputs and outputs by CiA 401, each with `node`, `channels`, and `watchdog`, `eds` and the identity as an axis
     has them: `{"io": {"node": 7, "channels": {"door": {"input": 0}, "lamp": {"output": 3}, "pressure": {"analog_input": 0, "scale": 0.001,
@@ -43,8 +44,8 @@ def canopen(
     of an analog one is counts × `scale` + `offset`, in `unit`. `safe`: what an output carries while it is not commanded (off, or 0
     counts). The module's `error` is the code of its latest emergency; `device["io.door"]` is a channel.
 
-    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing` (read), and `goal`, `rate` or `effort` (written), by
-    its mode.
+    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing`, `operating` (read), and `goal`, `rate` or `effort`
+    (written), by its mode. `enable` and verbs wait for `operating`.
     An axis is switched on by CiA 402 when its written channel is engaged, and never leaps: its target begins where it is and changes by
     `speed_max` at most. `cycle` (10 ms) is the period of the source that exchanges it, which the drives are told. `timeout` (100 ms) is
     the watchdog of the drives: without the heartbeat of this controller for so long they stop by themselves. `heartbeat` (100 ms) is how

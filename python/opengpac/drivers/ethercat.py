@@ -28,12 +28,13 @@ def ethercat(
     `at`: its place on the line (else its place here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad` (default) or
     `m`. `offset`: counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, needed in mode `torque`. `pdos`:
     `device` where the drive's own process data are to be used, `written` (default) where the driver writes them. `brake`: the output of
-    a brake that the drive does not serve by itself, `{}` or `{'bit': 1, 'released_by_one': True}`. `vendor`, `product`, `revision`,
-    `serial`, `alias`: the identity that its drive is to have, as a scan shows it; a drive that is another one, by these or by the first
-    opening, is named and nothing is switched on.
+    a brake that the drive does not serve by itself, `{}` or `{'bit': 1, 'released_by_one': True}`. `operating_within_s` (3): how long the
+    drive may take to come into operation once it is engaged; then the device is lost, and the drive stays off. `vendor`,
+    `product`, `revision`, `serial`, `alias`: the identity that its drive is to have, as a scan shows it; a drive that is another one, by
+    these or by the first opening, is named and nothing is switched on.
 
-    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing` (read), and `goal`, `rate` or `effort` (written),
-    by its mode.
+    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing`, `operating` (read), and `goal`, `rate` or `effort`
+    (written), by its mode. `enable` and verbs wait for `operating`.
     An axis is switched on by CiA 402 when its written channel is engaged, and never leaps: its target begins where it is and changes by
     `speed_max` at most. `timeout` (100 ms) is the watchdog of the drives. `lost_after` (3) cycles without an answer mean that the device
     is lost. `sync0`, the period of the source, sets the distributed clocks of the drives to the time of this host and has them take

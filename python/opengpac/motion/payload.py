@@ -26,6 +26,8 @@ from ..robots.joints import Joint
     },
     output_values={"held": "payload.held"},
     command_lists={"start": [activate("payload", every="20 ms")]},
+    # Whatever else stands still meanwhile, the joints go on carrying what hangs on them.
+    suspend="hold_last",
 )
 def carry(arm: Group[Joint], /, mass: float, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> Report:
     """Holds the weight of a payload until it is halted; `arm.payload = gpac.robots.Payload(mass, centre)` starts and changes it.

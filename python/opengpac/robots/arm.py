@@ -10,12 +10,16 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..errors import NotEnabled, refuse
 from ..frames import Pose
 from ..groups import Group
 from ..instances import VerbInstance
 from ..quantities import Quantity
 from .joints import Joint
 from .kinematics import Kinematics
+
+_SENSED = ("standstill", "moving", "stopping")
+"""States of a joint in which its verb reads where it is."""
 
 
 @dataclass(frozen=True)
@@ -105,8 +109,24 @@ class Arm(Group[Joint]):
         self._carrying.start(payload.mass, payload.centre)
 
     def pose(self) -> Pose:
-        """Where the tool is now, by one consistent snapshot of the sensed joint positions."""
-        return self.forward(self.values("sensed"))
+        """Where the tool is now, by one consistent snapshot of the sensed joint positions.
+
+        `NotEnabled` where a joint is not: then nobody reads where it is, and it may have been moved.
+        """
+        return self.forward(self._present("its pose"))
+
+    def _present(self, what: str) -> Any:
+        """The joint positions now; refused where a joint is not enabled, so that `sensed` is where it was when somebody last read it."""
+        for joint in self:
+            state = joint.state
+            if state not in _SENSED:
+                refuse(
+                    NotEnabled,
+                    f"{what} is asked of arm '{self.name}', and joint '{joint.name}' is {state}: "
+                    "its position is that of when it was last enabled",
+                    f"enable it first: {self.name}.enable(); or give joint positions, for example the readings of its channels",
+                )
+        return self.values("sensed")
 
     def forward(self, q: Iterable[float]) -> Pose:
         """Where the tool is at these joint positions (rad or m, one for each joint)."""
@@ -115,13 +135,15 @@ class Arm(Group[Joint]):
     def inverse(self, pose: Pose | Sequence[float], near: Iterable[float] | None = None, *, attempts: int = 20) -> np.ndarray:
         """Joint positions that bring the tool to `pose`, within the joints' ranges, nearest to `near` (the present) where it can be.
 
+        The present needs the joints enabled (`NotEnabled`).
+
         `Unreachable` says how far it is from the nearest that was found, and which joint's range is in the way.
         """
         return self.kinematics.inverse(
-            pose, self.values("sensed") if near is None else near,
+            pose, self._present("an inverse near the present") if near is None else near,
             position_min=self.values("position_min"), position_max=self.values("position_max"), attempts=attempts,
         )  # fmt: skip
 
     def jacobian(self, q: Iterable[float] | None = None) -> np.ndarray:
-        """The geometric Jacobian, 6 x n, at these joint positions; at the present without."""
-        return self.kinematics.jacobian(self.values("sensed") if q is None else q)
+        """The geometric Jacobian, 6 x n, at these joint positions; without them at the present, which needs the joints enabled."""
+        return self.kinematics.jacobian(self._present("its Jacobian at present") if q is None else q)

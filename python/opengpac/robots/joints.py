@@ -48,7 +48,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0))
     cell_override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0), shared="override")
     needs_home: bool = parameter(False)
-    load_effort: SVV[float] = svv(initial=0.0)
+    load_effort: SVV[float] = svv(unit="N.m", initial=0.0)
     home: float = parameter(0.0, unit="rad")
     position_min: float = parameter(-1e6, unit="rad")
     position_max: float = parameter(1e6, unit="rad")

@@ -1397,7 +1397,7 @@ export interface PlannedStage {
 }
 
 /** How the instance is suspended, resolved. */
-export type PlannedSuspend = "Hold" | "Safe" | {
+export type PlannedSuspend = "Idle" | "Hold" | "HoldLast" | "Safe" | {
   Holding: PlannedHolding[];
 };
 
@@ -2125,8 +2125,8 @@ export interface StreamFrame {
   since?: number;
 }
 
-/** How a verb is suspended. JSON: `"hold"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`. */
-export type Suspend = "hold" | "safe" | {
+/** How a verb is suspended. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`. */
+export type Suspend = "idle" | "hold" | "hold_last" | "safe" | {
   holding: Holding[];
 };
 

@@ -146,7 +146,7 @@ def verbs(draw: st.DrawFn) -> gpac.Verb[..., Any]:
         transitions={(a, "halted"): b for a, b in pairwise(lists)},
         initial=lists[0],
         ending_limit=draw(st.sampled_from([None, "2 s", "1500 ms", 0.25])),
-        suspend=draw(st.sampled_from(["hold", "safe"])),
+        suspend=draw(st.sampled_from(["idle", "hold", "hold_last", "safe"])),
         if_cut_off=draw(st.sampled_from([None, "continue", "safe"])),
         manual=draw(st.booleans()),
     )  # fmt: skip

@@ -197,3 +197,67 @@ def test_an_eds_file_that_another_program_wrote_names_the_objects(bus: fake.CanO
     assert line.services.read_object(axis="x", object="target torque")["number"] == -3
     with pytest.raises(gpac.Error, match="names no object 'positon'"):
         line.services.read_object(axis="x", object="positon")
+
+
+def test_enabling_waits_for_the_drive_and_nothing_moves_when_it_comes(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    x = joint(cell, bus.interface)
+    bus.enable_input(NODE, False)
+    cell.advance("0.1 s")
+    assert not cell.read(cell.physical_devices["line"]["x"].operating)[0]
+    with pytest.raises(TimeoutError, match="'j' was not ready within 1 s; it is enabling"):
+        x.enable(timeout="1 s")
+    bus.enable_input(NODE, True)
+    cell.advance("0.5 s")
+    assert (x.state, bus.drives()[0].drive, bus.drives()[0].position) == ("disabled", "switch on disabled", 1000)
+    x.enable()
+    assert (bus.drives()[0].drive, x.sensed.value, x.commanded.value) == ("operation enabled", 1.0, 1.0)
+
+
+def test_a_drive_that_does_not_come_is_lost_with_its_status_in_words(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    x = joint(cell, bus.interface)
+    bus.enable_input(NODE, False)
+    late = "did not come into operation within 3 s of being enabled: it is in 'switch on disabled'"
+    with pytest.raises(gpac.Terminated, match=late) as end:
+        x.enable()
+    assert end.value.condition == "device_lost"
+    bus.enable_input(NODE, True)
+    cell.advance("1 s")
+    assert (bus.drives()[0].drive, bus.drives()[0].position) == ("switch on disabled", 1000)
+    cell.reset()
+    x.enable()
+    gpac.motion.move_absolute(gpac.Group("arm", x), goal=[1.5])
+    assert bus.drives()[0].position == 1500
+
+
+def test_no_motion_starts_before_the_drive_is_there(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    x = joint(cell, bus.interface)
+    bus.enable_input(NODE, False)
+    with pytest.raises(TimeoutError):
+        x.enable(timeout="10 ms")
+    with pytest.raises(gpac.NotEnabled):
+        gpac.motion.move_absolute(gpac.Group("arm", x), goal=[1.5])
+
+
+def test_a_verb_of_its_own_waits_for_the_drive_too(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    fast = joint(cell, bus.interface).system.physical_devices["line"].source
+    line = cell.physical_devices["line"]
+    rise = gpac.Verb(
+        "rise",
+        blocks={
+            "ramp": gpac.library.signal_generator(shape=3, frequency=0.05, offset=1.0),
+            "write": gpac.library.write_channel,
+        },
+        instantiation_parameters={"goal": "write.channel"},
+        cells={"y": ["ramp.y", "write.u"]},
+        command_lists={"start": [gpac.activate("ramp", every="10 ms"), gpac.activate("write")]},
+    )
+    bus.enable_input(NODE, False)
+    instance = rise.on(fast).asynch(line["x.goal"])
+    cell.advance("2 s")
+    assert instance.state == "running"
+    bus.enable_input(NODE, True)
+    before = bus.drives()[0].position
+    cell.advance("0.2 s")
+    assert bus.drives()[0].drive == "operation enabled"
+    # It begins when the drive is there: 0.2 rad/s from its start, not 2 s of that at once.
+    assert abs(bus.drives()[0].position - before) <= 0.2 * 0.2 * 1000 + 1

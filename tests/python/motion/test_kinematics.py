@@ -115,7 +115,7 @@ def test_inverse_keeps_the_posture_near_by(arm: gpac.robots.Arm) -> None:
 
 def test_out_of_reach_and_out_of_range_are_told_apart(arm: gpac.robots.Arm) -> None:
     with pytest.raises(gpac.Unreachable, match=r"out of reach: the nearest that was found is 2.* m away"):
-        arm.inverse(gpac.Pose((3, 0, 0.3)))
+        arm.inverse(gpac.Pose((3, 0, 0.3)), near=np.zeros(6))
     folded = arm.forward([0, -1, 2.0, 0, -1, 0])
     with pytest.raises(gpac.Unreachable, match="out of the range of joint 'elbow'"):
         arm.kinematics.inverse(folded, [0, -1, 1.0, 0, -1, 0], position_min=[-6, -6, 0, -6, -6, -6], position_max=[6, 6, 1.5, 6, 6, 6])

@@ -41,7 +41,7 @@ const OPTIONS: [OptionWord; 8] = [
         "axes",
         Kind::List,
         "none",
-        "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, watchdog, pdos, eds, vendor, product, revision, serial",
+        "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, operating_within_s, watchdog, pdos, eds, vendor, product, revision, serial",
     )
     .reaches(SHEETS),
     OptionWord::with_default(

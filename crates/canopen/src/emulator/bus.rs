@@ -80,6 +80,13 @@ impl Bus {
         }
     }
 
+    /// Closes or opens the enable input of a drive.
+    pub fn set_enable_input(&mut self, node: u8, is_closed: bool) {
+        if let Some(node) = self.find(node) {
+            node.set_enable_input(is_closed);
+        }
+    }
+
     /// The controller's adapter has left the bus.
     pub fn bus_off(&mut self) {
         self.said.push_back(frame::report(frame::BUS_OFF, 0));

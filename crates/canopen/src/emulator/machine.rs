@@ -25,6 +25,13 @@ impl Machine {
         }
     }
 
+    /// Closes or opens the enable input of a drive.
+    pub fn set_enable_input(&mut self, is_closed: bool) {
+        if let Machine::Drive(drive) = self {
+            drive.set_enable_input(is_closed);
+        }
+    }
+
     /// It finds something wrong.
     pub fn fail(&mut self, error: u16, objects: &mut Objects) {
         match self {

@@ -117,6 +117,11 @@ impl Node {
         }
     }
 
+    /// Closes or opens the enable input of its drive.
+    pub fn set_enable_input(&mut self, is_closed: bool) {
+        self.machine.set_enable_input(is_closed);
+    }
+
     /// Finds something wrong.
     pub fn fail(&mut self, error: u16, out: &mut Out<'_>) {
         self.machine.fail(error, &mut self.objects);

@@ -166,6 +166,7 @@ enum Order {
     Lose { frames: u64 },
     Spoil { frames: u64 },
     Fail { node: u8, error: u16 },
+    EnableInput { node: u8, closed: bool },
     BusOff,
     Put { node: u8, terminal: String, number: u8, value: i64 },
     Show,
@@ -188,6 +189,7 @@ fn carry_out(bus: &mut Bus, order: &Order) {
         Order::Lose { frames } => bus.lose(*frames),
         Order::Spoil { frames } => bus.spoil(*frames),
         Order::Fail { node, error } => bus.fail(*node, *error),
+        Order::EnableInput { node, closed } => bus.set_enable_input(*node, *closed),
         Order::BusOff => bus.bus_off(),
         Order::Put { node, terminal, number, value } => bus.put(*node, terminal, *number, *value),
         Order::Show => {}

@@ -12,6 +12,7 @@ pub struct Channels {
     pub status: Slot,
     pub error: Slot,
     pub homing: Slot,
+    pub operating: Slot,
     pub command: Slot,
 }
 
@@ -28,13 +29,14 @@ impl Channels {
         let status = read("status", Type::of(Number::Uint16), "", "status word of the drive");
         let error = read("error", Type::of(Number::Uint16), "", "error code of the drive; 0 where it has none");
         let homing = read("homing", Type::of(Number::Uint8), "", "0 not yet, 1 on the way home, 2 home, 3 home was not found");
+        let operating = read("operating", Type::BOOL, "", "whether the drive is in operation and follows what it is told");
         let write = |what: &str, unit: &str, doc: &str| Channel::write(format!("{name}.{what}"), Type::DOUBLE).unit(unit).doc(doc);
         let command = match options.mode {
             Commanded::Position => write("goal", unit, "where it is to be; NaN: it stays").safe(f64::NAN.to_ne_bytes().to_vec()),
             Commanded::Velocity => write("rate", speed, "how fast it is to move"),
             Commanded::Torque => write("effort", force, "torque that it is to make"),
         };
-        Channels { position, velocity, torque, bias, status, error, homing, command: layout.add(command) }
+        Channels { position, velocity, torque, bias, status, error, homing, operating, command: layout.add(command) }
     }
 }
 

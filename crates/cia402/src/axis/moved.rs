@@ -27,6 +27,8 @@ pub struct Axis {
     title: String,
     /// What its error codes say.
     named: fn(u16) -> &'static str,
+    /// How long its drive may take to come into operation, s.
+    operating_within_s: f64,
     channels: Channels,
 }
 
@@ -38,6 +40,7 @@ impl Axis {
             measured: Measured::default(),
             title,
             named,
+            operating_within_s: options.operating_within_s,
             channels: Channels::new(options, layout),
         }
     }
@@ -69,6 +72,7 @@ impl Axis {
         channels.status.of_mut(readings).copy_from_slice(&commander.status().to_ne_bytes());
         channels.error.of_mut(readings).copy_from_slice(&measured.error.to_ne_bytes());
         channels.homing.of_mut(readings)[0] = commander.homed() as u8;
+        channels.operating.of_mut(readings)[0] = u8::from(commander.is_operating());
     }
 
     /// Returns why it cannot do what it is engaged for.
@@ -78,6 +82,13 @@ impl Axis {
             return Some(format!("{title} has a fault, {code:#06x}: {}; remove its cause, then reset the device", (self.named)(code)));
         }
         let state = commander.state();
+        let within_s = self.operating_within_s;
+        if commander.awaited_s() > within_s {
+            return Some(format!(
+                "{title} did not come into operation within {within_s} s of being enabled: it is in '{state}', error {code:#06x}; look at its enable \
+                 input and its supply, then reset the device"
+            ));
+        }
         commander
             .has_dropped()
             .then(|| format!("{title} has left operation by itself: it is in '{state}', error {code:#06x}; look at its enable input, then reset the device"))

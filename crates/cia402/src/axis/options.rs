@@ -33,11 +33,32 @@ pub struct AxisOptions {
     pub product: Option<u32>,
     pub revision: Option<u32>,
     pub serial: Option<u32>,
+    /// How long its drive may take to come into operation once it is engaged, s.
+    #[serde(default = "operating_within_s")]
+    pub operating_within_s: f64,
+}
+
+fn operating_within_s() -> f64 {
+    3.0
 }
 
 /// What an axis has on every bus.
-pub const FIELDS: [&str; 13] =
-    ["name", "counts", "mode", "unit", "speed_max", "range", "rated_torque", "offset", "brake", "vendor", "product", "revision", "serial"];
+pub const FIELDS: [&str; 14] = [
+    "name",
+    "counts",
+    "mode",
+    "unit",
+    "speed_max",
+    "range",
+    "rated_torque",
+    "offset",
+    "brake",
+    "operating_within_s",
+    "vendor",
+    "product",
+    "revision",
+    "serial",
+];
 
 /// What an axis is commanded by.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
@@ -121,4 +142,5 @@ fn problem(axis: &AxisOptions) -> Option<String> {
         .or_else(|| wrong(is_torque && axis.rated_torque.is_none(), "an axis that is commanded by torque needs its rated_torque"))
         .or_else(|| wrong(is_torque && axis.brake.is_some(), "a brake needs a motor that holds the axis while it closes: mode position or velocity"))
         .or_else(|| wrong(axis.brake.is_some_and(|brake| brake.bit > 31), "the bit of its brake is 0 to 31"))
+        .or_else(|| wrong(!(axis.operating_within_s > 0.0 && axis.operating_within_s <= 3600.0), "operating_within_s is above 0, at most 3600"))
 }

@@ -35,6 +35,8 @@ pub struct Drive {
     limits: Limits,
     /// What is added to a place of the machine to make it a position, counts.
     origin: f64,
+    /// Its enable input is open: it goes no further than "switch on disabled".
+    is_disabled: bool,
 }
 
 struct Handles {
@@ -87,6 +89,7 @@ impl Drive {
             brake: Brake::new(objects),
             limits: None,
             origin: 0.0,
+            is_disabled: false,
         }
     }
 
@@ -98,6 +101,11 @@ impl Drive {
     /// A brake, and a load that falls so fast where neither it nor the motor holds it, counts/s.
     pub fn set_load(&mut self, falls: Option<f64>) {
         self.brake.set_load(falls);
+    }
+
+    /// Closes or opens the enable input of the drive; it is closed at first.
+    pub fn set_enable_input(&mut self, is_closed: bool) {
+        self.is_disabled = !is_closed;
     }
 
     /// Goes on by a time, with the commands that are in the objects, and stores what it measures.
@@ -202,6 +210,9 @@ impl Drive {
             (ReadyToSwitchOn, Some(OperationEnabled)) => SwitchedOn,
             (_, Some(to)) => to,
         };
+        if self.is_disabled && matches!(self.state, ReadyToSwitchOn | SwitchedOn | OperationEnabled | QuickStopActive) {
+            self.state = SwitchOnDisabled;
+        }
     }
 
     /// What the drive does when its outputs do not come any more.

@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 /// The most that one reading advances; a plant that was not read for longer stands still for the rest.
 const ADVANCE_NS_MAX: i64 = 1_000_000_000;
+/// How long a brake slows a joint down at the most: one whose weight is greater than the effort of its drive would never stand still.
+const BRAKING_NS_MAX: i64 = 1_000_000_000;
 /// Steps that are made and taken back before the first firing, so that every page and branch has been used.
 const WARM_UP_STEPS: usize = 50;
 
@@ -48,6 +50,8 @@ pub(super) struct Plant {
     brakes: Brakes,
     /// For each degree of freedom: whether a brake holds it. All do at first.
     braked: Vec<bool>,
+    /// For each joint: for how long its brake may still slow it down before it holds it, ns; 0 where it does not slow it down.
+    slowing: Vec<i64>,
     /// For each joint: the effort written last, and where its brake holds it.
     efforts: Vec<f64>,
     held: Vec<f64>,
@@ -88,6 +92,7 @@ impl Plant {
             drift: vec![0.0; nv],
             brakes: Brakes::new(nv),
             braked,
+            slowing: vec![0; count],
             efforts: vec![0.0; count],
             held: vec![0.0; count],
             push: [0.0; 3],
@@ -106,6 +111,7 @@ impl Plant {
         unsafe { (self.arm.mujoco.mj_resetDataKeyframe)(self.arm.model, self.motion.0, self.arm.home) };
         self.efforts.fill(0.0);
         self.push = [0.0; 3];
+        self.slowing.fill(0);
         for joint in &self.arm.joints {
             self.braked[joint.velocity] = true;
         }
@@ -152,8 +158,43 @@ impl Plant {
         unsafe { (self.arm.mujoco.mj_rne)(self.arm.model, self.motion.0, 0, self.bias.as_mut_ptr()) };
     }
 
+    /// Closes the brake of a joint. It slows the joint down with the greatest effort of its drive, and holds it where it stands then; a joint
+    /// that this effort does not stop within `BRAKING_NS_MAX` is held where it is.
+    fn close_brake(&mut self, j: usize) {
+        if !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 {
+            self.slowing[j] = BRAKING_NS_MAX;
+        }
+    }
+
+    /// Releases the brake of a joint.
+    fn release_brake(&mut self, j: usize) {
+        (self.slowing[j], self.braked[self.arm.joints[j].velocity]) = (0, false);
+    }
+
+    /// Has the brakes hold the joints that come to rest within the next time step.
+    fn catch(&mut self) {
+        let (nv, step_ns) = (self.bias.len(), self.arm.timestep_ns);
+        // SAFETY: model and data belong together; `inertia` has nv * nv elements.
+        unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.0, self.inertia.as_mut_ptr()) };
+        for (j, joint) in self.arm.joints.iter().enumerate() {
+            if self.slowing[j] == 0 {
+                continue;
+            }
+            self.slowing[j] = (self.slowing[j] - step_ns).max(0);
+            let speed = self.state[self.positions + joint.velocity].abs();
+            let is_caught = speed * self.inertia[joint.velocity * (nv + 1)] <= joint.part.effort_max * step_ns as f64 * 1e-9;
+            if is_caught || self.slowing[j] == 0 {
+                (self.slowing[j], self.braked[joint.velocity]) = (0, true);
+                self.held[j] = self.state[joint.position];
+            }
+        }
+    }
+
     /// One time step under the last commands.
     fn step(&mut self) {
+        if self.slowing.iter().any(|left_ns| *left_ns > 0) {
+            self.catch();
+        }
         self.load_efforts();
         self.load_push();
         let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
@@ -189,9 +230,11 @@ impl Plant {
         let effort = &mut self.forces[..nv];
         effort.fill(0.0);
         let mut free = false;
-        for (joint, command) in self.arm.joints.iter().zip(&self.efforts) {
+        for (joint, (command, slowing)) in self.arm.joints.iter().zip(self.efforts.iter().zip(&self.slowing)) {
             if !self.braked[joint.velocity] {
-                effort[joint.velocity] = command.clamp(-joint.part.effort_max, joint.part.effort_max);
+                let most = joint.part.effort_max;
+                let speed = self.state[self.positions + joint.velocity];
+                effort[joint.velocity] = if *slowing > 0 { -most.copysign(speed) } else { command.clamp(-most, most) };
                 free = true;
             }
         }
@@ -329,10 +372,9 @@ impl Driver for Plant {
                 return Err(DeviceError { message });
             }
             self.efforts[j] = command;
-            if !engaged[j] && !self.braked[joint.velocity] {
-                self.held[j] = self.state[joint.position];
-            }
-            self.braked[joint.velocity] = !engaged[j];
+        }
+        for (j, engaged) in engaged.iter().take(self.efforts.len()).enumerate() {
+            if *engaged { self.release_brake(j) } else { self.close_brake(j) }
         }
         if let Some(slot) = self.slots.push {
             self.push = std::array::from_fn(|k| slot.double(commands, k));
@@ -345,13 +387,8 @@ impl Driver for Plant {
 
     fn safe_state(&mut self) {
         self.push = [0.0; 3];
-        for (j, joint) in self.arm.joints.iter().enumerate() {
-            self.efforts[j] = 0.0;
-            if !self.braked[joint.velocity] {
-                self.held[j] = self.state[joint.position];
-                self.braked[joint.velocity] = true;
-            }
-        }
+        self.efforts.fill(0.0);
+        (0..self.efforts.len()).for_each(|j| self.close_brake(j));
     }
 
     fn close(&mut self) {

@@ -11,7 +11,7 @@ pub(super) const OPTIONS: [OptionWord; 7] = [
     OptionWord::needed(
         "axes",
         Kind::List,
-        "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake, vendor, product, revision, serial, alias",
+        "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake, operating_within_s, vendor, product, revision, serial, alias",
     ),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
         .unit("ns"),

@@ -148,6 +148,13 @@ impl Segment {
         }
     }
 
+    /// Closes or opens the enable input of a drive.
+    pub fn set_enable_input(&mut self, position: usize, is_closed: bool) {
+        if let Some(subdevice) = self.subdevices.get_mut(position) {
+            subdevice.set_enable_input(is_closed);
+        }
+    }
+
     /// An object of a drive as a number, as its display would show it.
     pub fn number(&self, position: usize, index: u16) -> i64 {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.number(index))

@@ -105,6 +105,7 @@ enum Order {
     Lose { frames: u64 },
     Spoil { frames: u64 },
     Fail { position: usize, error: u16 },
+    EnableInput { position: usize, closed: bool },
     Show,
 }
 
@@ -128,6 +129,7 @@ fn carry_out(segment: &mut Segment, order: &Order) {
         Order::Lose { frames } => segment.lose(frames),
         Order::Spoil { frames } => segment.spoil(frames),
         Order::Fail { position, error } => segment.fail(position, error),
+        Order::EnableInput { position, closed } => segment.set_enable_input(position, closed),
         Order::Show => {}
     }
 }

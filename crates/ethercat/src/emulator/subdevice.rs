@@ -120,6 +120,10 @@ impl Subdevice {
         self.drive.fail(error, &mut self.objects);
     }
 
+    pub fn set_enable_input(&mut self, is_closed: bool) {
+        self.drive.set_enable_input(is_closed);
+    }
+
     /// Which of its ports have a neighbour.
     pub fn set_links(&mut self, is_last: bool) {
         // Its application runs; communication on port 0 and, unless it is the last, on port 1; the others are closed.

@@ -144,7 +144,9 @@ impl<'a> Draft<'a> {
     /// How it is suspended: what is set then belongs to the instance alone, and no block stores into it again and again.
     fn suspend(&mut self, lists: &[PlannedList]) -> PlannedSuspend {
         match &self.checked.suspend {
+            CheckedSuspend::Idle => PlannedSuspend::Idle,
             CheckedSuspend::Hold => PlannedSuspend::Hold,
+            CheckedSuspend::HoldLast => PlannedSuspend::HoldLast,
             CheckedSuspend::Safe => PlannedSuspend::Safe,
             CheckedSuspend::Holding(ways) => PlannedSuspend::Holding(ways.iter().map(|way| self.holding(*way, lists)).collect()),
         }

@@ -4,6 +4,7 @@
 use super::Composing;
 use crate::definition::{Holding, Suspend};
 use crate::refusal::Class;
+use std::mem::discriminant;
 
 impl Composing<'_> {
     /// The ending list, the way to be suspended, and what happens when the programming system is cut off.
@@ -20,11 +21,11 @@ impl Composing<'_> {
                 _ => ending = ending.or(verb.ending.as_ref().map(|_| part)),
             }
             match suspend {
-                Some(first) if verb.suspend != Suspend::Hold && is_safe(&verb.suspend) != is_safe(&self.parts[first].verb.suspend) => {
+                Some(first) if verb.suspend != Suspend::Idle && discriminant(&verb.suspend) != discriminant(&self.parts[first].verb.suspend) => {
                     let message = format!("{} are suspended in two ways", self.both(first, part));
                     self.conflict(Class::CompositionConflict, message, "leave suspend= out in one of them", (first, part));
                 }
-                _ => suspend = suspend.or((verb.suspend != Suspend::Hold).then_some(part)),
+                _ => suspend = suspend.or((verb.suspend != Suspend::Idle).then_some(part)),
             }
         }
         if let Some(part) = ending.map(|part| &self.parts[part]) {
@@ -37,7 +38,7 @@ impl Composing<'_> {
         self.verb.suspend = match suspend.map(|part| &self.parts[part].verb.suspend) {
             Some(Suspend::Holding(_)) => Suspend::Holding(ways.collect()),
             Some(plain) => plain.clone(),
-            None => Suspend::Hold,
+            None => Suspend::Idle,
         };
     }
 }
@@ -58,8 +59,4 @@ impl Composing<'_> {
         }
         self.verb.if_cut_off = says.and_then(|part| self.parts[part].verb.if_cut_off);
     }
-}
-
-fn is_safe(suspend: &Suspend) -> bool {
-    *suspend == Suspend::Safe
 }

@@ -16,8 +16,8 @@ impl System {
     pub fn svv_about(&self, name: &str) -> Result<SvvAbout, Refusals> {
         let definitions = self.shared.definitions();
         let core = self.shared.locked();
-        let name = core.registry.name_of(name)?;
-        let (Some(svv), Some(record)) = (definitions.configuration.svvs.get(name), core.registry.svvs.get(name)) else {
+        let (name, record) = core.registry.asked(name)?;
+        let (Some(svv), Some(record)) = (definitions.configuration.svvs.get(name), record) else {
             return other_cell(&core, name).map(|named| named.about).ok_or_else(|| unknown("SVV", name, core.registry.svvs.keys().map(String::as_str)));
         };
         let of = Type::parse(&svv.type_text, &svv.types).map_err(|r| vec![r])?;

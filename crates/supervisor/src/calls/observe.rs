@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Looking at a running system: snapshots, histories. Nothing here disturbs what runs.
-use crate::calls::values::{Reading, ask_for, forget_snapshot, kept, taken, unanswered};
+use crate::calls::values::{Reading, are_read, ask_for, forget_snapshot, kept, taken, unanswered};
 use crate::system::{System, Waited};
 use model::refusal::Refusals;
 use std::time::Duration;
@@ -12,6 +12,10 @@ impl System {
     /// One consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are taken at the next
     /// boundary of each.
     pub fn read(&self, names: &[String]) -> Result<(i64, Vec<Reading>), Refusals> {
+        if !self.shared.is_virtual {
+            // A device that was opened just now is read within a period of its source; one that is not is named by `ask_for`.
+            let _waited = self.shared.wait_for(None, FIRST_READING_MAX, |core| Ok(are_read(core, names).then_some(())))?;
+        }
         let snapshot = self.shared.ask(|core| ask_for(core, names))?;
         let waited = self.shared.wait_for(None, READ_MAX, |core| Ok(taken(core, &snapshot, names.len())))?;
         match waited {
@@ -33,5 +37,7 @@ impl System {
     }
 }
 
+/// How long a read waits for the first reading of a device.
+const FIRST_READING_MAX: Duration = Duration::from_secs(1);
 /// Kernels answer within a firing; longer than this means that a processor does not run.
 const READ_MAX: Duration = Duration::from_secs(5);

@@ -59,6 +59,7 @@ impl System {
                     type_text: type_text.clone(),
                     unit: asked.unit.clone(),
                     size: of.size(),
+                    first: stored.clone(),
                     within: asked.within,
                     cells: BTreeMap::new(),
                     readers: BTreeMap::new(),

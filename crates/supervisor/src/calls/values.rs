@@ -6,13 +6,15 @@ use crate::lifecycle::instance::State;
 use crate::observation::kept::Kept;
 use crate::observation::stamp::Stamp;
 use crate::refuse::{refuse, unknown};
+use crate::registry::records::PhysicalRecord;
 use crate::scripts::{Purpose, Ticket};
 use crate::wiring::sequence::by_source;
-
+use device::Direction;
 use kernel::{Cell, Op, SourceId};
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
 
 /// Index of an SVV in a snapshot, its bytes, and where a stamp follows, n of its writer's ratio output.
 type Asked = (usize, usize, Option<u64>);
@@ -44,13 +46,14 @@ pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Ref
     let mut by_source: BTreeMap<SourceId, Vec<Wanted>> = BTreeMap::new();
     let mut known = Vec::new();
     for (index, name) in names.iter().enumerate() {
-        let name = core.registry.name_of(name)?;
-        let Some(svv) = core.registry.svvs.get(name) else {
+        let (name, svv) = core.registry.asked(name)?;
+        let Some(svv) = svv else {
             let named = other_cell(core, name).ok_or_else(|| unknown("SVV", name, core.registry.svvs.keys().map(String::as_str)))?;
             if core.safety.lost.contains(&named.source) {
                 let why = format!("cannot read '{name}': source '{}' is lost", core.registry.source_name(named.source));
                 return Err(refuse(Class::InvalidState, why, "see the log for why, then call reset()"));
             }
+            check_channel(core, name)?;
             by_source.entry(named.source).or_default().push((index, named.cell, named.stamp));
             continue;
         };
@@ -76,6 +79,43 @@ pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Ref
         asked.push((ticket, layout));
     }
     Ok(Snapshot { asked, sources, known })
+}
+
+/// The channel of that name: its device, its record, and which of its channels it is.
+fn channel<'a>(core: &'a Core, name: &str) -> Option<(&'a str, &'a PhysicalRecord, &'a device::Channel)> {
+    core.registry.physical.iter().find_map(|(device, record)| {
+        let of = name.strip_prefix(device.as_str())?.strip_prefix('.')?;
+        Some((device.as_str(), record, record.device.channels().iter().find(|channel| channel.name == of)?))
+    })
+}
+
+/// Refuses a channel whose device is lost, or has not been read yet: what stands there says nothing of the machine.
+fn check_channel(core: &Core, name: &str) -> Result<(), Refusals> {
+    let Some((device, record, channel)) = channel(core, name) else { return Ok(()) };
+    if let Some(lost) = &record.lost {
+        let why = format!("cannot read channel '{name}': device '{device}' is lost: {lost}");
+        return Err(refuse(Class::DeviceFailed, why, "remove the cause, then call reset()"));
+    }
+    if channel.direction == Direction::Read && !has_reading(core, record) {
+        let source = core.registry.source_name(record.source);
+        let why = format!("cannot read channel '{name}': there is no reading yet, source '{source}' has not fired since device '{device}' was opened");
+        return Err(refuse(Class::InvalidState, why, "let time pass first, for example advance(\"10 ms\")"));
+    }
+    Ok(())
+}
+
+/// Whether a device has been read since it was opened; remote ones do not tell.
+fn has_reading(core: &Core, record: &PhysicalRecord) -> bool {
+    record.device.standing().read.load(Ordering::Acquire) || core.remote.at(core.registry.source_name(record.source)).is_some()
+}
+
+/// Whether every channel of these that belongs to a device that is there has a reading.
+pub(crate) fn are_read(core: &Core, names: &[String]) -> bool {
+    let open = |name: &String| {
+        let (name, svv) = core.registry.asked(name).ok()?;
+        channel(core, name).filter(|(_, record, _)| svv.is_none() && record.lost.is_none())
+    };
+    names.iter().filter_map(open).all(|(_, record, of)| of.direction == Direction::Write || has_reading(core, record))
 }
 
 /// The snapshot, once every kernel has answered: its time, and the readings in the order asked for.

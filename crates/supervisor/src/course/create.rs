@@ -2,6 +2,7 @@
 //! Making and deleting verb instances: a plan becomes memory and steps; deleting leaves nothing of them.
 use crate::core::Core;
 use crate::course::of::Course;
+use crate::lifecycle::idle::check_hold;
 use crate::lifecycle::instance::{Findings, Instance, Leaving, Life, Position, Times, Work};
 use crate::lifecycle::stages::{REMEMBERED_MAX, Verbatim};
 use crate::protection::causes::check_alarms;
@@ -23,6 +24,7 @@ impl Core {
     pub fn create(&mut self, catalog: &Catalog, plan: Arc<Plan>, name: Option<String>, owner: Option<String>) -> Result<u64, Refusals> {
         check_alarms(self, &plan)?;
         self.check_modules(&plan)?;
+        check_hold(&self.registry, &self.instances, &plan)?;
         let id = self.numbers.fresh();
         let name = name.unwrap_or_else(|| self.instances.next_name(&plan.verb));
         let (installed, queues) = install(&mut self.registry, &self.host, &mut self.numbers, catalog, &plan, (id, &name))?;

@@ -14,7 +14,7 @@ impl Core {
             let wait = i.position.wait_until_ns.filter(|_| !i.is_under_way()).and_then(|t| i.times.running.clock_at(t));
             let rest = i.resting_until_ns().and_then(|t| i.times.running.clock_at(t));
             let departure = i.leaving.departure.as_ref().and_then(|d| d.until_ns).and_then(|t| i.times.running.clock_at(t));
-            [limit.filter(|_| !i.is_in_ending()), wait, departure, rest, age_deadline(self, i)].into_iter().flatten().min()
+            [limit.filter(|_| !i.is_in_ending()), wait, departure, rest, age_deadline(self, i), i.work.look_ns].into_iter().flatten().min()
         };
         self.instances.values().filter(|i| i.is_running()).filter_map(deadlines).min()
     }
@@ -30,6 +30,9 @@ impl Core {
             } else if !instance.is_in_ending() && past(instance.times.limits.time_limit_ns) {
                 let limit = instance.times.limits.time_limit_ns.take().unwrap_or_default();
                 self.course(id).end_by(SystemCondition::TimeLimit, format!("it ran longer than {} s", limit as f64 * 1e-9));
+            } else if instance.work.look_ns.is_some_and(|at| at <= now_ns) {
+                instance.work.look_ns = None;
+                self.course(id).proceed();
             } else if past(instance.resting_until_ns()) {
                 self.course(id).rest_at_last();
             } else if !instance.is_under_way() && past(instance.position.wait_until_ns) {

@@ -191,6 +191,7 @@ impl Course<'_> {
             let message = format!("the verb of device '{owner}' ended with '{ended_as}'{because}");
             self.core.end_users(&owner, SystemCondition::DeviceLost, &message);
         }
+        self.make_idle();
         // What it claimed is free again, and the starts that wait for it follow at once, before any other.
         self.core.registry.claims.retain(|_, holder| *holder != id);
         self.core.serve_queue();

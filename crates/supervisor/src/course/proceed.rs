@@ -3,13 +3,17 @@
 use crate::course::of::Course;
 use crate::lifecycle::instance::{Life, Rest, State};
 use crate::lifecycle::opening::{make_up, set_rest, wake};
+use crate::lifecycle::operating::looks;
 use crate::lifecycle::outputs::take_captured;
 use crate::lifecycle::stages::Verbatim;
 use crate::protection::causes::alarm_enabled;
-use crate::wiring::sequence::{Builder, Movement};
-use kernel::Taken;
+use crate::wiring::sequence::{Builder, Movement, by_source};
+use kernel::{Cell, SourceId, Taken};
 use model::SystemCondition;
 use model::plan::{PlannedCommand, Wait};
+
+/// How often it is looked whether a machine follows, ns.
+const LOOK_NS: i64 = 1_000_000;
 
 impl Course<'_> {
     /// Puts a new sequence in the place of what is left of the one before, but for what the system needs of that.
@@ -19,6 +23,7 @@ impl Course<'_> {
             instance.work.sequence.retain(Movement::is_structural);
             instance.work.sequence.extend(movements);
             instance.work.is_through = false;
+            instance.work.look_ns = None;
             if !instance.work.structural {
                 instance.work.outstanding = 0;
                 instance.work.awaited.clear();
@@ -42,7 +47,7 @@ impl Course<'_> {
     pub fn proceed(&mut self) {
         let id = self.id;
         while let Some(instance) = self.core.instances.get_mut(&id) {
-            if instance.work.outstanding > 0 {
+            if instance.work.outstanding > 0 || instance.work.look_ns.is_some() {
                 return;
             }
             let Some(movement) = instance.next_movement() else { return };
@@ -81,6 +86,7 @@ impl Course<'_> {
             }
             Movement::Carry(carried) => self.core.carrier().carry(id, &carried),
             Movement::Arrive(carried) => self.core.carrier().arrive(id, &carried),
+            Movement::Operating(cells) => self.await_operation(cells),
             Movement::CopyInitial => self.core.carrier().copy_initial(id),
             Movement::Ready => {
                 if let Some(owner) = self.core.instances.get(&id).and_then(|i| i.owner.clone())
@@ -105,6 +111,21 @@ impl Course<'_> {
             }
             Movement::Ended => self.ended(),
         }
+    }
+
+    /// Goes on where the script before has captured that every machine follows; else looks again a little later.
+    fn await_operation(&mut self, cells: Vec<(SourceId, Cell)>) {
+        let now_ns = self.core.host.now_ns();
+        let Some(instance) = self.core.instances.get_mut(&self.id) else { return };
+        let captured = std::mem::take(&mut instance.work.captured);
+        let told: usize = captured.iter().map(|(_, bytes)| bytes.len()).sum();
+        if told == cells.len() && captured.iter().flat_map(|(_, bytes)| bytes).all(|follows| *follows != 0) {
+            return;
+        }
+        let look = Movement::Scripts(by_source(looks(&cells)));
+        instance.work.sequence.push_front(Movement::Operating(cells));
+        instance.work.sequence.push_front(look);
+        instance.work.look_ns = Some(now_ns + LOOK_NS);
     }
 
     fn is_through(&mut self, ends: bool) {

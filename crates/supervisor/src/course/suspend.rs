@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Suspension: running time stands still, and goes on. A verb says what its actuators do meanwhile: the last commands stay, the
-//! channels that it writes go to their safe values, or its blocks come to rest first.
+//! Suspension: running time stands still, and goes on. A verb says what its actuators do meanwhile: outputs that drive on (an effort, a speed)
+//! take their idle values and the last commands of all others stay, all channels go to their safe values, or its blocks come to rest first.
 use crate::course::of::Course;
+use crate::lifecycle::idle::{idle_channels, idle_svvs};
 use crate::lifecycle::instance::{Rest, reached};
 use crate::lifecycle::opening::{rest_ops, wake};
 use crate::lifecycle::stages::Verbatim;
 use crate::refuse::invalid_state;
+use crate::scripts::Purpose;
 use crate::wiring::sequence::{Builder, Movement};
-use kernel::Op;
+use kernel::{Op, SourceId};
 use model::plan::{Due, PlannedSuspend};
 use model::refusal::Refusals;
 
@@ -73,6 +75,7 @@ impl Course<'_> {
     pub fn hold(&mut self) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
+        let idle = self.idle_stores();
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         instance.rests(Rest::Unasked);
         instance.times.running.hold(now_ns);
@@ -92,10 +95,15 @@ impl Course<'_> {
             builder.barrier();
         }
         let of = Verbatim { plan, installed, devices: &self.core.registry.physical };
+        idle.into_iter().for_each(|(source, op)| builder.add(source, op));
         for &source in &installed.sources {
             if plan.suspend == PlannedSuspend::Safe {
                 for (device, channels) in of.channels_in(source) {
                     builder.add(source, Op::Capture(channels.iter().map(|c| device.cell(usize::from(*c))).collect()));
+                    builder.add(source, Op::Safe { device, channels });
+                }
+            } else if plan.suspend.idles() {
+                for (device, channels) in idle_channels(&self.core.registry, plan, source) {
                     builder.add(source, Op::Safe { device, channels });
                 }
             }
@@ -103,6 +111,26 @@ impl Course<'_> {
         }
         builder.then(Movement::Suspended);
         self.append_sequence(builder.finish());
+    }
+
+    /// Operations that store the idle values of the SVVs that it writes, where it does not say that they hold.
+    fn idle_stores(&mut self) -> Vec<(SourceId, Op)> {
+        let Some(plan) = self.core.instances.get(&self.id).map(|instance| instance.plan.clone()) else { return Vec::new() };
+        if plan.suspend == PlannedSuspend::HoldLast {
+            return Vec::new();
+        }
+        let idle = idle_svvs(&self.core.registry, &self.core.instances, &plan);
+        idle.into_iter().flat_map(|(svv, value)| self.core.carrier().store_everywhere(&svv, &value)).collect()
+    }
+
+    /// What it wrote into SVVs that drive on is written no more: they take their idle values.
+    pub fn make_idle(&mut self) {
+        let Some(plan) = self.core.instances.get(&self.id).map(|instance| instance.plan.clone()) else { return };
+        for (svv, value) in idle_svvs(&self.core.registry, &self.core.instances, &plan) {
+            for (source, op) in self.core.carrier().store_everywhere(&svv, &value) {
+                self.core.submit(source, vec![op], Purpose::Nothing);
+            }
+        }
     }
 
     /// Goes on where it stood.

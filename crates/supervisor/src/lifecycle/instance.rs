@@ -204,6 +204,8 @@ pub(crate) struct Work {
     pub epoch: u64,
     /// The script under way, or the last one, ends the instance, where nothing comes between.
     pub is_through: bool,
+    /// When it is looked again whether machines follow, ns on the clock; until then nothing goes on.
+    pub look_ns: Option<i64>,
     /// What the scripts of the last movement captured.
     pub captured: Vec<(SourceId, Vec<u8>)>,
 }

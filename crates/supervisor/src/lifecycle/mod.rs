@@ -3,9 +3,11 @@
 pub(crate) mod floats;
 pub(crate) mod held;
 pub(crate) mod homes;
+pub(crate) mod idle;
 pub(crate) mod instance;
 pub(crate) mod instances;
 pub(crate) mod opening;
+pub(crate) mod operating;
 pub(crate) mod outputs;
 pub(crate) mod report;
 pub(crate) mod stages;

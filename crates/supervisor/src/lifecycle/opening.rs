@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the kernels are asked to do so that an instance begins, or goes on: pure functions of what is configured and of the instance.
+use crate::lifecycle::idle::idle_channels;
 use crate::lifecycle::instance::{Instance, Life};
+use crate::lifecycle::operating::{looks, operating};
 use crate::lifecycle::stages::Verbatim;
 use crate::registry::records::Registry;
 use crate::wiring::sequence::{Builder, Movement};
@@ -11,9 +13,21 @@ use model::plan::{Binding, CellKind, PlannedCommand, PlannedSuspend, Target};
 pub(crate) fn opening(registry: &Registry, instance: &Instance, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
     let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
     let mut builder = Builder::at_home(instance.installed.homes.clone());
-    let ends = instance.ends_in_its_opening();
+    let operating = operating(registry, instance);
+    let ends = instance.ends_in_its_opening().filter(|_| operating.is_empty());
     refresh(registry, &mut builder, instance, stores);
     builder.barrier();
+    if !operating.is_empty() {
+        of.engage(&mut builder);
+        builder.divide();
+        looks(&operating).for_each(|(source, op)| builder.add(source, op));
+        builder.then(Movement::Operating(operating));
+        // Its time begins now: what follows the clock does not make up for the wait.
+        for &source in &instance.installed.sources {
+            builder.add(source, Op::StartClock(instance.installed.process.clone()));
+        }
+        builder.barrier();
+    }
     if instance.owner.is_some() && !registry.logical[instance.owner.as_ref().expect("checked")].copies.is_empty() {
         open_device(registry, &mut builder, instance, &of);
     } else {
@@ -176,6 +190,11 @@ pub(crate) fn wake(registry: &Registry, builder: &mut Builder, instance: &Instan
                     }
                     at += cell.len();
                 }
+                builder.add(source, Op::Engage { device, channels });
+            }
+        }
+        if instance.plan.suspend.idles() {
+            for (device, channels) in idle_channels(registry, &instance.plan, source) {
                 builder.add(source, Op::Engage { device, channels });
             }
         }

@@ -3,6 +3,7 @@
 //! number that `svv_about` gave as its `id`, means the one that it has seen, and never gets its successor.
 use crate::refuse::{refuse, unknown};
 use crate::registry::records::Registry;
+use crate::registry::svvs::SvvRecord;
 use model::refusal::{Class, Refusals};
 
 /// A name and the number behind its `@`; nothing where there is none.
@@ -24,5 +25,15 @@ impl Registry {
             }
             None => Err(unknown("SVV", name, self.svvs.keys().map(String::as_str))),
         }
+    }
+
+    /// What is asked for: its name, and the SVV of that name. `DEVICE.CHANNEL@channel` is the channel, though an SVV may have its name. Errors: as
+    /// `name_of`.
+    pub fn asked<'a>(&self, asked: &'a str) -> Result<(&'a str, Option<&SvvRecord>), Refusals> {
+        if let Some(channel) = asked.strip_suffix("@channel").filter(|_| !self.svvs.contains_key(asked)) {
+            return Ok((channel, None));
+        }
+        let name = self.name_of(asked)?;
+        Ok((name, self.svvs.get(name)))
     }
 }

@@ -11,6 +11,8 @@ pub(crate) struct SvvRecord {
     pub type_text: String,
     pub unit: String,
     pub size: usize,
+    /// The value that it began with: its idle value, where it commands a device.
+    pub first: Vec<u8>,
     /// Minimum and maximum value that the PS may store.
     pub within: Option<(f64, f64)>,
     /// Where it lies in each image.

@@ -5,7 +5,7 @@
 //! those before it have acknowledged, where the order matters (a barrier). What lies in one source alone needs no barrier: it
 //! is one script, and acts between two firings as one.
 use crate::wiring::installed::Homes;
-use kernel::{Inbound, Op, SourceId};
+use kernel::{Cell, Inbound, Op, SourceId};
 use model::plan::Target;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -42,6 +42,8 @@ pub(crate) enum Movement {
     Carry(Vec<Carried>),
     /// … and stored in the new one.
     Arrive(Vec<Carried>),
+    /// Waits until machines say in these channels that they follow what is written: the script before has captured them.
+    Operating(Vec<(SourceId, Cell)>),
     /// Sets the SVVs of a logical device that start as copies of others, from what the script before captured.
     CopyInitial,
     /// `gpac.ready()`: the device that this instance keeps going is enabled.

@@ -52,7 +52,7 @@ fn a_verb_that_is_suspended_safe_lets_go_and_takes_up_again_within_the_slew_limi
 #[test]
 fn a_verb_that_holds_goes_on_pushing_while_it_is_suspended() {
     on_both(|rig| {
-        let id = pushed(rig, "hold");
+        let id = pushed(rig, "hold_last");
         rig.start(id);
         rig.advance(10);
         let before = rig.read("at");

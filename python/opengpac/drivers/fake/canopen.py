@@ -91,6 +91,10 @@ class CanOpenBus(Emulated):
         """A drive finds something wrong: an error code of CiA 402, here that its motor is blocked. It sends an emergency."""
         self._say({"do": "fail", "node": node, "error": error})
 
+    def enable_input(self, node: int, closed: bool) -> None:
+        """Closes or opens the enable input of a drive; while it is open, the drive stays in "switch on disabled"."""
+        self._say({"do": "enable_input", "node": node, "closed": closed})
+
     def bus_off(self) -> None:
         """The adapter of the controller reports that it has left the bus."""
         self._say({"do": "bus_off"})

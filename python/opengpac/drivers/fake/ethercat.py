@@ -89,6 +89,10 @@ class EtherCatSegment(Emulated):
         """A drive finds something wrong: an error code of CiA 402, here that its motor is blocked."""
         self._say({"do": "fail", "position": position, "error": error})
 
+    def enable_input(self, position: int, closed: bool) -> None:
+        """Closes or opens the enable input of a drive; while it is open, the drive stays in "switch on disabled"."""
+        self._say({"do": "enable_input", "position": position, "closed": closed})
+
 
 @taking
 def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> EtherCatSegment:

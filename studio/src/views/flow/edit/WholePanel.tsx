@@ -78,7 +78,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
 function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void }) {
   const { draft, change } = props;
   const ways = holdingOf(draft.of.suspend);
-  const how = ways ? "holding" : draft.of.suspend === "safe" ? "safe" : "hold";
+  const how = ways ? "holding" : typeof draft.of.suspend === "string" ? draft.of.suspend : "idle";
   const put = (holding: Holding[]) => change(setWhole(draft, { suspend: { holding } }));
   const set = (index: number, way: Partial<Holding>) => put((ways ?? []).map((one, at) => (at === index ? { ...one, ...way } : one)));
   return (
@@ -92,7 +92,9 @@ function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void 
             else change(setWhole(draft, { suspend: event.target.value }));
           }}
         >
-          <option value="hold">its last commands stay</option>
+          <option value="idle">efforts and speeds become idle, positions stay</option>
+          <option value="hold">its last commands stay, none is an effort or speed</option>
+          <option value="hold_last">its last commands stay, efforts and speeds too</option>
           <option value="safe">its outputs become safe</option>
           <option value="holding">its blocks come to rest first</option>
         </select>

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Outputs under which a machine does not stand still though nothing is commanded anew: an effort, a speed, a power.
+//!
+//! A position that stays is where the machine stays; so are a temperature, a pressure, a switch. A torque that stays accelerates whatever it
+//! acts on. Such an output has an idle value, which it takes when the verb that writes it is suspended: a channel its safe value, an SVV that
+//! commands a device the value that it began with.
+
+/// Quantities that drive on, a unit of each.
+const DRIVING: [(&str, &str); 15] = [
+    ("force", "N"),
+    ("torque", "N.m"),
+    ("speed", "m/s"),
+    ("angular speed", "rad/s"),
+    ("acceleration", "m/s^2"),
+    ("angular acceleration", "rad/s^2"),
+    ("jerk", "m/s^3"),
+    ("angular jerk", "rad/s^3"),
+    ("power", "W"),
+    ("current", "A"),
+    ("voltage", "V"),
+    ("flow", "m^3/s"),
+    ("mass flow", "kg/s"),
+    ("rate", "Hz"),
+    ("rate of counts", "counts/s"),
+];
+
+/// Returns the quantity that drives on, `torque` for `kN.m`; none for a unit of something that stays. Of a choice, `N.m|N`, the first counts.
+pub fn driving(unit: &str) -> Option<&'static str> {
+    let kinds = || unit.split('|').filter(|unit| !unit.is_empty());
+    kinds().find_map(|unit| DRIVING.iter().find(|(_, of)| crate::quantity::is_same_kind(unit, of)).map(|(quantity, _)| *quantity))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_is_a_unit_that_is_known_and_of_a_kind_of_its_own() {
+        for (index, (quantity, unit)) in DRIVING.iter().enumerate() {
+            assert_eq!(driving(unit), Some(*quantity), "row {index}");
+        }
+    }
+
+    #[test]
+    fn efforts_speeds_and_powers_drive_on_and_positions_and_levels_stay() {
+        for unit in ["N", "kN", "N.m", "N.m|N", "m/s", "mm/s", "rad/s", "deg/s", "rpm", "rad/s^2", "m/s^3", "W", "kW", "A", "mA", "V", "l/min", "Hz"] {
+            assert!(driving(unit).is_some(), "{unit}");
+        }
+        for unit in ["", "rad", "m", "mm", "deg", "rad|m", "K", "Pa", "bar", "%", "1", "kg", "s", "counts", "N/m", "N.m/rad", "N.m.s/rad"] {
+            assert_eq!(driving(unit), None, "{unit}");
+        }
+    }
+}
