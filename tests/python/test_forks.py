@@ -7,6 +7,7 @@ import copy
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -21,7 +22,7 @@ import os, sys, time
 import opengpac as gpac
 from opengpac import activate, library as lib
 cell = gpac.System("cell")
-fast = cell.processor("rtp0").timer("fast", period="1 ms")
+fast = cell.processor("rtp0", process="process" in sys.argv).timer("fast", period="1 ms")
 verb = gpac.Verb("v", blocks={"g": lib.signal_generator}, instantiation_parameters={"y": "g.y"},
                  command_lists={"start": [activate("g", every="1 ms")]})
 y = cell.svv("y")
@@ -46,11 +47,61 @@ with cell:
 """
 
 
-def test_a_fork_ends_cleanly_and_says_what_it_cannot_do() -> None:
-    ran = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKS], capture_output=True, text=True, timeout=120, check=False)
+@pytest.mark.parametrize("where", ["threads", "process"])
+def test_a_fork_ends_cleanly_and_says_what_it_cannot_do(where: str) -> None:
+    ran = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKS, where], capture_output=True, text=True, timeout=120, check=False)
     said = ran.stdout.splitlines()
     assert sum("refused: system 'cell' runs in process" in line for line in said) == 5, ran.stdout + ran.stderr
     assert "own: 1.0" in said and said[-1] == "child ended with 7 and the verb is running", ran.stdout + ran.stderr
+    assert ran.returncode == 0, ran.stderr
+
+
+A_BLOCK_FORKS = """
+import os, sys
+import opengpac as gpac
+from opengpac import activate
+cell = gpac.System("cell")
+fast = cell.processor("copied", process="process" in sys.argv).timer("fast", period="1 ms")
+drive = fast.processor.physical_device("drive", gpac.drivers.loopback("x"), exchange=fast)
+forks = cell.download(sys.argv[1], "forks").forks
+verb = gpac.Verb("v", blocks={"b": forks}, instantiation_parameters={"y": "b.y"}, command_lists={"start": [activate("b", every="1 ms")]})
+try:
+    verb.on(fast)(cell.svv("y"), time_limit="60 s")
+except gpac.Terminated as end:
+    print("ended:", end.condition, end.block, end.message)
+print("logged:", any("called fork()" in entry["text"] for entry in cell.log()))
+cell.close()
+for process in filter(str.isdecimal, os.listdir("/proc")):
+    try:
+        name, state = (open(f"/proc/{process}/{what}").read() for what in ("comm", "stat"))
+    except OSError:
+        continue
+    if name.startswith("copied") and state.rpartition(")")[2].split()[0] != "Z":
+        print("left:", process, name)
+print("closed")
+"""
+
+FORKING = """
+#include <opengpac.h>
+#include <unistd.h>
+FUNCTION_BLOCK(forks, "Calls fork() at its invocation 20.", out(double, y, "invocations"))
+{
+    self->y = (double)invocation->number;
+    if (invocation->number == 20) fork();
+    return OK;
+}
+"""
+
+
+@pytest.mark.parametrize("where", ["threads", "process"])
+def test_a_block_that_forks_is_a_fault_and_leaves_no_process(where: str, tmp_path: Path) -> None:
+    (tmp_path / "forks.c").write_text(FORKING)
+    command = [sys.executable, "-c", A_BLOCK_FORKS, str(tmp_path / "forks.c"), where]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    said = ran.stdout.splitlines()
+    assert said[0].startswith("ended: fault b "), ran.stdout + ran.stderr
+    assert "block 'b' (forks.forks) called fork(); the copy of the process was ended" in said[0], ran.stdout + ran.stderr
+    assert said[1:] == ["logged: True", "closed"], ran.stdout + ran.stderr
     assert ran.returncode == 0, ran.stderr
 
 

@@ -71,6 +71,8 @@ pub mod outcome {
     pub const THREW: u64 = 4;
     /// The most bytes of what an exception says.
     pub const WHAT_MAX: usize = 200;
+    /// The body called fork(): no entry gives it, its guard does.
+    pub const FORKED: u64 = 0xfd;
     /// The body changed the floating-point control words of its thread: no entry gives it, who looks after the words does.
     pub const FLOATS: u64 = 0xfe;
     /// A signal ended the body: no entry gives it, its guard does. Bits 8 and up: the signal, 0 for time that ran out; with [`LOST`].

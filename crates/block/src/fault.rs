@@ -14,6 +14,8 @@ pub enum Fault {
     Threw { what: String },
     /// The body changed the floating-point control words.
     Floats,
+    /// The body called fork().
+    Forked,
     /// A signal ended the body.
     Signal(i32),
     /// The body did not come to its end in its time.
@@ -30,6 +32,7 @@ impl core::fmt::Display for Fault {
             Fault::NonFinite { item } => write!(f, "output '{item}' is not finite"),
             Fault::Threw { what } => write!(f, "the block threw an exception: {what}"),
             Fault::Floats => write!(f, "the block {FLOATS_CHANGED}"),
+            Fault::Forked => write!(f, "the block {CALLED_FORK}"),
             Fault::Signal(signal) => write!(f, "the block: {}", signal_text(*signal)),
             Fault::Budget => write!(f, "the block used up its time budget"),
             Fault::Lost(signal) => write!(f, "the block {}", lost_text(*signal)),
@@ -51,6 +54,10 @@ pub fn lost_text(signal: i32) -> String {
 /// What a block did that has changed the floating-point control words.
 pub const FLOATS_CHANGED: &str =
     "changed the floating-point state of its thread (rounding, flush-to-zero, traps or precision); restore it before the body returns";
+
+/// What a block did that has made a copy of its process.
+pub const CALLED_FORK: &str =
+    "called fork(); the copy of the process was ended at once, since it had the devices in its hands; start programs with posix_spawn(), outside the firing";
 
 /// A signal in words.
 pub fn signal_text(signal: i32) -> String {

@@ -58,7 +58,7 @@ mod what;
 
 pub use abi::Invocation;
 pub use condition::{Condition, ConditionOf};
-pub use fault::{FLOATS_CHANGED, lost_text, signal_text};
+pub use fault::{CALLED_FORK, FLOATS_CHANGED, lost_text, signal_text};
 pub use opengpac_derive::{FunctionBlock, Type};
 pub use step::{FunctionBlock, Outcome, Step};
 pub use types::Type;

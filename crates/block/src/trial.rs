@@ -255,6 +255,7 @@ impl Trial {
             outcome::FAULT => Err(Fault::Returned(detail as u32)),
             outcome::NONFINITE => Err(Fault::NonFinite { item: self.face.items.get(detail as usize).map(|item| item.name.clone()).unwrap_or_default() }),
             outcome::FLOATS => Err(Fault::Floats),
+            outcome::FORKED => Err(Fault::Forked),
             outcome::SIGNAL if detail & outcome::LOST != 0 => Err(Fault::Lost((detail & !outcome::LOST) as i32)),
             outcome::SIGNAL if detail == 0 => Err(Fault::Budget),
             outcome::SIGNAL => Err(Fault::Signal(detail as i32)),

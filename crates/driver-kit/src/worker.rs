@@ -211,6 +211,7 @@ struct Exchange {
 
 impl Exchange {
     fn run(mut self, opened: &SyncSender<Result<Vec<SafeHandle>, DeviceError>>, ends: &SyncSender<()>) {
+        forks::bind_thread();
         let first = self.inner.open(self.clock.now_ns()).and_then(|()| self.read());
         let opens = match first {
             Ok(()) => opened.send(Ok(self.inner.safe_handles())).is_ok(),
@@ -231,6 +232,7 @@ impl Exchange {
     fn serve(&mut self) {
         let mut next_ns = self.clock.now_ns() + self.pace.period_ns;
         while !self.shared.stops.load(Ordering::Acquire) {
+            forks::end_if_child();
             let left_ns = next_ns - self.clock.now_ns();
             let safe = self.shared.safe.load(Ordering::Acquire);
             if safe != self.safe_done {

@@ -13,12 +13,14 @@
 // thread must not call such a library again, and the process is not to be trusted any more.
 #define _GNU_SOURCE
 #include "foreign.h"
+#include <pthread.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
+#include <sysexits.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -42,6 +44,7 @@ typedef struct opengpac_containment {
     volatile uint32_t late;  // 1 + the step in which the budget ran out; 0: it has not
     volatile uint32_t lost;  // it was ended in code that may hold a lock
     volatile uint32_t heard; // the budget's signal has come through
+    volatile uint32_t forked; // 1 + the step that has called fork(); 0: none has
     volatile uint32_t handling; // a handler of ours runs for it: what interrupts that is not what it looks at
     volatile int64_t foreign_ns; // since when it is led out of foreign code; 0: it is not
     volatile uint32_t steps, steps_seen;
@@ -53,6 +56,7 @@ static _Thread_local opengpac_containment *volatile current __attribute__((tls_m
 static struct sigaction earlier[NSIG];
 static volatile sig_atomic_t passed_on[NSIG];
 static int budget_signal;
+static const volatile uint32_t *here; // 0 in a process that was forked from this one
 
 static int64_t time_ns(void)
 {
@@ -81,7 +85,7 @@ int opengpac_containment_run(opengpac_containment *containment, void (*body)(voi
 {
     containment->outer = current;
     containment->step = OUTSIDE_BLOCKS;
-    containment->late = containment->lost = containment->heard = containment->handling = 0;
+    containment->late = containment->lost = containment->heard = containment->forked = containment->handling = 0;
     containment->foreign_ns = 0;
     containment->started_ns = started_ns;
     int ended_by = sigsetjmp(containment->place, 0);
@@ -103,6 +107,27 @@ int opengpac_containment_run(opengpac_containment *containment, void (*body)(voi
 static int is_in_a_block(const opengpac_containment *containment)
 {
     return containment && containment->armed && containment->step != OUTSIDE_BLOCKS;
+}
+
+// A child that was forked by what runs here, by whatever call: nothing of it may go on. A containment lies in memory that it does not have.
+static void end_if_child(void)
+{
+    if (current && !*here)
+        _exit(EX_SOFTWARE);
+}
+
+// The same before fork() returns there.
+static void in_the_child(void)
+{
+    if (current)
+        _exit(EX_SOFTWARE);
+}
+
+// A block that makes a process is told of.
+static void in_the_parent(void)
+{
+    if (is_in_a_block(current))
+        current->forked = current->step + 1;
 }
 
 // The end of the process while a block runs is not without a word. The thread is called as its source is.
@@ -198,6 +223,7 @@ static void stepped(opengpac_containment *containment, void *context)
 
 static void fault(int number, siginfo_t *what, void *context)
 {
+    end_if_child();
     opengpac_containment *containment = current;
     // Of a handler: the stack that it walked up is not one.
     if (is_in_a_block(containment) && containment->handling && what->si_code > 0)
@@ -246,6 +272,7 @@ static void is_late(opengpac_containment *containment, void *context)
 // The watchdog sends this signal to the thread of a loop that is too old. It may come late, so it looks for itself.
 static void budget(int number, siginfo_t *what, void *context)
 {
+    end_if_child();
     opengpac_containment *containment = current;
     if (containment)
         containment->heard = 1;
@@ -285,14 +312,16 @@ static int put_in_front(int number, void (*handler)(int, siginfo_t *, void *), i
 }
 
 // Installs the handlers, or puts them in front again where somebody else's have come before them (a crash reporter that was
-// switched on later). One thread at a time. Gives the signal of a spent budget, or -1.
-int opengpac_containment_install(void)
+// switched on later). One thread at a time. `word` is 0 in every child. Gives the signal of a spent budget, or -1.
+int opengpac_containment_install(const uint32_t *word)
 {
     static const int faults[] = {SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT};
     if (!budget_signal) {
         foreign_prepare();
         opengpac_containment_trust(opengpac_containment_install);
         on_exit(at_exit, NULL);
+        here = word;
+        pthread_atfork(NULL, in_the_parent, in_the_child);
     }
     // The first real-time signal that nobody has taken.
     for (int signal = SIGRTMIN + 3; !budget_signal && signal < SIGRTMAX; signal++) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The face of containment: a step loop that a signal inside block code ends, and the stack that its handlers run on.
+use forks::Unforked;
 use opengpac::abi::Run;
 pub use opengpac::bank::Call;
 use std::cell::Cell;
@@ -8,7 +9,7 @@ use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
 
-/// One source's containment. The first fields are shared with `containment.c`; the jump buffer follows, in memory of C's size.
+/// One source's containment, in memory that no forked child has. The first fields are shared with `containment.c`; the jump buffer follows, in memory of C's size.
 #[repr(C)]
 struct Shared {
     step: AtomicU32,
@@ -19,12 +20,13 @@ struct Shared {
     late: AtomicU32,
     lost: AtomicU32,
     heard: AtomicU32,
+    forked: AtomicU32,
 }
 
 unsafe extern "C" {
     fn opengpac_containment_size() -> usize;
     fn opengpac_containment_run(containment: *mut Shared, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> c_int;
-    fn opengpac_containment_install() -> c_int;
+    fn opengpac_containment_install(word: *const u32) -> c_int;
     fn opengpac_containment_trust(address: *const c_void);
 }
 
@@ -45,11 +47,18 @@ pub struct Over {
     pub is_lost: bool,
 }
 
+impl Over {
+    /// Returns whether a block has called fork().
+    pub fn has_forked(&self) -> bool {
+        self.signal == FORKED
+    }
+}
+
 /// Contains faults of blocks in the step loop of one source. Its thread runs it; the watchdog reads how old the loop is.
 pub struct Containment {
     shared: *mut Shared,
-    /// Of memory of its own; none where it lies in a black box.
-    words: Option<usize>,
+    /// Memory of its own; none where it lies in a black box.
+    _memory: Option<Unforked>,
     /// The thread that runs the loop, for the watchdog.
     thread: AtomicPtr<c_void>,
     /// Signals that the watchdog has sent for the present loop, and that nobody has heard.
@@ -57,6 +66,9 @@ pub struct Containment {
     /// Looks of the watchdog since the process was to end; 0: it is not.
     retires: AtomicU32,
 }
+
+/// Stands for the signal where the loop ran to its end and a block has called fork().
+const FORKED: i32 = 0x1_0000;
 
 /// Signals after which a thread is deaf: more than a thread without a core of its own needs to come to run.
 const UNHEARD_MAX: u32 = 50;
@@ -93,11 +105,12 @@ unsafe impl Sync for Containment {}
 impl Containment {
     pub fn new(budget_ns: i64) -> Containment {
         // SAFETY: a constant.
-        let words = unsafe { opengpac_containment_size() }.div_ceil(size_of::<u128>());
-        let shared = Box::leak(vec![0u128; words].into_boxed_slice()).as_mut_ptr().cast::<Shared>();
+        let len = unsafe { opengpac_containment_size() };
+        let memory = Unforked::new(len).expect("there is memory for a page");
+        let shared = memory.start().cast::<Shared>();
         // SAFETY: all zeroes is a valid `Shared`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
-        Containment::of(shared, Some(words))
+        Containment::of(shared, Some(memory))
     }
 
     /// The same in memory that others read when this process is gone: [`BLACK_BOX_LEN`] bytes at `memory`, on a cache line, zero, for as long as the
@@ -114,8 +127,8 @@ impl Containment {
         Containment::of(shared, None)
     }
 
-    fn of(shared: *mut Shared, words: Option<usize>) -> Containment {
-        Containment { shared, words, thread: AtomicPtr::new(ptr::null_mut()), unheard: AtomicU32::new(0), retires: AtomicU32::new(0) }
+    fn of(shared: *mut Shared, memory: Option<Unforked>) -> Containment {
+        Containment { shared, _memory: memory, thread: AtomicPtr::new(ptr::null_mut()), unheard: AtomicU32::new(0), retires: AtomicU32::new(0) }
     }
 
     fn shared(&self) -> &Shared {
@@ -123,7 +136,7 @@ impl Containment {
         unsafe { &*self.shared }
     }
 
-    /// Runs `body(argument)`. `None` if it returned in time, else how it ended.
+    /// Runs `body(argument)`. `None` if it returned in time and no block has called fork(), else how it ended.
     ///
     /// # Safety
     /// `body` keeps nothing on its stack that must be dropped while [`Containment::enter`] has a step set: a signal jumps over it.
@@ -136,7 +149,7 @@ impl Containment {
         let at = (ended_by != 0).then(|| self.shared().step.load(Ordering::Relaxed));
         let is_lost = self.shared().lost.load(Ordering::Relaxed) != 0;
         match (at, late) {
-            (None, None) => None,
+            (None, None) => self.shared().forked.load(Ordering::Relaxed).checked_sub(1).map(|step| Over { signal: FORKED, step, at, is_lost }),
             (None, Some(late)) => Some(Over { signal: budget_signal(), step: late, at, is_lost }),
             // The block that is ended for the time is the one that ran when it was spent.
             (Some(step), late) => Some(Over { signal: ended_by, step: late.filter(|_| ended_by == budget_signal()).unwrap_or(step), at, is_lost }),
@@ -207,15 +220,6 @@ impl Containment {
     }
 }
 
-impl Drop for Containment {
-    fn drop(&mut self) {
-        if let Some(words) = self.words {
-            // SAFETY: leaked in `new` with the same length.
-            drop(unsafe { Box::from_raw(ptr::slice_from_raw_parts_mut(self.shared.cast::<u128>(), words)) });
-        }
-    }
-}
-
 /// Takes the code of the module that this entry is of for the blocks' own, which may be left at any instruction. Not for the real-time path.
 pub fn trust(run: Run) {
     trust_code(run as *const c_void);
@@ -243,9 +247,10 @@ static BUDGET_SIGNAL: AtomicI32 = AtomicI32::new(0);
 /// Puts the handlers in front of those that are there: for each host that is made, because a crash reporter may have been
 /// switched on since the last.
 pub fn install() -> i32 {
+    forks::claim_process();
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers of others are called for what is not ours.
-    let signal = unsafe { opengpac_containment_install() };
+    let signal = unsafe { opengpac_containment_install(forks::word().as_ptr()) };
     assert!(signal > 0, "the fault handlers cannot be installed: no real-time signal is free");
     BUDGET_SIGNAL.store(signal, Ordering::Relaxed);
     signal

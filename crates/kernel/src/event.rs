@@ -27,6 +27,8 @@ pub enum Fault {
     Threw,
     /// The body changed the floating-point control words; where the source has stopped, one of its blocks has.
     Floats,
+    /// The body called fork(): the child has ended, and the source has stopped before anything of the firing was published.
+    Forked,
 }
 
 /// One event. Sent through a queue of fixed size that the kernel never waits for; what did not fit is counted and announced.

@@ -219,7 +219,10 @@ impl Kernel {
 
     fn devices(&mut self, now_ns: i64, serve: impl Fn(&Device, Option<&dyn Tape>) -> Result<(), DeviceError>) {
         for index in 0..self.table.devices.len() {
-            if let Err(error) = serve(&self.table.devices[index], self.source.tape.as_deref()) {
+            let served = serve(&self.table.devices[index], self.source.tape.as_deref());
+            // A driver that forks without fork(): its copy touches no other device.
+            forks::end_if_child();
+            if let Err(error) = served {
                 self.device_lost(index, error, now_ns);
             }
         }

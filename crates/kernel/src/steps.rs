@@ -40,8 +40,15 @@ pub(crate) const SIGNAL: u64 = outcome::SIGNAL;
 pub(crate) const FLOATS: u64 = SIGNAL | NO_SIGNAL << outcome::SHIFT;
 const NO_SIGNAL: u64 = 0xffff;
 
+/// That result where a block has called fork().
+const FORKED: u64 = SIGNAL | CALLED_FORK << outcome::SHIFT;
+const CALLED_FORK: u64 = 0xfffe;
+
 /// That result for a loop that has ended so.
 pub fn ended_by(over: &Over) -> u64 {
+    if over.has_forked() {
+        return FORKED;
+    }
     let signal = if over.signal == budget_signal() { 0 } else { over.signal as u64 };
     SIGNAL | (signal | if over.is_lost { outcome::LOST } else { 0 }) << outcome::SHIFT
 }
@@ -56,6 +63,7 @@ pub(crate) fn fault(result: u64) -> Option<Fault> {
         outcome::THREW => Some(Fault::Threw),
         outcome::FLOATS => Some(Fault::Floats),
         SIGNAL if detail == NO_SIGNAL => Some(Fault::Floats),
+        SIGNAL if detail == CALLED_FORK => Some(Fault::Forked),
         SIGNAL if detail & outcome::LOST != 0 => Some(Fault::Lost((detail & !outcome::LOST) as i32)),
         SIGNAL if detail == 0 => Some(Fault::Budget),
         SIGNAL => Some(Fault::Signal(detail as i32)),
@@ -79,6 +87,7 @@ pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns
     let mut frame = Frame { kernel, now_ns, probes, preempt };
     // SAFETY: the containment lives as long as the kernel's source; the body keeps nothing that must be dropped.
     let ended = unsafe { (*containment).run(body::<P>, (&raw mut frame).cast::<c_void>(), started_ns) };
+    forks::end_if_child();
     let changed = changed(&kernel.table);
     ended.map(|over| Ended { step: over.step, at: over.at, result: ended_by(&over), is_lost: over.is_lost }).or(changed)
 }

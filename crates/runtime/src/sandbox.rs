@@ -68,7 +68,7 @@ impl Sandbox {
             unsafe { self.containment.run(body, (&raw mut frame).cast(), monotonic_ns()) }
         });
         let returned = if changed { outcome::FLOATS } else { frame.result };
-        ended.map_or(returned, |over| steps::ended_by(&over))
+        ended.map_or(returned, |over| if over.has_forked() { outcome::FORKED } else { steps::ended_by(&over) })
     }
 }
 

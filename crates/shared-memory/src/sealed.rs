@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicU64;
 /// Bytes of a cache line: what different ends write lies on different lines.
 pub(crate) const LINE: usize = 64;
 
-/// Shared memory, mapped. What lies there may be written by the other processes at any time: every word of it is to be checked before it is
+/// Shared memory, mapped here and in no process that is forked from this one. What lies there may be written by the other processes at any time: every word of it is to be checked before it is
 /// believed.
 #[derive(Debug)]
 pub struct Sealed {
@@ -82,6 +82,8 @@ impl Sealed {
         if start == libc::MAP_FAILED {
             return Err(io::Error::last_os_error());
         }
+        // SAFETY: the mapping was made just now.
+        unsafe { forks::keep_from_children(start.cast(), len) };
         Ok(Sealed { descriptor, start: NonNull::new(start.cast()).expect("the system maps nothing at address 0"), len })
     }
 

@@ -24,6 +24,7 @@ const PRIORITY: i32 = 97;
 /// # Errors
 /// For people: it was not started by a driver.
 pub fn run() -> Result<(), String> {
+    forks::claim_process();
     let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
     let link = UnixLink::from_descriptor(descriptor).map_err(|error| format!("the link of the plant cannot be used: {error}"))?;
     let Ok(Some((frame, _))) = link.receive_with(ANSWER) else { return Err("nothing says which plant to make".to_owned()) };
@@ -167,6 +168,8 @@ impl Plant {
     }
 
     fn step(&mut self) {
+        // A driver may start processes of its own; one that comes back here is no plant.
+        forks::end_if_child();
         self.take_commands();
         if self.failed.is_none() {
             self.time_ns = self.time_ns.saturating_add(self.described.step_ns);

@@ -145,7 +145,7 @@ impl Core {
                 self.course(id).concluded_by_kernel(told.source, cause, &told.captured);
             } else if runs && self.instances.get_mut(&id).is_some_and(|i| i.rests_at(block, told.item)) {
                 self.course(id).rest_at_last();
-            } else if matches!(told.fault, Some(Fault::Signal(_) | Fault::Budget | Fault::Lost(_))) {
+            } else if matches!(told.fault, Some(Fault::Signal(_) | Fault::Budget | Fault::Lost(_) | Fault::Forked)) {
                 // What became of it was decided when the source stopped.
             } else if let Some(instance) = self.instances.get_mut(&id).filter(|i| runs && told.condition < i.plan.conditions.len()) {
                 instance.other(name, label, told.time_ns);

@@ -7,7 +7,7 @@ use crate::registry::records::Registry;
 use kernel::{BlockId, Fault, SourceId};
 use model::types::Type;
 use model::value::Value;
-use opengpac::{FLOATS_CHANGED, lost_text, signal_text};
+use opengpac::{CALLED_FORK, FLOATS_CHANGED, lost_text, signal_text};
 
 impl Instance {
     /// The value that a condition reported, if it has one.
@@ -57,6 +57,7 @@ pub(crate) fn fault_text(instance: &Instance, block: Option<usize>, fault: &Faul
             format!("output '{item}' of {what} was not finite")
         }
         Fault::Floats => format!("{what} {FLOATS_CHANGED}"),
+        Fault::Forked => format!("{what} {CALLED_FORK}"),
         Fault::Signal(signal) => format!("{what}: {}", signal_text(*signal)),
         Fault::Lost(signal) => format!("{what} {}", lost_text(*signal)),
         Fault::Budget => format!("{what} used up its time budget"),
