@@ -110,6 +110,12 @@ def is_word_of_c(name: str) -> bool:
 def whole_network(content: bytes, path: str) -> bytes | None:
     """The file of a network with the weights inside that lie in files beside `path`; None where it has them already. Refused: ModuleError."""
 
+def check_range(what: str, declared: str, number: float) -> None:
+    """Refuses a number outside the range behind a unit, `"kg [0, 1000]"`. `what` it is, for the refusal."""
+
+def check_angle(what: str, angle: float) -> None:
+    """Refuses an angle of an orientation, in rad, of more than one turn: degrees were probably meant."""
+
 def number_in(text: str, unit: str) -> float:
     """The number that a quantity, `"90 deg"`, is in a unit, `"rad"`. Refused: ValueRefused, UnitMismatch."""
 

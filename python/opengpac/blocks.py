@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from . import trial
+from . import _native, trial
 from .declared import Declared
-from .errors import CallError, DefinitionError, UnknownName, did_you_mean, refuse
+from .errors import CallError, DefinitionError, UnknownName, ValueRefused, did_you_mean, refusals, refuse
 from .given import all_taking
 from .places import Place, here
 from .tables import CallSignature, Shown, Table
@@ -32,8 +32,11 @@ class FunctionBlock(Declared):
 
 
 class Item:
-    """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `doc`, `has_default`; `sized` where its length is the block's
-    size, `least` to `most` of a size; `initial`, the bytes of its default or preset; `history`, how many last values it reads, or 0."""
+    """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `range` (`"(0, 10]"`, or nothing), `doc`, `has_default`.
+
+    `sized` where its length is the block's size, `least` to `most` of a size; `initial`, the bytes of its default or preset; `history`,
+    how many last values it reads, or 0.
+    """
 
     def __init__(self, item: Mapping[str, Any]) -> None:
         self.name: str = item["name"]
@@ -42,6 +45,7 @@ class Item:
         self.mode: str = mode if isinstance(mode, str) else f"ratio {mode['ratio']}"
         self.type: str = item["type_text"]
         self.unit: str = item["unit"]
+        self.range: str = item.get("range", "")
         self.doc: str = item["doc"]
         self.has_default: bool = item.get("has_default", False)
         self.sized: bool = item.get("sized", False)
@@ -49,6 +53,15 @@ class Item:
         self.most: int = item.get("most", 0)
         self.initial = bytes(item.get("default", []))
         self.history: int = item.get("history", 0)
+
+    def check(self, value: Any, what: str) -> None:
+        """Refuses a number, or text with a unit, outside the range: `OutOfRange`. `what` it is, for the message."""
+        given = plain(value, what)
+        with refusals:
+            number = _native.number_in(given, self.unit) if isinstance(given, str) else given
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                refuse(ValueRefused, f"{what} is {value!r}", "give a number")
+            _native.check_range(what, f"{self.unit} {self.range}", number)
 
     def __repr__(self) -> str:
         unit = f", {self.unit}" if self.unit else ""
@@ -206,9 +219,15 @@ class BlockUse(Declared):
 
 
 class Reference(str):
-    """The name of a port, condition or parameter: text, `planner.goal`, wherever a name is taken."""
+    """The name of a port, condition or parameter: text, `planner.goal`, wherever a name is taken.
+
+    `sum.u[0]` is an element of an array port.
+    """
 
     __slots__ = ()
+
+    def __getitem__(self, index: Any) -> str:
+        return Reference(f"{self!s}[{index}]") if isinstance(index, int) and index >= 0 else super().__getitem__(index)
 
 
 class Occurrence:
@@ -286,7 +305,15 @@ def names_of(names: Any) -> list[str]:
         return [str(names)]
     if not isinstance(names, Iterable) or isinstance(names, bytes):
         refuse(DefinitionError, f"{names!r} is given where names belong", "give a name, 'label.port', or a list of names")
-    return [str(name) for name in names]
+    given = list(names)
+    wrong = next((name for name in given if not isinstance(name, str | Occurrence)), None)
+    if wrong is not None:
+        refuse(
+            DefinitionError,
+            f"{wrong!r} stands in a list of names, and is no name",
+            "give names, 'label.port'; an element of an array port is 'label.port[0]'",
+        )
+    return [str(name) for name in given]
 
 
 def mapping_of(mapping: Mapping[Any, Any] | None) -> dict[str, list[str]]:

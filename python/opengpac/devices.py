@@ -8,14 +8,14 @@ import json
 from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, get_args, get_origin
 
 from .arguments import Argument, argument_json, systems_in
 from .checks import check_device_type
 from .declared import Declared
 from .enabling import enable
 from .errors import CallError, DefinitionError, Error, UnknownName, did_you_mean, gone, refusals, refuse
-from .given import all_taking, pair_of, taking, whole
+from .given import all_taking, range_of, taking, whole
 from .modules import PYTHON_TYPES, type_json
 from .places import Place, here
 from .quantities import Quantity, duration_ns, optional_ns
@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from .verbs import Verb
 
 
+Within: TypeAlias = tuple[float | str, float | str] | str
+"""A range: two ends, or a text, `"(0, inf)"`, where a round bracket excludes its end."""
+
+
 class SvvMember:
     """An SVV of a device type; made by `gpac.svv`. On a device it is that device's SVV."""
 
@@ -40,7 +44,7 @@ class SvvMember:
         initial: Any,
         history: int,
         keep: bool = False,
-        within: tuple[float, float] | None = None,
+        within: str | list[float | str] | None = None,
         shared: str | None = None,
     ) -> None:
         self.type, self.unit, self.initial, self.history, self.keep = type, unit, initial, history, keep
@@ -69,7 +73,7 @@ class SvvMember:
             initial = {"value": plain(self.initial, f"the initial value of '{self.name}'")}
         return {
             "type_text": text, "unit": self.unit, "initial": initial, "history": self.history,
-            "within": None if self.within is None else list(self.within), "shared": self.shared,
+            "within": self.within, "shared": self.shared,
         }  # fmt: skip
 
 
@@ -94,25 +98,28 @@ def svv(
     initial: Any = None,
     history: int = 0,
     keep: bool = False,
-    within: tuple[float, float] | None = None,
+    within: Within | None = None,
     shared: str | None = None,
 ) -> Any:
     """An SVV of a device type. `type` and `unit` are those of `cell.svv`; `history` is how many last values are kept.
 
     `initial="sensed"` copies that member once when the device is enabled; else it is a value.
 
-    `keep`: its value survives a warm restart (an offset that homing has found). `within` is the range of what Python may store.
+    `keep`: its value survives a warm restart (an offset that homing has found). `within` is the range of what Python may store:
+    `"[0, inf)"`, or two ends, each a number or a parameter of the device: `("position_min", "position_max")`.
     `shared="name"`: the devices have none of their own but share the system's SVV of that name, which is made with the first of them.
     """
     kept = whole(history, "the history of an SVV", 0, 2**32 - 1)
-    return SvvMember(type, unit, initial, kept, keep, pair_of(within, "the range of an SVV"), shared)
+    return SvvMember(type, unit, initial, kept, keep, range_of(within, "the range of an SVV"), shared)
 
 
 class ParameterMember:
     """A parameter of a device type; made by `gpac.parameter`. On a device it is its value, and setting it changes it."""
 
-    def __init__(self, default: Any, unit: str, tunable: bool, keep: bool | None = None) -> None:
-        self.default, self.unit, self.tunable = default, unit, tunable
+    def __init__(
+        self, default: Any, unit: str, tunable: bool, keep: bool | None = None, within: str | list[float | str] | None = None
+    ) -> None:
+        self.default, self.unit, self.tunable, self.within = default, unit, tunable, within
         self.keep = tunable if keep is None else keep
         self.name = ""
 
@@ -131,18 +138,23 @@ class ParameterMember:
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
-        return {"default": plain(self.default, f"the default of parameter '{self.name}'"), "unit": self.unit, "tunable": self.tunable}
+        default = plain(self.default, f"the default of parameter '{self.name}'")
+        ranged = {} if self.within is None else {"within": self.within}
+        return {"default": default, "unit": self.unit, "tunable": self.tunable, **ranged}
 
 
 @taking
-def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool | None = None) -> Any:
+def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool | None = None, within: Within | None = None) -> Any:
     """A parameter of a device type, with its `default` and `unit`.
+
+    `within` is its range: `"(0, inf)"` for numbers above 0, or two ends, each a number or another parameter of the device, before which
+    a minus may stand. A value outside raises `OutOfRange`, when the device is made and when the parameter is set.
 
     A `tunable` one may be set while the device's verb runs; others take effect at its next start.
 
     `keep`: its value survives a warm restart; left out, that of a tunable one does.
     """
-    return ParameterMember(default, unit, tunable, keep)
+    return ParameterMember(default, unit, tunable, keep, range_of(within, "the range of a parameter"))
 
 
 @dataclass(frozen=True)

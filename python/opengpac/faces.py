@@ -12,7 +12,7 @@ from .blocks import Block, Item
 if TYPE_CHECKING:
     from .graphs import Graph
 
-_SHOWN = ("kind", "mode", "type", "unit", "doc", "has_default", "sized", "least", "most", "initial", "history")
+_SHOWN = ("kind", "mode", "type", "unit", "range", "doc", "has_default", "sized", "least", "most", "initial", "history")
 
 
 class GraphPort(list[str]):
@@ -50,10 +50,20 @@ def _renamed(item: Item, name: str, mode: Any = None) -> Item:
     return new
 
 
+def _element(whole: Item, name: str) -> Item:
+    """An element of an array port."""
+    element = _renamed(whole, name)
+    element.type, element.sized, element.has_default, element.initial = whole.type.partition("[")[0], False, False, b""
+    return element
+
+
 def item_of(graph: Graph, port: str) -> Item:
     """The item that a name within a graph stands for, `filter.u`, with the mode that the graph gives it."""
     label, _, name = port.partition(".")
     inner = graph.blocks[label].block
+    of, bracket, _ = name.partition("[")
+    if bracket and name.endswith("]"):
+        return _element(item_of(graph, f"{label}.{of}"), name)
     if isinstance(inner, Block):
         item = inner.items[name]
     else:

@@ -18,7 +18,7 @@ def _number(given: Any, unit: str, what: str) -> float:
         with refusals:
             return _native.number_in(given, unit)
     if isinstance(given, bool) or not isinstance(given, int | float | np.number) or not math.isfinite(given):
-        refuse(ValueRefused, f"{what} is {given!r}", f"give a finite number in {unit}, or text with a unit")
+        refuse(ValueRefused, f"{what} is {given!r}", f"give a finite number{f' in {unit}, or text with a unit' if unit else ''}")
     return float(given)
 
 
@@ -31,6 +31,17 @@ def _numbers(given: Any, unit: str, what: str, count: int) -> tuple[float, ...]:
     return found
 
 
+def _angles(given: Any) -> tuple[float, ...]:
+    """Roll, pitch and yaw; plain numbers are rad, and more than a turn of them is refused: degrees were probably meant."""
+    given = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else given
+    found = _numbers(given, "rad", "rpy", 3)
+    for what, angle, written in zip(("roll", "pitch", "yaw"), found, given, strict=True):
+        if not isinstance(written, str):
+            with refusals:
+                _native.check_angle(f"the {what} of a pose", angle)
+    return found
+
+
 class Pose:
     """A position (m) and an orientation: of a tool, a workpiece, or a frame in another.
 
@@ -38,7 +49,8 @@ class Pose:
     unit); `Pose((0.4, 0, 0.3), quaternion=(1, 0, 0, 0))` takes a unit quaternion, w first; neither is no turn. `a @ b` is what is `b`
     in frame `a`, seen from where `a` is seen from; `a @ point` a point of it; `a.inverse()` the way back. It cannot be changed, and
     is a value of seven numbers: x, y, z, then the quaternion w, x, y, z. Raises `ValueRefused` for a position that has not three
-    numbers, a quaternion whose length is not 1, and both at once, `UnitMismatch` for a unit of another dimension.
+    numbers, a quaternion whose length is not 1, and both at once, `UnitMismatch` for a unit of another dimension, `OutOfRange` for plain
+    numbers of `rpy` beyond one turn: degrees are text, `"90 deg"`.
 
     >>> Pose((0.4, "20 mm", 0.3), rpy=(0, 0, "90 deg")) @ Pose((0.1, 0, 0))
     Pose(0.4, 0.12, 0.3 m; rpy 0, 0, 90 deg)
@@ -57,8 +69,11 @@ class Pose:
         if rpy is not None and quaternion is not None:
             refuse(ValueRefused, "a pose is given both rpy and a quaternion", "give one of them")
         place = _numbers(position, "m", "the position", 3)
+        for coordinate in place:
+            with refusals:
+                _native.check_range("a coordinate of a pose", "m", coordinate)
         if quaternion is None:
-            self._numbers = tuple(_native.pose_of_rpy(place, _numbers(rpy if rpy is not None else (0, 0, 0), "rad", "rpy", 3)))
+            self._numbers = tuple(_native.pose_of_rpy(place, (0.0, 0.0, 0.0) if rpy is None else _angles(rpy)))
             return
         turn = _numbers(quaternion, "", "the quaternion", 4)
         unit = _native.pose_of((*place, *turn))

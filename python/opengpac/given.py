@@ -22,6 +22,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 C = TypeVar("C")
 
+
 def _is_whole(value: Any) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
@@ -85,13 +86,14 @@ def whole(value: Any, what: str, least: int, most: int) -> int:
     return int(value)
 
 
-def pair_of(given: Any, what: str) -> tuple[float, float] | None:
-    """The ends of a range, or None for none."""
-    if given is None:
-        return None
-    if not (_is_list(given) and len(given) == 2 and all(_is_number(end) and math.isfinite(end) for end in given)):
-        refuse(CallError, f"{what} is {_short(given)}", "give its two ends, finite numbers: within=(0, 1)")
-    return float(given[0]), float(given[1])
+def range_of(given: Any, what: str) -> str | list[float | str] | None:
+    """A range as the model takes it: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. None for none."""
+    if given is None or isinstance(given, str):
+        return given
+    is_end = _is_list(given) and len(given) == 2 and all(isinstance(e, str) or (_is_number(e) and math.isfinite(e)) for e in given)
+    if not is_end:
+        refuse(CallError, f"{what} is {_short(given)}", 'give its two ends, finite numbers: within=(0, 1), or a text: within="[0, inf)"')
+    return [end if isinstance(end, str) else float(end) for end in given]
 
 
 def _short(value: Any) -> str:

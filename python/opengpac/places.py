@@ -35,6 +35,8 @@ def packaged(place: Place) -> bool:
 
 def _inside(frame: FrameType) -> bool:
     code = frame.f_code
+    if code.co_filename == "<string>" and str(frame.f_globals.get("__name__")).startswith("opengpac."):
+        return True  # The constructor that `dataclass` makes.
     is_packaged, is_of_python = _whose(code.co_filename)
     # What a module of this package defines is a program of its own: an error in a definition is found there.
     return code.co_name != "<module>" if is_packaged else is_of_python

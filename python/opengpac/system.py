@@ -20,7 +20,7 @@ from .commanded import Commanded
 from .declared import Declared
 from .devices import LogicalDevice
 from .errors import CallError, InUse, InvalidState, refusals, refuse
-from .given import all_taking, pair_of, whole
+from .given import all_taking, range_of, whole
 from .modules import Module, type_json
 from .physical import PhysicalDevice
 from .places import here
@@ -261,20 +261,21 @@ class System(Commanded, Timed, Declared):
         unit: str = "",
         initial: Any = None,
         history: int = 0,
-        within: tuple[float, float] | None = None,
+        within: tuple[float, float] | str | None = None,
     ) -> SVV[Any]:
         """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`; left
         out it is `double`.
 
         `unit` is text, `"rad"`; `initial` its first value, 0 where it is left out; `history` how many last values are kept, at most what
-        fits in 1 GiB. `within` is the range of what Python may store in it. Of a remote system a name alone gives the SVV that is there.
+        fits in 1 GiB. `within` is the range of what Python may store in it, `(0, 1)` or `"[0, inf)"`. Of a remote system a name
+        alone gives the SVV that is there.
         """
         if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
             return self._svv(name)
         text, types = type_json("double" if type is None else type, f"SVV '{name}'")
         value = None if initial is None else {"value": plain(initial, f"the initial value of SVV '{name}'")}
         kept = whole(history, f"the history of SVV '{name}'", 0, 2**32 - 1)
-        ends = pair_of(within, f"the range of SVV '{name}'")
+        ends = range_of(within, f"the range of SVV '{name}'")
         specification = {"type_text": text, "unit": unit, "initial": value, "history": kept, "within": ends, "types": types}
         with refusals:
             self._alive().svv(specification, name, here().json())

@@ -7,6 +7,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -64,6 +66,8 @@ def plain(value: Any, what: str = "the value") -> Any:
     """
     if isinstance(value, bool | int | str):
         return value
+    if isinstance(value, np.floating | Decimal | Fraction):
+        value = float(value)
     if isinstance(value, float):
         if not math.isfinite(value):
             refuse(ValueRefused, f"{what} {value} is not a finite number")

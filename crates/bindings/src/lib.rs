@@ -88,6 +88,18 @@ fn number_in(text: &str, unit: &str) -> PyResult<f64> {
 }
 
 #[pyfunction]
+fn check_range(what: &str, declared: &str, number: f64) -> PyResult<()> {
+    let (unit, range) = model::range::Range::split(declared);
+    let range = range.unwrap_or_else(|| model::range::plausible(unit));
+    range.check(what, unit, &model::value::Value::Number(number)).map_err(|refusal| refused(vec![refusal]))
+}
+
+#[pyfunction]
+fn check_angle(what: &str, angle: f64) -> PyResult<()> {
+    model::range::check_angle(what, angle).map_err(|refusal| refused(vec![refusal]))
+}
+
+#[pyfunction]
 fn duration_ns(text: &str, what: &str) -> PyResult<i64> {
     model::quantity::duration_ns(text, what).map_err(|refusal| refused(vec![refusal]))
 }
@@ -161,6 +173,8 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(is_word_of_c, m)?)?;
     m.add_function(wrap_pyfunction!(whole_network, m)?)?;
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
+    m.add_function(wrap_pyfunction!(check_range, m)?)?;
+    m.add_function(wrap_pyfunction!(check_angle, m)?)?;
     m.add_function(wrap_pyfunction!(duration_ns, m)?)?;
     m.add_function(wrap_pyfunction!(long_form, m)?)?;
     m.add_function(wrap_pyfunction!(check_name, m)?)?;

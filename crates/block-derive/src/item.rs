@@ -95,10 +95,11 @@ impl Item {
             self.most = quote!(#most);
             return Ok(());
         }
-        let mut way = false;
+        let (mut way, mut unit, mut range) = (false, quote!(""), None);
         for (name, value) in given {
             match (word, name.to_string().as_str(), value) {
-                (_, "unit", Some(unit)) => self.unit = unit,
+                (_, "unit", Some(text)) => unit = text,
+                ("input" | "param" | "condition", "range", Some(text)) => range = Some(text),
                 (_, "sized", None) => self.sized = true,
                 ("input" | "output", "asynchronous", None) => self.asynchronous = true,
                 ("input", "history", None) => (self.history, self.asynchronous) = (true, true),
@@ -114,6 +115,11 @@ impl Item {
                 (_, other, _) => return Err(syn::Error::new(name.span(), format!("`{other}` cannot be said of #[{word}] like this: {}", forms(word)))),
             }
         }
+        // A descriptor has one text for both: "rad/s (0, 10]".
+        self.unit = match range {
+            Some(range) => quote!(concat!(#unit, " ", #range)),
+            None => unit,
+        };
         if word == "param" && self.value.is_none() {
             return Err(syn::Error::new(attribute.span(), "a parameter has a default: #[param(default = 0.1)]"));
         }
@@ -150,11 +156,11 @@ fn kind(word: &str, ty: &Type) -> Kind {
 
 fn forms(word: &str) -> &'static str {
     match word {
-        "input" => "#[input(asynchronous, ratio = n, history, default = value, sized, unit = \"rad\")]",
+        "input" => "#[input(asynchronous, ratio = n, history, default = value, sized, unit = \"rad\", range = \"[0, 1]\")]",
         "output" => "#[output(asynchronous, ratio = n, nonfinite, sized, unit = \"rad\")]",
-        "param" => "#[param(default = value, sized, unit = \"rad\")]",
+        "param" => "#[param(default = value, sized, unit = \"rad\", range = \"[0, 1]\")]",
         "state" => "#[state(initial = value, keep, opaque, sized, unit = \"rad\")]",
         "device" => "#[device(read)] or #[device(write)], unit = \"rad\"",
-        _ => "#[condition(preset = value, unit = \"rad\")]",
+        _ => "#[condition(preset = value, unit = \"rad\", range = \"[0, 1]\")]",
     }
 }

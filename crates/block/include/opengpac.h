@@ -424,6 +424,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
         OG_CAT(OG_LENGTH_, OG_ONE_OR_LIST(OG_UNWRAP value))(value) == sizeof(__typeof__(T)) / OG_BASE_SIZE(T), \
         "'" text "': the list in parentheses has not as many values as the type has elements");
 #define OG_CHECK_SIZE(C, i, K, most, flags, least, T, name, value, doc, unit, text) \
+    OG_ASSERT(__builtin_strcmp(#name, "self") && __builtin_strcmp(#name, "invocation"), "'" text "': the body has 'self' and 'invocation' already: choose another name"); \
     OG_CHECK_NAME(C, i, K, most, flags, least, T, name, value, doc, unit, text) \
     OG_ASSERT((least) >= 1 && (least) <= (most) && (most) <= 65536, "'" text "': the minimum size must be 1 or more, the maximum at least that and at most 65536"); \
     OG_ASSERT(opengpac_sizes_##C == 1, "'" text "': a block has one size");
@@ -434,8 +435,12 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #ifdef __cplusplus
 #define OG_SIZES_OF(C, i, K, most, flags, least, T, name, ...) enum { name = most };
 #else
+// The array has no length before the first block that has a size of this name, and two elements after it.
 #define OG_SIZES_OF(C, i, K, most, flags, least, T, name, ...) \
-    typedef struct in_C_a_size_name_serves_one_block_of_a_file__rename_it_in_##C *opengpac_size_##name; \
+    extern char opengpac_size_##name[]; \
+    OG_ASSERT(__builtin_types_compatible_p(__typeof__(opengpac_size_##name), char[1]), \
+        "the size '" #name "' of block '" #C "' has the name of another block's size: in C each block of a file has a size name of its own, for example " #name "_" #C); \
+    extern char opengpac_size_##name[2]; \
     enum { name = most };
 #endif
 #define OG_MOST(C, i, t) OG_ONLY_SIZE(C, i, t, OG_MOST_OF)
@@ -447,7 +452,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_ACTUAL(C, i, t) OG_ONLY_SIZE(C, i, t, OG_ACTUAL_OF)
 #define OG_ACTUAL_OF(...) , opengpac_n
 #define OG_FIND_SIZE(C, i, t) OG_ONLY_SIZE(C, i, t, OG_FIND_SIZE_OF)
-#define OG_FIND_SIZE_OF(C, i, K, most, flags, least, T, name, ...) opengpac_n = m->self.name < (most) ? m->self.name : (most);
+#define OG_FIND_SIZE_OF(C, i, K, most, flags, least, T, name, ...) opengpac_n = opengpac_m->self.name < (most) ? opengpac_m->self.name : (most);
 
 // A name for each type, so that it is written down once.
 #define OG_TYPES(C, i, t) OG_EACH(C, i, t, OG_TYPES_OF, OG_TYPES_OF, OG_TYPES_OF, OG_TYPES_OF, OG_TYPES_OF, OG_NOTHING, OG_TYPES_OF, OG_NOTHING)
@@ -485,28 +490,28 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_BYTES(C, T, name) (OG_IS_SIZED(#T) ? opengpac_n * (sizeof(opengpac_type_##C##_##name) / OG_DIVISOR(opengpac_most_##C)) : sizeof(opengpac_type_##C##_##name))
 #define OG_DIVISOR(n) ((n) + !(n))
 #define OG_LOAD(C, i, t) OG_EACH(C, i, t, OG_LOAD_BOUND, OG_LOAD_OWN, OG_LOAD_OWN, OG_LOAD_OWN, OG_LOAD_COND, OG_NOTHING, OG_LOAD_OWN, OG_NOTHING)
-#define OG_LOAD_BOUND(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&local.name, given_in && given_in[i] ? given_in[i] : m->at_##name, OG_BYTES(C, T, name));
-#define OG_LOAD_OWN(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&local.name, &m->self.name, OG_BYTES(C, T, name));
+#define OG_LOAD_BOUND(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&opengpac_local.name, opengpac_given_in && opengpac_given_in[i] ? opengpac_given_in[i] : opengpac_m->at_##name, OG_BYTES(C, T, name));
+#define OG_LOAD_OWN(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&opengpac_local.name, &opengpac_m->self.name, OG_BYTES(C, T, name));
 #define OG_LOAD_COND(C, i, K, mode, flags, ratio, T, name, ...) \
     OG_LOAD_OWN(C, i, K, mode, flags, ratio, T, name, ~) \
-    __builtin_memcpy(&local.opengpac_report_##name, &m->self.opengpac_report_##name, OG_BYTES(C, T, name));
+    __builtin_memcpy(&opengpac_local.opengpac_report_##name, &opengpac_m->self.opengpac_report_##name, OG_BYTES(C, T, name));
 #define OG_TOP(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_TOP_OF, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
 #define OG_TOP_OF(C, i, K, mode, flags, ratio, T, name, ...) \
-    if (!((flags) & OG_MAY_BE_NONFINITE)) top |= opengpac_nonfinite(&local.name, OG_BYTES(C, T, name), OG_CLASS(T), #T);
+    if (!((flags) & OG_MAY_BE_NONFINITE)) opengpac_top |= opengpac_nonfinite(&opengpac_local.name, OG_BYTES(C, T, name), OG_CLASS(T), #T);
 #define OG_WHICH(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_WHICH_OF, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
 #define OG_WHICH_OF(C, i, K, mode, flags, ratio, T, name, ...) \
-    if (!((flags) & OG_MAY_BE_NONFINITE) && opengpac_nonfinite(&local.name, OG_BYTES(C, T, name), OG_CLASS(T), #T) >> 63) return OG_NONFINITE | (uint64_t)(i) << 8;
+    if (!((flags) & OG_MAY_BE_NONFINITE) && opengpac_nonfinite(&opengpac_local.name, OG_BYTES(C, T, name), OG_CLASS(T), #T) >> 63) return OG_NONFINITE | (uint64_t)(i) << 8;
 #define OG_PASS(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_PASS_OUT, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
-#define OG_PASS_OUT(C, i, K, mode, flags, ratio, T, name, ...) if (given_out && given_out[i]) __builtin_memcpy(given_out[i], &local.name, OG_BYTES(C, T, name));
+#define OG_PASS_OUT(C, i, K, mode, flags, ratio, T, name, ...) if (opengpac_given_out && opengpac_given_out[i]) __builtin_memcpy(opengpac_given_out[i], &opengpac_local.name, OG_BYTES(C, T, name));
 #define OG_STORE(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_STORE_BOUND, OG_NOTHING, OG_STORE_OWN, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
 #define OG_STORE_BOUND(C, i, K, mode, flags, ratio, T, name, ...) \
-    if ((mode) != OG_RATIO || (invocation.number - m->header.activated + 1) % OG_DIVISOR(ratio) == 0) \
-        __builtin_memcpy(m->at_##name, &local.name, OG_BYTES(C, T, name)); \
+    if ((mode) != OG_RATIO || (opengpac_now.number - opengpac_m->header.activated + 1) % OG_DIVISOR(ratio) == 0) \
+        __builtin_memcpy(opengpac_m->at_##name, &opengpac_local.name, OG_BYTES(C, T, name)); \
     OG_STORE_OWN(C, i, K, mode, flags, ratio, T, name, ~)
-#define OG_STORE_OWN(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&m->self.name, &local.name, OG_BYTES(C, T, name));
+#define OG_STORE_OWN(C, i, K, mode, flags, ratio, T, name, ...) __builtin_memcpy(&opengpac_m->self.name, &opengpac_local.name, OG_BYTES(C, T, name));
 #define OG_REPORTS(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_REPORTS_OF, OG_NOTHING, OG_NOTHING, OG_NOTHING)
 #define OG_REPORTS_OF(C, i, K, mode, flags, ratio, T, name, ...) \
-    __builtin_memcpy(&m->self.opengpac_report_##name, &local.opengpac_report_##name, OG_BYTES(C, T, name));
+    __builtin_memcpy(&opengpac_m->self.opengpac_report_##name, &opengpac_local.opengpac_report_##name, OG_BYTES(C, T, name));
 
 // The table of items.
 #define OG_ITEMS(C, i, t) OG_EACH(C, i, t, OG_ITEMS_BOUND, OG_ITEMS_BOUND, OG_ITEMS_OWN, OG_ITEMS_OWN, OG_ITEMS_COND, OG_ITEMS_BARE, OG_ITEMS_SIZE, OG_NOTHING)
@@ -559,8 +564,8 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
 }
 #define OG_TRY(...) \
     try { __VA_ARGS__ } \
-    catch (const std::exception &thrown) { outcome.word = opengpac_threw(thrown.what()); } \
-    catch (...) { outcome.word = opengpac_threw("it is no std::exception"); }
+    catch (const std::exception &thrown) { opengpac_result.word = opengpac_threw(thrown.what()); } \
+    catch (...) { opengpac_result.word = opengpac_threw("it is no std::exception"); }
 #else
 #define OG_TRY(...) __VA_ARGS__
 #endif
@@ -608,31 +613,31 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
     OG_INLINE opengpac_outcome opengpac_body_##NAME(struct OG_SCOPE(NAME) opengpac_self_##NAME *, const Invocation * OG_MAP(OG_VARIABLE, NAME, __VA_ARGS__)); \
     OG_NAMESPACE(NAME) \
     /* One invocation. Fused blocks hand values on: what is given for an item in `given_in` is its value; `given_out` takes it, too. */ \
-    OG_INLINE uint64_t opengpac_once_##NAME(void *memory, const Invocation *given, const void *const *given_in, void *const *given_out) { \
-        struct opengpac_instance_##NAME *m = (struct opengpac_instance_##NAME *)memory; \
-        struct opengpac_self_##NAME local; \
-        Invocation invocation; \
+    OG_INLINE uint64_t opengpac_once_##NAME(void *opengpac_memory, const Invocation *opengpac_given, __attribute__((unused)) const void *const *opengpac_given_in, __attribute__((unused)) void *const *opengpac_given_out) { \
+        struct opengpac_instance_##NAME *opengpac_m = (struct opengpac_instance_##NAME *)opengpac_memory; \
+        struct opengpac_self_##NAME opengpac_local; \
+        Invocation opengpac_now; \
         __attribute__((unused)) uint32_t opengpac_n = 0; \
-        uint64_t top = 0; \
-        opengpac_outcome outcome; \
-        invocation.number = m->header.number; \
-        invocation.time_ns = given->time_ns; \
-        invocation.now_ns = given->now_ns; \
-        *(volatile uint64_t *)&m->header.number = (invocation.number + 1) | OG_RUNNING; \
+        uint64_t opengpac_top = 0; \
+        opengpac_outcome opengpac_result; \
+        opengpac_now.number = opengpac_m->header.number; \
+        opengpac_now.time_ns = opengpac_given->time_ns; \
+        opengpac_now.now_ns = opengpac_given->now_ns; \
+        *(volatile uint64_t *)&opengpac_m->header.number = (opengpac_now.number + 1) | OG_RUNNING; \
         OG_MAP(OG_FIND_SIZE, NAME, __VA_ARGS__) \
-        local.opengpac_reports = 0; \
+        opengpac_local.opengpac_reports = 0; \
         OG_MAP(OG_LOAD, NAME, __VA_ARGS__) \
-        OG_TRY(outcome = opengpac_body_##NAME(&local, &invocation OG_MAP(OG_ACTUAL, NAME, __VA_ARGS__));) \
-        if (outcome.word == OG_DONE) { OG_MAP(OG_TOP, NAME, __VA_ARGS__) } \
+        OG_TRY(opengpac_result = opengpac_body_##NAME(&opengpac_local, &opengpac_now OG_MAP(OG_ACTUAL, NAME, __VA_ARGS__));) \
+        if (opengpac_result.word == OG_DONE) { OG_MAP(OG_TOP, NAME, __VA_ARGS__) } \
         OG_MAP(OG_PASS, NAME, __VA_ARGS__) \
         /* From here on it is not ended: nothing below comes before the mark is gone. */ \
-        *(volatile uint64_t *)&m->header.number = invocation.number + 1; \
+        *(volatile uint64_t *)&opengpac_m->header.number = opengpac_now.number + 1; \
         __asm__ volatile("" ::: "memory"); \
-        if (__builtin_expect(outcome.word != OG_DONE, 0)) return outcome.word; \
-        if (__builtin_expect((int64_t)top < 0, 0)) { OG_MAP(OG_WHICH, NAME, __VA_ARGS__) } \
+        if (__builtin_expect(opengpac_result.word != OG_DONE, 0)) return opengpac_result.word; \
+        if (__builtin_expect((int64_t)opengpac_top < 0, 0)) { OG_MAP(OG_WHICH, NAME, __VA_ARGS__) } \
         OG_MAP(OG_STORE, NAME, __VA_ARGS__) \
-        if (__builtin_expect(local.opengpac_reports != 0, 0)) { OG_MAP(OG_REPORTS, NAME, __VA_ARGS__) } \
-        return local.opengpac_reports; \
+        if (__builtin_expect(opengpac_local.opengpac_reports != 0, 0)) { OG_MAP(OG_REPORTS, NAME, __VA_ARGS__) } \
+        return opengpac_local.opengpac_reports; \
     } \
     static uint64_t opengpac_run_##NAME(void *memory, const Invocation *given) { return opengpac_once_##NAME(memory, given, 0, 0); } \
     OG_BANK(NAME) \

@@ -21,7 +21,7 @@ use crate::flatten::{FlatBlock, Port};
 use crate::kind::Layout;
 use crate::plan::{CellIndex, Plan, PlannedBlock, PlannedCell, Remark};
 use crate::refusal::{Class, Place, Refusal, Refusals};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use suggest::did_you_mean;
 
@@ -95,6 +95,9 @@ pub(crate) struct Draft<'a> {
     pub svv_cells: HashMap<SvvId, CellIndex>,
     pub channel_cells: HashMap<(&'a str, usize), CellIndex>,
     pub blocks: Vec<PlannedBlock>,
+    /// Cells of the elements of array ports that are bound one by one, while they are bound, and then.
+    pub gathered: BTreeMap<Port, BTreeMap<usize, CellIndex>>,
+    pub elements: BTreeMap<Port, BTreeMap<usize, CellIndex>>,
     pub remarks: Vec<Remark>,
     pub refusals: Refusals,
 }
@@ -113,6 +116,8 @@ impl<'a> Draft<'a> {
             svv_cells: HashMap::new(),
             channel_cells: HashMap::new(),
             blocks: Vec::with_capacity(checked.blocks.len()),
+            gathered: BTreeMap::new(),
+            elements: BTreeMap::new(),
             remarks: Vec::new(),
             refusals: Vec::new(),
         }

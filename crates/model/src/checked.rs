@@ -66,6 +66,7 @@ pub(crate) fn flat_graph<'a>(graph: &'a Graph, configuration: &'a Configuration)
     flat.close_graph("", graph, 0, 1, &graph.place);
     let given: Vec<Port> = flat.scopes.last().expect("close_graph has made one").ports.values().flatten().copied().collect();
     if flat.refusals.is_empty() {
+        flat.check_elements(&graph.place);
         flat.fill(&given, true, &graph.place);
         constants_of_other_types(&mut flat);
         let group_of = group_of(&flat.blocks, &flat.groups);
@@ -110,6 +111,9 @@ impl CheckedVerb {
         let suspend = ending::check_suspend(flat, verb, &conditions);
         let given: Vec<Port> = inputs.iter().flat_map(|input| input.ports.iter().copied()).chain(suspend.given()).collect();
         let known = flat.refusals.is_empty();
+        if known {
+            flat.check_elements(&verb.place);
+        }
         let mut remarks = flat.fill(&given, false, &verb.place);
         constants_on_bound_inputs(flat);
         remarks.extend(cells_without_writer(flat, &given));

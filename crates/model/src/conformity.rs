@@ -6,6 +6,7 @@ use crate::definition::{Bound, Verb};
 use crate::flatten::Flat;
 use crate::plan::{Plan, PlannedBound, PlannedInput, PlannedMember, PlannedRange};
 use crate::quantity::number_in;
+use crate::range::{Range, is_plain, number, plausible, short};
 use crate::refusal::{Class, Place, Refusal, Refusals};
 use crate::types::Type;
 use crate::value::Value;
@@ -55,6 +56,25 @@ pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<Stri
 /// # Errors
 /// `OutOfRange`: a value is outside; names the device and the range. `ValueRefused`, `UnitMismatch`: it is no number.
 pub fn settle(input: &PlannedInput, value: &Value, configuration: &Configuration, present: &IndexMap<String, Value>) -> Option<Result<Value, Refusals>> {
+    match settle_in_range(input, value, configuration, present) {
+        Some(settled) => Some(settled.and_then(|value| within_items(input, &value).map(|()| value).map_err(|r| vec![r]))),
+        None => within_items(input, value).err().map(|refusal| Err(vec![refusal])),
+    }
+}
+
+/// Checks a value against the ranges of the items that it goes to.
+///
+/// # Errors
+/// `OutOfRange` with the range, and the unit that was probably meant.
+pub fn within_items(input: &PlannedInput, value: &Value) -> Result<(), Refusal> {
+    let what = format!("'{}'", input.name);
+    match input.item_ranges.as_slice() {
+        [] => plausible(&input.unit).check(&what, &input.unit, value),
+        ranges => ranges.iter().try_for_each(|range| range.check(&what, &input.unit, value)),
+    }
+}
+
+fn settle_in_range(input: &PlannedInput, value: &Value, configuration: &Configuration, present: &IndexMap<String, Value>) -> Option<Result<Value, Refusals>> {
     let range = input.range.as_ref()?;
     let Ok(Type::Array(_, count)) = Type::parse(&input.type_text, &IndexMap::new()) else {
         return Some(Limits::tightest(range, input, configuration).settle(input, value, None).map_err(|r| vec![r]));
@@ -150,34 +170,11 @@ impl Limits {
         Err(refusal)
     }
 
-    /// A plain number far beyond the range that would be within it as degrees most likely was meant so.
+    /// A plain number far beyond the range that would be within it in a smaller unit most likely was meant so.
     fn remedy(&self, value: &Value, given: f64, from: Option<f64>) -> String {
-        let is_plain = matches!(value, Value::Integer(_) | Value::Unsigned(_) | Value::Number(_));
-        let as_degrees = from.unwrap_or(0.0) + given.to_radians();
-        let reached = from.unwrap_or(0.0) + given;
-        let beyond = (reached - self.most).max(self.least - reached);
-        let is_far = beyond > (self.most - self.least).max(std::f64::consts::TAU);
-        if is_plain && is_far && self.unit.contains("rad") && (self.least..=self.most).contains(&as_degrees) {
-            format!("did you mean '{given} {}'?", self.unit.replace("rad", "deg"))
-        } else {
-            "give a value within the range".to_owned()
-        }
-    }
-}
-
-/// A number for people: at most six digits.
-fn short(number: f64) -> String {
-    let digits = 5 - number.abs().max(1e-9).log10().floor().clamp(0.0, 5.0) as usize;
-    let text = format!("{number:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Integer(integer) => Some(*integer as f64),
-        Value::Unsigned(integer) => Some(*integer as f64),
-        Value::Number(number) => Some(*number),
-        _ => None,
+        let range = Range::closed(self.least, self.most);
+        let meant = range.meant(given, from.unwrap_or(0.0), &self.unit).filter(|_| is_plain(value));
+        meant.unwrap_or_else(|| "give a value within the range".to_owned())
     }
 }
 

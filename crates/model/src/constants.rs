@@ -8,7 +8,7 @@ use crate::refusal::{Class, Refusal, Refusals};
 pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
     for group in flat.groups.iter().filter(|group| group.origin.varies()) {
         for &(block, item) in &group.ports {
-            if flat.blocks[block].constants.iter().any(|(at, _)| *at == item) {
+            if flat.blocks[block].constants.iter().any(|(at, _)| *at == flat.blocks[block].kind.whole(item)) {
                 let message = format!("{} is given a constant and bound to '{}'", flat.described((block, item)), group.name);
                 let refusal = Refusal::new(Class::CoverError, message).remedy("leave one of them out").about([flat.part((block, item))]);
                 flat.refusals.push(refusal.at(&flat.blocks[block].place));
@@ -17,15 +17,20 @@ pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
     }
 }
 
-/// Constants that do not fit what they are for, as far as its size is known.
+/// Constants that do not fit what they are for: outside its range, or, as far as its size is known, of another type.
 pub(crate) fn constants_of_other_types(flat: &mut Flat<'_>) {
     let mut refusals = Refusals::new();
     for block in &flat.blocks {
         for (item, value) in &block.constants {
             let declared = block.kind.item(*item);
+            let what = || format!("the constant for {}", describe(block, *item));
+            if let Some(Err(refusal)) = declared.range.map(|range| range.check(&what(), &declared.unit, value)) {
+                refusals.push(refusal.at(&block.place));
+                continue;
+            }
             let Some(layout) = block.kind.layout(*item, None).filter(|_| declared.kind != Kind::Size) else { continue };
             if let Err(refusal) = layout.read.encode(value, &declared.unit) {
-                refusals.push(refusal.for_what(&format!("the constant for {}", describe(block, *item))).at(&block.place));
+                refusals.push(refusal.for_what(&what()).at(&block.place));
             }
         }
     }

@@ -34,7 +34,12 @@ impl<'a> Flat<'a> {
             }
             Labelled::Scope(_) => None,
         };
+        let before = self.refusals.len();
         if found.is_none() {
+            let element = self.element(labelled, item, place);
+            if element.is_some() || self.refusals.len() > before {
+                return element;
+            }
             let (of, remedy) = match labelled {
                 Labelled::Block(block) => {
                     let interface = &self.blocks[block].kind.interface;
@@ -86,7 +91,10 @@ impl<'a> Flat<'a> {
                 match self.covered.insert(port, by.to_owned()) {
                     Some(other) => {
                         let message = format!("{} is covered by '{other}' and by '{by}'", self.described(port));
-                        self.refuse_ports(Class::CoverError, message, place, "a port has one binding; leave one of them out", &[port]);
+                        let is_array = self.blocks[port.0].kind.elements_max(port.1).is_some();
+                        let name = self.port_name(port);
+                        let remedy = if is_array { format!("name its elements: '{name}[0]', '{name}[1]'") } else { "leave one of them out".to_owned() };
+                        self.refuse_ports(Class::CoverError, message, place, &format!("a port has one binding; {remedy}"), &[port]);
                     }
                     None => ports.push(port),
                 }
@@ -121,6 +129,7 @@ impl<'a> Flat<'a> {
             self.refuse(Class::SchedulingError, format!("modes gives a mode to {described}, which is no port"), place, "");
             return;
         }
+        let port = (port.0, self.blocks[port.0].kind.whole(port.1));
         let declared = self.blocks[port.0].mode(port.1);
         let relaxes = declared == mode || matches!((declared, mode), (Mode::Synchronous, _) | (Mode::Ratio(_), Mode::Asynchronous));
         if mode == Mode::Ratio(0) {
@@ -140,6 +149,10 @@ impl<'a> Flat<'a> {
         let mut bound: Vec<Vec<bool>> = self.blocks.iter().map(|b| vec![false; b.kind.interface.items.len()]).collect();
         for group in &self.groups {
             group.ports.iter().for_each(|port| bound[port.0][port.1] = true);
+        }
+        for (block, bound) in self.blocks.iter().zip(&mut bound) {
+            let elements = (0..block.kind.interface.items.len()).filter_map(|item| block.kind.element_of(item));
+            elements.for_each(|(port, _)| bound[port] = true);
         }
         let mut given: Vec<Port> = inputs.to_vec();
         given.sort_unstable();

@@ -4,7 +4,7 @@
 //! Names of ports, conditions and parameters are `label.item`; inside a graph that is a block of a graph or verb, `label.inner.item`.
 mod devices;
 
-pub use devices::{Application, Arbitration, Argument, DeviceParameter, DeviceType, Initial, SvvSpecification};
+pub use devices::{Application, Arbitration, Argument, DeviceParameter, DeviceType, Initial, SvvSpecification, Within};
 
 use crate::interface::Mode;
 use crate::refusal::{Class, Place};

@@ -31,6 +31,7 @@ pub struct FlatBlock {
 impl FlatBlock {
     /// Mode in force of an item.
     pub fn mode(&self, item: usize) -> Mode {
+        let item = self.kind.whole(item);
         self.modes.iter().find(|(at, _)| *at == item).map_or(self.kind.item(item).mode, |(_, mode)| *mode)
     }
 }

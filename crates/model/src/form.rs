@@ -92,7 +92,8 @@ impl CheckedVerb {
 
     fn form_input(&self, input: &CheckedInput) -> FormInput {
         let (type_text, unit, doc) = input.ports.first().map(|port| self.described(*port)).unwrap_or_default();
-        let (minimum, maximum) = input.within.clone().unzip();
+        let of_item = || input.ports.first().and_then(|&(block, item)| self.blocks[block].kind.item(item).range?.ends());
+        let (minimum, maximum) = input.within.clone().or_else(|| of_item().map(|(least, most)| (Bound::Number(least), Bound::Number(most)))).unzip();
         FormInput {
             name: input.name.clone(),
             type_text,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Interfaces of function blocks: the paper's five components, and state.
+use crate::range::Range;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -53,6 +54,9 @@ pub struct Item {
     /// Items whose units make its own: declared as `=u`, the unit of u, or `=k.u`, that of their product. `unit` is empty then.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unit_of: Vec<String>,
+    /// The numbers that it may be, of an array each element: declared behind the unit, `rad/s (0, 10]`. Absent: any finite number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<Range>,
     pub doc: String,
     /// An input that may stay unbound.
     #[serde(default)]
@@ -77,11 +81,12 @@ pub struct Item {
 }
 
 impl Item {
-    /// A declared unit taken apart: the unit itself, or the items that it is the product of.
-    pub fn declared_unit(text: &str) -> (String, Vec<String>) {
-        match text.strip_prefix('=') {
-            Some(of) => (String::new(), of.split('.').map(|name| name.trim().to_owned()).collect()),
-            None => (text.to_owned(), Vec::new()),
+    /// A declared unit taken apart: the unit itself, or the items that it is the product of, and the range behind it.
+    pub fn declared_unit(text: &str) -> (String, Vec<String>, Option<Range>) {
+        let (unit, range) = Range::split(text);
+        match unit.strip_prefix('=') {
+            Some(of) => (String::new(), of.split('.').map(|name| name.trim().to_owned()).collect(), range),
+            None => (unit.to_owned(), Vec::new(), range),
         }
     }
 }

@@ -34,11 +34,13 @@ pub enum Shape {
 }
 
 /// A block's interface, its types and names resolved.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct BlockKind {
     pub interface: Interface,
     pub shapes: Vec<Shape>,
     by_name: HashMap<String, usize>,
+    /// Elements of array ports that a definition names, `u[1]`: (port, element). They stand behind the items of the descriptor.
+    elements: Vec<(usize, usize)>,
     /// The item that says how many elements.
     pub size_item: Option<usize>,
 }
@@ -71,6 +73,7 @@ impl BlockKind {
         Ok(BlockKind {
             shapes,
             by_name: interface.items.iter().enumerate().map(|(at, item)| (item.name.clone(), at)).collect(),
+            elements: Vec::new(),
             size_item: interface.items.iter().position(|item| item.kind == Kind::Size),
             interface: interface.clone(),
         })
@@ -82,6 +85,62 @@ impl BlockKind {
 
     pub fn find(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
+    }
+
+    /// The item for an element of an array port; made where it is named for the first time.
+    pub fn element(&mut self, port: usize, element: usize) -> usize {
+        if let Some(known) = self.elements.iter().position(|known| *known == (port, element)) {
+            return self.interface.items.len() - self.elements.len() + known;
+        }
+        let (of, shape) = match &self.shapes[port] {
+            Shape::Sized(of) => (of.text.clone(), Shape::Fixed(Arc::clone(of))),
+            Shape::Fixed(layout) => match &layout.read {
+                Type::Array(of, _) => (of.normalised(), Shape::Fixed(Layout::new((**of).clone()))),
+                _ => (layout.text.clone(), self.shapes[port].clone()),
+            },
+            Shape::Nothing => (String::new(), Shape::Nothing),
+        };
+        let whole = &self.interface.items[port];
+        let item = Item { name: format!("{}[{element}]", whole.name), type_text: of, sized: false, has_default: false, default: Vec::new(), ..whole.clone() };
+        self.by_name.insert(item.name.clone(), self.interface.items.len());
+        self.interface.items.push(item);
+        self.shapes.push(shape);
+        self.elements.push((port, element));
+        self.interface.items.len() - 1
+    }
+
+    /// The item of the descriptor that this is, or is an element of.
+    pub fn whole(&self, item: usize) -> usize {
+        self.element_of(item).map_or(item, |(port, _)| port)
+    }
+
+    /// The port and element that an item is; none of an item of the descriptor.
+    pub fn element_of(&self, item: usize) -> Option<(usize, usize)> {
+        let own = self.interface.items.len() - self.elements.len();
+        item.checked_sub(own).map(|at| self.elements[at])
+    }
+
+    /// The elements of a port that are named, with their items, in order.
+    pub fn elements_of(&self, port: usize) -> Vec<(usize, usize)> {
+        let own = self.interface.items.len() - self.elements.len();
+        let named = self.elements.iter().enumerate().filter(|(_, (of, _))| *of == port);
+        let mut found: Vec<(usize, usize)> = named.map(|(at, (_, element))| (*element, own + at)).collect();
+        found.sort_unstable();
+        found
+    }
+
+    /// The maximum number of elements of an array port; none of another item.
+    pub fn elements_max(&self, port: usize) -> Option<usize> {
+        let is_port = matches!(self.item(port).kind, Kind::Input | Kind::Output) && self.item(port).history == 0;
+        match &self.shapes[port] {
+            _ if !is_port => None,
+            Shape::Sized(_) => Some(self.size_item.map_or(usize::MAX, |size| self.item(size).most as usize)),
+            Shape::Fixed(layout) => match &layout.read {
+                Type::Array(_, count) => Some(*count),
+                _ => None,
+            },
+            Shape::Nothing => None,
+        }
     }
 
     /// The type of an item of a block of `size` elements; none where it has no value or its size is not known.

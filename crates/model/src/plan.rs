@@ -3,6 +3,7 @@
 use crate::configuration::{Rate, SvvId};
 use crate::definition::{Arbitration, IfCutOff};
 use crate::interface::Mode;
+use crate::range::Range;
 use crate::refusal::{Class, Place};
 use crate::value::Value;
 use serde::Serialize;
@@ -252,6 +253,8 @@ pub struct PlannedInput {
     pub default: Option<Value>,
     pub tunable: bool,
     pub range: Option<PlannedRange>,
+    /// The ranges of the items that it goes to.
+    pub item_ranges: Vec<Range>,
     pub targets: Vec<Target>,
 }
 

@@ -96,6 +96,10 @@ fn is_same_unit(a: &str, b: &str) -> bool {
 /// # Errors
 /// `UnitMismatch` with the unit that was probably meant: `N.m` for `Nm`.
 pub fn check_unit(text: &str) -> Result<(), Refusal> {
+    if text.contains(['[', '(', ')', ']']) {
+        let message = format!("the range behind the unit in '{}' cannot be read", text.escape_debug());
+        return Err(Refusal::new(Class::UnitMismatch, message).remedy("write for example 'rad/s (0, 10]', the lower end first"));
+    }
     let unknown = text.split('|').filter(|_| !text.is_empty()).flat_map(words).find(|word| word_unit(word).is_none());
     match unknown {
         None => Ok(()),

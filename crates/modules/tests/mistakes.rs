@@ -131,6 +131,6 @@ fn one_size_name_for_one_block_of_a_c_file() {
         format!("FUNCTION_BLOCK({name}, \"What.\", size(n, 1, 4), in(double[n], u, \"u\"), out(double, y, \"y\")) {{ self->y = self->u[0]; return OK; }}\n")
     };
     let (message, line) = first("sizes", &format!("#include <opengpac.h>\n{}{}", block("one"), block("two")));
-    assert!(message.contains("in_C_a_size_name_serves_one_block_of_a_file__rename_it_in_two"), "{message}");
+    assert!(message.contains("the size 'n' of block 'two' has the name of another block's size"), "{message}");
     assert_eq!(line, 3);
 }

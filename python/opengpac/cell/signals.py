@@ -98,5 +98,5 @@ class AnalogOutput(_Signal, verb=_output("analog_output", "write_analog", low="w
     commanded: SVV[float] = svv()
     value: SVV[float] = svv()
     at_enable: float = parameter(0.0)
-    low: float = parameter(-1e300)
-    high: float = parameter(1e300)
+    low: float = parameter(-1e300, within=(-1e300, "high"))
+    high: float = parameter(1e300, within=("low", 1e300))

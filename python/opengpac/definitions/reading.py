@@ -336,10 +336,12 @@ class _Reading:
             initial = given["initial"] or {}
             members[name] = svv(
                 given["type_text"], unit=given["unit"], initial=initial.get("copy_of", initial.get("value")), history=given["history"],
-                keep=bool(given.get("keep")), within=None if given["within"] is None else tuple(given["within"]), shared=given["shared"],
+                keep=bool(given.get("keep")), within=_range(given["within"]), shared=given["shared"],
             )  # fmt: skip
         for name, given in tree["parameters"].items():
-            members[name] = parameter(given["default"], unit=given["unit"], tunable=given["tunable"], keep=given.get("keep"))
+            members[name] = parameter(
+                given["default"], unit=given["unit"], tunable=given["tunable"], keep=given.get("keep"), within=_range(given.get("within"))
+            )
         options = {"verb": verb, "name": tree["name"], "arbitration": tree["arbitration"]}
         return types.new_class(tree["name"], (LogicalDevice,), options, lambda namespace: namespace.update(members))
 
@@ -384,3 +386,8 @@ def _own_device_types() -> list[type[LogicalDevice]]:
 
 def _own_device_type(name: str) -> type[LogicalDevice] | None:
     return next((kind for kind in _own_device_types() if kind.definition_name() == name), None)
+
+
+def _range(given: Any) -> Any:
+    """A range of a file as `within=` takes it."""
+    return tuple(given) if isinstance(given, list) else given

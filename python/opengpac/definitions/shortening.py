@@ -208,7 +208,7 @@ def _device_type(tree: Tree) -> Tree:
 def _flagged(parameter: Tree) -> Tree:
     """A parameter's unit and flags; that a tunable one is not kept says more than nothing."""
     kept = {} if parameter.get("keep") is None else {"keep": parameter["keep"]}
-    return _filled(unit=parameter["unit"], tunable=parameter["tunable"]) | kept
+    return _filled(unit=parameter["unit"], tunable=parameter["tunable"], within=parameter.get("within")) | kept
 
 
 def _composition(tree: Tree) -> Tree:

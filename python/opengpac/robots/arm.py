@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from .. import library
 from ..errors import NotEnabled, refuse
 from ..frames import Pose
 from ..groups import Group
@@ -24,10 +25,19 @@ _SENSED = ("standstill", "moving", "stopping")
 
 @dataclass(frozen=True)
 class Payload:
-    """What an arm carries: its mass (kg) and where its centre of mass is in the flange's frame (m)."""
+    """What an arm carries: its mass (kg, from 0) and where its centre of mass is in the flange's frame (m).
+
+    Raises `OutOfRange` for a mass or a coordinate that no payload has.
+    """
 
     mass: float
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        items = library.payload_effort.items
+        items["mass"].check(self.mass, "the mass of a payload")
+        for coordinate in self.centre:
+            items["centre"].check(coordinate, "the centre of mass of a payload")
 
 
 class Arm(Group[Joint]):

@@ -100,9 +100,9 @@ class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
     velocity: SVV[float] = svv(unit="m/s")
     force: SVV[float] = svv(unit="N", history=HISTORY)
     commanded: SVV[float] = svv(unit="m", initial="sensed", history=HISTORY)
-    force_max: SVV[float] = svv(unit="N", initial=0.5)
-    stiffness: float = parameter(150.0, unit="N/m", tunable=True)
-    damping: float = parameter(6.0, unit="N.s/m", tunable=True)
+    force_max: SVV[float] = svv(unit="N", initial=0.5, within="[0, inf)")
+    stiffness: float = parameter(150.0, unit="N/m", tunable=True, within="[0, inf)")
+    damping: float = parameter(6.0, unit="N.s/m", tunable=True, within="[0, inf)")
 
 
 def gripper(device: PhysicalDevice, *parts: str, on: Source | None = None, name: str | None = None, **parameters: Any) -> Group[Finger]:

@@ -382,6 +382,8 @@ export interface DeviceParameter {
   default: Value;
   unit: string;
   tunable: boolean;
+  /** The values that it may have. */
+  within?: Within | null;
   /** The PS keeps its value over a warm restart; absent: that of a tunable one. */
   keep?: boolean | null;
 }
@@ -390,6 +392,8 @@ export interface DeviceParameterRequest {
   default: Value;
   unit?: string;
   tunable?: boolean;
+  /** The values that it may have. */
+  within?: Within | null;
   /** The PS keeps its value over a warm restart; absent: that of a tunable one. */
   keep?: boolean | null;
 }
@@ -927,6 +931,8 @@ export interface Item {
   unit: string;
   /** Items whose units make its own: declared as `=u`, the unit of u, or `=k.u`, that of their product. `unit` is empty then. */
   unit_of?: string[];
+  /** The numbers that it may be, of an array each element: declared behind the unit, `rad/s (0, 10]`. Absent: any finite number. */
+  range?: Range | null;
   doc: string;
   /** An input that may stay unbound. */
   has_default: boolean;
@@ -1324,6 +1330,8 @@ export interface PlannedInput {
   default: Value | null;
   tunable: boolean;
   range: PlannedRange | null;
+  /** The ranges of the items that it goes to. */
+  item_ranges: Range[];
   targets: PlannedTarget[];
 }
 
@@ -1474,6 +1482,9 @@ export interface ProcessorAbout {
 
 /** Whether a condition raises: so, or by the name of the class, which the programming system knows. */
 export type Raised = boolean | string;
+
+/** The values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`: a round bracket excludes its end. */
+export type Range = string;
 
 /** At which rate a writer updates, in one command list. */
 export type Rate = {
@@ -2153,7 +2164,7 @@ export interface SvvAbout {
   bound: number;
   /** Which one it is of those that have had its name; `NAME@ID` is this one and no other. */
   id?: number;
-  /** Minimum and maximum that a programming system may write. */
+  /** Minimum and maximum that a programming system may write, where both are finite. */
   within?: [number, number] | null;
   /** The interrupt source in which its present value was computed; null: a programming system wrote it. */
   source?: string | null;
@@ -2169,8 +2180,8 @@ export interface SvvRequest {
   initial?: Initial | null;
   /** How many earlier values are kept for Python. */
   history?: number;
-  /** Minimum and maximum value that the PS may store. */
-  within?: [number, number] | null;
+  /** The values that the PS may store. */
+  within?: Within | null;
   /** The PS keeps its value over a warm restart. */
   keep?: boolean | null;
   /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
@@ -2185,8 +2196,8 @@ export interface SvvSpecification {
   initial: Initial | null;
   /** How many earlier values are kept for Python. */
   history: number;
-  /** Minimum and maximum value that the PS may store. */
-  within: [number, number] | null;
+  /** The values that the PS may store. */
+  within: Within | null;
   /** The PS keeps its value over a warm restart. */
   keep?: boolean | null;
   /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
@@ -2200,8 +2211,8 @@ export interface SvvSpecificationRequest {
   initial?: Initial | null;
   /** How many earlier values are kept for Python. */
   history?: number;
-  /** Minimum and maximum value that the PS may store. */
-  within?: [number, number] | null;
+  /** The values that the PS may store. */
+  within?: Within | null;
   /** The PS keeps its value over a warm restart. */
   keep?: boolean | null;
   /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
@@ -2485,6 +2496,12 @@ export interface WithdrawRequest {
   /** Why, for people. */
   reason?: string;
 }
+
+/**
+ * The range of a member of a device type, or of an SVV. JSON: `"(0, inf)"`, or two ends, each a number or the name of a parameter of the
+ * device, `["position_min", "position_max"]`, `["-max_effort", "max_effort"]`.
+ */
+export type Within = Range | [Bound, Bound];
 
 /** A layout of panels. */
 export interface Workspace {

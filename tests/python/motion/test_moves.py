@@ -133,7 +133,15 @@ def test_a_goal_outside_the_range_is_refused_before_anything_moves(axes: gpac.Gr
 
 
 def test_the_servo_keeps_to_the_range_whatever_is_stored(axes: gpac.Group[Joint]) -> None:
-    axes[0].commanded = 5.0
+    with pytest.raises(gpac.OutOfRange, match="cannot be 5 rad: its range is -2 to 2 rad"):
+        axes[0].commanded = 5.0
+    stored = gpac.Verb(
+        "stored",
+        blocks={"five": library.signal_generator(shape=0, offset=5.0)},
+        instantiation_parameters={"commanded": "five.y"},
+        command_lists={"start": [activate("five", every="20 ms")]},
+    )
+    stored.on(axes.system.sources["rtp0.slow"]).asynch(axes[0].commanded)
     watch = Watch(axes).run(4000)
     assert axes[0].reference.value == 2.0 and axes[0].limited.value > 1000
     assert np.abs(np.diff(watch.path, axis=0)).max() <= 1.0e-3 * (1 + 1e-9), "no faster than max_speed"

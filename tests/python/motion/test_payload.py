@@ -80,5 +80,5 @@ def test_a_payload_stays_through_disabling_and_is_taken_on_slowly(arm: gpac.robo
         arm.system.advance("500 ms")
         assert np.abs(arm.values("load_effort")).max() == pytest.approx(whole, rel=1e-3)
     arm.payload = gpac.robots.Payload(0)
-    with arm.enabled(), pytest.raises(gpac.Terminated, match="fault"):
+    with arm.enabled(), pytest.raises(gpac.OutOfRange, match="'mass' cannot be -1 kg"):
         gpac.motion.carry(arm, -1.0)

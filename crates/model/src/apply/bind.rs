@@ -23,8 +23,17 @@ impl<'a> Draft<'a> {
                 Given::Channel { device, channel, physical } => self.bind_channel(group, device, *channel, &physical.channels[*channel]),
             }
         }
+        self.gather();
         for block in &mut self.blocks {
             block.bindings.sort_by_key(|bound| bound.item);
+        }
+    }
+
+    /// Binds array ports to the cells of their elements.
+    fn gather(&mut self) {
+        for (port, cells) in std::mem::take(&mut self.gathered) {
+            self.put(port, Binding::Cells(cells.values().copied().collect()));
+            self.elements.insert(port, cells);
         }
     }
 
@@ -275,10 +284,20 @@ impl<'a> Draft<'a> {
         if self.types_differ(first, second, origin) {
             let (from, to) = (self.described(first), self.described(second));
             let refusal = Refusal::new(Class::TypeMismatch, format!("cannot bind {from} to {to}: types differ"));
-            let refusal = refusal.remedy("declare one of them as the other").end(from, &place_a).end(to, &place_b);
+            let refusal = refusal.remedy(self.remedy_of_types(first, second)).end(from, &place_a).end(to, &place_b);
             let refusal = refusal.about([self.drawn(second), self.drawn(first)]);
             self.refusals.push(refusal.at(&place_b).at(&self.checked.place));
         }
+    }
+
+    /// A number may be one element of an array port.
+    fn remedy_of_types(&self, first: Port, second: Port) -> String {
+        let is_array = |port: &Port| self.flat(port.0).kind.elements_max(port.1).is_some();
+        let array = [first, second].into_iter().find(is_array).filter(|_| is_array(&first) != is_array(&second));
+        let array = array.filter(|_| self.element(first) == self.element(second));
+        let Some((block, item)) = array else { return "declare one of them as the other".to_owned() };
+        let name = format!("{}.{}", self.flat(block).label, self.flat(block).kind.item(item).name);
+        format!("bind its elements one by one: '{name}[0]', '{name}[1]'")
     }
 
     /// Whether two ports cannot be of one data object. Where a size is not known yet the elements are compared; an SVV that is given
@@ -346,16 +365,24 @@ impl<'a> Draft<'a> {
     }
 
     fn attach(&mut self, port: Port, binding: Binding) {
-        let kind = self.kind(port);
-        let writes = matches!(kind, Kind::Output | Kind::DeviceWrite);
+        let writes = matches!(self.kind(port), Kind::Output | Kind::DeviceWrite);
+        let element = self.flat(port.0).kind.element_of(port.1);
+        let whole = (port.0, element.map_or(port.1, |(whole, _)| whole));
         for cell in cells_of(&binding) {
             let cell = &mut self.cells[*cell];
-            if writes { cell.writers.push(port) } else { cell.readers.push(port) }
+            if writes { cell.writers.push(whole) } else { cell.readers.push(whole) }
         }
+        match (element, cells_of(&binding)) {
+            (Some((_, index)), &[cell, ..]) => drop(self.gathered.entry(whole).or_default().insert(index, cell)),
+            _ => self.put(whole, binding),
+        }
+    }
+
+    fn put(&mut self, port: Port, binding: Binding) {
         let declared = self.flat(port.0).mode(port.1);
         // What does not vary is never new: it cannot make an invocation due.
         let varies = cells_of(&binding).iter().any(|cell| self.varies[*cell]);
-        let mode = if kind == Kind::Input && !varies { Mode::Asynchronous } else { declared };
+        let mode = if self.kind(port) == Kind::Input && !varies { Mode::Asynchronous } else { declared };
         let history = self.flat(port.0).kind.item(port.1).history;
         self.blocks[port.0].bindings.push(Bound { item: port.1, binding, mode, history });
     }

@@ -2,6 +2,7 @@
 //! What a plan tells beside its blocks: input parameters, output values, claims, conditions.
 use super::sequence::Order;
 use super::{Draft, Given};
+use crate::conformity::within_items;
 use crate::definition::Arbitration;
 use crate::ending::CheckedSuspend;
 use crate::flatten::Port;
@@ -72,6 +73,7 @@ impl<'a> Draft<'a> {
         if let InputOrigin::DeviceParameter { devices, parameter } = &origin {
             self.check_device_parameter(input, devices, parameter, first, &unit);
         }
+        let unit = self.chosen_unit(unit);
         // One with a range takes a share of it too, and one number for all devices: that is known at a start.
         if let Some(Err(refusal)) = input.default.as_ref().filter(|_| input.within.is_none()).map(|value| layout.read.encode(value, &unit)) {
             let refusal = refusal.for_what(&format!("the default of the input parameter '{}'", input.name));
@@ -85,7 +87,14 @@ impl<'a> Draft<'a> {
             }
         }
         let (name, default, tunable) = (input.name.clone(), input.default.clone(), input.tunable);
-        Some(PlannedInput { name, origin, type_text: layout.text.clone(), unit, default, tunable, range: self.range(input), targets })
+        let item_ranges = self.item_ranges(input);
+        let planned = PlannedInput { name, origin, type_text: layout.text.clone(), unit, default, tunable, range: self.range(input), item_ranges, targets };
+        // Of a default with a range of the verb's own that is known at a start.
+        let default = planned.default.as_ref().filter(|_| planned.range.is_none());
+        if let Some(refusal) = default.and_then(|value| within_items(&planned, value).err()) {
+            self.refusals.push(refusal.for_what("the default").at(&input.place));
+        }
+        Some(planned)
     }
 
     fn origin(&self, input: &CheckedInput) -> InputOrigin {
@@ -171,6 +180,11 @@ impl<'a> Draft<'a> {
     }
 
     fn target(&self, port: Port) -> Target {
+        if let Some((whole, index)) = self.flat(port.0).kind.element_of(port.1)
+            && let Some(cell) = self.elements.get(&(port.0, whole)).and_then(|elements| elements.get(&index))
+        {
+            return Target::Cell(*cell);
+        }
         let bound = self.blocks[port.0].bindings.binary_search_by_key(&port.1, |bound| bound.item);
         match bound.map(|at| &self.blocks[port.0].bindings[at].binding) {
             Ok(Binding::Cell(cell)) => Target::Cell(*cell),

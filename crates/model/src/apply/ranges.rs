@@ -4,6 +4,8 @@ use super::Draft;
 use crate::definition::Bound;
 use crate::parameters::CheckedInput;
 use crate::plan::{PlannedBound, PlannedMember, PlannedRange, PlannedRequirement};
+use crate::quantity::units_agree;
+use crate::range::Range;
 
 impl Draft<'_> {
     /// The range of an input parameter.
@@ -11,6 +13,33 @@ impl Draft<'_> {
         let (least, most) = input.within.as_ref()?;
         let counted_from = input.counted_from.as_ref().map(|name| self.svvs_of(name)).unwrap_or_default();
         Some(PlannedRange { least: self.bound(least), most: self.bound(most), counted_from })
+    }
+
+    /// The ranges of the items that an input parameter goes to, each once.
+    pub fn item_ranges(&self, input: &CheckedInput) -> Vec<Range> {
+        let mut ranges = Vec::new();
+        for &(block, item) in &input.ports {
+            if let Some(range) = self.checked.blocks[block].kind.item(item).range.filter(|range| !ranges.contains(range)) {
+                ranges.push(range);
+            }
+        }
+        ranges
+    }
+
+    /// A unit with a choice, `rad/s|m/s`, as the devices of the verb decide it: of turning joints alone it is `rad/s`.
+    pub fn chosen_unit(&self, unit: String) -> String {
+        if !unit.contains('|') {
+            return unit;
+        }
+        let mut of_members: Vec<String> = Vec::new();
+        for device in self.objects.iter().flatten().filter_map(|name| self.configuration.logical_devices.get(*name)) {
+            let Some(of) = self.configuration.device_types.get(&device.device_type) else { continue };
+            let declared = of.svvs.values().map(|svv| &svv.unit).chain(of.parameters.values().map(|parameter| &parameter.unit));
+            of_members.extend(declared.filter(|unit| !unit.is_empty()).map(|unit| device.unit(unit)));
+        }
+        let is_used = |choice: &&str| of_members.iter().any(|unit| units_agree(choice, unit));
+        let used: Vec<&str> = unit.split('|').filter(is_used).collect();
+        if used.is_empty() { unit } else { used.join("|") }
     }
 
     fn bound(&self, bound: &Bound) -> PlannedBound {

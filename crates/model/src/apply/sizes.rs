@@ -58,6 +58,9 @@ impl Draft<'_> {
         let kind = Arc::clone(&self.flat(block).kind);
         kind.shapes.iter().enumerate().find_map(|(item, shape)| {
             let Shape::Sized(element) = shape else { return None };
+            if let Some((last, _)) = kind.elements_of(item).last() {
+                return u32::try_from(last + 1).ok();
+            }
             let group = self.checked.group((block, item))?;
             let count = match &given[group] {
                 Given::Svvs(svvs) if svvs.len() > 1 => Some(svvs.len()),

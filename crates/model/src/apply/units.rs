@@ -73,7 +73,7 @@ impl<'a> Draft<'a> {
 
     /// The unit of what a port is bound to.
     fn group_unit(&self, port: Port, given: &[Given<'_>]) -> Option<String> {
-        let group = self.checked.group(port)?;
+        let Some(group) = self.checked.group(port) else { return self.elements_unit(port, given) };
         let mut found: Vec<String> = match &given[group] {
             Given::Svvs(svvs) => svvs.iter().map(|(_, svv)| svv.unit.clone()).collect(),
             Given::Channel { channel, physical, .. } => vec![self.channel_unit(port, &physical.channels[*channel])],
@@ -86,6 +86,14 @@ impl<'a> Draft<'a> {
         }
         let first = found.first().filter(|unit| !unit.is_empty())?;
         found.iter().all(|unit| unit == first).then(|| first.clone())
+    }
+
+    /// The unit of an array port whose elements are bound one by one: that of all of them.
+    fn elements_unit(&self, (block, item): Port, given: &[Given<'_>]) -> Option<String> {
+        let elements = self.checked.blocks[block].kind.elements_of(item);
+        let mut units = elements.iter().map(|(_, element)| self.factor((block, *element), given));
+        let first = units.next()??;
+        units.all(|unit| unit.as_ref() == Some(&first)).then_some(first)
     }
 
     /// The unit that a parameter is given: `k="2 N.m/rad"`. A number alone is a pure one; what an input parameter will bring is not known.

@@ -43,16 +43,19 @@ impl Composing<'_> {
         let mut conflicts = Vec::new();
         for (here, there) in a.flat_of(label).zip(b.flat_of(label)) {
             for item in 0..a.checked.blocks[here].kind.interface.items.len() {
-                let (port, other) = ((here, item), (there, item));
-                if !is_data(a.checked.blocks[here].kind.item(item).kind) {
+                let declared = a.checked.blocks[here].kind.item(item);
+                // An element that only the first names is bound to nothing in the second.
+                let other = b.checked.blocks[there].kind.find(&declared.name);
+                if !is_data(declared.kind) {
                     continue;
                 }
-                let (bound, to) = (a.binding(port), b.binding(other));
+                let port = (here, item);
+                let (bound, to) = (a.binding(port), other.map_or_else(|| "nothing".to_owned(), |other| b.binding((there, other))));
                 if bound != to {
                     let message =
                         format!("'{label}' cannot be shared by {both}: its {} is bound to {bound} in the first and to {to} in the second", a.item(port));
                     conflicts.push((message, "bind it to a parameter or cell of one name in both"));
-                } else if a.checked.blocks[here].mode(item) != b.checked.blocks[there].mode(item) {
+                } else if other.is_some_and(|other| a.checked.blocks[here].mode(item) != b.checked.blocks[there].mode(other)) {
                     conflicts.push((format!("'{label}' cannot be shared by {both}: its {} has two modes", a.item(port)), "give it one mode with modes="));
                 }
             }

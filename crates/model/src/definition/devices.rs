@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Logical device types, and a verb applied to devices and SVVs.
+use super::Bound;
+use crate::range::Range;
 use crate::refusal::Place;
 use crate::value::Value;
 use indexmap::IndexMap;
@@ -17,6 +19,16 @@ pub enum Arbitration {
     Queue,
     /// The holder is aborted, and the start follows.
     Abort,
+}
+
+/// The range of a member of a device type, or of an SVV. JSON: `"(0, inf)"`, or two ends, each a number or the name of a parameter of the
+/// device, `["position_min", "position_max"]`, `["-max_effort", "max_effort"]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum Within {
+    Range(Range),
+    Between(Bound, Bound),
 }
 
 /// How an SVV of a logical device starts.
@@ -41,9 +53,9 @@ pub struct SvvSpecification {
     /// How many earlier values are kept for Python.
     #[serde(default)]
     pub history: u32,
-    /// Minimum and maximum value that the PS may store.
+    /// The values that the PS may store.
     #[serde(default)]
-    pub within: Option<(f64, f64)>,
+    pub within: Option<Within>,
     /// The PS keeps its value over a warm restart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep: Option<bool>,
@@ -60,6 +72,9 @@ pub struct DeviceParameter {
     pub unit: String,
     #[serde(default)]
     pub tunable: bool,
+    /// The values that it may have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<Within>,
     /// The PS keeps its value over a warm restart; absent: that of a tunable one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep: Option<bool>,

@@ -31,7 +31,7 @@ fn item(line: &str) -> Item {
     let ratio = rest.iter().find_map(|word| word.strip_prefix("ratio=")?.parse().ok());
     let history = rest.iter().find_map(|word| word.strip_prefix("history=")?.parse().ok()).unwrap_or(0);
     let is_flag = |word: &&&str| ["default", "sized", "async"].contains(*word) || word.starts_with("ratio=") || word.starts_with("history=");
-    let (unit, unit_of) = Item::declared_unit(rest.iter().find(|word| !is_flag(word)).map_or("", |unit| *unit));
+    let (unit, unit_of, range) = Item::declared_unit(rest.iter().find(|word| !is_flag(word)).map_or("", |unit| *unit));
     Item {
         name: words[2].into(),
         kind,
@@ -39,6 +39,7 @@ fn item(line: &str) -> Item {
         type_text: if words[1] == "-" { String::new() } else { words[1].into() },
         unit,
         unit_of,
+        range,
         doc: String::new(),
         has_default: has("default"),
         nonfinite: false,

@@ -23,7 +23,11 @@ impl System {
         let of = Type::parse(&svv.type_text, &svv.types).map_err(|r| vec![r])?;
         let writers = definitions.configuration.writers.get(name).into_iter().flatten().map(|w| format!("{}.{}", w.instance, w.port)).collect();
         let [_, readers] = ends_of(&core, name);
-        let own = SvvOwn { id: svv.id.0, within: record.within, source: record.home.map(|home| core.registry.source_name(home).to_owned()) };
+        let own = SvvOwn {
+            id: svv.id.0,
+            within: record.within.and_then(|range| range.ends()),
+            source: record.home.map(|home| core.registry.source_name(home).to_owned()),
+        };
         Ok(SvvAbout {
             name: name.to_owned(),
             kind: CellKind::Svv,

@@ -12,8 +12,10 @@ use crate::registry::records::{DeviceState, LogicalRecord};
 use crate::system::{System, Waited};
 use indexmap::IndexMap;
 use model::configuration::{LogicalDevice, Svv};
-use model::definition::{Application, Arbitration, Argument, DeviceType, Initial, SvvSpecification};
+use model::definition::{Application, Arbitration, Argument, DeviceType, Initial, SvvSpecification, Within};
+use model::members::check_parameter;
 use model::plan::{CellKind, Plan, PlannedCell};
+use model::range::Range;
 use model::refusal::{Class, Place, Refusals};
 use model::value::Value;
 use std::time::Duration;
@@ -145,7 +147,7 @@ impl System {
             arbitration: request.arbitration,
             place: place.clone(),
         };
-        logical.parameters = device_parameters(&of, &request.parameters, &logical)?;
+        logical.parameters = device_parameters(&of, name, &request.parameters, &logical)?;
         let (mut svvs, mut copies) = (IndexMap::new(), Vec::new());
         let made = of.svvs.iter().try_for_each(|(member, specification)| {
             if let Some(shared) = &specification.shared {
@@ -166,7 +168,8 @@ impl System {
                 copies.push((full.clone(), format!("{name}.{from}")));
             }
             let unit = logical.unit(&specification.unit);
-            let asked = SvvRequest { specification: SvvSpecification { unit, ..specification.clone() }, types: IndexMap::new() };
+            let within = specification.within.as_ref().map(|within| Within::Range(within.resolve(&logical.parameters).0));
+            let asked = SvvRequest { specification: SvvSpecification { unit, within, ..specification.clone() }, types: IndexMap::new() };
             self.make_svv(&mut definitions, &full, &asked, Some(name), place.clone())?;
             svvs.insert(member.clone(), full);
             Ok(())
@@ -290,6 +293,18 @@ impl System {
         };
         let value = in_kind_of(&declared.default, &record.unit(&declared.unit), &value).map_err(|r| vec![crate::registry::psi::named(r, parameter)])?;
         let tunable = declared.tunable;
+        let mut parameters = record.parameters.clone();
+        parameters.insert(parameter.to_owned(), value.clone());
+        check_parameter(of, device, parameter, &record.unit(&declared.unit), &parameters).map_err(|r| vec![r])?;
+        let ranges = svv_ranges(of, record, &parameters);
+        self.shared.command(|core| {
+            for (svv, range) in ranges {
+                if let Some(svv) = core.registry.svvs.get_mut(&svv) {
+                    svv.within = Some(range);
+                }
+            }
+            Ok(())
+        })?;
         if tunable {
             self.shared.command(|core| core.tune(device, parameter, &value))?;
         }
@@ -313,7 +328,7 @@ impl System {
 }
 
 /// The parameters of a device: the type's, with those that were given in their place.
-fn device_parameters(of: &DeviceType, given: &IndexMap<String, Value>, device: &LogicalDevice) -> Result<IndexMap<String, Value>, Refusals> {
+fn device_parameters(of: &DeviceType, called: &str, given: &IndexMap<String, Value>, device: &LogicalDevice) -> Result<IndexMap<String, Value>, Refusals> {
     let mut refusals = Vec::new();
     let mut parameters: IndexMap<String, Value> = IndexMap::new();
     for (name, declared) in &of.parameters {
@@ -327,7 +342,19 @@ fn device_parameters(of: &DeviceType, given: &IndexMap<String, Value>, device: &
     for name in given.keys().filter(|n| !of.parameters.contains_key(*n)) {
         refusals.extend(unknown(&format!("parameter of '{}' named", of.name), name, of.parameters.keys().map(String::as_str)));
     }
+    let out_of_range = of.parameters.iter().map(|(name, declared)| check_parameter(of, called, name, &device.unit(&declared.unit), &parameters));
+    refusals.extend(out_of_range.filter_map(Result::err));
     if refusals.is_empty() { Ok(parameters) } else { Err(refusals) }
+}
+
+/// The ranges of a device's SVVs whose ends are parameters of it.
+fn svv_ranges(of: &DeviceType, device: &LogicalDevice, parameters: &IndexMap<String, Value>) -> Vec<(String, Range)> {
+    let own = of.svvs.iter().filter(|(_, svv)| svv.shared.is_none());
+    own.filter_map(|(member, svv)| match &svv.within {
+        Some(within @ Within::Between(..)) => Some((device.svvs.get(member)?.clone(), within.resolve(parameters).0)),
+        _ => None,
+    })
+    .collect()
 }
 
 /// A value for a parameter whose default is a number: quantities in its unit, numbers as they are.

@@ -81,6 +81,7 @@ impl System {
         for (name, unit) in units {
             known_unit(unit, &format!("'{name}' of device type '{}'", of.name), &of.place)?;
         }
+        model::members::check_ranges(&of)?;
         for (name, svv) in &of.svvs {
             Type::parse(&svv.type_text, &IndexMap::new()).map_err(|r| vec![crate::registry::psi::named(r, name)])?;
         }

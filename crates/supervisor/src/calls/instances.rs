@@ -14,6 +14,7 @@ use std::time::Duration;
 impl System {
     /// Starts a verb instance.
     pub fn start(&self, instance: u64, values: &IndexMap<String, Value>, limits: Limits) -> Result<(), Refusals> {
+        limits.check()?;
         let mut definitions = self.shared.definitions();
         self.untune(&mut definitions, instance)?;
         let plan = self.shared.locked().instances.known(instance)?.plan.clone();

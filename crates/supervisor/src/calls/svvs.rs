@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! State vector variables: made, written and deleted.
 use crate::calls::values::store_value;
-use crate::refuse::{invalid_state, known_unit, refuse_at, unknown};
+use crate::refuse::{invalid_state, known_unit, refuse, refuse_at, unknown};
 use crate::registry::svvs::{Past, SvvRecord};
 use crate::system::System;
 use indexmap::IndexMap;
 use model::configuration::{Svv, SvvId};
-use model::definition::{Initial, SvvSpecification};
+use model::definition::{Bound, Initial, SvvSpecification, Within};
 use model::plan::CellKind;
+use model::range::Range;
 use model::refusal::{Class, Place, Refusals};
 use model::types::Type;
 use std::collections::BTreeMap;
@@ -44,6 +45,7 @@ impl System {
         let of = Type::parse(&asked.type_text, &request.types).map_err(|r| vec![crate::registry::psi::named(r, name)])?;
         crate::registry::sane::svv(name, asked, of.size())?;
         known_unit(&asked.unit, &format!("SVV '{name}'"), &place)?;
+        let within = range_of(name, asked)?;
         let stored = match &asked.initial {
             Some(Initial::Value(value)) => of.encode(value, &asked.unit).map_err(|r| vec![crate::registry::psi::named(r, name)])?,
             _ => vec![0; of.size()],
@@ -60,7 +62,7 @@ impl System {
                     unit: asked.unit.clone(),
                     size: of.size(),
                     first: stored.clone(),
-                    within: asked.within,
+                    within,
                     cells: BTreeMap::new(),
                     readers: BTreeMap::new(),
                     home: None,
@@ -118,4 +120,27 @@ impl System {
     pub fn write(&self, name: &str, value: &model::value::Value) -> Result<(), Refusals> {
         self.shared.command(|core| store_value(core, name, value))
     }
+}
+
+/// The range of an SVV, which holds its initial value.
+fn range_of(name: &str, asked: &SvvSpecification) -> Result<Option<Range>, Refusals> {
+    let range = match &asked.within {
+        None => return Ok(None),
+        Some(Within::Range(range)) => *range,
+        Some(Within::Between(Bound::Number(least), Bound::Number(most))) => Range::closed(*least, *most),
+        Some(Within::Between(..)) => {
+            let message = format!("the range of SVV '{name}' names a parameter, and it is no SVV of a device");
+            return Err(refuse(Class::ValueRefused, message, "give two numbers: within=(0, 1)"));
+        }
+    };
+    if let Range::Interval { least, most, .. } = range
+        && least > most
+    {
+        let message = format!("the range of SVV '{name}' is {least} to {most}");
+        return Err(refuse(Class::ValueRefused, message, format!("give the lower end first: within=({most}, {least})")));
+    }
+    if let Some(Initial::Value(value)) = &asked.initial {
+        range.check(&format!("SVV '{name}'"), &asked.unit, value).map_err(|refusal| vec![refusal])?;
+    }
+    Ok(Some(range))
 }

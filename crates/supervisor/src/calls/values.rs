@@ -187,14 +187,8 @@ pub(crate) fn store_value(core: &mut Core, name: &str, value: &Value) -> Result<
         return Err(refuse(Class::SecondWriter, format!("cannot store into SVV '{name}': it is written by '{}'", holder.name), "wait for it or halt it"));
     }
     let bytes = crate::registry::psi::encode(&svv.type_text, &svv.unit, value).map_err(|r| vec![crate::registry::psi::named(r, name)])?;
-    if let Some((least, most)) = svv.within {
-        crate::registry::ranges::within(
-            name,
-            &model::types::Type::parse(&svv.type_text, &Default::default()).map_err(|r| vec![r])?.decode(&bytes),
-            least,
-            most,
-        )?;
-    }
+    let range = svv.within.unwrap_or_else(|| model::range::plausible(&svv.unit));
+    range.check(&format!("SVV '{name}'"), &svv.unit, value).map_err(|refusal| vec![refusal])?;
     for (source, ops) in by_source(core.carrier().store_everywhere(name, &bytes)) {
         core.submit(source, ops, Purpose::Nothing);
     }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A verb instance: what it was made of, where it is in its life, what it still waits for.
 use crate::lifecycle::report::{Other, Report};
+use crate::refuse::refuse;
 use crate::wiring::installed::Installed;
 use crate::wiring::sequence::Movement;
 use indexmap::IndexMap;
 use kernel::SourceId;
 use model::definition::Application;
 use model::plan::{Claim, Plan, Wait};
+use model::refusal::{Class, Refusals};
 use model::value::Value;
 use model::{CheckedVerb, SystemCondition};
 use std::collections::{BTreeSet, VecDeque};
@@ -89,6 +91,22 @@ pub struct Limits {
     /// Age of a value from another source beyond which `late` (of a ratio input) or `link_lost` (of what a timer publishes in each
     /// firing) comes, ns.
     pub age_max_ns: Option<i64>,
+}
+
+impl Limits {
+    /// Checks that the times are above 0.
+    ///
+    /// # Errors
+    /// `OutOfRange` with the one that is not.
+    pub fn check(&self) -> Result<(), Refusals> {
+        for (name, limit) in [("time_limit", self.time_limit_ns), ("age_max", self.age_max_ns)] {
+            if let Some(ns) = limit.filter(|ns| *ns <= 0) {
+                let message = format!("'{name}' cannot be {} s: its range is above 0 s", ns as f64 * 1e-9);
+                return Err(refuse(Class::OutOfRange, message, "give a time above 0, for example '10 s', or leave it out"));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Running time: it stands still while the instance is suspended.

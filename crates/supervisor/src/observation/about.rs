@@ -42,7 +42,7 @@ pub struct SvvAbout {
 pub struct SvvOwn {
     /// Which one it is of those that have had its name; `NAME@ID` is this one and no other.
     pub id: u32,
-    /// Minimum and maximum that a programming system may write.
+    /// Minimum and maximum that a programming system may write, where both are finite.
     pub within: Option<(f64, f64)>,
     /// The interrupt source in which its present value was computed; null: a programming system wrote it.
     pub source: Option<String>,

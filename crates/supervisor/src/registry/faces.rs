@@ -18,7 +18,7 @@ pub(crate) fn interface(module: &str, face: &BlockFace, types: &IndexMap<String,
 
 fn item(face: &ItemFace) -> Item {
     let (least, most) = face.limits.unwrap_or((0, 0));
-    let (unit, unit_of) = Item::declared_unit(&face.unit);
+    let (unit, unit_of, range) = Item::declared_unit(&face.unit);
     Item {
         name: face.name.clone(),
         kind: kind(face.kind),
@@ -30,6 +30,7 @@ fn item(face: &ItemFace) -> Item {
         type_text: face.type_text.clone(),
         unit,
         unit_of,
+        range,
         doc: face.doc.clone(),
         has_default: face.has_default,
         nonfinite: face.nonfinite,

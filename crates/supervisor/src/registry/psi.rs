@@ -37,6 +37,12 @@ pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: 
             refusals.extend(refuse(Class::CallError, format!("'{}' needs its input parameter '{}'", plan.verb, input.name), "give it, or declare a default"));
             continue;
         };
+        // Given values were looked at before: they may be shares of a range until then.
+        let is_declared = input.origin != InputOrigin::Given;
+        if let Some(refusal) = is_declared.then(|| model::conformity::within_items(input, &value).err()).flatten() {
+            refusals.push(refusal);
+            continue;
+        }
         match encode(&input.type_text, &input.unit, &value) {
             Ok(bytes) => stores.extend(input.targets.iter().map(|t| (t.clone(), bytes.clone()))),
             Err(refusal) => refusals.push(named(refusal, &input.name)),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What is of the right type and makes no sense: names that no line of a log can show, sizes that no machine has.
 use crate::refuse::refuse;
-use model::definition::{Initial, SvvSpecification};
+use model::definition::SvvSpecification;
 use model::refusal::{Class, Refusals};
 
 /// Characters of a name.
@@ -55,15 +55,6 @@ pub(crate) fn svv(called: &str, asked: &SvvSpecification, size: usize) -> Result
     if u64::from(asked.history) * row > PAST_MAX {
         let message = format!("a history of {} values of SVV '{called}' would take {} MB", asked.history, u64::from(asked.history) * row / 1_000_000);
         return Err(refuse(Class::ValueRefused, message, format!("ask for at most {}, or record the values: cell.record(...)", PAST_MAX / row)));
-    }
-    if let Some((least, most)) = asked.within {
-        if least > most {
-            let message = format!("the range of SVV '{called}' is {least} to {most}");
-            return Err(refuse(Class::ValueRefused, message, format!("give the lower end first: within=({most}, {least})")));
-        }
-        if let Some(Initial::Value(value)) = &asked.initial {
-            crate::registry::ranges::within(called, value, least, most)?;
-        }
     }
     Ok(())
 }

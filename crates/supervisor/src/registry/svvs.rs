@@ -14,7 +14,7 @@ pub(crate) struct SvvRecord {
     /// The value that it began with: its idle value, where it commands a device.
     pub first: Vec<u8>,
     /// Minimum and maximum value that the PS may store.
-    pub within: Option<(f64, f64)>,
+    pub within: Option<model::range::Range>,
     /// Where it lies in each image.
     pub cells: BTreeMap<SourceId, Cell>,
     /// Sources with a block that reads it, counted.

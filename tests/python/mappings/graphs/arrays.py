@@ -63,6 +63,33 @@ def scatter_to_four_processors(stage: Stage) -> Graph:
     )
 
 
+@graph(lambda: {"y": [[3.0 * row[i] for i in range(4)] for row in zip(*(scattered(n) for n in range(4)), strict=True)]})
+def elements_of_two_processors_in_cells(stage: Stage) -> Graph:
+    """Outputs of blocks on two processors reach the elements of one array port on a third, by cells."""
+    return Graph(
+        blocks={**{f"wave{n}": stage.code.scatter(seed=n) for n in range(4)}, "times": stage.code.times(k=3.0)},
+        cells={f"u{n}": [f"wave{n}.y", f"times.u[{n}]"] for n in range(4)},
+        objects={"y": "times.y"},
+        svvs={"y": "double[4]"},
+        place={**{f"wave{n}": f"{n % 2}.fast" for n in range(4)}, "times": "2.soft"},
+        record={"y": "times.y"},
+        recorder={"y": "record_vector"},
+        start=[activate("times"), *(activate(f"wave{n}", every="2 ms") for n in range(4))],
+    )
+
+
+@graph(lambda: {f"y{n}": [10.0 * (k + n / 8) for k in range(200)] for n in range(4)})
+def elements_to_four_processors_in_cells(stage: Stage) -> Graph:
+    """The elements of an output go to blocks on four processors, by cells."""
+    return Graph(
+        blocks={"vector": stage.code.vector, **{f"gain{n}": lib.block("gain")(k=10.0) for n in range(4)}},
+        cells={f"v{n}": [f"vector.v[{n}]", f"gain{n}.u"] for n in range(4)},
+        place={"vector": "0.fast", **{f"gain{n}": f"{n}.soft" for n in range(4)}},
+        record={f"y{n}": f"gain{n}.y" for n in range(4)},
+        start=[*(activate(f"gain{n}") for n in range(4)), activate("vector", every="2 ms")],
+    )
+
+
 @graph()
 def vector_from_processor_to_processor(stage: Stage) -> Graph:
     """A whole array travels over three processors."""

@@ -17,10 +17,10 @@ pub struct DeadBand {
     #[output(unit = "=u")]
     y: f64,
     /// half of the band
-    #[param(default = 0.1)]
+    #[param(default = 0.1, range = "[0, inf)")]
     width: f64,
     /// middle of the band
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     middle: f64,
 }
 

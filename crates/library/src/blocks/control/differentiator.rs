@@ -19,7 +19,7 @@ pub struct Differentiator {
     #[output]
     y: f64,
     /// time constant T of the filter
-    #[param(default = 0.01, unit = "s")]
+    #[param(default = 0.01, unit = "s", range = "[0, inf)")]
     time: f64,
     /// time of the invocation before
     #[state(opaque)]

@@ -23,16 +23,16 @@ pub struct Hysteresis {
     #[output]
     active: bool,
     /// level from which on it is active
-    #[param(default = 0.5)]
+    #[param(default = 0.5, range = "[-inf, inf)")]
     upper: f64,
     /// level from which on, downwards, it is not
-    #[param(default = -0.5)]
+    #[param(default = -0.5, range = "[-inf, inf)")]
     lower: f64,
     /// output where it is active
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     high: f64,
     /// output where it is not
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     low: f64,
 }
 

@@ -19,19 +19,19 @@ pub struct Integrator {
     #[input(asynchronous, default = false)]
     reset: bool,
     /// value at the beginning and after a reset
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     initial: f64,
     /// integral
     #[output]
     y: f64,
     /// factor
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     gain: f64,
     /// minimum output
-    #[param(default = f64::NEG_INFINITY)]
+    #[param(default = f64::NEG_INFINITY, range = "[-inf, inf)")]
     low: f64,
     /// maximum output
-    #[param(default = f64::INFINITY)]
+    #[param(default = f64::INFINITY, range = "[-inf, inf)")]
     high: f64,
     /// time of the invocation before
     #[state(opaque)]

@@ -14,10 +14,10 @@ pub struct Limit {
     #[output(unit = "=u")]
     y: f64,
     /// minimum output
-    #[param(default = -1.0, unit = "=u")]
+    #[param(default = -1.0, unit = "=u", range = "[-inf, inf)")]
     low: f64,
     /// maximum output
-    #[param(default = 1.0, unit = "=u")]
+    #[param(default = 1.0, unit = "=u", range = "[-inf, inf)")]
     high: f64,
     /// the input was beyond the range; the value is how far
     #[condition(preset = 0.0)]

@@ -30,16 +30,16 @@ pub struct LookupSurface {
     #[output]
     z: f64,
     /// where the rows are, rising
-    #[param(default = numbers(), sized)]
+    #[param(default = numbers(), sized, range = "[-inf, inf)")]
     xs: [f64; 16],
     /// number of columns, 2 to 8
-    #[param(default = 2)]
+    #[param(default = 2, range = "[2, 8]")]
     columns: u32,
     /// where the columns are, rising: the first `columns` count
-    #[param(default = numbers())]
+    #[param(default = numbers(), range = "[-inf, inf)")]
     ys: [f64; COLUMNS_MAX],
     /// values: a row for each of xs, the first `columns` of it count
-    #[param(default = [[0.0; 8]; 16], sized)]
+    #[param(default = [[0.0; 8]; 16], sized, range = "[-inf, inf)")]
     zs: [[f64; COLUMNS_MAX]; 16],
 }
 

@@ -24,13 +24,13 @@ pub struct LookupTable {
     #[output]
     y: f64,
     /// where the points are, rising
-    #[param(default = numbers(), sized)]
+    #[param(default = numbers(), sized, range = "[-inf, inf)")]
     xs: [f64; 32],
     /// values at the points
-    #[param(default = numbers(), sized)]
+    #[param(default = numbers(), sized, range = "[-inf, inf)")]
     ys: [f64; 32],
     /// beyond the ends: 0 held, 1 extrapolated, 2 a fault
-    #[param(default = 0)]
+    #[param(default = 0, range = "[0, 2]")]
     ends: u32,
     /// the input is beyond the ends
     #[condition]

@@ -28,7 +28,7 @@ pub struct Pid {
     #[input]
     measured: f64,
     /// what is added to the effort: the load that is known, gravity for example
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     feedforward: f64,
     /// what drives it there
     #[output]
@@ -37,46 +37,46 @@ pub struct Pid {
     #[output]
     error: f64,
     /// proportional gain
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     kp: f64,
     /// integral gain, per second
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     ki: f64,
     /// derivative gain, seconds
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     kd: f64,
     /// maximum effort either way
-    #[param(default = 1e6)]
+    #[param(default = 1e6, range = "[0, inf)")]
     limit: f64,
     /// invocations over which a new set-point is reached in even steps; 1: at once
-    #[param(default = 1)]
+    #[param(default = 1, range = "[0, 1000000]")]
     interpolation: u32,
     /// |e| is above the preset; the value is e; off where the preset is 0
-    #[condition(preset = 0.0)]
+    #[condition(preset = 0.0, range = "[0, inf)")]
     following_error: ConditionOf<f64>,
     /// whether the effort is `manual_effort`
     #[input(asynchronous, default = false)]
     manual: bool,
     /// effort by hand, or what another controller gives
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     manual_effort: f64,
     /// minimum effort, where -limit is not it: 0 for a heater
-    #[param(default = f64::NEG_INFINITY)]
+    #[param(default = f64::NEG_INFINITY, range = "[-inf, inf)")]
     least: f64,
     /// b: weight of the set-point in the proportional term
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     setpoint_weight: f64,
     /// c: weight of the set-point in the derivative term
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     derivative_weight: f64,
     /// time constant of the derivative's lag; 0: none
-    #[param(default = 0.0, unit = "s")]
+    #[param(default = 0.0, unit = "s", range = "[0, inf)")]
     derivative_time: f64,
     /// 0 clamping, 1 back-calculation
-    #[param(default = 0)]
+    #[param(default = 0, range = "[0, 1]")]
     anti_windup: u32,
     /// time constant with which back-calculation draws the integral back
-    #[param(default = 1.0, unit = "s")]
+    #[param(default = 1.0, unit = "s", range = "(0, inf)")]
     tracking_time: f64,
     /// where the reference is
     #[state(opaque)]

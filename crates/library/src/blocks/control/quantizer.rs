@@ -17,10 +17,10 @@ pub struct Quantizer {
     #[output(unit = "=u")]
     y: f64,
     /// distance between two values
-    #[param(default = 0.1)]
+    #[param(default = 0.1, range = "(0, inf)")]
     step: f64,
     /// one of the values
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     offset: f64,
 }
 

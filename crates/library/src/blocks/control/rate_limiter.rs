@@ -18,10 +18,10 @@ pub struct RateLimiter {
     #[output(unit = "=u")]
     y: f64,
     /// maximum rise in a second
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[0, inf)")]
     rising: f64,
     /// maximum fall in a second
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[0, inf)")]
     falling: f64,
     /// the output does not follow
     #[condition]

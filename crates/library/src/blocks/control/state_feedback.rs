@@ -18,19 +18,19 @@ pub struct StateFeedback {
     #[input(sized)]
     x: [f64; 16],
     /// reference r
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     reference: f64,
     /// what acts on the plant
     #[output]
     effort: f64,
     /// gain of each state
-    #[param(default = [0.0; 16], sized)]
+    #[param(default = [0.0; 16], sized, range = "[-inf, inf)")]
     k: [f64; 16],
     /// gain of the reference
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     reference_gain: f64,
     /// maximum effort either way
-    #[param(default = 1e6)]
+    #[param(default = 1e6, range = "[0, inf)")]
     limit: f64,
 }
 

@@ -19,7 +19,7 @@ pub struct StateSpace {
     #[input]
     u: f64,
     /// second input: the measurement of an observer
-    #[input(default = 0.0)]
+    #[input(default = 0.0, range = "[-inf, inf)")]
     w: f64,
     /// output
     #[output]
@@ -28,22 +28,22 @@ pub struct StateSpace {
     #[output(sized)]
     x: [f64; 8],
     /// what each state (row) becomes from each state (the first n columns)
-    #[param(default = [[0.0; 8]; 8], sized)]
+    #[param(default = [[0.0; 8]; 8], sized, range = "[-inf, inf)")]
     a: [[f64; 8]; 8],
     /// what the input adds to each state
-    #[param(default = [0.0; 8], sized)]
+    #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     b: [f64; 8],
     /// what each state adds to the output
-    #[param(default = [0.0; 8], sized)]
+    #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     c: [f64; 8],
     /// what the input adds to the output
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     d: f64,
     /// what the second input adds to each state
-    #[param(default = [0.0; 8], sized)]
+    #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     e: [f64; 8],
     /// states at the beginning
-    #[param(default = [0.0; 8], sized)]
+    #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     initial: [f64; 8],
     /// states of the next invocation
     #[state]

@@ -10,7 +10,7 @@ pub struct ChannelSum {
     #[device(read)]
     channel: f64,
     /// what is added
-    #[input(asynchronous, default = 0.0, unit = "=channel")]
+    #[input(asynchronous, default = 0.0, unit = "=channel", range = "[-inf, inf)")]
     u: f64,
     /// the sum
     #[output(unit = "=channel")]

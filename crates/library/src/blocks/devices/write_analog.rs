@@ -18,10 +18,10 @@ pub struct WriteAnalog {
     #[output]
     y: f64,
     /// minimum value
-    #[param(default = -1e300)]
+    #[param(default = -1e300, range = "[-inf, inf)")]
     low: f64,
     /// maximum value
-    #[param(default = 1e300)]
+    #[param(default = 1e300, range = "[-inf, inf)")]
     high: f64,
     /// channel of a physical device
     #[device(write)]

@@ -25,10 +25,10 @@ pub struct AlphaBeta {
     #[output]
     residual: f64,
     /// gain of the position
-    #[param(default = 0.5)]
+    #[param(default = 0.5, range = "[0, 1]")]
     alpha: f64,
     /// gain of the velocity
-    #[param(default = 0.1667)]
+    #[param(default = 0.1667, range = "[0, 4]")]
     beta: f64,
     /// time of the invocation before
     #[state(opaque)]

@@ -20,19 +20,19 @@ pub struct Biquad {
     #[output]
     y: f64,
     /// coefficient of u_k
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     b0: f64,
     /// coefficient of u_(k-1)
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     b1: f64,
     /// coefficient of u_(k-2)
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     b2: f64,
     /// coefficient of y_(k-1)
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-2, 2]")]
     a1: f64,
     /// coefficient of y_(k-2)
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-1, 1]")]
     a2: f64,
     /// what is carried over
     #[state]

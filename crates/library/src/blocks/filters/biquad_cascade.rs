@@ -24,7 +24,7 @@ pub struct BiquadCascade {
     #[output]
     y: f64,
     /// one row for each section: b0, b1, b2, 1, a1, a2
-    #[param(default = [[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 8], sized)]
+    #[param(default = [[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 8], sized, range = "[-inf, inf)")]
     sections: [[f64; 6]; 8],
     /// what is carried over in each section
     #[state]

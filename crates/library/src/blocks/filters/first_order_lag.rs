@@ -19,10 +19,10 @@ pub struct FirstOrderLag {
     #[output(unit = "=k.u")]
     y: f64,
     /// gain
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     k: f64,
     /// time constant T: 63 % of a step
-    #[param(default = 0.1, unit = "s")]
+    #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     time: f64,
     /// time of the invocation before
     #[state(opaque)]

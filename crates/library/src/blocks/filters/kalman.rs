@@ -26,10 +26,10 @@ pub struct Kalman {
     #[output]
     gain: f64,
     /// variance of a measurement
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "(0, inf)")]
     noise: f64,
     /// variance by which the value wanders in a second
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[0, inf)")]
     drift: f64,
     /// time of the invocation before
     #[state(opaque)]

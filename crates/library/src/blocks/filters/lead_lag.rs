@@ -19,13 +19,13 @@ pub struct LeadLag {
     #[output]
     y: f64,
     /// gain
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     k: f64,
     /// time constant of the numerator
-    #[param(default = 0.1, unit = "s")]
+    #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     lead: f64,
     /// time constant of the denominator
-    #[param(default = 0.01, unit = "s")]
+    #[param(default = 0.01, unit = "s", range = "(0, inf)")]
     lag: f64,
     /// time of the invocation before
     #[state(opaque)]

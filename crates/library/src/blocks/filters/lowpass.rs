@@ -11,7 +11,7 @@ pub struct Lowpass {
     #[output(unit = "=u")]
     y: f64,
     /// smoothing factor, 0 to 1
-    #[param(default = 0.1)]
+    #[param(default = 0.1, range = "[0, 1]")]
     alpha: f64,
 }
 

@@ -23,7 +23,7 @@ pub struct Median {
     #[output(unit = "=u")]
     y: f64,
     /// invocations w that it looks back, 1 to 31
-    #[param(default = 5)]
+    #[param(default = 5, range = "[1, 31]")]
     window: u32,
     /// last values
     #[state(opaque)]

@@ -19,7 +19,7 @@ pub struct MovingAverage {
     #[output(unit = "=u")]
     y: f64,
     /// invocations w that it looks back, 1 to 256
-    #[param(default = 10)]
+    #[param(default = 10, range = "[1, 256]")]
     window: u32,
     /// last values
     #[state(opaque)]

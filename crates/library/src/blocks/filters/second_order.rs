@@ -27,13 +27,13 @@ pub struct SecondOrder {
     #[output]
     y: f64,
     /// 0 low-pass, 1 high-pass, 2 band-pass, 3 notch
-    #[param(default = 0)]
+    #[param(default = 0, range = "[0, 3]")]
     kind: u32,
     /// corner frequency, or the middle of the band or notch
-    #[param(default = 10.0, unit = "Hz")]
+    #[param(default = 10.0, unit = "Hz", range = "(0, inf)")]
     frequency: f64,
     /// quality q
-    #[param(default = FRAC_1_SQRT_2)]
+    #[param(default = FRAC_1_SQRT_2, range = "(0, inf)")]
     quality: f64,
     /// time of the invocation before
     #[state(opaque)]

@@ -22,10 +22,10 @@ pub struct TransferFunction {
     #[output]
     y: f64,
     /// numerator
-    #[param(default = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], sized)]
+    #[param(default = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], sized, range = "[-inf, inf)")]
     b: [f64; 16],
     /// denominator
-    #[param(default = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], sized)]
+    #[param(default = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], sized, range = "[-inf, inf)")]
     a: [f64; 16],
     /// what is carried over
     #[state]

@@ -19,7 +19,7 @@ pub struct Washout {
     #[output(unit = "=u")]
     y: f64,
     /// time constant T
-    #[param(default = 1.0, unit = "s")]
+    #[param(default = 1.0, unit = "s", range = "(0, inf)")]
     time: f64,
     /// time of the invocation before
     #[state(opaque)]

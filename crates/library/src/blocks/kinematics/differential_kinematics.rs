@@ -21,19 +21,19 @@ pub struct DifferentialKinematics {
     #[size(1, 16)]
     n: u32,
     /// where the tool is to be: x y z in m, quaternion w x y z
-    #[input]
+    #[input(range = "[pose]")]
     pose: [f64; 7],
     /// where the joints are commanded to be at the beginning, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
     /// maximum speed of each joint
-    #[input(asynchronous, default = [std::f64::consts::PI; 16], sized)]
+    #[input(asynchronous, default = [std::f64::consts::PI; 16], sized, range = "(0, inf)")]
     speed_max: [f64; 16],
     /// minimum position of each joint
-    #[input(asynchronous, default = [-1e6; 16], sized)]
+    #[input(asynchronous, default = [-1e6; 16], sized, range = "[-inf, inf)")]
     position_min: [f64; 16],
     /// maximum position of each joint
-    #[input(asynchronous, default = [1e6; 16], sized)]
+    #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
     position_max: [f64; 16],
     /// where the joints are to be, rad or m
     #[output(sized)]
@@ -51,7 +51,7 @@ pub struct DifferentialKinematics {
     #[condition]
     slowed: Condition,
     /// the tool is farther behind than the preset (0: off); the value is how far, m
-    #[condition(preset = 0.0)]
+    #[condition(preset = 0.0, range = "[0, inf)")]
     lost: ConditionOf<f64>,
     /// the invocation before
     #[state(opaque)]

@@ -19,16 +19,16 @@ pub struct InverseKinematics {
     #[size(1, 16)]
     n: u32,
     /// pose for the tool: x y z in m, quaternion w x y z
-    #[input(asynchronous)]
+    #[input(asynchronous, range = "[pose]")]
     goal: [f64; 7],
     /// joint positions to start from, rad or m
     #[input(asynchronous, sized)]
     near: [f64; 16],
     /// minimum position of each joint
-    #[input(asynchronous, default = [-1e6; 16], sized)]
+    #[input(asynchronous, default = [-1e6; 16], sized, range = "[-inf, inf)")]
     position_min: [f64; 16],
     /// maximum position of each joint
-    #[input(asynchronous, default = [1e6; 16], sized)]
+    #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
     position_max: [f64; 16],
     /// joint positions found, rad or m
     #[output(sized)]
@@ -46,16 +46,16 @@ pub struct InverseKinematics {
     #[param(default = Chain::NOTHING)]
     chain: Chain,
     /// maximum distance that counts as reached
-    #[param(default = 1e-6, unit = "m")]
+    #[param(default = 1e-6, unit = "m", range = "(0, inf)")]
     tolerance: f64,
     /// maximum angle that counts as reached
-    #[param(default = 1e-6, unit = "rad")]
+    #[param(default = 1e-6, unit = "rad", range = "(0, inf)")]
     angle_tolerance: f64,
     /// whether the orientation of the goal matters
     #[param(default = true)]
     orientation: bool,
     /// joint positions from which it tries, `near` the first
-    #[param(default = 1)]
+    #[param(default = 1, range = "[1, 1000]")]
     attempts: u32,
     /// the goal is out of reach; the value is how far, m
     #[condition]
@@ -64,7 +64,7 @@ pub struct InverseKinematics {
     #[condition]
     limit: ConditionOf<i32>,
     /// the minimum singular value is below the preset; the value is it
-    #[condition(preset = 0.02)]
+    #[condition(preset = 0.02, range = "[0, inf)")]
     singular: ConditionOf<f64>,
 }
 

@@ -26,37 +26,37 @@ pub struct LinePlanner {
     #[input(asynchronous, sized)]
     start: [f64; 16],
     /// how fast their servos move them now
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
     /// how fast the last set-points moved, of whatever motion stored them
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// how that changed
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
-    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
     /// where the tool is to go: x y z in m, quaternion w x y z
-    #[input(asynchronous)]
+    #[input(asynchronous, range = "[pose]")]
     goal: [f64; 7],
     /// maximum speed of the tool
-    #[input(asynchronous, default = 0.25, unit = "m/s")]
+    #[input(asynchronous, default = 0.25, unit = "m/s", range = "(0, 10]")]
     speed: f64,
     /// maximum speed of its orientation
-    #[input(asynchronous, default = 1.0, unit = "rad/s")]
+    #[input(asynchronous, default = 1.0, unit = "rad/s", range = "(0, 100]")]
     angular_speed: f64,
     /// maximum speed of each joint
-    #[input(asynchronous, default = [PI; 16], sized)]
+    #[input(asynchronous, default = [PI; 16], sized, range = "(0, inf)")]
     speed_max: [f64; 16],
     /// maximum acceleration of each joint
-    #[input(asynchronous, default = [5.0; 16], sized)]
+    #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
     acceleration_max: [f64; 16],
     /// minimum position of each joint
-    #[input(asynchronous, default = [-1e6; 16], sized)]
+    #[input(asynchronous, default = [-1e6; 16], sized, range = "[-inf, inf)")]
     position_min: [f64; 16],
     /// maximum position of each joint
-    #[input(asynchronous, default = [1e6; 16], sized)]
+    #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
     position_max: [f64; 16],
     /// the planned line
     #[output]
@@ -71,22 +71,22 @@ pub struct LinePlanner {
     #[param(default = Chain::NOTHING)]
     chain: Chain,
     /// maximum acceleration of the tool
-    #[param(default = 1.0, unit = "m/s^2")]
+    #[param(default = 1.0, unit = "m/s^2", range = "(0, 1000]")]
     acceleration: f64,
     /// maximum jerk of the tool
-    #[param(default = 10.0)]
+    #[param(default = 10.0, range = "(0, 100000]")]
     jerk: f64,
     /// maximum acceleration of its orientation
-    #[param(default = 5.0, unit = "rad/s^2")]
+    #[param(default = 5.0, unit = "rad/s^2", range = "(0, 10000]")]
     angular_acceleration: f64,
     /// maximum jerk of its orientation
-    #[param(default = 50.0)]
+    #[param(default = 50.0, range = "(0, 1000000]")]
     angular_jerk: f64,
     /// minimum part of the speed asked for that is worth going, 0 to 1
-    #[param(default = 0.02)]
+    #[param(default = 0.02, range = "[0, 1]")]
     slowest: f64,
     /// time between two set-points
-    #[param(default = 0.02, unit = "s")]
+    #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
     /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
     #[param(default = false)]

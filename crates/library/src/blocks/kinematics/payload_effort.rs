@@ -28,16 +28,16 @@ pub struct PayloadEffort {
     #[param(default = Chain::NOTHING)]
     chain: Chain,
     /// mass of the payload
-    #[param(default = 0.0, unit = "kg")]
+    #[param(default = 0.0, unit = "kg", range = "[0, 100000]")]
     mass: f64,
     /// its centre of mass in the flange's frame, m
-    #[param(default = [0.0; 3])]
+    #[param(default = [0.0; 3], range = "[-100, 100]")]
     centre: [f64; 3],
     /// gravity in the frame in which poses are given, m/s^2
-    #[param(default = [0.0, 0.0, -9.81])]
+    #[param(default = [0.0, 0.0, -9.81], range = "[-1000, 1000]")]
     gravity: [f64; 3],
     /// how fast the mass is taken on, kg/s
-    #[param(default = 10.0)]
+    #[param(default = 10.0, range = "(0, inf)")]
     rate: f64,
     /// the invocation before
     #[state(opaque)]

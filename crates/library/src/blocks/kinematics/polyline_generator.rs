@@ -23,40 +23,40 @@ pub struct PolylineGenerator {
     #[input(asynchronous)]
     path: Polyline,
     /// where the joints are commanded to be now, rad or m
-    #[input(asynchronous, default = [0.0; 16], sized)]
+    #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
     start: [f64; 16],
     /// how fast their servos move them now
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
     /// how fast the last set-points moved, of whatever motion stored them
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// how that changed
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
-    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
     /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
-    #[input(asynchronous, default = [1.0; 16], sized)]
+    #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     r#override: [f64; 16],
     /// the same for the whole cell; both are multiplied
-    #[input(asynchronous, default = [1.0; 16], sized)]
+    #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
     /// whether it is to come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
     /// time that may be lost at once; beyond it the motion comes to rest
-    #[input(asynchronous, default = [0.5; 16], sized, unit = "s")]
+    #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// maximum speed of each joint
-    #[input(asynchronous, default = [1e6; 16], sized)]
+    #[input(asynchronous, default = [1e6; 16], sized, range = "(0, inf)")]
     speed_max: [f64; 16],
     /// maximum acceleration at which joints that move are braked first
-    #[input(asynchronous, default = [5.0; 16], sized)]
+    #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
     acceleration_max: [f64; 16],
     /// maximum jerk of that
-    #[input(asynchronous, default = [50.0; 16], sized)]
+    #[input(asynchronous, default = [50.0; 16], sized, range = "(0, inf)")]
     jerk_max: [f64; 16],
     /// where the joints are to be, rad or m
     #[output(sized)]
@@ -83,7 +83,7 @@ pub struct PolylineGenerator {
     #[output]
     complete: bool,
     /// time between two set-points
-    #[param(default = 0.02, unit = "s")]
+    #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
     /// the arm
     #[param(default = Chain::NOTHING)]

@@ -16,13 +16,13 @@ pub struct Comparator {
     #[input]
     u: f64,
     /// what it is compared with
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     reference: f64,
     /// whether the input is above
     #[output]
     above: bool,
     /// half of the band in which nothing changes
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[0, inf)")]
     hysteresis: f64,
     /// the input has gone above
     #[condition]

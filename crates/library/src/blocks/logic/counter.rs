@@ -29,7 +29,7 @@ pub struct Counter {
     #[output]
     empty: bool,
     /// count that is full (PV)
-    #[param(default = 10)]
+    #[param(default = 10, range = "[-inf, inf)")]
     preset: i32,
     /// the value has come up to the preset
     #[condition]

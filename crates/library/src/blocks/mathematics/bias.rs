@@ -11,7 +11,7 @@ pub struct Bias {
     #[output(unit = "=u")]
     y: f64,
     /// what is added
-    #[param(default = 0.0, unit = "=u")]
+    #[param(default = 0.0, unit = "=u", range = "[-inf, inf)")]
     b: f64,
 }
 

@@ -20,7 +20,7 @@ pub struct Divide {
     #[output]
     y: f64,
     /// divisors as near to 0 as this are a fault
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[0, inf)")]
     least: f64,
 }
 

@@ -11,7 +11,7 @@ pub struct Gain {
     #[output(unit = "=k.u")]
     y: f64,
     /// factor
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     k: f64,
 }
 

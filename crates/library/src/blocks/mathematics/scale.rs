@@ -17,16 +17,16 @@ pub struct Scale {
     #[output]
     y: f64,
     /// input of the first point
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     from_low: f64,
     /// input of the second point
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     from_high: f64,
     /// output at the first point
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     to_low: f64,
     /// output at the second point
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     to_high: f64,
 }
 

@@ -14,7 +14,7 @@ pub struct Sum {
     #[output(unit = "=w.u")]
     y: f64,
     /// weights: 1 adds, -1 subtracts
-    #[param(default = [1.0; 16], sized)]
+    #[param(default = [1.0; 16], sized, range = "[-inf, inf)")]
     w: [f64; 16],
 }
 

@@ -40,13 +40,13 @@ pub struct ActionChunk {
     #[output]
     velocity: f64,
     /// time between two actions
-    #[param(default = 0.02, unit = "s")]
+    #[param(default = 0.02, unit = "s", range = "(0, inf)")]
     interval: f64,
     /// time in which the difference to a new chunk is taken away
-    #[param(default = 0.1, unit = "s")]
+    #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     blend: f64,
     /// the chunk ended longer ago than the preset: the time since, in s
-    #[condition(preset = 0.1, unit = "s")]
+    #[condition(preset = 0.1, unit = "s", range = "[0, inf)")]
     stale: ConditionOf<f64>,
     /// chunk that is played
     #[state(opaque)]

@@ -17,13 +17,13 @@ pub struct CompliantServo {
     #[input]
     position: f64,
     /// velocity
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     velocity: f64,
     /// effort that holds it against gravity
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     bias: f64,
     /// maximum effort of the spring either way
-    #[input(asynchronous, default = 1e6)]
+    #[input(asynchronous, default = 1e6, range = "[0, inf)")]
     force_max: f64,
     /// effort
     #[output]
@@ -32,10 +32,10 @@ pub struct CompliantServo {
     #[output]
     deflection: f64,
     /// stiffness k, effort for each unit of position
-    #[param(default = 100.0)]
+    #[param(default = 100.0, range = "[0, inf)")]
     k: f64,
     /// damping d, effort for each unit of velocity
-    #[param(default = 10.0)]
+    #[param(default = 10.0, range = "[0, inf)")]
     d: f64,
 }
 

@@ -14,7 +14,7 @@ pub struct ForceGuard {
     #[output(unit = "N")]
     magnitude: f64,
     /// |force| is above the preset; the value is |force|
-    #[condition(preset = 50.0, unit = "N")]
+    #[condition(preset = 50.0, unit = "N", range = "[0, inf)")]
     above: ConditionOf<f64>,
 }
 

@@ -34,40 +34,40 @@ pub struct GearGenerator {
     #[input(asynchronous, unit = "rad|m")]
     start: f64,
     /// how fast its servo moves it now
-    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: f64,
     /// how fast its last set-points moved, of whatever motion stored them
-    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: f64,
     /// how that changed
-    #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: f64,
     /// when they were stored, ns of the system's clock
-    #[input(asynchronous, default = i64::MIN)]
+    #[input(asynchronous, default = i64::MIN, range = "[-inf, inf)")]
     last_time: i64,
     /// steps of the slave for each step of the master; negative: the other way
-    #[input(asynchronous, default = 1.0)]
+    #[input(asynchronous, default = 1.0, range = "[-inf, inf)")]
     ratio: f64,
     /// maximum speed of the slave
-    #[input(asynchronous, default = 0.5, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = 0.5, unit = "rad/s|m/s", range = "[0, inf)")]
     speed: f64,
     /// maximum acceleration of the slave
-    #[input(asynchronous, default = 5.0, unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = 5.0, unit = "rad/s^2|m/s^2", range = "[0, inf)")]
     acceleration: f64,
     /// acceleration at which it can be stopped before the end of its range
-    #[input(asynchronous, default = [5.0; 1], unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = [5.0; 1], unit = "rad/s^2|m/s^2", range = "[0, inf)")]
     deceleration: [f64; 1],
     /// jerk at which it can be stopped
-    #[input(asynchronous, default = [50.0; 1], unit = "rad/s^3|m/s^3")]
+    #[input(asynchronous, default = [50.0; 1], unit = "rad/s^3|m/s^3", range = "[0, inf)")]
     jerk: [f64; 1],
     /// minimum position of the slave
-    #[input(asynchronous, default = [-1e6; 1], unit = "rad|m")]
+    #[input(asynchronous, default = [-1e6; 1], unit = "rad|m", range = "[-inf, inf)")]
     position_min: [f64; 1],
     /// maximum position of the slave
-    #[input(asynchronous, default = [1e6; 1], unit = "rad|m")]
+    #[input(asynchronous, default = [1e6; 1], unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 1],
     /// time that may be lost at once; beyond it the slave comes to rest
-    #[input(asynchronous, default = [0.5; 1], unit = "s")]
+    #[input(asynchronous, default = [0.5; 1], unit = "s", range = "(0, inf)")]
     gap_max: [f64; 1],
     /// where the slave is to be
     #[output(unit = "rad|m")]
@@ -91,7 +91,7 @@ pub struct GearGenerator {
     #[output]
     engaged: bool,
     /// time by which the first set-point is ahead of the start: the interval of this block
-    #[param(default = 0.02, unit = "s")]
+    #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
     /// the slave moves as the ratio says
     #[condition]

@@ -17,7 +17,7 @@ pub struct Heartbeat {
     #[output(unit = "s")]
     age: f64,
     /// maximum age
-    #[param(default = 0.25, unit = "s")]
+    #[param(default = 0.25, unit = "s", range = "(0, inf)")]
     limit: f64,
     /// the last change is too old
     #[condition]

@@ -23,10 +23,10 @@ pub struct InPosition {
     #[output(unit = "rad|m")]
     error: f64,
     /// maximum distance that counts as there
-    #[param(default = 0.002, unit = "rad|m")]
+    #[param(default = 0.002, unit = "rad|m", range = "(0, 1000]")]
     tolerance: f64,
     /// invocations on end for which all joints must be there
-    #[param(default = 5)]
+    #[param(default = 5, range = "[0, 1000000]")]
     dwell: u32,
     /// all joints are at their goals
     #[condition]

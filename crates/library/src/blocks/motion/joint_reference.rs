@@ -22,7 +22,7 @@ pub struct JointReference {
     #[input(unit = "rad|m")]
     position: f64,
     /// what is added to the readings of the joint to give q
-    #[input(asynchronous, default = 0.0, unit = "rad|m")]
+    #[input(asynchronous, default = 0.0, unit = "rad|m", range = "[-inf, inf)")]
     offset: f64,
     /// whether q is known: before, the range of q_r means nothing and is not kept to
     #[input(asynchronous, default = true)]
@@ -43,25 +43,25 @@ pub struct JointReference {
     #[output]
     limited: i64,
     /// time between two set-points
-    #[param(default = 0.02, unit = "s")]
+    #[param(default = 0.02, unit = "s", range = "(0, inf)")]
     period: f64,
     /// minimum q_r
-    #[param(default = -1e6, unit = "rad|m")]
+    #[param(default = -1e6, unit = "rad|m", range = "[-inf, inf)")]
     position_min: f64,
     /// maximum q_r
-    #[param(default = 1e6, unit = "rad|m")]
+    #[param(default = 1e6, unit = "rad|m", range = "[-inf, inf)")]
     position_max: f64,
     /// maximum |q_r'|
-    #[param(default = 1e6, unit = "rad/s|m/s")]
+    #[param(default = 1e6, unit = "rad/s|m/s", range = "[0, inf)")]
     speed_max: f64,
     /// maximum |q_r''| while it catches up after lost time
-    #[param(default = 1e6, unit = "rad/s^2|m/s^2")]
+    #[param(default = 1e6, unit = "rad/s^2|m/s^2", range = "(0, inf)")]
     acceleration_max: f64,
     /// whether the range is kept to only when the joint is homed
     #[param(default = false)]
     needs_home: bool,
     /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
-    #[condition(preset = 0.0, unit = "rad|m")]
+    #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
     /// where the reference is
     #[state(opaque)]

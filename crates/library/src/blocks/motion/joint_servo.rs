@@ -23,13 +23,13 @@ pub struct JointServo {
     #[input(unit = "rad|m")]
     position: f64,
     /// velocity q'
-    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     velocity: f64,
     /// effort that holds the arm
-    #[input(asynchronous, default = 0.0, unit = "N.m|N")]
+    #[input(asynchronous, default = 0.0, unit = "N.m|N", range = "[-inf, inf)")]
     bias: f64,
     /// what is added to the readings of the joint to give q
-    #[input(asynchronous, default = 0.0, unit = "rad|m")]
+    #[input(asynchronous, default = 0.0, unit = "rad|m", range = "[-inf, inf)")]
     offset: f64,
     /// whether q is known: before, the range of q_r means nothing and is not kept to
     #[input(asynchronous, default = true)]
@@ -50,37 +50,37 @@ pub struct JointServo {
     #[output]
     limited: i64,
     /// proportional gain
-    #[param(default = 100.0, unit = "N.m/rad|N/m")]
+    #[param(default = 100.0, unit = "N.m/rad|N/m", range = "[0, inf)")]
     kp: f64,
     /// integral gain
-    #[param(default = 0.0, unit = "N.m/rad/s|N/m/s")]
+    #[param(default = 0.0, unit = "N.m/rad/s|N/m/s", range = "[0, inf)")]
     ki: f64,
     /// gain of the velocity error
-    #[param(default = 10.0, unit = "N.m.s/rad|N.s/m")]
+    #[param(default = 10.0, unit = "N.m.s/rad|N.s/m", range = "[0, inf)")]
     kd: f64,
     /// maximum effort either way
-    #[param(default = 1e6, unit = "N.m|N")]
+    #[param(default = 1e6, unit = "N.m|N", range = "[0, inf)")]
     limit: f64,
     /// invocations over which a new set-point is approached; 1: at once
-    #[param(default = 20)]
+    #[param(default = 20, range = "[0, 1000000]")]
     interpolation: u32,
     /// minimum q_r
-    #[param(default = -1e6, unit = "rad|m")]
+    #[param(default = -1e6, unit = "rad|m", range = "[-inf, inf)")]
     position_min: f64,
     /// maximum q_r
-    #[param(default = 1e6, unit = "rad|m")]
+    #[param(default = 1e6, unit = "rad|m", range = "[-inf, inf)")]
     position_max: f64,
     /// maximum |q_r'|
-    #[param(default = 1e6, unit = "rad/s|m/s")]
+    #[param(default = 1e6, unit = "rad/s|m/s", range = "[0, inf)")]
     speed_max: f64,
     /// maximum |q_r''| while it catches up after lost time
-    #[param(default = 1e6, unit = "rad/s^2|m/s^2")]
+    #[param(default = 1e6, unit = "rad/s^2|m/s^2", range = "(0, inf)")]
     acceleration_max: f64,
     /// whether the range is kept to only when the joint is homed
     #[param(default = false)]
     needs_home: bool,
     /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
-    #[condition(preset = 0.0, unit = "rad|m")]
+    #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
     /// where the reference is
     #[state(opaque)]

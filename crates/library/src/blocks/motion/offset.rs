@@ -8,7 +8,7 @@ pub struct Offset {
     #[input]
     u: f64,
     /// what is added
-    #[input(asynchronous, default = 0.0, unit = "=u")]
+    #[input(asynchronous, default = 0.0, unit = "=u", range = "[-inf, inf)")]
     offset: f64,
     /// their sum
     #[output(unit = "=u")]

@@ -27,37 +27,37 @@ pub struct PathPlanner {
     #[input(asynchronous, sized)]
     start: [f64; 16],
     /// how fast their servos move them now
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
     /// how fast the last set-points moved, of whatever motion stored them
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// how that changed
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
-    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
     /// way-points, one row each; columns beyond n are not used
     #[input(asynchronous)]
     points: [[f64; 16]; POINTS_MAX],
     /// for each way-point: by how much a joint may pass it, rad or m
-    #[input(asynchronous, default = [0.0; POINTS_MAX])]
+    #[input(asynchronous, default = [0.0; POINTS_MAX], unit = "rad|m", range = "[0, 100]")]
     blend: [f64; POINTS_MAX],
     /// for each way-point: maximum speed of a joint on the way there, rad/s or m/s
-    #[input(asynchronous, default = [0.5; POINTS_MAX])]
+    #[input(asynchronous, default = [0.5; POINTS_MAX], unit = "rad/s|m/s", range = "(0, 100]")]
     speed: [f64; POINTS_MAX],
     /// maximum speed of each joint
-    #[input(asynchronous, default = [PI; 16], sized)]
+    #[input(asynchronous, default = [PI; 16], sized, range = "(0, inf)")]
     speed_max: [f64; 16],
     /// maximum acceleration of each joint
-    #[input(asynchronous, default = [5.0; 16], sized)]
+    #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
     acceleration_max: [f64; 16],
     /// minimum position of each joint
-    #[input(asynchronous, default = [-1e6; 16], sized)]
+    #[input(asynchronous, default = [-1e6; 16], sized, range = "[-inf, inf)")]
     position_min: [f64; 16],
     /// maximum position of each joint
-    #[input(asynchronous, default = [1e6; 16], sized)]
+    #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
     position_max: [f64; 16],
     /// the planned path
     #[output]
@@ -72,7 +72,7 @@ pub struct PathPlanner {
     #[output]
     refused: i32,
     /// time between two set-points
-    #[param(default = 0.02, unit = "s")]
+    #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
     /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
     #[param(default = false)]

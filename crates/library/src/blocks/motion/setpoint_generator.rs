@@ -31,7 +31,7 @@ pub struct SetpointGenerator {
     #[output]
     complete: bool,
     /// time by which the setpoints are early
-    #[param(default = 0.0, unit = "s")]
+    #[param(default = 0.0, unit = "s", range = "[0, inf)")]
     lead: f64,
     /// the last setpoint is stored
     #[condition]

@@ -27,22 +27,22 @@ pub struct TrajectoryPlanner {
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
     /// maximum speed of this motion, of any joint
-    #[input(asynchronous, default = 0.5, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = 0.5, unit = "rad/s|m/s", range = "(0, 100]")]
     speed: f64,
     /// maximum speed of each joint
-    #[input(asynchronous, default = [PI; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [PI; 16], sized, unit = "rad/s|m/s", range = "(0, inf)")]
     speed_max: [f64; 16],
     /// maximum acceleration of each joint
-    #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2", range = "(0, inf)")]
     acceleration_max: [f64; 16],
     /// maximum jerk of each joint
-    #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3")]
+    #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3", range = "(0, inf)")]
     jerk_max: [f64; 16],
     /// minimum position of each joint
-    #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m")]
+    #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m", range = "[-inf, inf)")]
     position_min: [f64; 16],
     /// maximum position of each joint
-    #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m")]
+    #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 16],
     /// the goal, for those that compare
     #[output(sized, unit = "rad|m")]

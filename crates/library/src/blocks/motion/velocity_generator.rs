@@ -30,40 +30,40 @@ pub struct VelocityGenerator {
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
     /// how fast their servos move them now
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
     /// how fast the last set-points moved, of whatever motion stored them
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// how that changed
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
-    #[input(asynchronous, default = [i64::MIN; 16], sized)]
+    #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
     /// how fast they are to move
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     velocity: [f64; 16],
     /// maximum acceleration of each joint
-    #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[0, inf)")]
     acceleration: [f64; 16],
     /// maximum jerk of each joint
-    #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3")]
+    #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3", range = "[0, inf)")]
     jerk: [f64; 16],
     /// minimum position of each joint
-    #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m")]
+    #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m", range = "[-inf, inf)")]
     position_min: [f64; 16],
     /// maximum position of each joint
-    #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m")]
+    #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 16],
     /// share of the velocity that is allowed now, 0 to 1; the smallest of the joints counts for all
-    #[input(asynchronous, default = [1.0; 16], sized)]
+    #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     r#override: [f64; 16],
     /// the same for the whole cell; both are multiplied
-    #[input(asynchronous, default = [1.0; 16], sized)]
+    #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
     /// time that may be lost at once; beyond it the joints come to rest
-    #[input(asynchronous, default = [0.5; 16], sized, unit = "s")]
+    #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// come to rest and stay
     #[input(asynchronous, default = false)]
@@ -84,7 +84,7 @@ pub struct VelocityGenerator {
     #[output(unit = "s")]
     lost: f64,
     /// time by which the first set-point is ahead of the start: the interval of this block
-    #[param(default = 0.02, unit = "s")]
+    #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
     /// the joints move the other way
     #[param(default = false)]

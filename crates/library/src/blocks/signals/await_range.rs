@@ -18,10 +18,10 @@ pub struct AwaitRange {
     #[output]
     latest: f64,
     /// minimum value
-    #[param(default = -1e300)]
+    #[param(default = -1e300, range = "[-inf, inf)")]
     low: f64,
     /// maximum value
-    #[param(default = 1e300)]
+    #[param(default = 1e300, range = "[-inf, inf)")]
     high: f64,
     /// it is in the range; the value is what it was
     #[condition(preset = 0.0)]

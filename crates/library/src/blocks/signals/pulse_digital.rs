@@ -12,7 +12,7 @@ pub struct PulseDigital {
     #[output]
     y: bool,
     /// how long it is
-    #[param(default = 0.1, unit = "s")]
+    #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     width: f64,
     /// what it is meanwhile
     #[param(default = true)]

@@ -13,13 +13,13 @@ pub struct SetAnalog {
     #[output]
     y: f64,
     /// what to set
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     value: f64,
     /// minimum value
-    #[param(default = -1e300)]
+    #[param(default = -1e300, range = "[-inf, inf)")]
     low: f64,
     /// maximum value
-    #[param(default = 1e300)]
+    #[param(default = 1e300, range = "[-inf, inf)")]
     high: f64,
 }
 

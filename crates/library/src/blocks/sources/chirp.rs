@@ -21,22 +21,22 @@ pub struct Chirp {
     #[output(unit = "Hz")]
     frequency: f64,
     /// 0 linear, 1 exponential
-    #[param(default = 0)]
+    #[param(default = 0, range = "[0, 1]")]
     sweep: u32,
     /// frequency at the beginning
-    #[param(default = 0.1, unit = "Hz")]
+    #[param(default = 0.1, unit = "Hz", range = "[0, inf)")]
     first: f64,
     /// frequency at the end
-    #[param(default = 10.0, unit = "Hz")]
+    #[param(default = 10.0, unit = "Hz", range = "[0, inf)")]
     last: f64,
     /// time from the one to the other
-    #[param(default = 10.0, unit = "s")]
+    #[param(default = 10.0, unit = "s", range = "(0, inf)")]
     duration: f64,
     /// maximum deviation from the offset
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     amplitude: f64,
     /// mean value
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     offset: f64,
     /// the last frequency has been reached
     #[condition]

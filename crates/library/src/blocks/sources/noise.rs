@@ -18,16 +18,16 @@ pub struct Noise {
     #[output]
     y: f64,
     /// 0 normal, 1 uniform
-    #[param(default = 0)]
+    #[param(default = 0, range = "[0, 1]")]
     distribution: u32,
     /// mean value
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     mean: f64,
     /// standard deviation
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[0, inf)")]
     deviation: f64,
     /// which numbers
-    #[param(default = 1)]
+    #[param(default = 1, range = "[0, inf)")]
     seed: u64,
     /// numbers drawn
     #[state]

@@ -17,22 +17,22 @@ pub struct SignalGenerator {
     #[output]
     y: f64,
     /// f: 0 constant 0, 1 sine, 2 square (1, then -1), 3 triangle (0 up to 1, down to -1, up to 0), 4 sawtooth (-1 up to 1)
-    #[param(default = 1)]
+    #[param(default = 1, range = "[0, 4]")]
     shape: u32,
     /// maximum deviation from the offset
-    #[param(default = 1.0)]
+    #[param(default = 1.0, range = "[-inf, inf)")]
     amplitude: f64,
     /// periods in a second
-    #[param(default = 1.0, unit = "Hz")]
+    #[param(default = 1.0, unit = "Hz", range = "[0, inf)")]
     frequency: f64,
     /// mean value
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     offset: f64,
     /// part of a period by which it is ahead, 0 to 1
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     phase: f64,
     /// part of a period for which a square is 1
-    #[param(default = 0.5)]
+    #[param(default = 0.5, range = "[0, 1]")]
     duty: f64,
 }
 

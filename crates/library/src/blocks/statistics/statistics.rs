@@ -32,7 +32,7 @@ pub struct Statistics {
     #[output]
     greatest: f64,
     /// invocations w that it looks back, 1 to 256
-    #[param(default = 100)]
+    #[param(default = 100, range = "[1, 256]")]
     window: u32,
     /// last values
     #[state(opaque)]

@@ -18,10 +18,10 @@ pub struct DelayLine {
     #[output(unit = "=u")]
     y: f64,
     /// invocations d, 0 to 255
-    #[param(default = 1)]
+    #[param(default = 1, range = "[0, 255]")]
     delay: u32,
     /// output until there is a value
-    #[param(default = 0.0)]
+    #[param(default = 0.0, range = "[-inf, inf)")]
     initial: f64,
     /// last values
     #[state(opaque)]

@@ -20,7 +20,7 @@ pub struct OnDelay {
     #[output(unit = "s")]
     elapsed: f64,
     /// time by which it is late (PT)
-    #[param(default = 1.0, unit = "s")]
+    #[param(default = 1.0, unit = "s", range = "[0, inf)")]
     delay: f64,
     /// the delay is over
     #[condition]

@@ -21,7 +21,7 @@ pub struct Pulse {
     #[output(unit = "s")]
     elapsed: f64,
     /// duration of the pulse (PT)
-    #[param(default = 1.0, unit = "s")]
+    #[param(default = 1.0, unit = "s", range = "[0, inf)")]
     duration: f64,
     /// the pulse is over
     #[condition]

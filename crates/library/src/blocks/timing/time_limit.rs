@@ -8,7 +8,7 @@ pub struct TimeLimit {
     #[output(unit = "s")]
     remaining: f64,
     /// time that is given
-    #[param(default = 1.0, unit = "s")]
+    #[param(default = 1.0, unit = "s", range = "(0, inf)")]
     limit: f64,
     /// the time is up
     #[condition]

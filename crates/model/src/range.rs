@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Ranges of values: declared behind a unit, `"rad/s (0, 10]"`, checked wherever a value comes in, with the unit that was probably meant.
+use crate::quantity::number_in;
+use crate::refusal::{Class, Refusal};
+use crate::value::Value;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Numbers with a unit are at most this large, where nothing narrower is declared.
+const FARTHEST: f64 = 1e15;
+
+/// Coordinates of a pose that is a goal are at most this far from its frame, m.
+const POSE_REACH: f64 = 1000.0;
+
+/// A unit quaternion has the length 1 within this.
+const LENGTH_TOLERANCE: f64 = 1e-3;
+
+/// The values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`: a round bracket excludes its end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(with = "String"))]
+#[serde(try_from = "String", into = "String")]
+pub enum Range {
+    /// Numbers from `least` to `most`; `is_above`: without `least` itself.
+    Interval { least: f64, most: f64, is_above: bool },
+    /// Seven numbers: x, y, z in m, and a unit quaternion w, x, y, z.
+    Pose,
+}
+
+impl Range {
+    /// Every finite number.
+    pub const ANY: Range = Range::closed(f64::NEG_INFINITY, f64::INFINITY);
+
+    /// The numbers from `least` to `most`, both included.
+    pub const fn closed(least: f64, most: f64) -> Range {
+        Range::Interval { least, most, is_above: false }
+    }
+
+    /// Takes a declared unit apart: `"rad/s (0, 10]"` is `rad/s` and its range. A range that cannot be read stays in the unit, which
+    /// [`check_unit`](crate::quantity::check_unit) then refuses.
+    pub fn split(declared: &str) -> (&str, Option<Range>) {
+        let begin = declared.rfind(['[', '(']).filter(|at| *at == 0 || declared[..*at].ends_with(' '));
+        let read = begin.and_then(|at| Some((declared[..at].trim_end(), declared[at..].parse().ok()?)));
+        let declared = declared.trim();
+        read.map_or((declared, None), |(unit, range)| (unit, Some(range)))
+    }
+
+    /// Its minimum and maximum, where both are finite.
+    pub fn ends(&self) -> Option<(f64, f64)> {
+        match *self {
+            Range::Interval { least, most, .. } if least.is_finite() && most.is_finite() => Some((least, most)),
+            _ => None,
+        }
+    }
+
+    /// Whether a number is within the range. NaN is in none.
+    pub fn contains(&self, number: f64) -> bool {
+        match self {
+            Range::Interval { least, most, is_above } => (*least..=*most).contains(&number) && !(*is_above && number == *least),
+            Range::Pose => number.is_finite(),
+        }
+    }
+
+    /// Checks all numbers of a value, whose unit is `unit`; what is no number its type refuses.
+    ///
+    /// # Errors
+    /// `OutOfRange` with `what`, the number, the range, and what was probably meant.
+    pub fn check(&self, what: &str, unit: &str, value: &Value) -> Result<(), Refusal> {
+        match (self, value) {
+            (Range::Pose, Value::List(numbers)) if !numbers.iter().any(|n| matches!(n, Value::List(_))) => check_pose(what, numbers),
+            (_, Value::List(elements)) => elements.iter().try_for_each(|element| self.check(what, unit, element)),
+            (Range::Pose, _) => Ok(()),
+            (range, value) => {
+                let given = match value {
+                    Value::Text(text) => number_in(text, unit).ok(),
+                    other => number(other),
+                };
+                match given.filter(|given| !range.contains(*given)) {
+                    Some(given) => Err(range.refusal(what, unit, given, is_plain(value), "")),
+                    None => Ok(()),
+                }
+            }
+        }
+    }
+
+    /// Refuses a number; `whence` names what the ends come from.
+    pub fn refusal(&self, what: &str, unit: &str, given: f64, is_plain: bool, whence: &str) -> Refusal {
+        let shown = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        let whence = if whence.is_empty() { String::new() } else { format!(" ({whence})") };
+        let message = format!("{what} cannot be {}{shown}: its range is {}{shown}{whence}", short(given), self.in_words());
+        let meant = self.meant(given, 0.0, unit).filter(|_| is_plain);
+        Refusal::new(Class::OutOfRange, message).remedy(meant.unwrap_or_else(|| "give a value within the range".to_owned()))
+    }
+
+    fn in_words(&self) -> String {
+        match *self {
+            Range::Interval { least, most: f64::INFINITY, is_above } => format!("{} {}", if is_above { "above" } else { "at least" }, short(least)),
+            Range::Interval { least: f64::NEG_INFINITY, most, .. } => format!("at most {}", short(most)),
+            Range::Interval { least, most, is_above } => format!("{}{} to {}", if is_above { "above " } else { "" }, short(least), short(most)),
+            Range::Pose => "a position in m and a unit quaternion".to_owned(),
+        }
+    }
+
+    /// Asks back where a plain number is far beyond the range and would be within it in a smaller unit: `did you mean '200 mm/s'?`.
+    /// The range is that of `from` plus the number.
+    pub fn meant(&self, given: f64, from: f64, unit: &str) -> Option<String> {
+        let Range::Interval { least, most, .. } = *self else { return None };
+        let beyond = (from + given - most).max(least - (from + given));
+        let width = if unit.contains("rad") { (most - least).max(std::f64::consts::TAU) } else { most - least };
+        let smaller = smaller(unit).filter(|_| beyond >= width)?;
+        let number = number_in(&format!("{given} {smaller}"), unit).ok()?;
+        self.contains(from + number).then(|| format!("did you mean '{} {smaller}'?", short(given)))
+    }
+}
+
+/// The range of numbers in this unit where none is declared: without a unit any finite number.
+pub fn plausible(unit: &str) -> Range {
+    if unit.is_empty() { Range::ANY } else { Range::closed(-FARTHEST, FARTHEST) }
+}
+
+/// Checks a plain number that is an angle of an orientation, in rad: within one turn either way.
+///
+/// # Errors
+/// `OutOfRange`: degrees were probably meant.
+pub fn check_angle(what: &str, angle: f64) -> Result<(), Refusal> {
+    let range = Range::closed(-std::f64::consts::TAU, std::f64::consts::TAU);
+    if range.contains(angle) {
+        return Ok(());
+    }
+    let refusal = range.refusal(what, "rad", angle, true, "");
+    Err(refusal.remedy(format!("did you mean '{} deg'?", short(angle))))
+}
+
+fn check_pose(what: &str, numbers: &[Value]) -> Result<(), Refusal> {
+    let read: Vec<f64> = numbers.iter().filter_map(number).collect();
+    // Its type says how many there are to be, and that they are numbers.
+    let &[x, y, z, ref quaternion @ ..] = read.as_slice() else { return Ok(()) };
+    if quaternion.len() != 4 || numbers.len() != 7 {
+        return Ok(());
+    }
+    let length = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
+    if !(1.0 - LENGTH_TOLERANCE..=1.0 + LENGTH_TOLERANCE).contains(&length) {
+        let message = format!("{what} has the quaternion {}, of length {}", listed(quaternion), short(length));
+        return Err(Refusal::new(Class::OutOfRange, message).remedy("give one of length 1, w first; no turn is 1, 0, 0, 0"));
+    }
+    match [x, y, z].iter().find(|at| !(-POSE_REACH..=POSE_REACH).contains(*at)) {
+        Some(at) => {
+            let message = format!("{what} has the position {} m, which is more than {POSE_REACH} m away", listed(&[x, y, z]));
+            Err(Refusal::new(Class::OutOfRange, message).remedy(format!("did you mean '{} mm'?", short(*at))))
+        }
+        None => Ok(()),
+    }
+}
+
+fn listed(numbers: &[f64]) -> String {
+    numbers.iter().map(|number| short(*number)).collect::<Vec<_>>().join(", ")
+}
+
+/// The unit that people most often mean where a plain number is far too large: degrees for rad, mm for m, ms for s, g for kg.
+fn smaller(unit: &str) -> Option<String> {
+    let (above, below) = unit.split_once('/').map_or((unit, String::new()), |(above, below)| (above, format!("/{below}")));
+    let smaller = match above {
+        "rad" => "deg",
+        "m" => "mm",
+        "s" => "ms",
+        "kg" => "g",
+        _ => return None,
+    };
+    Some(format!("{smaller}{below}"))
+}
+
+/// The number that a value is.
+pub(crate) fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Integer(integer) => Some(*integer as f64),
+        Value::Unsigned(integer) => Some(*integer as f64),
+        Value::Number(number) => Some(*number),
+        _ => None,
+    }
+}
+
+/// Whether it is a number without a unit of its own.
+pub(crate) fn is_plain(value: &Value) -> bool {
+    number(value).is_some()
+}
+
+/// A number for people: at most six digits.
+pub(crate) fn short(number: f64) -> String {
+    if number != 0.0 && number.is_finite() && !(1e-4..1e9).contains(&number.abs()) {
+        return format!("{number:e}");
+    }
+    let digits = 5 - number.abs().max(1e-9).log10().floor().clamp(0.0, 5.0) as usize;
+    let text = format!("{number:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+impl std::str::FromStr for Range {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Range, String> {
+        let wrong = || format!("the range '{text}' cannot be read; write for example '[0, 1]' or '(0, inf)'");
+        if text == "[pose]" {
+            return Ok(Range::Pose);
+        }
+        let is_above = text.starts_with('(');
+        let inside = text.strip_prefix(['[', '(']).and_then(|rest| rest.strip_suffix([']', ')'])).ok_or_else(wrong)?;
+        let (least, most) = inside.split_once(',').ok_or_else(wrong)?;
+        let end = |text: &str| text.trim().parse::<f64>().ok().filter(|end| !end.is_nan());
+        match (end(least), end(most)) {
+            (Some(least), Some(most)) if least < most && (text.ends_with(']') || most == f64::INFINITY) => Ok(Range::Interval { least, most, is_above }),
+            _ => Err(wrong()),
+        }
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Range::Interval { least, most, is_above } => {
+                let (open, close) = (if *is_above { '(' } else { '[' }, if most.is_infinite() { ')' } else { ']' });
+                write!(f, "{open}{least}, {most}{close}")
+            }
+            Range::Pose => f.write_str("[pose]"),
+        }
+    }
+}
+
+impl TryFrom<String> for Range {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Range, String> {
+        text.parse()
+    }
+}
+
+impl From<Range> for String {
+    fn from(range: Range) -> String {
+        range.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refused(declared: &str, value: Value) -> String {
+        let (unit, range) = Range::split(declared);
+        range.unwrap().check("'x'", unit, &value).map_or_else(|refusal| refusal.to_string(), |()| String::new())
+    }
+
+    #[test]
+    fn a_range_stands_behind_a_unit() {
+        assert_eq!(Range::split("rad/s (0, 10]"), ("rad/s", Some(Range::Interval { least: 0.0, most: 10.0, is_above: true })));
+        assert_eq!(Range::split("[0, inf)"), ("", Some(Range::closed(0.0, f64::INFINITY))));
+        assert_eq!(Range::split("[pose]"), ("", Some(Range::Pose)));
+        for unreadable in ["N.m", "", "m[0, 1]", "m [1, 0]", "m [0, nan]", "m [0; 1]", "m [0, 1)"] {
+            assert_eq!(Range::split(unreadable), (unreadable, None), "{unreadable}");
+        }
+        for text in ["[0, 1]", "(0, inf)", "[-inf, inf)", "[pose]", "(-0.5, 10]"] {
+            assert_eq!(text.parse::<Range>().unwrap().to_string(), text);
+        }
+    }
+
+    #[test]
+    fn numbers_outside_are_refused_with_what_was_meant() {
+        assert_eq!(refused("m/s (0, 10]", Value::Number(0.5)), "");
+        assert_eq!(refused("m/s (0, 10]", Value::Text("200 mm/s".into())), "");
+        assert_eq!(refused("m/s (0, 10]", Value::Integer(200)), "'x' cannot be 200 m/s: its range is above 0 to 10 m/s; did you mean '200 mm/s'?");
+        assert_eq!(
+            refused("m/s (0, 10]", Value::Text("200 m/s".into())),
+            "'x' cannot be 200 m/s: its range is above 0 to 10 m/s; give a value within the range"
+        );
+        assert_eq!(refused("rad/s (0, 100]", Value::Number(200.0)), "'x' cannot be 200 rad/s: its range is above 0 to 100 rad/s; did you mean '200 deg/s'?");
+        assert_eq!(refused("[0, inf)", Value::Number(-5.0)), "'x' cannot be -5: its range is at least 0; give a value within the range");
+        assert_eq!(
+            refused("(0, inf)", Value::List(vec![Value::Integer(1), Value::Integer(0)])),
+            "'x' cannot be 0: its range is above 0; give a value within the range"
+        );
+        assert!(refused("[0, 1]", Value::Number(f64::NAN)).starts_with("'x' cannot be NaN"));
+    }
+
+    #[test]
+    fn a_pose_has_a_unit_quaternion_and_is_within_reach() {
+        let pose = |numbers: [f64; 7]| refused("[pose]", Value::List(numbers.iter().map(|n| Value::Number(*n)).collect()));
+        assert_eq!(pose([0.4, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0]), "");
+        assert!(pose([0.4, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]).starts_with("'x' has the quaternion 0, 0, 0, 0, of length 0; give one of length 1"));
+        assert!(pose([4000.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0]).ends_with("did you mean '4000 mm'?"));
+        assert_eq!(check_angle("'yaw'", 90.0).unwrap_err().to_string(), "'yaw' cannot be 90 rad: its range is -6.28319 to 6.28319 rad; did you mean '90 deg'?");
+    }
+}
