@@ -3,6 +3,7 @@
 use crate::lifecycle::instances::Instances;
 use crate::refuse::refuse;
 use crate::registry::records::Registry;
+use crate::registry::svvs::SvvRecord;
 use kernel::{Device, SourceId};
 use model::idle::driving;
 use model::plan::{CellKind, Claim, Plan, PlannedSuspend};
@@ -29,10 +30,12 @@ fn driving_channels<'a>(registry: &'a Registry, plan: &'a Plan) -> impl Iterator
     })
 }
 
-/// SVVs that a verb writes and that drive a device on: its own verb takes them as commands, and they have such a unit. With their idle values.
+/// SVVs that a verb writes and that drive a device on: its own verb takes them as commands, they have such a unit, and they began with 0. One that
+/// began with another value is a limit, as the greatest force of a gripper, which would drop what it holds. With their idle values.
 pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan) -> Vec<(String, Vec<u8>)> {
     let written = plan.claims.iter().filter_map(|claim| if let Claim::Svv { name, .. } = claim { Some(name) } else { None });
-    let drives = |name: &&String| registry.svvs.get(*name).is_some_and(|svv| driving(&svv.unit).is_some()) && commands_a_device(instances, name);
+    let begins_at_rest = |svv: &SvvRecord| driving(&svv.unit).is_some() && svv.first.iter().all(|byte| *byte == 0);
+    let drives = |name: &&String| registry.svvs.get(*name).is_some_and(begins_at_rest) && commands_a_device(instances, name);
     written.filter(drives).map(|name| (name.clone(), registry.svvs[name].first.clone())).collect()
 }
 
