@@ -194,6 +194,7 @@ faults: setup-hosts $(VENV)/tests
 	OPENGPAC_LOOPS=1000 cargo test -p kernel --profile checked --test foreign -- --nocapture --test-threads=1
 	$(BIN)/python tests/faults/no_jump.py
 	OPENGPAC_CYCLES=100000 $(BIN)/python -m pytest -q tests/python/conformance/test_r098_instances.py -k leave_no_memory_behind
+	OPENGPAC_MOVED=2000 $(BIN)/python -m pytest -q tests/python/motion/test_motions_come_to_rest.py
 	OPENGPAC_COMPOSITIONS=25000 $(BIN)/python -m pytest -q tests/python/test_stops.py -k any_composition
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
 	$(BIN)/python tests/faults/ur_peer.py

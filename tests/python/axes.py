@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 
 import opengpac as gpac
+from opengpac.processors import Processor
 from opengpac.robots import Joint
 
 SPEED, ACCELERATION, JERK = 1.0, 4.0, 80.0
 RANGE = (-2.0, 2.0)
 
 
-def machine(cell: gpac.System, **changes: Any) -> gpac.Group[Joint]:
-    """Two axes, `x` and `y`, enabled; `changes` go to both."""
-    rtp = cell.processor("rtp0")
+def machine(cell: gpac.System, on: Processor | None = None, **changes: Any) -> gpac.Group[Joint]:
+    """Two axes, `x` and `y`, enabled, on a processor of the system or a new one; `changes` go to both."""
+    rtp = on or cell.processor("rtp0")
     fast = rtp.timer("fast", period="1 ms", priority=80)
     rtp.timer("slow", period="20 ms", priority=60)
     plant = rtp.physical_device("plant", gpac.drivers.loopback("x", "y"), exchange=fast)

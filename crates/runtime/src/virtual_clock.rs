@@ -6,7 +6,7 @@
 //! between steps, inside and between publications) the seed chooses whether what is due next starts there, as a firing within the
 //! firing; how likely that is, the seed chooses once a firing, so that some are interrupted early and some at their very end.
 //! What was not chosen runs after it. So a preempted firing is exactly a stack of calls, and every interleaving at these points
-//! comes with some seed.
+//! comes with some seed. A timer that cannot preempt it loses its releases in that time, but for the last.
 //!
 //! A firing whose end lies behind the time to which the clock may go *stands*: its steps have run, and nothing of it is visible until
 //! the clock comes to its end: its image is as it was before. Scripts for its source wait until then, but for readings, and so does what
@@ -265,7 +265,9 @@ impl Virtual {
         kernel.wake();
         member.source.counters.jitter.add(0);
         member.source.counters.duration.add(end_ns - release_ns);
-        member.skip(end_ns);
+        for other in self.sources.borrow().iter().filter(|other| !member.yields_to(other)) {
+            other.skip(end_ns);
+        }
         member.fires.set(false);
     }
 
@@ -295,7 +297,8 @@ impl Member {
         spec.rtp != this.rtp || spec.priority > this.priority
     }
 
-    /// Releases of a timer that its own firing, which ended at `end_ns`, was not over for: skipped, but for the last.
+    /// Skips the releases of a timer, but for the last, that a firing up to `end_ns` left no time for: its own, or one of its RTP that it
+    /// cannot preempt.
     fn skip(&self, end_ns: i64) {
         let Some(period_ns) = self.source.period_ns() else { return };
         let skipped = (end_ns - self.next.get() as i64 * period_ns) / period_ns;

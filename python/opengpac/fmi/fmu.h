@@ -16,8 +16,9 @@ enum { FMU_LEASE_LOST = 3, FMU_STEP_FAILED = 4, FMU_TERMINATED = 5, FMU_OTHER_ST
 typedef int fmu_status; // 0 is OK, 1 a warning
 typedef struct {
     void *component;
-    int64_t lease, first_ns, at_ns;
-    uint64_t used;
+    int64_t lease, at_ns;  // its own time, from 0
+    int64_t before_ns;     // running time of the invocation before
+    uint64_t before, used; // number of the invocation before, and when it ran last
     int busy, touched, failed;
 } fmu_instance;
 
@@ -144,12 +145,17 @@ static fmu_instance *fmu_claimed(int64_t *lease) {
     return NULL;
 }
 
-// One step from where it stands to `now_ns`.
-static uint32_t fmu_stepped(fmu_instance *one, int64_t now_ns) {
-    int64_t step_ns = now_ns - one->at_ns;
+enum { FMU_LATE = 3 }; // so many cycles at once are no gap
+
+// One step. Time that was lost with releases that were skipped is not made up for: after a gap, or where the FMU takes steps of one size
+// only, it goes on by one cycle.
+static uint32_t fmu_stepped(fmu_instance *one, const Invocation *invocation) {
+    int64_t step_ns = invocation->time_ns - one->before_ns, cycles = (int64_t)(invocation->number - one->before);
+    one->before_ns = invocation->time_ns, one->before = invocation->number;
     if (step_ns == 0) return 0;
+    if (cycles > (FMU_STEP_NS ? 1 : FMU_LATE)) step_ns /= cycles;
     if (FMU_STEP_NS && step_ns != FMU_STEP_NS) return FMU_OTHER_STEP;
-    double at = (double)(one->at_ns - one->first_ns) * 1e-9, step = (double)step_ns * 1e-9;
+    double at = (double)one->at_ns * 1e-9, step = (double)step_ns * 1e-9;
 #if FMU_VERSION == 2
     if (fmu_do_step(one->component, at, step, 1) > 1) return FMU_STEP_FAILED;
 #else
@@ -158,6 +164,6 @@ static uint32_t fmu_stepped(fmu_instance *one, int64_t now_ns) {
     if (fmu_do_step(one->component, at, step, 1, &event, &ends, &early, &last) > 1 || early) return FMU_STEP_FAILED;
     if (ends) return FMU_TERMINATED;
 #endif
-    one->at_ns = now_ns;
+    one->at_ns += step_ns;
     return 0;
 }
