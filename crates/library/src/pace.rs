@@ -41,8 +41,8 @@ pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
     Some(least(own)? * least(cell)?)
 }
 
-/// Whether more time was lost at once than the least of these bounds allows, s. `most` becomes the longest time that was lost at once.
-pub fn is_gap(passed: Passed, bounds: &[f64], most: &mut f64) -> bool {
+/// Notes the time that was lost in `most`, the longest of all, s. Returns true where that is more than the least of these bounds allows.
+pub fn note_lost(passed: Passed, bounds: &[f64], most: &mut f64) -> bool {
     if passed.lost_ns == 0 {
         return false;
     }

@@ -123,7 +123,7 @@ impl Follower {
         let allowed = pace::allowed(asked.r#override, asked.cell_override).ok_or(BAD_LIMIT)?;
         let (from, to) = way.ends();
         let passed = self.begin(way.plan(), from, if asked.holding { 0.0 } else { allowed }, asked.invocation);
-        self.is_lost |= pace::is_gap(passed, asked.gap_max, lost);
+        self.is_lost |= pace::note_lost(passed, asked.gap_max, lost);
         let wanted = if asked.holding || self.is_lost { 0.0 } else { allowed };
         let span_s = passed.cycle_s();
         let is_followed = self.go_on(arm, span_s, wanted, asked.speed_max, |time_s| way.pose(time_s), |stretch| way.allows(stretch));

@@ -154,7 +154,7 @@ impl Step for GearGenerator {
         if span_s <= 0.0 {
             return Outcome::Done;
         }
-        if pace::is_gap(passed, &self.gap_max, &mut self.lost) {
+        if pace::note_lost(passed, &self.gap_max, &mut self.lost) {
             self.steps.is_lost = true;
         }
         self.follow(span_s, first || passed.lost_ns > 0);

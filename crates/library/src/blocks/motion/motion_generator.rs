@@ -167,7 +167,7 @@ impl Step for MotionGenerator {
             Err(code) => return Outcome::Fault(code),
         };
         let passed = self.way.span.pass(invocation);
-        if pace::is_gap(passed, &self.gap_max[..n], &mut self.lost) {
+        if pace::note_lost(passed, &self.gap_max[..n], &mut self.lost) {
             self.way.is_lost = true;
         }
         let holding = self.holding || rate == 0.0 || self.way.is_lost;

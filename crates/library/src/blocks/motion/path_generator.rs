@@ -159,7 +159,7 @@ impl Step for PathGenerator {
             self.pace = if self.holding { 0.0 } else { allowed };
         }
         let passed = self.span.pass(invocation);
-        if pace::is_gap(passed, &self.gap_max[..n], &mut self.lost) {
+        if pace::note_lost(passed, &self.gap_max[..n], &mut self.lost) {
             self.is_lost = true;
         }
         let wanted = if self.holding || self.is_lost { 0.0 } else { allowed };

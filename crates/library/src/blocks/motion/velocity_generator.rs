@@ -19,7 +19,8 @@ const BAD_LIMIT: u32 = 2;
 /// It begins from a start that may move. With `velocity` 0, which is the default, it stops the joints: `stopped` is reported when they are
 /// at rest. A velocity may change at any time. Where `holding` is true or an override is 0 the joints come to rest and stay; `held` is
 /// reported while they do. Time that is lost, because releases were skipped, is not made up for: each invocation goes on by one cycle at
-/// most; where more than `gap_max` was lost at once, the joints come to rest and `gap` is reported. At the end of its range a joint comes to rest and `at_limit` is reported.
+/// most; where more than `gap_max` was lost at once, the joints come to rest and `gap` is reported. At the end of its range a joint
+/// comes to rest and `at_limit` is reported.
 /// Faults: 1 a start or velocity is not finite; 2 an acceleration or jerk is not above 0, or an override not within 0 and 1.
 #[derive(FunctionBlock)]
 pub struct VelocityGenerator {
@@ -159,7 +160,7 @@ impl Step for VelocityGenerator {
             (wanted.velocity[i], wanted.acceleration[i], wanted.jerk[i]) = (direction * self.velocity[i] * rate, self.acceleration[i], self.jerk[i]);
         }
         let passed = self.way.span.pass(invocation);
-        if pace::is_gap(passed, &self.gap_max[..n], &mut self.lost) {
+        if pace::note_lost(passed, &self.gap_max[..n], &mut self.lost) {
             self.way.is_lost = true;
         }
         let holding = self.holding || rate == 0.0 || self.way.is_lost;
