@@ -50,7 +50,7 @@ def test_a_firing_that_is_not_over_takes_commands_at_its_end(memory_rig: Rig) ->
     vi.halt()
     assert (rig.cell.now, y.value, y.number) == (pytest.approx(0.014), 2.0, 0), "the invocation in flight finishes and publishes"
     rig.cell.advance("6 ms")
-    assert (rig.cell.now, n.value) == (pytest.approx(0.020), 18)
+    assert (rig.cell.now, n.value) == (pytest.approx(0.020), 14), "of the five releases that were held up only the last is made"
 
 
 def test_a_wait_leaves_nothing_of_its_instant_to_the_next_advance(memory_rig: Rig) -> None:
