@@ -164,7 +164,9 @@ def trial(cell: Cell, seed: int) -> bool:
     still_s = cell.system.now
     rest = np.array([joint.commanded.value for joint in cell.all])
     cell.system.advance("1 s")
-    assert ([joint.commanded.value for joint in cell.all] == rest).all(), f"something moves {cell.system.now - still_s} s later: {where}"
+    assert np.array_equal([joint.commanded.value for joint in cell.all], rest), (
+        f"something moves {cell.system.now - still_s} s later: {where}"
+    )
     assert (np.abs(rest - at[0]) <= cell.way(at[1])).all(), f"they went on by {rest - at[0]} rad: {where}"
     if how in WITHIN_LIMITS:
         assert max(abs(joint.commanded_velocity.value) for joint in cell.all) < 1e-9, where
