@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compiles the containment, the one part of the kernel in C: `sigsetjmp` may not be called from Rust.
+//! Compiles the containment, the one part of the kernel in C: `sigsetjmp` may not be called from Rust. With exceptions, so that it sees a thread
+//! that is unwound.
 fn main() {
     let sources = ["src/containment.c", "src/foreign.c"];
     sources.iter().chain(&["src/foreign.h"]).for_each(|source| println!("cargo::rerun-if-changed={source}"));
-    cc::Build::new().files(sources).flag("-ffp-contract=off").warnings(true).opt_level(2).compile("opengpac_containment");
+    cc::Build::new().files(sources).flag("-ffp-contract=off").flag("-fexceptions").warnings(true).opt_level(2).compile("opengpac_containment");
 }

@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,9 @@ from opengpac import library as lib
 pytestmark = pytest.mark.alone
 
 FAULTS = Path(__file__).parent.parent / "faults"
+
+STANDSTILL_S = 2.2
+"""More than the 2 s for which a timer may stand still."""
 
 
 def held(guard: int) -> list[str]:
@@ -98,6 +102,20 @@ def test_a_program_that_is_stopped_is_spared_and_told(program: Program) -> None:
         assert (program.ask("reset"), program.ask("push")) == ("reset\n", "pushed\n")
         assert not program.is_safe() and program.ask("look") == "[]\n"
     assert children("run_guard", program.process.pid) == [guard]
+
+
+def test_what_was_commanded_is_safe_when_all_who_watch_stood_still_together(program: Program) -> None:
+    (guard,) = children("run_guard", program.process.pid)
+    both = [program.process.pid, guard]
+    for process in both:
+        os.kill(process, signal.SIGSTOP)
+    stopped = time.monotonic()
+    until(lambda: time.monotonic() - stopped > STANDSTILL_S, "they stood still for longer than a timer may")
+    for process in both:
+        os.kill(process, signal.SIGCONT)
+    condition, why = json.loads(program.ask("end"))
+    assert condition == "device_lost" and "its source 'rtp1.fast' stood still for " in why and "they are safe now" in why
+    assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
 
 
 @pytest.mark.parametrize("program", ["50 ms"], indirect=True)

@@ -59,6 +59,9 @@ pub const FLOATS_CHANGED: &str =
 pub const CALLED_FORK: &str =
     "called fork(); the copy of the process was ended at once, since it had the devices in its hands; start programs with posix_spawn(), outside the firing";
 
+/// Stands for a signal where a block has ended its thread.
+const ENDED_ITS_THREAD: i32 = 0xfd;
+
 /// A signal in words.
 pub fn signal_text(signal: i32) -> String {
     match signal {
@@ -68,6 +71,7 @@ pub fn signal_text(signal: i32) -> String {
         7 => "access to memory that is not there (bus error)".to_owned(),
         8 => "division by zero or another arithmetic fault".to_owned(),
         11 => "access to memory that is not its own (segmentation fault)".to_owned(),
+        ENDED_ITS_THREAD => "pthread_exit(), which ends the thread of its source".to_owned(),
         other => format!("signal {other}"),
     }
 }

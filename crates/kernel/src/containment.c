@@ -80,30 +80,6 @@ size_t opengpac_containment_size(void)
     return sizeof(opengpac_containment);
 }
 
-// Runs `body(argument)`. 0 when it returned, else the signal that ended it.
-int opengpac_containment_run(opengpac_containment *containment, void (*body)(void *), void *argument, int64_t started_ns)
-{
-    containment->outer = current;
-    containment->step = OUTSIDE_BLOCKS;
-    containment->late = containment->lost = containment->heard = containment->forked = containment->handling = 0;
-    containment->foreign_ns = 0;
-    containment->started_ns = started_ns;
-    int ended_by = sigsetjmp(containment->place, 0);
-    if (ended_by == 0) {
-        containment->armed = 1;
-        current = containment;
-        body(argument);
-    } else {
-        // Out of a handler, in which they wait.
-        sigset_t waiting = of_time();
-        pthread_sigmask(SIG_UNBLOCK, &waiting, NULL);
-    }
-    containment->armed = 0;
-    containment->started_ns = 0;
-    current = containment->outer;
-    return ended_by;
-}
-
 static int is_in_a_block(const opengpac_containment *containment)
 {
     return containment && containment->armed && containment->step != OUTSIDE_BLOCKS;
@@ -182,6 +158,41 @@ static void leave(opengpac_containment *containment, int number, int is_lost)
         untrusted = 1;
     containment->lost = is_lost;
     siglongjmp(containment->place, number);
+}
+
+// Stands for the signal where a block has ended its thread (fault.rs).
+enum { ENDED_ITS_THREAD = 0xfd };
+
+// A block that calls pthread_exit() unwinds its thread up to here. It stays, to say so, and runs nothing more: its source is lost.
+static void is_left(opengpac_containment *const *containment)
+{
+    if ((*containment)->armed)
+        leave(*containment, ENDED_ITS_THREAD, 1);
+}
+
+// Runs `body(argument)`. 0 when it returned, else the signal that ended it.
+int opengpac_containment_run(opengpac_containment *containment, void (*body)(void *), void *argument, int64_t started_ns)
+{
+    containment->outer = current;
+    containment->step = OUTSIDE_BLOCKS;
+    containment->late = containment->lost = containment->heard = containment->forked = containment->handling = 0;
+    containment->foreign_ns = 0;
+    containment->started_ns = started_ns;
+    __attribute__((cleanup(is_left))) opengpac_containment *left = containment;
+    int ended_by = sigsetjmp(containment->place, 0);
+    if (ended_by == 0) {
+        containment->armed = 1;
+        current = containment;
+        body(argument);
+    } else {
+        // Out of a handler, in which they wait.
+        sigset_t waiting = of_time();
+        pthread_sigmask(SIG_UNBLOCK, &waiting, NULL);
+    }
+    containment->armed = 0;
+    containment->started_ns = 0;
+    current = containment->outer;
+    return ended_by;
 }
 
 // True where what was interrupted at `place` may be left.
@@ -311,11 +322,27 @@ static int put_in_front(int number, void (*handler)(int, siginfo_t *, void *), i
     return sigaction(number, &action, &earlier[number]);
 }
 
+static const int faults[] = {SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT};
+enum { FAULTS = sizeof faults / sizeof *faults };
+
+// A signal whose handler is not ours any more; `by`: the handler that is there, or nothing (default, ignored). 0: all are in place.
+int opengpac_containment_replaced(const void **by)
+{
+    for (int i = 0; i < FAULTS + 2; i++) {
+        int number = i < FAULTS ? faults[i] : i == FAULTS ? SIGXCPU : budget_signal;
+        struct sigaction present;
+        if (sigaction(number, NULL, &present) != 0 || ((present.sa_flags & SA_SIGINFO) && present.sa_sigaction == (i < FAULTS ? fault : budget)))
+            continue;
+        *by = (present.sa_flags & SA_SIGINFO) || (present.sa_handler != SIG_DFL && present.sa_handler != SIG_IGN) ? (const void *)present.sa_sigaction : NULL;
+        return number;
+    }
+    return 0;
+}
+
 // Installs the handlers, or puts them in front again where somebody else's have come before them (a crash reporter that was
 // switched on later). One thread at a time. `word` is 0 in every child. Gives the signal of a spent budget, or -1.
 int opengpac_containment_install(const uint32_t *word)
 {
-    static const int faults[] = {SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT};
     if (!budget_signal) {
         foreign_prepare();
         opengpac_containment_trust(opengpac_containment_install);
@@ -331,7 +358,7 @@ int opengpac_containment_install(const uint32_t *word)
     }
     if (!budget_signal || put_in_front(budget_signal, budget, SA_RESTART) != 0 || put_in_front(SIGXCPU, budget, SA_RESTART) != 0)
         return -1;
-    for (unsigned i = 0; i < sizeof faults / sizeof *faults; i++)
+    for (int i = 0; i < FAULTS; i++)
         if (put_in_front(faults[i], fault, 0) != 0)
             return -1;
     return budget_signal;

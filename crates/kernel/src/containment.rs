@@ -4,7 +4,7 @@ use forks::Unforked;
 use opengpac::abi::Run;
 pub use opengpac::bank::Call;
 use std::cell::Cell;
-use std::ffi::{c_int, c_void};
+use std::ffi::{CStr, c_int, c_void};
 use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
@@ -27,6 +27,7 @@ unsafe extern "C" {
     fn opengpac_containment_size() -> usize;
     fn opengpac_containment_run(containment: *mut Shared, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> c_int;
     fn opengpac_containment_install(word: *const u32) -> c_int;
+    fn opengpac_containment_replaced(by: *mut *const c_void) -> c_int;
     fn opengpac_containment_trust(address: *const c_void);
 }
 
@@ -230,6 +231,7 @@ pub(crate) fn trust_code(of: *const c_void) {
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers may read what it adds to.
     unsafe { opengpac_containment_trust(of) };
+    look_soon();
 }
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
@@ -243,6 +245,54 @@ pub(crate) fn budget_signal() -> i32 {
 }
 
 static BUDGET_SIGNAL: AtomicI32 = AtomicI32::new(0);
+
+/// Somebody may have replaced handlers: the watchdog looks at once.
+static IS_DUE: AtomicBool = AtomicBool::new(false);
+
+/// The handlers are looked at soon: a module was loaded, or a block has faulted.
+pub(crate) fn look_soon() {
+    IS_DUE.store(true, Ordering::Release);
+}
+
+/// Returns whether somebody has asked for a look since the last one.
+pub fn is_look_due() -> bool {
+    IS_DUE.swap(false, Ordering::AcqRel)
+}
+
+/// Looks whether all handlers are in place, and puts them in front again where they are not. Returns what was replaced, in words. Not for the
+/// real-time path.
+pub fn restore_handlers() -> Option<String> {
+    let mut by = ptr::null();
+    // SAFETY: asks for handlers, and writes an address of our own.
+    let signal = unsafe { opengpac_containment_replaced(&mut by) };
+    if signal == 0 || BUDGET_SIGNAL.load(Ordering::Relaxed) == 0 {
+        return None;
+    }
+    install();
+    let by = if by.is_null() { "set to its default, or ignored".to_owned() } else { format!("replaced by code of {}", object_of(by)) };
+    let which = if signal == BUDGET_SIGNAL.load(Ordering::Relaxed) { "the signal of spent time budgets".to_owned() } else { signal_name(signal) };
+    let process = std::process::id();
+    Some(format!("the handler of {which} in process {process} was {by}: faults of blocks were not contained until now; OpenGPAC's handler is in front again"))
+}
+
+fn signal_name(signal: i32) -> String {
+    // SAFETY: gives a text that stays, or nothing.
+    let name = unsafe { libc::strsignal(signal) };
+    // SAFETY: a text that ends in NUL.
+    if name.is_null() { format!("signal {signal}") } else { format!("signal {signal} ({})", unsafe { CStr::from_ptr(name) }.to_string_lossy()) }
+}
+
+/// The file that a function comes from.
+fn object_of(function: *const c_void) -> String {
+    // SAFETY: all zeroes is a valid value, which the call fills.
+    let mut about: libc::Dl_info = unsafe { std::mem::zeroed() };
+    // SAFETY: asks about an address.
+    if unsafe { libc::dladdr(function, &mut about) } == 0 || about.dli_fname.is_null() {
+        return "no file".to_owned();
+    }
+    // SAFETY: a text that ends in NUL.
+    format!("'{}'", unsafe { CStr::from_ptr(about.dli_fname) }.to_string_lossy())
+}
 
 /// Puts the handlers in front of those that are there: for each host that is made, because a crash reporter may have been
 /// switched on since the last.

@@ -360,6 +360,21 @@ impl Device {
         }
     }
 
+    /// Whether a channel of it is claimed: what is stored there is written.
+    pub fn is_commanded(&self) -> bool {
+        self.engaged.iter().any(|engaged| engaged.load(Ordering::Acquire))
+    }
+
+    /// Brings it to its safe state, and neither reads nor writes it any more.
+    ///
+    /// # Safety
+    /// As for `read`.
+    pub(crate) unsafe fn lose(&self) {
+        self.standing.lost.store(true, Ordering::Release);
+        // SAFETY: the caller is the one that touches it.
+        unsafe { self.safe_state() };
+    }
+
     fn checked(&self, service: &mut Service, result: Result<(), DeviceError>) -> Result<(), DeviceError> {
         if result.is_err() {
             self.standing.lost.store(true, Ordering::Release);

@@ -241,7 +241,7 @@ impl Kernel {
     }
 
     #[cold]
-    fn device_lost(&mut self, index: usize, error: DeviceError, time_ns: i64) {
+    pub(crate) fn device_lost(&mut self, index: usize, error: DeviceError, time_ns: i64) {
         let device = self.table.devices[index].name().to_owned();
         self.tell(Event::DeviceLost { source: self.source.id, device, message: error.message, time_ns }, &[], &[]);
         self.table.look_for_blind();
@@ -352,6 +352,7 @@ impl Kernel {
     #[cold]
     fn stop(&mut self, ended: Ended, time_ns: i64) {
         self.stopped = true;
+        containment::look_soon();
         if ended.is_lost {
             self.lose_source(ended.step);
         }

@@ -43,6 +43,7 @@ pub mod shared;
 pub mod source;
 pub mod stamped;
 mod standing;
+mod standstill;
 pub mod state;
 pub mod step;
 pub mod steps;

@@ -17,6 +17,44 @@ pub struct Shared {
     pub serials: AtomicU64,
     /// What the supervisor sleeps on.
     pub supervisor: Bell,
+    /// How long a timer may stand still, where that was said; 0: it was not.
+    standstill_ns: AtomicI64,
+    /// Handlers of faults that somebody had replaced, in words, until the supervisor takes them.
+    replaced: Mutex<Option<String>>,
+    is_replaced: AtomicBool,
+}
+
+/// How long a timer may stand still where nobody says otherwise.
+const STANDSTILL_NS: i64 = 2_000_000_000;
+
+impl Shared {
+    /// Returns for how long a timer may stand still before the outputs of its devices count as unattended.
+    pub fn standstill_ns(&self) -> i64 {
+        match self.standstill_ns.load(Ordering::Relaxed) {
+            0 => STANDSTILL_NS,
+            said => said,
+        }
+    }
+
+    /// Sets that bound. Of several, the longest holds.
+    pub fn allow_standstill(&self, bound_ns: i64) {
+        self.standstill_ns.fetch_max(bound_ns, Ordering::Relaxed);
+    }
+
+    /// Keeps for the supervisor that handlers of faults had been replaced. Not for the real-time path.
+    pub fn tell_replaced(&self, text: String) {
+        *self.replaced.lock().expect("nobody panics with the lock held") = Some(text);
+        self.is_replaced.store(true, Ordering::Release);
+        self.supervisor.ring();
+    }
+
+    /// Takes what [`Shared::tell_replaced`] has kept.
+    pub fn take_replaced(&self) -> Option<String> {
+        if !self.is_replaced.swap(false, Ordering::AcqRel) {
+            return None;
+        }
+        self.replaced.lock().expect("nobody panics with the lock held").take()
+    }
 }
 
 /// One source as all threads see it.

@@ -219,7 +219,8 @@ impl Agent {
             }
             Order::NoFarewell { process, source } => drop(self.farewells.remove(&(process, source))),
             Order::Alive => {}
-            Order::Patience { ms, silence_ms } => {
+            Order::Patience { ms, silence_ms, standstill_ms } => {
+                standstill_ms.into_iter().for_each(|ms| self.shared.host.allow_standstill(Duration::from_millis(ms)));
                 self.patience = Duration::from_millis(ms);
                 self.shared.silence_ms.store(silence_ms, Ordering::Release);
             }

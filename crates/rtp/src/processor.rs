@@ -298,7 +298,7 @@ impl Processor {
     /// How long this side may say nothing, and how long it goes on without it.
     fn patience(&self) {
         let ms = |limit: Duration| u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
-        self.send(&Order::Patience { ms: ms(self.bounds.patience), silence_ms: ms(self.bounds.silence) });
+        self.send(&Order::Patience { ms: ms(self.bounds.patience), silence_ms: ms(self.bounds.silence), standstill_ms: self.bounds.lost_after.map(ms) });
     }
 
     fn send(&self, order: &Order) {

@@ -47,8 +47,8 @@ pub enum Order {
     /// The commander lives: sent where it has nothing else to send.
     Alive,
     /// How long the commander may be silent before it counts as lost (`silence_ms`), and how long what goes on then waits for the next
-    /// commander (`ms`).
-    Patience { ms: u64, silence_ms: u64 },
+    /// commander (`ms`). `standstill_ms`: how long the timers there may stand still, where that was said.
+    Patience { ms: u64, silence_ms: u64, standstill_ms: Option<u64> },
     /// The end: devices safe, everything closed; of one that has taken nothing over, what runs goes on.
     Close,
     /// What ran there without a supervisor goes on in what this side has made since.

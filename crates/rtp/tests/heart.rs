@@ -87,7 +87,7 @@ fn a_side_that_takes_nothing_does_not_stop_the_heart() {
 
 #[test]
 fn a_side_that_says_nothing_for_its_patience_is_lost() {
-    let link = Still::after(&[Order::Patience { ms: 0, silence_ms: 200 }]);
+    let link = Still::after(&[Order::Patience { ms: 0, silence_ms: 200, standstill_ms: None }]);
     let commands: Arc<dyn Link> = link.clone();
     let (ended, told) = channel();
     std::thread::spawn(move || ended.send(rtp::serve(&commands, Service::new(terms(|_| ())))).is_ok());
@@ -97,7 +97,7 @@ fn a_side_that_says_nothing_for_its_patience_is_lost() {
 
 #[test]
 fn a_process_that_nobody_watches_any_more_stops_its_heart() {
-    let link = Still::after(&[Order::Patience { ms: 200, silence_ms: 60_000 }]);
+    let link = Still::after(&[Order::Patience { ms: 200, silence_ms: 60_000, standstill_ms: None }]);
     let commands: Arc<dyn Link> = link.clone();
     let (says, said) = channel();
     let also = says.clone();

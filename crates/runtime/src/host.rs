@@ -29,6 +29,7 @@ use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock, RwLockReadGuard};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// All kernels of this process.
 pub struct Host {
@@ -176,6 +177,12 @@ impl Host {
         self.watchdog.watch(source.clone());
         sources.push(source);
         Ok(id)
+    }
+
+    /// How long timers of this host may stand still before what they command is made safe, and lost: 2 s where nobody says. Of several bounds
+    /// the longest holds.
+    pub fn allow_standstill(&self, bound: Duration) {
+        self.shared.allow_standstill(i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX));
     }
 
     /// From now on sources say in `memory` which step runs, one behind the other in the order in which they are made, each in

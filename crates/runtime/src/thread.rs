@@ -59,6 +59,7 @@ fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
             let skipped = late_ns / period_ns;
             add(&kernel.source.counters.overruns, skipped as u64);
             next += skipped;
+            kernel.look_for_standstill(late_ns, period_ns, now_ns);
         }
         kernel.firing = next as u64 - 1;
         kernel.carry_out_all(now_ns);

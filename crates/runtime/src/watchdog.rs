@@ -11,6 +11,9 @@ use std::time::Duration;
 /// Period of its looks: a tenth of the minimum default budget.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
+/// Looks between two looks at the handlers of faults, where nothing has happened: a second.
+const HANDLERS_EVERY: u32 = 100;
+
 /// A priority above that of every source: a runaway block at a real-time priority must not keep the watchdog from its core.
 const PRIORITY: u8 = 99;
 
@@ -52,10 +55,18 @@ impl Watchdog {
     /// The thread.
     pub(crate) fn run(&self) {
         rights::prioritise(PRIORITY);
+        let mut looks = 0;
         let mut waiting = self.wait.lock().expect("nobody panics with the lock held");
         while !self.closing.load(Ordering::Acquire) {
             let now_ns = monotonic_ns();
             self.sources.read().expect("nobody panics with the lock held").iter().for_each(|source| self.look(source, now_ns));
+            // A block may replace one at any time.
+            looks = (looks + 1) % HANDLERS_EVERY;
+            if (containment::is_look_due() || looks == 0)
+                && let Some(text) = containment::restore_handlers()
+            {
+                self.shared.tell_replaced(text);
+            }
             waiting = self.closed.wait_timeout(waiting, LOOK_EVERY).expect("nobody panics with the lock held").0;
         }
     }

@@ -23,6 +23,7 @@ FAILS = """
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <pthread.h>
 #include <stdexcept>
 #include <unistd.h>
 static int nothing_leaves(double y) noexcept { if (y >= 3) throw std::runtime_error("it left"); return 0; }
@@ -36,6 +37,7 @@ FAILING(allocates, for (;;) { char *volatile memory = new char[100]; delete[] me
 FAILING(waits, int ends[2]; char byte; if (pipe(ends) == 0 && read(ends[0], &byte, 1) == 1) return OK;)
 FAILING(masks, sigset_t all; sigfillset(&all); sigprocmask(SIG_SETMASK, &all, nullptr); for (volatile int on = 1; on;) {})
 FAILING(exits, exit(0);)
+FAILING(leaves, pthread_exit(nullptr);)
 """
 SAID = {
     "aborts": "abort()",
@@ -143,12 +145,10 @@ cell.close()
 print("closed")
 """
 IS_DEAF = """
-while not (told := [entry["text"] for entry in cell.log() if entry["kind"] == "fault"]):
-    try:
-        bad.wait(timeout="50 ms")
-    except TimeoutError:
-        pass
-print(told[0])
+try:
+    bad.wait(timeout="60 s")
+except gpac.Terminated as end:
+    print(end.condition, end.message)
 cell.close()
 print("closed")
 """
@@ -164,9 +164,17 @@ def test_on_threads_a_source_that_cannot_be_trusted_ends_for_good_and_the_progra
     assert ended.returncode == 0
 
 
-def test_on_threads_a_block_that_masks_every_signal_is_told_of_and_the_program_ends(fails: str) -> None:
+def test_on_threads_verbs_of_a_block_that_masks_every_signal_end_and_the_program_ends(fails: str) -> None:
     ended = program(IS_DEAF, fails, "masks")
+    assert ended.stdout.startswith("processor_lost "), ended.stdout + ended.stderr
     assert "a block on source 'rtp0.doomed' does not return and has masked every signal" in ended.stdout, ended.stderr
+    assert ended.stdout.endswith("closed\n") and ended.returncode == 0
+
+
+def test_on_threads_a_block_that_ends_its_thread_is_a_fault_and_the_program_ends(fails: str) -> None:
+    ended = program(IS_DEAF, fails, "leaves")
+    # The C library says so by abort(), where C++ has caught what unwinds the thread.
+    assert ended.stdout.startswith("fault ") and "start this program again" in ended.stdout, ended.stdout + ended.stderr
     assert ended.stdout.endswith("closed\n") and ended.returncode == 0
 
 

@@ -23,6 +23,9 @@ impl Host {
         if let Some(deaf) = sources.iter().find(|source| source.is_deaf.load(Ordering::Acquire) && !source.is_told_deaf.swap(true, Ordering::AcqRel)) {
             return Some(Event::Deaf { source: deaf.id, time_ns: self.now_ns() });
         }
+        if let Some(text) = self.shared.take_replaced() {
+            return Some(Event::Replaced { text, time_ns: self.now_ns() });
+        }
         let Some((serial, source)) = next else {
             self.polled.store(rings, Ordering::Release);
             return None;

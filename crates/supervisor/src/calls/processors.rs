@@ -66,6 +66,7 @@ impl System {
     fn settle_remote(&self, name: &str, supervisor: bool, location: &Location, beside: Option<&str>, bounds: Bounds) -> Result<(), Refusals> {
         if let (Location::Thread, Some(lost_after)) = (location, bounds.lost_after) {
             self.shared.guarded.bound(name, lost_after);
+            self.shared.host.allow_standstill(lost_after);
         }
         if *location == Location::Thread || self.shared.is_virtual {
             return Ok(());

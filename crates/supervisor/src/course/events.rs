@@ -86,10 +86,13 @@ impl Core {
             Event::Stopped { source, block, process, fault, time_ns } => self.stopped(source, block, process, &fault, time_ns),
             Event::Deaf { source, time_ns } => {
                 let name = self.registry.source_name(source).to_owned();
-                let text =
-                    format!("a block on source '{name}' does not return and has masked every signal, so that its time budget cannot end it: end the program");
-                self.observation.log.add(time_ns, "fault", &name, text);
+                let text = format!(
+                    "a block on source '{name}' does not return and has masked every signal: its time budget cannot end it, and its outputs stay as they are; end the program"
+                );
+                self.observation.log.add(time_ns, "fault", &name, text.clone());
+                processor_lost(self, source, &text);
             }
+            Event::Replaced { text, time_ns } => self.observation.log.add(time_ns, "fault", "system", text),
             Event::DeviceLost { device, message, time_ns, .. } => self.device_lost(&device, &message, time_ns),
             Event::Asked { .. } => watch_inputs(self),
             Event::Overrun { source, reader, member, time_ns } => {
