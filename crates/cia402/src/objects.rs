@@ -2,7 +2,7 @@
 //! Objects of a device, and why it refuses an access to one.
 
 /// An object's entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Entry {
     pub index: u16,
     pub sub: u8,

@@ -15,7 +15,7 @@ fn main() -> Result<(), String> {
     let [interface, drives, times] = arguments.as_slice() else { return Err("exchange INTERFACE DRIVES TIMES".to_owned()) };
     let number = |text: &String| text.parse::<usize>().map_err(|error| format!("{text}: {error}"));
     let mut bus = Bus::open(interface)?;
-    let wanted: Vec<Wanted<'_>> = (0..number(drives)?).map(|position| Wanted { position, pdos: &Pdos::Device, settings: &[] }).collect();
+    let wanted: Vec<Wanted<'_>> = (0..number(drives)?).map(|position| Wanted { position, pdos: &Pdos::Device, settings: &[], is_synced: true }).collect();
     let found = take(&mut bus)?;
     let line = bring_up(&mut bus, &found, &wanted, WATCHDOG_NS, None)?;
     let mut cycle = Cycle::new(open_link(interface)?, &line).ok_or("the process data do not fit into a frame")?;

@@ -37,7 +37,7 @@ fn clocks_keep_to_the_host_and_outputs_are_there_before_sync0() {
     let interface = format!("local:clocks-{}", std::process::id());
     let server = serve_at(&interface, Segment::new(&drives), move || segment_time.fetch_add(10_000, Ordering::Relaxed)).unwrap();
     let mut bus = Bus::open(&interface).unwrap();
-    let wanted = [0, 1, 2, 3].map(|position| Wanted { position, pdos: &Pdos::Device, settings: &[] });
+    let wanted = [0, 1, 2, 3].map(|position| Wanted { position, pdos: &Pdos::Device, settings: &[], is_synced: true });
     let clocks = Clocks { sync0: Sync0 { cycle_ns: PERIOD_NS as u32, shift_ns: SHIFT_NS }, now_ns: &|| host_ns(host_time.load(Ordering::Relaxed)) };
     let found = take(&mut bus).unwrap();
     let line = bring_up(&mut bus, &found, &wanted, 1_000_000_000, Some(&clocks)).unwrap();

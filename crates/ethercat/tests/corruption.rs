@@ -25,7 +25,7 @@ fn of_a_million_changed_frames_none_is_taken() {
     let rig = Rig::of(json!([{ "name": "x", "counts": COUNTS }]));
     let mut bus = Bus::open(&rig.interface).unwrap();
     let settings: [(Entry, Vec<u8>, bool); 0] = [];
-    let wanted = [0, 1].map(|position| Wanted { position, pdos: &Pdos::Device, settings: &settings });
+    let wanted = [0, 1].map(|position| Wanted { position, pdos: &Pdos::Device, settings: &settings, is_synced: true });
     let found = take(&mut bus).unwrap();
     let line = bring_up(&mut bus, &found, &wanted, 1_000_000_000, Some(&Clocks { sync0: Sync0 { cycle_ns: 1_000_000, shift_ns: 0 }, now_ns: &|| 0 })).unwrap();
     assert_eq!(line.outputs, OUTPUTS);

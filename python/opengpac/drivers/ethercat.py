@@ -4,19 +4,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from ..errors import CallError, refuse
 from ..given import taking
 from ..quantities import Quantity, optional_ns
+from . import esi
 from .driver import Driver, given
 
 
 @taking
 def ethercat(
     interface: str,
-    axes: Mapping[str, Mapping[str, Any]],
+    axes: Mapping[str, Mapping[str, Any]] = MappingProxyType({}),
     *,
+    terminals: Mapping[str, Mapping[str, Any]] | None = None,
     timeout: Quantity | None = None,
     lost_after: int | None = None,
     sync0: Quantity | None = None,
@@ -33,6 +36,15 @@ def ethercat(
     `product`, `revision`, `serial`, `alias`: the identity that its drive is to have, as a scan shows it; a drive that is another one, by
     these or by the first opening, is named and nothing is switched on.
 
+    `terminals` are terminals of inputs and outputs, digital or analog, encoders and sensors, each with `at`: `{"io": {"at": 2, "channels":
+    {"door": "Channel 3", "force": {"entry": "AI Standard Channel 1.Value", "scale": 0.01, "unit": "N"}}}}`. A channel is an entry of their
+    process data, by the name that the vendor gives or by its object, `0x6000:1`; without `channels` all entries are channels, by their
+    names in lower case with underscores. With `scale` or `offset` a channel is a double, counts × scale + offset, in `unit`; else it has
+    the type of its entry. `safe`: what an output carries while nobody commands it (off, or 0 counts). Names come from the terminal's
+    EEPROM, which is read when the device is made, or with `esi` from the vendor's XML file, in which `type` (`"EL1008"`), `product` and
+    `revision` say which terminal it is. `vendor`, `product`, `revision`, `serial`, `alias` are compared as those of an axis.
+    `device["io.door"]` is a channel.
+
     Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing`, `operating` (read), and `goal`, `rate` or `effort`
     (written), by its mode. `enable` and verbs wait for `operating`.
     An axis is switched on by CiA 402 when its written channel is engaged, and never leaps: its target begins where it is and changes by
@@ -44,14 +56,37 @@ def ethercat(
     for name, axis in axes.items():
         if not isinstance(axis, Mapping):
             refuse(CallError, f"axis '{name}' is given {axis!r}", "give a dictionary: {'counts': 10000}")
+    for name, terminal in (terminals or {}).items():
+        if not isinstance(terminal, Mapping):
+            refuse(CallError, f"terminal '{name}' is given {terminal!r}", "give a dictionary: {'at': 2}")
     return Driver(
         "ethercat",
         given(
             interface=interface,
             axes=[{"name": name, **axis} for name, axis in axes.items()],
+            terminals=[_terminal(name, terminal) for name, terminal in (terminals or {}).items()],
             timeout_ns=optional_ns(timeout, "the timeout"),
             lost_after=lost_after,
             sync0_ns=optional_ns(sync0, "sync0"),
             sync0_shift_ns=optional_ns(sync0_shift, "the shift of sync0"),
         ),
     )
+
+
+def _terminal(name: str, terminal: Mapping[str, Any]) -> dict[str, Any]:
+    """Its options as the driver takes them: a channel that is a text is the entry of that name, and an ESI file says its process data."""
+    told = {"name": name, **terminal}
+    if (channels := told.get("channels")) is not None:
+        if not isinstance(channels, Mapping):
+            refuse(CallError, f"the channels of terminal '{name}' are {channels!r}", 'give a dictionary: {"door": "Channel 3"}')
+        told["channels"] = {own: {"entry": of} if isinstance(of, str) else of for own, of in channels.items()}
+    file, type_ = told.pop("esi", None), told.pop("type", None)
+    if file is None:
+        if type_ is not None:
+            refuse(
+                CallError, f"terminal '{name}' has type={type_!r} and no esi= in which it is looked for", "give its file, or leave type out"
+            )
+        return told
+    product, revision = told.get("product"), told.get("revision")
+    found = esi.described(file, type=type_, product=product, revision=revision, what=f"terminal '{name}'")
+    return {**{key: value for key, value in found.items() if value is not None}, **told}

@@ -97,6 +97,7 @@ def operate(main: Any) -> dict[str, Any]:
 
 def move(main: Any) -> dict[str, Any]:
     targets = [1000] * len(main.slaves)
+    counter, inputs = 0, []
     for control in (0x80, 0x06, 0x07, 0x0F):
         for _ in range(3):
             counter, inputs = exchange(main, control, targets)
@@ -116,6 +117,48 @@ def move(main: Any) -> dict[str, Any]:
     return said
 
 
+def terminals() -> dict[str, Any]:
+    """A coupler with terminals behind it: what they exchange is read from EEPROMs and objects, and their wires are read and driven."""
+    line = (
+        {"name": "coupler", "terminal": {}},
+        {"name": "inputs", "terminal": {"digital_inputs": 8}},
+        {"name": "outputs", "terminal": {"digital_outputs": 16}},
+        {"name": "analog", "terminal": {"analog_inputs": 2, "analog_outputs": 1}},
+    )
+    with fake.ethercat(*line, interface="ec1") as segment:
+        main = pysoem.Master()
+        main.open("ec0")
+        main.config_init()
+        said: dict[str, Any] = {"mapped": main.config_map()}
+        for device in main.slaves:
+            device.set_watchdog("processdata", 0)
+        main.state_check(pysoem.SAFEOP_STATE, PATIENCE)
+        main.state = pysoem.OP_STATE
+        main.write_state()
+        _, inputs, outputs, analog = main.slaves
+        segment.put(1, 5, 1)
+        segment.put(3, 1, -1234)
+        for _ in range(100):
+            outputs.output, analog.output = bytes([0x81, 0x02]), struct.pack("<h", 4321)
+            main.send_processdata()
+            said["terminals_counter"] = main.receive_processdata(PATIENCE)
+            if main.state_check(pysoem.OP_STATE, 50_000) == pysoem.OP_STATE:
+                break
+        for _ in range(2):
+            main.send_processdata()
+            said["terminals_counter"] = main.receive_processdata(PATIENCE)
+        main.read_state()
+        said["terminals_states"] = [[device.state, device.al_status] for device in main.slaves]
+        said["terminals_expected"] = main.expected_wkc
+        said["sizes"] = [[len(device.input), len(device.output)] for device in main.slaves]
+        said["digital"], said["analog"] = inputs.input[0], struct.unpack("<HhHh", analog.input)
+        said["carried"] = [terminal.outputs for terminal in segment.terminals()]
+        main.state = pysoem.INIT_STATE
+        main.write_state()
+        main.close()
+    return said
+
+
 def main() -> None:
     veth()
     drives = ({"name": "drive", "position": 1000, "cable_ns": cable} for cable in CABLES)
@@ -127,7 +170,7 @@ def main() -> None:
         master.state = pysoem.INIT_STATE
         master.write_state()
         master.close()
-    print(json.dumps(said))
+    print(json.dumps({**said, **terminals()}))
 
 
 if __name__ == "__main__":

@@ -54,3 +54,12 @@ def test_soem_moves_their_axes(said: dict[str, Any]) -> None:
     assert said["enabled"] == [0x27] * 3, "operation enabled"
     assert said["positions"] == [2000] * 3
     assert said["far"] == [[0x08, 0x8611]] * 3, "a target that is too far away is a following error"
+
+
+def test_soem_reads_and_drives_the_wires_of_terminals(said: dict[str, Any]) -> None:
+    assert said["terminals_states"] == [[8, 0]] * 4
+    assert said["sizes"] == [[0, 0], [1, 0], [0, 2], [8, 2]]
+    assert said["terminals_counter"] == said["terminals_expected"] == 6
+    assert said["digital"] == 1 << 5
+    assert said["analog"] == [0, 0, 0, -1234]
+    assert said["carried"] == [[], [], [1, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0], [4321]]

@@ -3,9 +3,12 @@
 use super::axis::Axis;
 use super::counters::Count;
 use super::device::EtherCat;
-use super::options::{OPTIONS, Options, TIMEOUT_NS, check};
+use super::entries::{Named, of_eeprom, of_pdos};
+use super::options::{OPTIONS, Options, TIMEOUT_NS, TerminalOptions, check};
 use super::services::SERVICES;
+use super::terminal::Terminal;
 use crate::main_device::{Bus, inventory};
+use crate::sii::Contents;
 use cia402::axis::part;
 use device::{Class, Declaration, DriverError, Found, Given, Layout, Life, Opened, Part, SafeBy, SafeState};
 use serde::Deserialize;
@@ -15,13 +18,17 @@ use serde_json::{Value, json};
 pub static DRIVER: Declaration = Declaration {
     class: Class::Inline,
     life: Life { waits_ns: 0, lost_within_ns: 0 },
-    safe_state: SafeState { doc: "quick stop: each axis comes to rest and is switched off", by: &[SafeBy::Driver, SafeBy::Device], within_ns: 0 },
+    safe_state: SafeState {
+        doc: "quick stop: each axis comes to rest and is switched off; outputs of terminals take their safe values",
+        by: &[SafeBy::Driver, SafeBy::Device],
+        within_ns: 0,
+    },
     services: &SERVICES,
     counters: Count::WORDS,
     rights: &["raw frames on a network interface: cap_net_raw"],
     scan: Some(scan),
     in_virtual_time: Some(in_lockstep),
-    ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, an axis each", &OPTIONS, open)
+    ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, an axis each, and terminals of inputs and outputs", &OPTIONS, open)
 };
 
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
@@ -31,10 +38,33 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let mut layout = Layout::default();
     let (sync0, lockstep) = (options.sync0(), options.lockstep);
     let axes: Vec<Axis> = options.axes.iter().enumerate().map(|(index, axis)| Axis::new(axis, index, &mut layout)).collect();
+    let terminals = terminals(given, &options, &mut layout)?;
     let parts: Vec<Part> = options.axes.iter().filter_map(|of| part(&of.axis)).collect();
-    let driver = EtherCat::new(options.interface, axes, layout.into_channels(), timeout_ns, options.lost_after.unwrap_or(3).max(1), sync0);
+    let driver =
+        EtherCat::new(options.interface, axes, layout.into_channels(), timeout_ns, options.lost_after.unwrap_or(3).max(1), sync0).with_terminals(terminals);
     let driver = if lockstep { driver.in_lockstep() } else { driver };
     Ok((Box::new(driver), json!({ "parts": parts })))
+}
+
+/// The terminals, with the channels that they have by their vendors' files, or else by their EEPROMs, which are read.
+fn terminals(given: &Given<'_>, options: &Options, layout: &mut Layout) -> Result<Vec<Terminal>, DriverError> {
+    let is_asked = options.terminals.iter().any(|of| of.pdos.is_none());
+    let found = if is_asked { Bus::open(&options.interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)? } else { Vec::new() };
+    let made = options.terminals.iter().map(|of| Terminal::new(of, &named(of, &found)?, layout).map_err(|problem| given.wrong("terminals", problem)));
+    made.collect()
+}
+
+fn named(of: &TerminalOptions, found: &[Contents]) -> Result<Vec<Named>, DriverError> {
+    match (&of.pdos, found.get(of.at)) {
+        (Some(pdos), _) => Ok(of_pdos(pdos)),
+        (None, Some(contents)) => Ok(of_eeprom(contents)),
+        (None, None) => {
+            let (name, at, count) = (&of.name, of.at, found.len());
+            Err(DriverError::Failed(format!(
+                "terminal '{name}' is to be at place {at}, and {count} subdevices answer; look at the cables and the power behind"
+            )))
+        }
+    }
 }
 
 /// Under the virtual clock a firing waits for its frame, however fast the segment is; time that does not pass there trips no watchdog.
@@ -53,15 +83,31 @@ fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
     let Where { interface: Some(interface) } = given.read()? else {
         return Err(given.wrong("interface", "it is missing; give the network interface to look at: `ip link` lists them"));
     };
-    let identities = Bus::open(&interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)?;
-    let found = identities.iter().enumerate().map(|(position, identity)| {
-        let (vendor, product, revision) = (identity.vendor, identity.product, identity.revision);
-        let alias = if identity.alias == 0 { String::new() } else { format!(", alias {}", identity.alias) };
-        let what = format!(
-            "{position}: '{}', vendor {vendor:#010x}, product {product:#010x}, revision {revision:#010x}, serial {}{alias}",
-            identity.name, identity.serial
-        );
-        Found { what, options: json!({ "interface": interface, "axes": [{ "name": format!("axis{position}"), "at": position, "counts": 1 }] }) }
-    });
-    Ok(found.collect())
+    let found = Bus::open(&interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)?;
+    Ok(found.iter().enumerate().map(|(position, contents)| tell(&interface, position, contents)).collect())
+}
+
+/// What answers at a place, and the options that would serve it: as a terminal where its EEPROM lists entries and none is a drive's.
+fn tell(interface: &str, position: usize, contents: &Contents) -> Found {
+    const CONTROL_WORD: u16 = 0x6040;
+    let identity = &contents.identity;
+    let (vendor, product, revision) = (identity.vendor, identity.product, identity.revision);
+    let alias = if identity.alias == 0 { String::new() } else { format!(", alias {}", identity.alias) };
+    let entries = of_eeprom(contents);
+    let is_drive = if entries.is_empty() { contents.has_coe } else { entries.iter().any(|entry| entry.of.index == CONTROL_WORD) };
+    let channels = match (is_drive, entries.len()) {
+        (true, _) => String::new(),
+        (false, 0) => "; a coupler, without process data".to_owned(),
+        (false, _) => format!("; channels {}", entries.iter().map(|entry| entry.name.as_str()).collect::<Vec<_>>().join(", ")),
+    };
+    let what = format!(
+        "{position}: '{}', vendor {vendor:#010x}, product {product:#010x}, revision {revision:#010x}, serial {}{alias}{channels}",
+        identity.name, identity.serial
+    );
+    let options = match (is_drive, entries.is_empty()) {
+        (true, _) => json!({ "interface": interface, "axes": [{ "name": format!("axis{position}"), "at": position, "counts": 1 }] }),
+        (false, false) => json!({ "interface": interface, "terminals": [{ "name": format!("terminal{position}"), "at": position }] }),
+        (false, true) => json!({ "interface": interface }),
+    };
+    Found { what, options }
 }

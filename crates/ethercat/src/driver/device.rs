@@ -3,7 +3,8 @@
 use super::axis::Axis;
 use super::counters::Count;
 use super::services::{Beside, Mailboxes};
-use crate::main_device::{Bus, Clocks, Cycle, Replied, Station, Subdevice, Sync0, Wanted, bring_up, open_link, take};
+use super::terminal::Terminal;
+use crate::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Station, Subdevice, Sync0, Wanted, bring_up, open_link, take};
 use crate::registers::AL_CONTROL;
 use crate::sii;
 use crate::states::{State, describe};
@@ -25,6 +26,7 @@ const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(5);
 pub(super) struct EtherCat {
     interface: String,
     axes: Vec<Axis>,
+    terminals: Vec<Terminal>,
     channels: Vec<Channel>,
     timeout_ns: i64,
     lost_after: u32,
@@ -34,6 +36,7 @@ pub(super) struct EtherCat {
     opened: (Instant, i64),
     counters: Arc<Counters>,
     beside: Arc<Beside>,
+    /// Those of the axes, then those of the terminals.
     stations: Vec<Station>,
     cycle: Option<Cycle>,
     /// How many cycles one after another brought nothing, and why the last of them did.
@@ -48,6 +51,7 @@ impl EtherCat {
             beside: Arc::new(Beside(beside)),
             interface,
             axes,
+            terminals: Vec::new(),
             channels,
             timeout_ns,
             lost_after,
@@ -67,10 +71,17 @@ impl EtherCat {
         EtherCat { lockstep: true, ..self }
     }
 
+    /// One that serves these terminals too.
+    pub fn with_terminals(self, terminals: Vec<Terminal>) -> EtherCat {
+        EtherCat { terminals, ..self }
+    }
+
     fn start(&mut self) -> Result<(), String> {
         let mut bus = Bus::open(&self.interface)?;
         let asked: Vec<_> = self.axes.iter().map(|axis| (axis.at, axis.pdos(), axis.settings(self.sync0))).collect();
-        let wanted: Vec<Wanted<'_>> = asked.iter().map(|(position, pdos, settings)| Wanted { position: *position, pdos, settings }).collect();
+        let axes = asked.iter().map(|(position, pdos, settings)| Wanted { position: *position, pdos, settings, is_synced: true });
+        let terminals = self.terminals.iter().map(|of| Wanted { position: of.at, pdos: &Pdos::Terminal, settings: &[], is_synced: false });
+        let wanted: Vec<Wanted<'_>> = axes.chain(terminals).collect();
         let opened = self.opened;
         let now_ns = move || now_ns(opened);
         let clocks = self.sync0.map(|sync0| Clocks { sync0, now_ns: &now_ns });
@@ -80,7 +91,10 @@ impl EtherCat {
         for (axis, station) in self.axes.iter_mut().zip(&line.stations) {
             axis.map(&station.mapping, station.outputs_at, station.inputs_at)?;
         }
-        let too_many = || format!("the process data of {} axes do not fit into a frame", self.axes.len());
+        for (terminal, station) in self.terminals.iter_mut().zip(&line.stations[self.axes.len()..]) {
+            terminal.map(&station.mapping, station.outputs_at, station.inputs_at)?;
+        }
+        let too_many = || format!("the process data of {} axes and {} terminals do not fit into a frame", self.axes.len(), self.terminals.len());
         let mut cycle = Cycle::new(open_link(&self.interface)?, &line).ok_or_else(too_many)?;
         let stations = line.stations;
         self.exchange_idle(&mut cycle)?;
@@ -102,7 +116,7 @@ impl EtherCat {
             self.exchange_idle(&mut cycle)?;
         }
         self.reset_faults(&mut cycle)?;
-        let of_axes = stations.iter().map(|station| station.subdevice.mailbox()).collect::<Result<_, _>>()?;
+        let of_axes = stations[..self.axes.len()].iter().map(|station| station.subdevice.mailbox()).collect::<Result<_, _>>()?;
         self.beside.0.reach(Mailboxes { bus: Bus::open(&self.interface)?, of_axes });
         (self.stations, self.cycle, self.missed) = (stations, Some(cycle), 0);
         Ok(())
@@ -110,16 +124,28 @@ impl EtherCat {
 
     /// Refuses a line on which a drive is not the one that its axis had, or is to have.
     fn identify(&self, found: &[Subdevice]) -> Result<(), String> {
-        let opened = self.axes.iter().filter_map(|axis| {
-            let sii::Identity { vendor, product, revision, serial, alias, .. } = found.get(axis.at)?.contents.identity;
+        let opened = (0..self.axes.len() + self.terminals.len()).filter_map(|of| {
+            let (title, name, at, expected) = self.member(of);
+            let sii::Identity { vendor, product, revision, serial, alias, .. } = found.get(at)?.contents.identity;
             Some(identity::Opened {
-                title: format!("axis '{}' at place {}", axis.name(), axis.at),
-                place: format!("ethercat {} {} {}", self.interface, axis.at, axis.name()),
-                expected: axis.expected,
+                title: format!("{title} '{name}' at place {at}"),
+                place: format!("ethercat {} {at} {name}", self.interface),
+                expected,
                 found: Identity { vendor, product, revision, serial, alias },
             })
         });
         identity::check(&opened.collect::<Vec<_>>())
+    }
+
+    /// The axis or terminal of this station: which of them it is, its name, its place and the identity that it is to have.
+    fn member(&self, of: usize) -> (&'static str, &str, usize, identity::Expected) {
+        match self.axes.get(of) {
+            Some(axis) => ("axis", axis.name(), axis.at, axis.expected),
+            None => {
+                let terminal = &self.terminals[of - self.axes.len()];
+                ("terminal", &terminal.name, terminal.at, terminal.expected)
+            }
+        }
     }
 
     /// A frame there and back with no axis commanded.
@@ -129,6 +155,7 @@ impl EtherCat {
             for axis in &mut self.axes {
                 axis.tell_idle(cycle.outputs());
             }
+            self.terminals.iter().for_each(|terminal| terminal.be_safe(cycle.outputs()));
             cycle.send(self.sync0.map(|_| now_ns(self.opened))).map_err(|error| format!("interface '{}': {error}", self.interface))?;
             let replied = cycle.wait(ANSWER).map_err(|error| format!("interface '{}': {error}", self.interface))?;
             if replied == Replied::Whole || replied == Replied::Short {
@@ -162,22 +189,39 @@ impl EtherCat {
             (Replied::Short, Some(cycle)) => self.what_is_short(cycle),
             _ => format!(
                 "nothing came back on interface '{on}' for {cycles} cycles: the cable to '{}' is out, or it has no power",
-                self.axes.iter().min_by_key(|axis| axis.at).map_or("", Axis::name)
+                (0..self.stations.len()).map(|of| self.member(of)).min_by_key(|(_, _, at, _)| *at).map_or("", |(_, name, ..)| name)
             ),
         };
         DeviceError { message }
     }
 
     fn what_is_short(&self, cycle: &Cycle) -> String {
-        let silent = (0..self.stations.len()).filter(|of| cycle.state(*of).is_none()).min_by_key(|of| self.axes[*of].at);
+        let silent = (0..self.stations.len()).filter(|of| cycle.state(*of).is_none()).min_by_key(|of| self.member(*of).2);
         if let Some(of) = silent {
-            let (axis, place) = (self.axes[of].name(), self.axes[of].at);
-            return format!("axis '{axis}' at place {place} does not answer on interface '{}': the cable before it is out, or it has no power", self.interface);
+            let (title, name, place, _) = self.member(of);
+            return format!(
+                "{title} '{name}' at place {place} does not answer on interface '{}': the cable before it is out, or it has no power",
+                self.interface
+            );
         }
         let left = (0..self.stations.len()).find_map(|of| cycle.state(of).filter(|(status, _)| *status != State::Op as u16).map(|state| (of, state)));
         match left {
-            Some((of, (status, code))) => format!("the drive of axis '{}' has left OP: it is in {}", self.axes[of].name(), describe(status, code)),
-            None => format!("all drives on interface '{}' answer, and not all take their process data", self.interface),
+            Some((of, (status, code))) if of < self.axes.len() => {
+                format!("the drive of axis '{}' has left OP: it is in {}", self.axes[of].name(), describe(status, code))
+            }
+            Some((of, (status, code))) => format!("terminal '{}' has left OP: it is in {}", self.member(of).1, describe(status, code)),
+            None => format!("all subdevices on interface '{}' answer, and not all take their process data", self.interface),
+        }
+    }
+
+    /// Stores what all answered last.
+    fn show(&mut self, readings: &mut [u8]) {
+        let Some(cycle) = &self.cycle else { return };
+        for axis in &mut self.axes {
+            axis.read(cycle.newest(), readings);
+        }
+        for terminal in &self.terminals {
+            terminal.read(cycle.newest(), readings);
         }
     }
 }
@@ -200,20 +244,15 @@ impl Driver for EtherCat {
         let replied = replied.unwrap_or(Replied::Nothing);
         match replied {
             Replied::Whole => {
-                self.missed = 0;
+                // One that has left OP answers on, and heeds no outputs.
+                self.missed = if cycle.all_are_in(State::Op) { 0 } else { self.missed + 1 };
                 if let Some(timing) = cycle.timing() {
                     counters.set(Count::Difference, timing.difference_ns.into());
                     counters.set(Count::Reference, timing.reference_ns.unsigned_abs().into());
                 }
-                for axis in &mut self.axes {
-                    axis.read(cycle.newest(), readings);
-                }
+                self.show(readings);
             }
-            Replied::NotAsked => {
-                for axis in &mut self.axes {
-                    axis.read(cycle.newest(), readings);
-                }
-            }
+            Replied::NotAsked => self.show(readings),
             Replied::Short | Replied::Nothing => {
                 counters.add(if replied == Replied::Short { Count::Short } else { Count::Lost }, 1);
                 self.missed += 1;
@@ -225,6 +264,10 @@ impl Driver for EtherCat {
         }
         match self.axes.iter().find_map(|axis| axis.moved.fault()) {
             Some(message) => Err(DeviceError { message }),
+            None if self.missed >= self.lost_after => {
+                self.beside.0.homes.end();
+                Err(self.lost(Replied::Short))
+            }
             None => Ok(()),
         }
     }
@@ -241,6 +284,7 @@ impl Driver for EtherCat {
             self.beside.0.homes.serve(index, commander, can_home, engaged[index]);
             axis.write(commands, engaged[index], span_s, cycle.outputs());
         }
+        self.terminals.iter().for_each(|terminal| terminal.write(commands, cycle.outputs()));
         self.counters.add(Count::Cycles, 1);
         // A frame that cannot be sent is one that does not come back: the readings tell it.
         let _ = cycle.send(self.sync0.map(|_| now_ns(self.opened)));
@@ -254,6 +298,7 @@ impl Driver for EtherCat {
             axis.moved.commander.stop();
             axis.tell_idle(cycle.outputs());
         }
+        self.terminals.iter().for_each(|terminal| terminal.be_safe(cycle.outputs()));
         let _ = cycle.send(self.sync0.map(|_| now_ns(self.opened)));
     }
 

@@ -1,17 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of the driver: what they are, and what is refused.
+use super::entries::Named;
 use crate::main_device::Sync0;
+use crate::sii::PdoEntry;
 use cia402::axis;
-use device::{DriverError, Given, Kind, OptionWord};
+use cia402::identity::Expected;
+use device::{DriverError, Given, Kind, Number, OptionWord};
 use serde::Deserialize;
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
 
-pub(super) const OPTIONS: [OptionWord; 7] = [
+pub(super) const OPTIONS: [OptionWord; 8] = [
     OptionWord::needed("interface", Kind::Text, "the network interface that the segment hangs on, or `local:NAME` of an emulated one"),
-    OptionWord::needed(
+    OptionWord::with_default(
         "axes",
         Kind::List,
+        "none",
         "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake, operating_within_s, vendor, product, revision, serial, alias",
+    ),
+    OptionWord::with_default(
+        "terminals",
+        Kind::List,
+        "none",
+        "terminals of inputs and outputs, a table each: name, at; and channels (a table each: entry, scale, offset, unit, safe), pdos, vendor, product, revision, serial, alias",
     ),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
         .unit("ns"),
@@ -27,7 +38,10 @@ pub(super) const OPTIONS: [OptionWord; 7] = [
 #[serde(deny_unknown_fields)]
 pub(super) struct Options {
     pub interface: String,
+    #[serde(default)]
     pub axes: Vec<AxisOptions>,
+    #[serde(default)]
+    pub terminals: Vec<TerminalOptions>,
     pub timeout_ns: Option<i64>,
     pub lost_after: Option<u32>,
     #[serde(default)]
@@ -68,6 +82,121 @@ pub(super) enum PdosFrom {
     Device,
 }
 
+/// A terminal of inputs and outputs, as it is asked for.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TerminalOptions {
+    pub name: String,
+    /// Its place on the line.
+    pub at: usize,
+    /// By name; left out: all of its entries.
+    pub channels: Option<BTreeMap<String, ChannelOptions>>,
+    /// Its process data, as its vendor's file has them; left out: as its EEPROM has them.
+    pub pdos: Option<Vec<PdoOptions>>,
+    vendor: Option<u32>,
+    product: Option<u32>,
+    revision: Option<u32>,
+    serial: Option<u32>,
+    alias: Option<u16>,
+}
+
+impl TerminalOptions {
+    /// Returns the identity that it is to have.
+    pub fn expected(&self) -> Expected {
+        Expected { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: self.alias }
+    }
+}
+
+/// A PDO that a terminal exchanges.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PdoOptions {
+    pub output: bool,
+    #[serde(default)]
+    pub name: String,
+    pub entries: Vec<EntryOptions>,
+}
+
+/// An entry of a PDO; index 0: a gap.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EntryOptions {
+    #[serde(default)]
+    pub index: u16,
+    #[serde(default)]
+    pub sub: u8,
+    pub bits: u8,
+    /// Its data type, as CoE numbers them; 0: a number without a sign.
+    #[serde(default)]
+    pub kind: u8,
+    #[serde(default)]
+    pub name: String,
+}
+
+impl From<&PdoEntry> for EntryOptions {
+    fn from(of: &PdoEntry) -> EntryOptions {
+        EntryOptions { index: of.of.index, sub: of.of.sub, bits: of.bits, kind: of.kind, name: of.name.clone() }
+    }
+}
+
+/// A channel of a terminal: the entry that it is, and what its counts mean.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ChannelOptions {
+    /// Left out: that of its name.
+    pub entry: Option<String>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    unit: Option<String>,
+    safe: Option<Value>,
+}
+
+impl ChannelOptions {
+    /// Whether its value is a double, counts × scale + offset, rather than the counts.
+    pub fn is_scaled(&self) -> bool {
+        self.scale.is_some() || self.offset.is_some()
+    }
+
+    pub fn scale(&self) -> f64 {
+        self.scale.unwrap_or(1.0)
+    }
+
+    pub fn offset(&self) -> f64 {
+        self.offset.unwrap_or(0.0)
+    }
+
+    pub fn unit(&self) -> &str {
+        self.unit.as_deref().unwrap_or("")
+    }
+
+    /// Its safe value: off, or 0 counts where nothing is said.
+    pub fn safe(&self) -> f64 {
+        match &self.safe {
+            Some(Value::Bool(on)) => f64::from(u8::from(*on)),
+            Some(value) => value.as_f64().unwrap_or(self.offset()),
+            None => self.offset(),
+        }
+    }
+
+    /// Why it cannot be a channel of this entry.
+    pub fn problem(&self, of: &Named) -> Option<String> {
+        let is_digital = of.number == Number::Bool;
+        if is_digital && (self.is_scaled() || self.unit.is_some()) {
+            return Some("is one bit: it has no scale, offset or unit".to_owned());
+        }
+        if !self.scale().is_normal() || !self.offset().is_finite() {
+            return Some(format!("has scale {} and offset {}: its value is counts × scale + offset", self.scale(), self.offset()));
+        }
+        match &self.safe {
+            Some(_) if !of.is_output => Some("is an input: it has no safe value".to_owned()),
+            Some(value) if is_digital != value.is_boolean() || !(value.is_boolean() || value.is_number()) => {
+                Some(format!("has the safe value {value}; an output of one bit has true or false, another one a number"))
+            }
+            _ => None,
+        }
+    }
+}
+
 /// Watchdog of the drives where nothing is said.
 pub(super) const TIMEOUT_NS: i64 = 100_000_000;
 /// Shorter than any drive's cycle.
@@ -88,17 +217,27 @@ pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverEr
         (Some(cycle_ns), Some(shift_ns)) if shift_ns >= cycle_ns => return Err(given.wrong("sync0_shift_ns", "less than sync0_ns")),
         _ => {}
     }
-    if options.axes.is_empty() {
-        return wrong("name at least one axis".to_owned());
+    if options.axes.is_empty() && options.terminals.is_empty() {
+        return wrong("name at least one axis or terminal".to_owned());
     }
     axis::check(options.axes.iter().map(|of| &of.axis)).or_else(wrong)?;
-    for (index, of) in options.axes.iter().enumerate() {
-        let place = |index: usize, of: &AxisOptions| of.at.unwrap_or(index);
-        let name = &of.axis.name;
-        axis::unknown(name, &of.rest, &["at", "pdos", "alias"]).or_else(wrong)?;
-        for (other, before) in options.axes[..index].iter().enumerate() {
-            if place(other, before) == place(index, of) {
-                return wrong(format!("'{}' and '{name}' are both at place {}", before.axis.name, place(index, of)));
+    for of in &options.axes {
+        axis::unknown(&of.axis.name, &of.rest, &["at", "pdos", "alias"]).or_else(wrong)?;
+    }
+    check_places(options).or_else(wrong)
+}
+
+/// Refuses names and places that are given twice.
+fn check_places(options: &Options) -> Result<(), String> {
+    let axes = options.axes.iter().enumerate().map(|(index, of)| (&of.axis.name, of.at.unwrap_or(index)));
+    let all: Vec<(&String, usize)> = axes.chain(options.terminals.iter().map(|of| (&of.name, of.at))).collect();
+    for (index, (name, place)) in all.iter().enumerate() {
+        for (before, taken) in &all[..index] {
+            if before == name {
+                return Err(format!("'{name}' is named twice"));
+            }
+            if taken == place {
+                return Err(format!("'{before}' and '{name}' are both at place {place}"));
             }
         }
     }

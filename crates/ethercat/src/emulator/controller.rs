@@ -19,9 +19,20 @@ const EEPROM_ERROR: u16 = 0x2000;
 pub struct Controller {
     memory: Box<[u8]>,
     eeprom: Vec<u8>,
+    wiring: Wiring,
     pub clock: Clock,
     /// How long a frame takes from port 1 through all that is behind it and back, ns; none: nothing is behind it.
     behind_ns: Option<u64>,
+}
+
+/// Which SyncManagers guard what.
+#[derive(Clone, Debug, Default)]
+pub struct Wiring {
+    /// The first two are a mailbox.
+    pub has_mailbox: bool,
+    /// Numbers of those of outputs and of inputs.
+    pub outputs: Vec<usize>,
+    pub inputs: Vec<usize>,
 }
 
 /// What a write changed that somebody has to look after.
@@ -37,7 +48,7 @@ pub struct Changed {
 }
 
 impl Controller {
-    pub fn new(eeprom: Vec<u8>, clock: Clock) -> Controller {
+    pub fn new(eeprom: Vec<u8>, wiring: Wiring, clock: Clock) -> Controller {
         let mut memory = vec![0; MEMORY_LEN].into_boxed_slice();
         // Type, revision, build; 8 FMMUs, 8 SyncManagers, 8 KB, two ports of Ethernet; distributed clocks of 64 bits.
         put(&mut memory, reg::INFORMATION.into(), &[0x11, 0, 1, 0, FMMUS as u8, SYNC_MANAGERS as u8, 8, 0x0F]);
@@ -48,7 +59,11 @@ impl Controller {
         put(&mut memory, reg::WATCHDOG_STATUS.into(), &1u16.to_le_bytes());
         put(&mut memory, reg::EEPROM.into(), &EEPROM_EIGHT.to_le_bytes());
         put(&mut memory, reg::DC_SPEED.into(), &0x1000u16.to_le_bytes());
-        Controller { memory, eeprom, clock, behind_ns: None }
+        Controller { memory, eeprom, wiring, clock, behind_ns: None }
+    }
+
+    pub fn wiring(&self) -> &Wiring {
+        &self.wiring
     }
 
     pub fn word(&self, address: u16) -> u16 {
@@ -169,7 +184,7 @@ impl Controller {
 
     fn was_read(&mut self, start: usize, end: usize) {
         let (mailbox, len) = self.area(1);
-        let is_emptied = start >= mailbox && end == mailbox + len && self.is_active(1);
+        let is_emptied = self.wiring.has_mailbox && start >= mailbox && end == mailbox + len && self.is_active(1);
         if is_emptied {
             self.set_full(1, false);
         }
@@ -179,7 +194,7 @@ impl Controller {
     fn is_refused(&self, start: usize, is_read: bool) -> bool {
         let manager = usize::from(is_read);
         let (mailbox, len) = self.area(manager);
-        let is_inside = len > 0 && (mailbox..mailbox + len).contains(&start) && self.is_active(manager);
+        let is_inside = self.wiring.has_mailbox && len > 0 && (mailbox..mailbox + len).contains(&start) && self.is_active(manager);
         is_inside && self.is_full(manager) != is_read
     }
 
@@ -214,8 +229,12 @@ impl Controller {
             self.activate();
         }
         let (mailbox, len) = self.area(0);
-        let (outputs, outputs_len) = self.area(2);
-        let is_filled = start >= mailbox && len > 0 && end == mailbox + len && self.is_active(0);
+        let is_whole = |manager: &usize| {
+            let (outputs, len) = self.area(*manager);
+            len > 0 && start <= outputs && end >= outputs + len && self.is_active(*manager)
+        };
+        let outputs = self.wiring.outputs.iter().any(is_whole);
+        let is_filled = self.wiring.has_mailbox && start >= mailbox && len > 0 && end == mailbox + len && self.is_active(0);
         if is_filled {
             self.set_full(0, true);
         }
@@ -224,7 +243,7 @@ impl Controller {
             al_control: touches(reg::AL_CONTROL),
             mailbox: is_filled,
             repeat: start <= answer + 6 && answer + 6 < end && (self.memory[answer + 6] ^ self.memory[answer + 7]) & 2 != 0,
-            outputs: outputs_len > 0 && start <= outputs && end >= outputs + outputs_len && self.is_active(2),
+            outputs,
         }
     }
 
@@ -301,6 +320,8 @@ fn is_writable(address: usize) -> bool {
         0x0600..=0x067F => true,
         // Status and the subdevice's side of a SyncManager are not.
         0x0800..=0x083F => !matches!(address & 7, 5 | 7),
+        // Digital outputs.
+        0x0F00..=0x0F0F => true,
         0x0920..=0x092B | 0x0930..=0x0935 | 0x0980..=0x09CF => true,
         _ => address >= usize::from(reg::MEMORY),
     }

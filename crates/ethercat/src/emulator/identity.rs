@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an emulated drive says of itself, and the process data that it offers.
+//! What an emulated subdevice says of itself, and the process data that a drive offers.
+use super::options::{DriveOptions, TerminalOptions};
 use cia402::emulated::{Access, Objects, PRODUCT, VENDOR};
 
 /// What it is.
-pub fn identify(objects: &mut Objects, name: &str, serial: u32) {
+pub fn identify(objects: &mut Objects, options: &DriveOptions, serial: u32) {
     use Access::Constant;
-    objects.add(0x1000, 0, Constant, &0x0002_0192u32.to_le_bytes());
-    objects.add(0x1008, 0, Constant, name.as_bytes());
+    // By CiA 402, or a modular device.
+    let kind: u32 = if options.terminal.is_some() { 5001 } else { 0x0002_0192 };
+    let product = options.terminal.as_ref().map_or(PRODUCT, TerminalOptions::product);
+    objects.add(0x1000, 0, Constant, &kind.to_le_bytes());
+    objects.add(0x1008, 0, Constant, options.name.as_bytes());
     objects.add(0x1009, 0, Constant, b"1.0");
     // Longer than a mailbox, so that it comes in segments.
     let version = format!("emulated drive of OpenGPAC, version {}; {}", env!("CARGO_PKG_VERSION"), "CiA 402 with CSP, CSV, CST and homing; ".repeat(6));
     objects.add(0x100A, 0, Constant, version.as_bytes());
     objects.add(0x1018, 0, Constant, &[4]);
-    for (sub, value) in [(1, VENDOR), (2, PRODUCT), (3, 1), (4, serial)] {
+    for (sub, value) in [(1, VENDOR), (2, product), (3, 1), (4, serial)] {
         objects.add(0x1018, sub, Constant, &value.to_le_bytes());
     }
     // A text that a main device may write, longer than a mailbox.

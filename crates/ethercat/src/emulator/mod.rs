@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A segment of EtherCAT that is only a program: drives on a line, as a main device sees them through its frames.
+//! A segment of EtherCAT that is only a program: drives and terminals on a line, as a main device sees them through its frames.
 //!
 //! | | |
 //! |---|---|
@@ -7,6 +7,7 @@
 //! | `controller` | the memory of a subdevice: registers, SyncManagers, FMMUs, EEPROM |
 //! | `clock` | its distributed clock, with SYNC0 |
 //! | `subdevice` | its states |
+//! | `terminal` | inputs and outputs where it is no drive |
 //! | `identity`, `sdo` | what it says of itself, and the mailbox through which its objects are read and written |
 //! | [`serve`] | answers the frames of an interface, in a thread or as a process |
 mod clock;
@@ -17,9 +18,10 @@ mod sdo;
 mod segment;
 mod serve;
 mod subdevice;
+mod terminal;
 
 pub use cia402::emulated::{PRODUCT, VENDOR};
-pub use options::DriveOptions;
+pub use options::{DriveOptions, TerminalOptions};
 pub use segment::{Counts, Segment};
 pub use serve::{Server, run, serve, serve_at};
 pub use subdevice::Synced;

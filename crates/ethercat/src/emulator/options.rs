@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How an emulated drive is asked for.
+//! How an emulated subdevice is asked for.
 use serde::Deserialize;
 
 /// A drive of the line.
@@ -22,9 +22,33 @@ pub struct DriveOptions {
     /// Its configured station alias; 0: none.
     #[serde(default)]
     pub alias: u16,
+    /// It is no drive, but a terminal with these channels.
+    pub terminal: Option<TerminalOptions>,
     /// How much too fast its clock is, millionths.
     #[serde(default)]
     pub clock_ppm: f64,
     /// How long a frame takes from the one before it to this one, ns; left out: 350.
     pub cable_ns: Option<u64>,
+}
+
+/// Channels of a terminal, digital or analog ones; none at all is a coupler.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct TerminalOptions {
+    pub digital_inputs: u8,
+    pub digital_outputs: u8,
+    pub analog_inputs: u8,
+    pub analog_outputs: u8,
+}
+
+impl TerminalOptions {
+    /// Its product code, of its own for each kind.
+    pub fn product(&self) -> u32 {
+        0x8000_0000 | u32::from_le_bytes([self.digital_inputs, self.digital_outputs, self.analog_inputs, self.analog_outputs])
+    }
+
+    /// Analog ones have objects, and a mailbox through which they are read.
+    pub fn has_objects(&self) -> bool {
+        self.analog_inputs > 0 || self.analog_outputs > 0
+    }
 }

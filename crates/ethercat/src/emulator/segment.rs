@@ -15,7 +15,7 @@ pub struct Counts {
     pub spoiled: u64,
 }
 
-/// Drives on a line.
+/// Drives and terminals on a line.
 pub struct Segment {
     subdevices: Vec<Subdevice>,
     /// The line ends before the subdevice of this position.
@@ -27,7 +27,7 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// A line of these drives, in their order.
+    /// A line of these drives and terminals, in their order.
     pub fn new(drives: &[DriveOptions]) -> Segment {
         let subdevices: Vec<Subdevice> = (1..).zip(drives).map(|(place, options)| Subdevice::new(options, options.serial.unwrap_or(place))).collect();
         Segment { cut_at: subdevices.len(), subdevices, lose: 0, spoil: 0, random: 1, counts: Counts::default() }
@@ -153,6 +153,18 @@ impl Segment {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.set_enable_input(is_closed);
         }
+    }
+
+    /// The wire of an input of a terminal carries this: 0 and 1, or counts.
+    pub fn put(&mut self, position: usize, input: usize, value: i64) {
+        if let Some(subdevice) = self.subdevices.get_mut(position) {
+            subdevice.put(input, value);
+        }
+    }
+
+    /// What the outputs of a terminal carry; none: it is no terminal.
+    pub fn carried(&self, position: usize) -> Option<Vec<i64>> {
+        self.subdevices.get(position)?.terminal().map(|terminal| terminal.carried())
     }
 
     /// An object of a drive as a number, as its display would show it.

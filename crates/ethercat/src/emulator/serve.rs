@@ -106,6 +106,7 @@ enum Order {
     Spoil { frames: u64 },
     Fail { position: usize, error: u16 },
     EnableInput { position: usize, closed: bool },
+    Put { position: usize, input: usize, value: i64 },
     Show,
 }
 
@@ -130,15 +131,20 @@ fn carry_out(segment: &mut Segment, order: &Order) {
         Order::Spoil { frames } => segment.spoil(frames),
         Order::Fail { position, error } => segment.fail(position, error),
         Order::EnableInput { position, closed } => segment.set_enable_input(position, closed),
+        Order::Put { position, input, value } => segment.put(position, input, value),
         Order::Show => {}
     }
 }
 
 fn show(segment: &Segment) -> Value {
-    let drives = (0..segment.len()).map(|position| {
+    let drives = (0..segment.len()).filter(|position| segment.carried(*position).is_none()).map(|position| {
         let number = |index| segment.number(position, index);
         let drive = DriveState::of(number(0x6041) as u16).to_string();
         json!({ "state": segment.status(position), "drive": drive, "position": number(0x6064), "target": number(0x607A), "mode": number(0x6061), "error": number(0x603F) as u16, "clock": segment.synced(position) })
     });
-    json!({ "counts": segment.counts(), "drives": drives.collect::<Vec<_>>() })
+    let terminals = (0..segment.len()).filter_map(|position| {
+        let outputs = segment.carried(position)?;
+        Some(json!({ "position": position, "state": segment.status(position), "outputs": outputs }))
+    });
+    json!({ "counts": segment.counts(), "drives": drives.collect::<Vec<_>>(), "terminals": terminals.collect::<Vec<_>>() })
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated subdevice: its states, its mailbox, its process data.
 use super::clock::Clock;
-use super::controller::{Changed, Controller};
+use super::controller::{Changed, Controller, Wiring};
 use super::identity::{identify, map};
-use super::options::DriveOptions;
+use super::options::{DriveOptions, TerminalOptions};
 use super::sdo::{MAILBOX_LEN, SdoServer};
+use super::terminal::Terminal;
 use crate::frames::{Command, Datagram};
 use crate::registers as reg;
 use crate::sii::{self, Contents, Identity, SyncManager};
@@ -15,6 +16,9 @@ use cia402::emulated::{Drive, Mapped, Objects, PRODUCT, VENDOR};
 const MAILBOXES: [u16; 2] = [0x1000, 0x1080];
 const OUTPUTS: u16 = 0x1100;
 const INPUTS: u16 = 0x1180;
+/// SyncManagers of the process data of one that has a mailbox.
+const DRIVE_OUTPUTS: usize = 2;
+const DRIVE_INPUTS: usize = 3;
 /// AL status codes.
 const INVALID_CHANGE: u16 = 0x0011;
 const UNKNOWN_STATE: u16 = 0x0012;
@@ -41,16 +45,23 @@ pub struct Synced {
     pub margin_ns_max: u64,
 }
 
-/// A drive on the line.
+/// What is behind the controller.
+enum Application {
+    Drive(Drive),
+    Terminal(Terminal),
+}
+
+/// A drive or a terminal on the line.
 pub struct Subdevice {
     options: DriveOptions,
     serial: u32,
     controller: Controller,
     objects: Objects,
-    drive: Drive,
+    application: Application,
     sdo: SdoServer,
     reply: [u8; MAILBOX_LEN],
     state: State,
+    /// What a drive exchanges.
     outputs: Vec<Mapped>,
     inputs: Vec<Mapped>,
     written_ns: u64,
@@ -64,17 +75,28 @@ pub struct Subdevice {
 impl Subdevice {
     pub fn new(options: &DriveOptions, serial: u32) -> Subdevice {
         let mut objects = Objects::default();
-        identify(&mut objects, &options.name, serial);
-        let mut drive = Drive::new(&mut objects, options.position);
-        drive.set_limits(options.limits);
-        drive.set_load(options.falls);
-        map(&mut objects);
+        identify(&mut objects, options, serial);
+        let application = match &options.terminal {
+            Some(terminal) => {
+                let terminal = Terminal::new(terminal);
+                terminal.map(&mut objects);
+                Application::Terminal(terminal)
+            }
+            None => {
+                let mut drive = Drive::new(&mut objects, options.position);
+                drive.set_limits(options.limits);
+                drive.set_load(options.falls);
+                map(&mut objects);
+                Application::Drive(drive)
+            }
+        };
+        let (contents, wiring) = contents(options, serial, &application);
         Subdevice {
             options: options.clone(),
             serial,
-            controller: Controller::new(eeprom(options, serial), Clock::new(u64::from(serial) * 1_000_003, options.clock_ppm)),
+            controller: Controller::new(sii::build(&contents), wiring, Clock::new(u64::from(serial) * 1_000_003, options.clock_ppm)),
             objects,
-            drive,
+            application,
             sdo: SdoServer::new(),
             reply: [0; MAILBOX_LEN],
             state: State::Init,
@@ -117,11 +139,38 @@ impl Subdevice {
     }
 
     pub fn fail(&mut self, error: u16) {
-        self.drive.fail(error, &mut self.objects);
+        if let Application::Drive(drive) = &mut self.application {
+            drive.fail(error, &mut self.objects);
+        }
+    }
+
+    /// It, where it is a terminal.
+    pub fn terminal(&self) -> Option<&Terminal> {
+        match &self.application {
+            Application::Terminal(terminal) => Some(terminal),
+            Application::Drive(_) => None,
+        }
+    }
+
+    /// The wire of an input of a terminal carries this.
+    pub fn put(&mut self, number: usize, value: i64) {
+        if let Application::Terminal(terminal) = &mut self.application {
+            terminal.put(number, value);
+        }
+        self.give_inputs();
+    }
+
+    fn lose_communication(&mut self) {
+        match &mut self.application {
+            Application::Drive(drive) => drive.lose_communication(&mut self.objects),
+            Application::Terminal(terminal) => terminal.lose_communication(),
+        }
     }
 
     pub fn set_enable_input(&mut self, is_closed: bool) {
-        self.drive.set_enable_input(is_closed);
+        if let Application::Drive(drive) = &mut self.application {
+            drive.set_enable_input(is_closed);
+        }
     }
 
     /// Which of its ports have a neighbour.
@@ -189,15 +238,22 @@ impl Subdevice {
         self.sync();
         let watchdog_ns = self.controller.watchdog_ns();
         let is_late = self.options.watchdog != Some(false) && watchdog_ns > 0 && now_ns.saturating_sub(self.written_ns) > watchdog_ns;
-        if self.state == State::Op && is_late && self.controller.is_watched(2) {
+        if self.state == State::Op && is_late && self.is_watched() {
             self.controller.set_word(reg::WATCHDOG_STATUS, 0);
-            self.drive.lose_communication(&mut self.objects);
+            self.lose_communication();
             self.set_state(State::SafeOp, WATCHDOG);
         }
         if span_ns > 0 {
-            self.drive.step(&mut self.objects, span_ns as f64 * 1e-9);
+            if let Application::Drive(drive) = &mut self.application {
+                drive.step(&mut self.objects, span_ns as f64 * 1e-9);
+            }
             self.give_inputs();
         }
+    }
+
+    /// Whether outputs that stay away end its operation.
+    fn is_watched(&self) -> bool {
+        self.controller.wiring().outputs.iter().any(|manager| self.controller.is_watched(*manager))
     }
 
     /// Passes a datagram that is for it, or for all.
@@ -270,7 +326,16 @@ impl Subdevice {
         if self.state != State::Op {
             return;
         }
-        let mut from = self.controller.buffer(2);
+        if let Application::Terminal(terminal) = &mut self.application {
+            let mut at = 0;
+            for manager in &self.controller.wiring().outputs {
+                let bytes = self.controller.buffer(*manager);
+                terminal.take(at, bytes);
+                at += bytes.len();
+            }
+            return;
+        }
+        let mut from = self.controller.buffer(DRIVE_OUTPUTS);
         for mapped in &self.outputs {
             let Some((value, rest)) = from.split_at_checked(mapped.len) else { return };
             self.objects.set_value(mapped.of, value);
@@ -279,7 +344,15 @@ impl Subdevice {
     }
 
     fn give_inputs(&mut self) {
-        let mut to = self.controller.buffer_mut(3);
+        if let Application::Terminal(terminal) = &self.application {
+            if let Some(manager) = self.controller.wiring().inputs.first().copied() {
+                let to = self.controller.buffer_mut(manager);
+                let len = to.len().min(terminal.inputs().len());
+                to[..len].copy_from_slice(&terminal.inputs()[..len]);
+            }
+            return;
+        }
+        let mut to = self.controller.buffer_mut(DRIVE_INPUTS);
         for mapped in &self.inputs {
             let Some((value, rest)) = to.split_at_mut_checked(mapped.len) else { return };
             value.copy_from_slice(self.objects.value(mapped.of));
@@ -319,7 +392,7 @@ impl Subdevice {
             self.sdo = SdoServer::new();
         }
         if from == State::Op && to < State::Op {
-            self.drive.lose_communication(&mut self.objects);
+            self.lose_communication();
         }
         self.written_ns = now_ns;
         self.set_state(to, 0);
@@ -327,6 +400,9 @@ impl Subdevice {
     }
 
     fn check_mailbox(&self) -> u16 {
+        if !self.controller.wiring().has_mailbox {
+            return 0;
+        }
         let is_right = |manager: usize| self.controller.area(manager) == (MAILBOXES[manager].into(), MAILBOX_LEN) && self.controller.is_active(manager);
         if is_right(0) && is_right(1) { 0 } else { MAILBOX_WRONG }
     }
@@ -336,13 +412,22 @@ impl Subdevice {
         if self.controller.is_synchronised() && is_without_cycle {
             return SYNC_WRONG;
         }
+        if let Application::Terminal(terminal) = &self.application {
+            let Wiring { outputs, inputs, .. } = self.controller.wiring();
+            let len = |managers: &[usize]| managers.iter().filter(|of| self.controller.is_active(**of)).map(|of| self.controller.area(*of).1).sum::<usize>();
+            return match (len(outputs) == terminal.outputs_len(), len(inputs) == terminal.inputs().len()) {
+                (true, true) => 0,
+                (false, _) => OUTPUTS_WRONG,
+                _ => INPUTS_WRONG,
+            };
+        }
         let (Some(outputs), Some(inputs)) = (self.objects.mapping(0x1C12), self.objects.mapping(0x1C13)) else { return OUTPUTS_WRONG };
         (self.outputs, self.inputs) = (outputs, inputs);
         let is_right = |manager: usize, start: u16, of: &[Mapped]| {
             let len: usize = of.iter().map(|mapped| mapped.len).sum();
             len == 0 || self.controller.area(manager) == (start.into(), len) && self.controller.is_active(manager)
         };
-        match (is_right(2, OUTPUTS, &self.outputs), is_right(3, INPUTS, &self.inputs)) {
+        match (is_right(DRIVE_OUTPUTS, OUTPUTS, &self.outputs), is_right(DRIVE_INPUTS, INPUTS, &self.inputs)) {
             (true, true) => 0,
             (false, _) => OUTPUTS_WRONG,
             _ => INPUTS_WRONG,
@@ -350,15 +435,30 @@ impl Subdevice {
     }
 }
 
-fn eeprom(options: &DriveOptions, serial: u32) -> Vec<u8> {
-    let outputs = if options.watchdog == Some(false) { 0x24 } else { 0x64 };
+/// What its EEPROM says, and which of its SyncManagers guard what.
+fn contents(options: &DriveOptions, serial: u32, application: &Application) -> (Contents, Wiring) {
+    // A main device may take subdevices of one product to exchange the same.
+    let product = options.terminal.as_ref().map_or(PRODUCT, TerminalOptions::product);
+    let identity = Identity { vendor: VENDOR, product, revision: 1, serial, alias: options.alias, name: options.name.clone() };
+    let terminal = match application {
+        Application::Terminal(terminal) => Some(terminal),
+        Application::Drive(_) => None,
+    };
+    let (inputs, outputs) = terminal.map(Terminal::pdos).unwrap_or_default();
+    let contents = |has_coe, sync_managers| Contents { identity, has_coe, sync_managers, fmmus: vec![1, 2], inputs, outputs };
+    if let Some(terminal) = terminal.filter(|terminal| !terminal.has_objects()) {
+        let managers = terminal.digital_managers();
+        let of = |kind| managers.iter().enumerate().filter(move |(_, manager)| manager.kind == kind).map(|(number, _)| number).collect();
+        let wiring = Wiring { has_mailbox: false, outputs: of(3), inputs: of(4) };
+        return (contents(false, managers), wiring);
+    }
+    let watched = if options.watchdog == Some(false) { 0x24 } else { 0x64 };
     let manager = |start, len: usize, control, kind| SyncManager { start, len: len as u16, control, enable: 1, kind };
     let sync_managers = vec![
         manager(MAILBOXES[0], MAILBOX_LEN, 0x26, 1),
         manager(MAILBOXES[1], MAILBOX_LEN, 0x22, 2),
-        manager(OUTPUTS, 0, outputs, 3),
+        manager(OUTPUTS, 0, watched, 3),
         manager(INPUTS, 0, 0x20, 4),
     ];
-    let identity = Identity { vendor: VENDOR, product: PRODUCT, revision: 1, serial, alias: options.alias, name: options.name.clone() };
-    sii::build(&Contents { identity, has_coe: true, sync_managers, fmmus: vec![1, 2] })
+    (contents(true, sync_managers), Wiring { has_mailbox: true, outputs: vec![DRIVE_OUTPUTS], inputs: vec![DRIVE_INPUTS] })
 }

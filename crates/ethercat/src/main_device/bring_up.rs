@@ -2,7 +2,7 @@
 //! Brings subdevices from whatever state they are in to SAFEOP, with their process data where the cycle will look for them.
 use super::bus::Bus;
 use super::clocks::{self, Clocks, Reference};
-use super::mapping::{self, Mapping};
+use super::mapping::{self, Mapping, Window};
 use super::subdevices::Subdevice;
 use crate::coe::Entry;
 use crate::registers as reg;
@@ -22,6 +22,8 @@ pub enum Pdos {
     Device,
     /// These: index, subindex and bits in a number each, outputs and inputs.
     Written(Vec<u32>, Vec<u32>),
+    /// Those of a terminal, which may have no objects: then its EEPROM says them.
+    Terminal,
 }
 
 /// A subdevice that exchanges process data, and where they lie in those of all.
@@ -32,6 +34,7 @@ pub struct Station {
     /// Bytes from the start of all process data.
     pub outputs_at: usize,
     pub inputs_at: usize,
+    pub is_synced: bool,
 }
 
 /// What is wanted of a subdevice.
@@ -40,6 +43,8 @@ pub struct Wanted<'a> {
     pub pdos: &'a Pdos,
     /// Objects that are written in PREOP: entry and value. One that the subdevice does not have is left out where it may be.
     pub settings: &'a [(Entry, Vec<u8>, bool)],
+    /// Whether it takes its outputs with SYNC0, where there are clocks.
+    pub is_synced: bool,
 }
 
 /// What was brought up: the subdevices in the order in which they were wanted, and how many bytes of outputs and inputs all have.
@@ -63,7 +68,7 @@ pub fn bring_up(bus: &mut Bus, found: &[Subdevice], wanted: &[Wanted<'_>], watch
         let missing = || format!("there is no subdevice {}: {} answer; look at the cables and at the power of those behind", want.position, found.len());
         let subdevice = found.get(want.position).ok_or_else(missing)?;
         let mapping = to_pre_op(bus, subdevice, want).map_err(|error| named(subdevice, &error))?;
-        stations.push(Station { subdevice: subdevice.clone(), mapping, outputs_at: 0, inputs_at: 0 });
+        stations.push(Station { subdevice: subdevice.clone(), mapping, outputs_at: 0, inputs_at: 0, is_synced: want.is_synced });
     }
     let mut end = 0;
     for station in &mut stations {
@@ -77,6 +82,7 @@ pub fn bring_up(bus: &mut Bus, found: &[Subdevice], wanted: &[Wanted<'_>], watch
     }
     let mut synced_from_ns = None;
     for station in &stations {
+        let clocks = clocks.filter(|_| station.is_synced);
         let begins_ns = to_safe_op(bus, station, watchdog_ns, clocks).map_err(|error| named(&station.subdevice, &error))?;
         synced_from_ns = synced_from_ns.max(begins_ns);
     }
@@ -88,6 +94,9 @@ fn named(subdevice: &Subdevice, error: &str) -> String {
 }
 
 fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &Wanted<'_>) -> Result<Mapping, String> {
+    if matches!(want.pdos, Pdos::Terminal) {
+        return terminal_to_pre_op(bus, subdevice);
+    }
     let mut mailbox = subdevice.mailbox()?;
     for (number, manager) in (0..).zip([mailbox.to, mailbox.from]) {
         set_sync_manager(bus, subdevice.station, number, &manager, manager.len)?;
@@ -102,30 +111,61 @@ fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &Wanted<'_>) -> Result<
     if let Pdos::Written(outputs, inputs) = want.pdos {
         mapping::write(bus, &mut mailbox, outputs, inputs)?;
     }
-    mapping::read(bus, &mut mailbox)
+    mapping::read(bus, subdevice, &mut mailbox)
+}
+
+/// A terminal exchanges what its objects say, where it has some, else what its EEPROM says.
+fn terminal_to_pre_op(bus: &mut Bus, subdevice: &Subdevice) -> Result<Mapping, String> {
+    let contents = &subdevice.contents;
+    for (number, manager) in (0..).zip(&contents.sync_managers).filter(|(_, manager)| matches!(manager.kind, 1 | 2)) {
+        set_sync_manager(bus, subdevice.station, number, manager, manager.len)?;
+    }
+    subdevice.change(bus, State::PreOp)?;
+    let by_eeprom = mapping::of_eeprom(contents);
+    match subdevice.mailbox() {
+        Ok(mut mailbox) => match mapping::read(bus, subdevice, &mut mailbox) {
+            // Some have objects, and none that says what is exchanged.
+            Ok(Mapping { windows, .. }) if windows.is_empty() => Ok(by_eeprom),
+            Err(_) if !by_eeprom.windows.is_empty() => Ok(by_eeprom),
+            by_objects => by_objects,
+        },
+        Err(_) => Ok(by_eeprom),
+    }
 }
 
 fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Option<u64>, String> {
-    let (subdevice, (outputs, inputs)) = (&station.subdevice, station.mapping.bytes());
+    let subdevice = &station.subdevice;
     let to = subdevice.station;
     // 0 switches it off.
     let units = if watchdog_ns == 0 { 0 } else { (watchdog_ns / WATCHDOG_UNIT_NS).clamp(1, u16::MAX.into()) as u16 };
     bus.write(to, reg::WATCHDOG_DIVIDER, &WATCHDOG_DIVIDER.to_le_bytes())?;
     bus.write(to, reg::WATCHDOG_OUTPUTS, &units.to_le_bytes())?;
-    for (fmmu, kind, len, at) in [(FMMU_WRITES, 3, outputs, station.outputs_at), (FMMU_READS, 4, inputs, station.inputs_at)] {
-        if len == 0 {
-            continue;
-        }
-        let (number, manager) = subdevice.sync_manager(kind).ok_or("its EEPROM names no SyncManager for process data")?;
+    for window in &station.mapping.windows {
         // The watchdog of outputs is on, whatever the EEPROM says.
-        let control = if kind == 3 { manager.control | 0x40 } else { manager.control };
-        set_sync_manager(bus, to, number, &SyncManager { control, ..manager }, len as u16)?;
-        let index = u16::from(fmmu == FMMU_READS);
-        bus.write(to, reg::FMMU + index * reg::FMMU_LEN, &fmmu_of(at, len, manager.start, fmmu))?;
+        let control = if window.is_output { window.manager.control | 0x40 } else { window.manager.control };
+        set_sync_manager(bus, to, window.number, &SyncManager { control, ..window.manager }, window.len as u16)?;
+    }
+    for (index, span) in (0..).zip(joined(&station.mapping.windows)) {
+        let (kind, start) = if span.is_output { (FMMU_WRITES, station.outputs_at) } else { (FMMU_READS, station.inputs_at) };
+        bus.write(to, reg::FMMU + index * reg::FMMU_LEN, &fmmu_of(start + span.at, span.len, span.manager.start, kind))?;
     }
     let begins_ns = clocks.map(|clocks| clocks::start_sync0(bus, subdevice, clocks.sync0)).transpose()?;
     subdevice.change(bus, State::SafeOp)?;
     Ok(begins_ns)
+}
+
+/// Windows that lie one behind the other in the subdevice's memory are one span, as it may have a single FMMU for them.
+fn joined(windows: &[Window]) -> Vec<Window> {
+    let mut spans: Vec<Window> = Vec::new();
+    for window in windows {
+        match spans.last_mut() {
+            Some(span) if span.is_output == window.is_output && usize::from(span.manager.start) + span.len == usize::from(window.manager.start) => {
+                span.len += window.len;
+            }
+            _ => spans.push(*window),
+        }
+    }
+    spans
 }
 
 fn set_sync_manager(bus: &mut Bus, station: u16, number: u16, manager: &SyncManager, len: u16) -> Result<(), String> {

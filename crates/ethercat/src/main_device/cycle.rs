@@ -6,6 +6,7 @@ use super::clocks::Reference;
 use crate::frames::{self, Builder, Command, Datagram, FRAME_MAX, Malformed, u16_at};
 use crate::link::Link;
 use crate::registers as reg;
+use crate::states::State;
 
 /// How many frames are looked at in one reading: those of services come by too.
 const LOOKED_AT: usize = 32;
@@ -35,6 +36,8 @@ struct Time {
     counted: u16,
     /// Asks one subdevice after another how far its time is from that of the reference clock.
     difference: Datagram,
+    /// Station addresses of those that have SYNC0, and which of them is asked.
+    synced: Vec<u16>,
     asked: usize,
     differences_ns: Vec<u32>,
     /// The low halves of both times.
@@ -123,7 +126,7 @@ impl Cycle {
             self.frame[at + 1] = self.index;
         }
         if let Some(time) = &mut self.time {
-            time.tell(&mut self.frame, now_ns, &self.states);
+            time.tell(&mut self.frame, now_ns);
         }
         self.is_out = true;
         self.link.send(&self.frame[..self.len])
@@ -202,6 +205,11 @@ impl Cycle {
         (of.working_counter(&self.newest[..]) == 1).then(|| (u16_at(data, 0), u16_at(data, 4)))
     }
 
+    /// Whether every subdevice was in this state, without an error, as the last frame had it.
+    pub fn all_are_in(&self, state: State) -> bool {
+        (0..self.states.len()).all(|of| self.state(of).is_some_and(|(status, _)| status == state as u16))
+    }
+
     /// What the distributed clocks are; none: there are none.
     pub fn timing(&self) -> Option<Timing> {
         self.time.as_ref().map(|time| Timing {
@@ -230,7 +238,9 @@ impl Time {
         let follow = builder.add(Command::Nop, 0, frames::at(reference.station, reg::DC_SYSTEM_TIME), 4)?;
         let pass = builder.add(Command::StationReadRestWrite, 0, frames::at(reference.station, reg::DC_SYSTEM_TIME), 8)?;
         let difference = builder.add(Command::StationRead, 0, frames::at(reference.station, reg::DC_DIFFERENCE), 4)?;
-        Some(Time { follow, pass, counted: reference.counted, difference, asked: 0, differences_ns: vec![0; stations.len()], told_ns: 0, reference_ns: 0 })
+        let synced: Vec<u16> = stations.iter().filter(|of| of.is_synced).map(|of| of.subdevice.station).collect();
+        let differences_ns = vec![0; synced.len()];
+        Some(Time { follow, pass, counted: reference.counted, difference, synced, asked: 0, differences_ns, told_ns: 0, reference_ns: 0 })
     }
 
     fn datagrams(&self) -> [&Datagram; 3] {
@@ -245,15 +255,17 @@ impl Time {
             && self.difference.working_counter(frame) == 1
     }
 
-    fn tell(&mut self, frame: &mut [u8; FRAME_MAX], now_ns: Option<u64>, states: &[Datagram]) {
+    fn tell(&mut self, frame: &mut [u8; FRAME_MAX], now_ns: Option<u64>) {
         if let Some(now_ns) = now_ns {
             frame[self.follow.at] = Command::StationWrite as u8;
             self.follow.data_mut(&mut frame[..]).copy_from_slice(&(now_ns as u32).to_le_bytes());
             self.told_ns = now_ns as u32;
         }
-        self.asked = (self.asked + 1) % states.len().max(1);
-        let station = states.get(self.asked).map_or(0, |of| of.address as u16);
-        self.difference.set_address(&mut frame[..], frames::at(station, reg::DC_DIFFERENCE));
+        self.asked = (self.asked + 1) % self.synced.len().max(1);
+        // Without any the reference clock is asked, whose address is there from the start.
+        if let Some(station) = self.synced.get(self.asked) {
+            self.difference.set_address(&mut frame[..], frames::at(*station, reg::DC_DIFFERENCE));
+        }
     }
 
     fn learn(&mut self, frame: &[u8]) {

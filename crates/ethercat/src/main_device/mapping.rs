@@ -2,7 +2,9 @@
 //! Which objects a subdevice exchanges in each cycle, and where they lie.
 use super::bus::Bus;
 use super::sdo::Mailbox;
+use super::subdevices::Subdevice;
 use crate::coe::Entry;
+use crate::sii::{Contents, Pdo, SyncManager};
 
 /// Assignments of PDOs, and the PDO that is written into each.
 const OUTPUTS: (u16, u16) = (0x1C12, 0x1600);
@@ -17,12 +19,28 @@ pub struct Field {
     pub bits: usize,
 }
 
+/// Memory of a subdevice in which process data of one direction lie: what one SyncManager guards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    pub number: u16,
+    pub manager: SyncManager,
+    pub is_output: bool,
+    /// Bytes from the start of its direction, and how many.
+    pub at: usize,
+    pub len: usize,
+}
+
 /// The objects of both directions.
 #[derive(Clone, Debug, Default)]
 pub struct Mapping {
     pub outputs: Vec<Field>,
     pub inputs: Vec<Field>,
+    pub windows: Vec<Window>,
 }
+
+/// SyncManagers of process data by their kind.
+const OUTPUT_KIND: u8 = 3;
+const INPUT_KIND: u8 = 4;
 
 impl Mapping {
     /// Bytes of the outputs and of the inputs.
@@ -55,8 +73,38 @@ pub fn write(bus: &mut Bus, mailbox: &mut Mailbox, outputs: &[u32], inputs: &[u3
 ///
 /// # Errors
 /// For people: the subdevice does not say.
-pub fn read(bus: &mut Bus, mailbox: &mut Mailbox) -> Result<Mapping, String> {
-    Ok(Mapping { outputs: read_one(bus, mailbox, OUTPUTS.0)?, inputs: read_one(bus, mailbox, INPUTS.0)? })
+pub fn read(bus: &mut Bus, subdevice: &Subdevice, mailbox: &mut Mailbox) -> Result<Mapping, String> {
+    let (outputs, inputs) = (read_one(bus, mailbox, OUTPUTS.0)?, read_one(bus, mailbox, INPUTS.0)?);
+    let mut mapping = Mapping { outputs, inputs, windows: Vec::new() };
+    let (outputs, inputs) = mapping.bytes();
+    for (kind, len) in [(OUTPUT_KIND, outputs), (INPUT_KIND, inputs)].into_iter().filter(|(_, len)| *len > 0) {
+        let (number, manager) = subdevice.sync_manager(kind).ok_or("its EEPROM names no SyncManager for process data")?;
+        mapping.windows.push(Window { number, manager, is_output: kind == OUTPUT_KIND, at: 0, len });
+    }
+    Ok(mapping)
+}
+
+/// The process data that an EEPROM assigns to SyncManagers: those of a subdevice without objects.
+pub fn of_eeprom(contents: &Contents) -> Mapping {
+    let mut mapping = Mapping::default();
+    for (is_output, kind, pdos) in [(true, OUTPUT_KIND, &contents.outputs), (false, INPUT_KIND, &contents.inputs)] {
+        let fields = if is_output { &mut mapping.outputs } else { &mut mapping.inputs };
+        let mut at = 0;
+        for (number, manager) in (0u8..).zip(&contents.sync_managers).filter(|(_, manager)| manager.kind == kind) {
+            let before = at;
+            for entry in pdos.iter().filter(|pdo: &&Pdo| pdo.manager == Some(number)).flat_map(|pdo| &pdo.entries) {
+                fields.push(Field { of: entry.of, at, bits: entry.bits.into() });
+                at += usize::from(entry.bits);
+            }
+            // Each SyncManager begins with a byte of its own.
+            at = at.next_multiple_of(8);
+            if at > before {
+                let (before, len) = (before / 8, (at - before) / 8);
+                mapping.windows.push(Window { number: number.into(), manager: *manager, is_output, at: before, len });
+            }
+        }
+    }
+    mapping
 }
 
 fn read_one(bus: &mut Bus, mailbox: &mut Mailbox, assignment: u16) -> Result<Vec<Field>, String> {

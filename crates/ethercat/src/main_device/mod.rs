@@ -13,6 +13,6 @@ pub use bring_up::{Line, Pdos, Station, Wanted, bring_up};
 pub use bus::{Bus, open_link};
 pub use clocks::{Clocks, Reference, Sync0};
 pub use cycle::{Cycle, Refused, Replied};
-pub use mapping::{Field, Mapping};
+pub use mapping::{Field, Mapping, Window};
 pub use sdo::Mailbox;
 pub use subdevices::{Subdevice, inventory, take};

@@ -4,7 +4,7 @@ use super::bus::Bus;
 use super::sdo::Mailbox;
 use crate::frames::{self, Command, u16_at};
 use crate::registers as reg;
-use crate::sii::{self, Contents, Identity, SyncManager};
+use crate::sii::{self, Contents, SyncManager};
 use crate::states::{self, ERROR, State};
 use std::time::{Duration, Instant};
 
@@ -83,9 +83,9 @@ impl Subdevice {
 ///
 /// # Errors
 /// For people: nothing answers, or an EEPROM cannot be read.
-pub fn inventory(bus: &mut Bus) -> Result<Vec<Identity>, String> {
+pub fn inventory(bus: &mut Bus) -> Result<Vec<Contents>, String> {
     let count = count(bus)?;
-    (0..count).map(|position| read_eeprom(bus, Which::Position(position)).map(|contents| contents.identity)).collect()
+    (0..count).map(|position| read_eeprom(bus, Which::Position(position))).collect()
 }
 
 /// Takes the line: all go to INIT, get station addresses, and are asked what they are.

@@ -69,11 +69,7 @@ impl Rig {
     pub fn write(&mut self, goals: &[Option<f64>]) {
         let seen = self.server.lock().counts().frames;
         self.tell(goals);
-        let until = Instant::now() + LONG;
-        while self.server.lock().counts().frames == seen {
-            assert!(Instant::now() < until, "the segment answers");
-            std::thread::yield_now();
-        }
+        self.wait_beyond(seen);
     }
 
     /// Writes.
@@ -98,21 +94,39 @@ impl Rig {
 
     /// One exchange of these commands; returns how much a count rose in what the driver does.
     pub fn raw(&mut self, commands: &[u8], engaged: &[bool], count: impl Fn() -> u64) -> u64 {
+        let before = count();
+        let seen = self.tell_raw(commands, engaged);
+        let mut counted = count() - before;
+        self.wait_beyond(seen);
+        let before = count();
+        self.read().expect("read");
+        counted += count() - before;
+        counted
+    }
+
+    /// One exchange of these commands.
+    pub fn exchange_raw(&mut self, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        let seen = self.tell_raw(commands, engaged);
+        self.wait_beyond(seen);
+        self.read()
+    }
+
+    /// Writes these commands; returns how many frames the segment had seen before.
+    fn tell_raw(&mut self, commands: &[u8], engaged: &[bool]) -> u64 {
         let seen = self.server.lock().counts().frames;
         self.now_ns += PERIOD_NS;
         self.time_ns.fetch_add(PERIOD_NS as u64 - FRAME_NS, Ordering::Relaxed);
-        let before = count();
         self.driver.write(self.now_ns, commands, engaged).expect("written");
-        let mut counted = count() - before;
+        seen
+    }
+
+    /// Waits until the segment has seen more frames.
+    pub fn wait_beyond(&self, seen: u64) {
         let until = Instant::now() + LONG;
         while self.server.lock().counts().frames == seen {
             assert!(Instant::now() < until, "the segment answers");
             std::thread::yield_now();
         }
-        let before = count();
-        self.driver.read(self.now_ns, &mut self.readings).expect("read");
-        counted += count() - before;
-        counted
     }
 
     /// Exchanges until something holds.

@@ -51,8 +51,23 @@ class Drive:
     """Its distributed clock."""
 
 
+@dataclass(frozen=True)
+class Terminal:
+    """How an emulated terminal is."""
+
+    position: int
+    """Its place on the line."""
+    state: str
+    """Its state, and what is wrong with it."""
+    outputs: list[int]
+    """What its outputs carry: 0 and 1, or counts."""
+
+
 class EtherCatSegment(Emulated):
-    """Emulated drives on a line, in a process of their own; `ethercat()` starts one. It ends with `close()`, a `with`, or its program."""
+    """Emulated drives and terminals on a line, in a process of their own.
+
+    `ethercat()` starts one. It ends with `close()`, a `with`, or its program.
+    """
 
     interface: str
     """What a main device opens: the name of an interface, or `local:NAME`."""
@@ -64,6 +79,14 @@ class EtherCatSegment(Emulated):
     def drives(self) -> list[Drive]:
         """How each drive is now, in their order."""
         return [Drive(**{**drive, "clock": Clock(**drive["clock"])}) for drive in self._shown()["drives"]]
+
+    def terminals(self) -> list[Terminal]:
+        """How each terminal is now, in their order."""
+        return [Terminal(**terminal) for terminal in self._shown()["terminals"]]
+
+    def put(self, position: int, input: int, value: float) -> None:
+        """The wire of an input, counted from 0, of the terminal at this position carries this: 0 and 1, or counts of an analog one."""
+        self._say({"do": "put", "position": position, "input": input, "value": int(value)})
 
     def counts(self) -> dict[str, int]:
         """Frames that came, and how many of them were malformed, lost or spoiled on purpose."""
@@ -96,12 +119,14 @@ class EtherCatSegment(Emulated):
 
 @taking
 def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> EtherCatSegment:
-    """An emulated segment: drives by CiA 402 with motors that follow, as `gpac.drivers.ethercat` and every other main device sees them.
+    """An emulated segment of terminals and of drives by CiA 402 with motors that follow, as every main device sees it.
 
     A drive is its name, or `{"name": "x", "position": 1000, "watchdog": False}`: where it stands at the start in counts, and whether it
     has the watchdog of its outputs; `clock_ppm`, by how many millionths its clock is too fast; `cable_ns`, how long a frame takes to it
     from the drive before it; `limits`, where the switches at the ends of its machine are in counts; `falls`, that it has a brake, and a
     load that falls so fast where nothing holds it, counts/s; `serial` (else its place, from 1) and `alias`, by which it is identified.
+    With `terminal` it is a terminal, `{"name": "io", "terminal": {"digital_inputs": 8}}`: `digital_inputs` and `digital_outputs`, or
+    `analog_inputs` and `analog_outputs` of 16 bits; `{}` is a coupler.
     Without `interface` it answers on a local socket that needs no rights; with the name of one it answers on that, as on one end of a veth
     pair, which needs CAP_NET_RAW.
     """

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The EEPROM of a subdevice, in which it says what it is: identity, mailbox, name, SyncManagers, FMMUs.
+//! The EEPROM of a subdevice, in which it says what it is: identity, mailbox, name, SyncManagers, FMMUs, process data.
+mod pdos;
+
 use crate::frames::{put, u16_at, u32_at};
+pub use pdos::{Pdo, PdoEntry};
 
 /// Bytes of the part that every EEPROM has.
 pub const FIXED: usize = 0x80;
@@ -8,6 +11,8 @@ const STRINGS: u16 = 10;
 const GENERAL: u16 = 30;
 const FMMUS: u16 = 40;
 const SYNC_MANAGERS: u16 = 41;
+const INPUTS: u16 = 50;
+const OUTPUTS: u16 = 51;
 const END: u16 = 0xFFFF;
 const GENERAL_LEN: usize = 32;
 
@@ -42,6 +47,9 @@ pub struct Contents {
     pub sync_managers: Vec<SyncManager>,
     /// 1 outputs, 2 inputs, 3 state of the mailbox.
     pub fmmus: Vec<u8>,
+    /// PDOs that it sends, and that it is sent. Devices with objects may leave them out.
+    pub inputs: Vec<Pdo>,
+    pub outputs: Vec<Pdo>,
 }
 
 /// Reads an EEPROM, which may end early: what is not there is left out.
@@ -56,6 +64,8 @@ pub fn parse(bytes: &[u8]) -> Option<Contents> {
     identity.alias = u16_at(bytes, 0x08);
     let mut name_index = 0;
     let mut strings: Vec<String> = Vec::new();
+    // Their names may follow them.
+    let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
     let mut at = FIXED;
     while at + 4 <= bytes.len() {
         let (kind, len) = (u16_at(bytes, at), 2 * usize::from(u16_at(bytes, at + 2)));
@@ -65,11 +75,14 @@ pub fn parse(bytes: &[u8]) -> Option<Contents> {
             GENERAL => name_index = body.get(3).copied().unwrap_or(0),
             FMMUS => contents.fmmus = body.iter().copied().filter(|of| (1..=3).contains(of)).collect(),
             SYNC_MANAGERS => contents.sync_managers = body.chunks_exact(8).map(read_sync_manager).collect(),
+            INPUTS => inputs.extend(body),
+            OUTPUTS => outputs.extend(body),
             _ => {}
         }
         at += 4 + len;
     }
     contents.identity.name = usize::from(name_index).checked_sub(1).and_then(|index| strings.get(index).cloned()).unwrap_or_default();
+    (contents.inputs, contents.outputs) = (pdos::parse(&inputs, &strings), pdos::parse(&outputs, &strings));
     Some(contents)
 }
 
@@ -100,7 +113,13 @@ fn read_strings(body: &[u8]) -> Vec<String> {
 }
 
 fn read_sync_manager(eight: &[u8]) -> SyncManager {
-    SyncManager { start: u16_at(eight, 0), len: u16_at(eight, 2), control: eight[4], enable: eight[6], kind: eight[7] }
+    let (len, control, enable) = (u16_at(eight, 2), eight[4], eight[6]);
+    let kind = match eight[7] {
+        // Old ones leave it out; then their control says it: buffered, and who writes.
+        0 if enable & 1 != 0 && len > 0 && control & 3 == 0 => 4 - u8::from(control & 0x0C == 4),
+        kind => kind,
+    };
+    SyncManager { start: u16_at(eight, 0), len, control, enable, kind }
 }
 
 /// Writes an EEPROM with that content. Its mailboxes are its first two SyncManagers.
@@ -120,15 +139,17 @@ pub fn build(contents: &Contents) -> Vec<u8> {
     put(&mut bytes, 0x38, &(if contents.has_coe { 4u16 } else { 0 }).to_le_bytes());
     // 16 kbit, layout 1.
     put(&mut bytes, 0x7C, &[15, 0, 1, 0]);
-    let name = identity.name.as_bytes();
-    let name = &name[..name.len().min(255)];
-    let strings = [&[1, name.len() as u8], name].concat();
+    let mut strings = Strings(vec![identity.name.clone()]);
+    let inputs = pdos::write(&contents.inputs, |text| strings.number(text));
+    let outputs = pdos::write(&contents.outputs, |text| strings.number(text));
     let mut general = [0; GENERAL_LEN];
     (general[2], general[3]) = (1, 1);
     // SDO, its information, PDO assignment and configuration.
     general[5] = if contents.has_coe { 0x0D } else { 0 };
     let managers: Vec<u8> = contents.sync_managers.iter().flat_map(write_sync_manager).collect();
-    for (kind, body) in [(STRINGS, strings), (GENERAL, general.to_vec()), (FMMUS, contents.fmmus.clone()), (SYNC_MANAGERS, managers)] {
+    let fixed = [(STRINGS, strings.bytes()), (GENERAL, general.to_vec()), (FMMUS, contents.fmmus.clone()), (SYNC_MANAGERS, managers)];
+    let process_data = [(INPUTS, inputs), (OUTPUTS, outputs)].into_iter().filter(|(_, body)| !body.is_empty());
+    for (kind, body) in fixed.into_iter().chain(process_data) {
         let words = body.len().div_ceil(2);
         bytes.extend(kind.to_le_bytes());
         bytes.extend((words as u16).to_le_bytes());
@@ -137,6 +158,33 @@ pub fn build(contents: &Contents) -> Vec<u8> {
     }
     bytes.extend([0xFF; 4]);
     bytes
+}
+
+/// The table of strings, each once; they are numbered from 1.
+struct Strings(Vec<String>);
+
+impl Strings {
+    /// The number of a text; 0 for none.
+    fn number(&mut self, text: &str) -> u8 {
+        if text.is_empty() {
+            return 0;
+        }
+        let at = self.0.iter().position(|known| known == text).unwrap_or_else(|| {
+            self.0.push(text.to_owned());
+            self.0.len() - 1
+        });
+        u8::try_from(at + 1).unwrap_or(0)
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        let mut bytes = vec![self.0.len().min(255) as u8];
+        for text in self.0.iter().take(255) {
+            let text = &text.as_bytes()[..text.len().min(255)];
+            bytes.push(text.len() as u8);
+            bytes.extend(text);
+        }
+        bytes
+    }
 }
 
 fn write_sync_manager(of: &SyncManager) -> [u8; 8] {
@@ -152,13 +200,22 @@ fn check_sum(bytes: &[u8]) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::coe::Entry;
     use proptest::prelude::*;
 
     #[test]
     fn an_eeprom_is_read_as_it_was_written() {
         let manager = |start, kind| SyncManager { start, len: 128, control: 0x26, enable: 1, kind };
         let identity = Identity { vendor: 0x9999, product: 2, revision: 3, serial: 4, alias: 5, name: "drive".into() };
-        let contents = Contents { identity, has_coe: true, sync_managers: vec![manager(0x1000, 1), manager(0x1080, 2)], fmmus: vec![1, 2] };
+        let entry = |index, kind, bits, name: &str| PdoEntry { of: Entry { index, sub: 1 }, bits, kind, name: name.into() };
+        let gap = PdoEntry { bits: 7, ..PdoEntry::default() };
+        let inputs = vec![
+            Pdo { index: 0x1A00, manager: Some(3), name: "Channel 1".into(), entries: vec![entry(0x6000, 1, 1, "Input"), gap] },
+            Pdo { index: 0x1A01, manager: None, name: "Channel 2".into(), entries: vec![entry(0x6010, 3, 16, "Input")] },
+        ];
+        let outputs = vec![Pdo { index: 0x1600, manager: Some(2), name: String::new(), entries: vec![entry(0x7000, 5, 8, "drive")] }];
+        let sync_managers = vec![manager(0x1000, 1), manager(0x1080, 2)];
+        let contents = Contents { identity, has_coe: true, sync_managers, fmmus: vec![1, 2], inputs, outputs };
         let bytes = build(&contents);
         assert_eq!(parse(&bytes), Some(contents));
         assert_eq!(wanted(&bytes), None);

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A terminal on a segment: inputs and outputs that are channels by their entries of process data.
+use super::entries::{self, Named};
+use super::options::{ChannelOptions, TerminalOptions};
+use crate::coe::Entry;
+use crate::main_device::{Field, Mapping};
+use cia402::identity::Expected;
+use device::{Channel, Layout, Number, Slot, Type};
+
+/// A terminal, and where its process data lie.
+pub(super) struct Terminal {
+    pub name: String,
+    /// Its place on the line.
+    pub at: usize,
+    /// The identity that it is to have.
+    pub expected: Expected,
+    inputs: Vec<Point>,
+    outputs: Vec<Point>,
+}
+
+/// A channel, and the bits that it is.
+struct Point {
+    channel: String,
+    of: Entry,
+    bits: usize,
+    number: Number,
+    /// Value = counts × scale + offset, as a double; none: the channel has the counts.
+    scaled: Option<(f64, f64)>,
+    slot: Slot,
+    /// Its counts where nobody commands it.
+    safe: u64,
+    /// Bits from the start of all process data.
+    at: usize,
+}
+
+impl Terminal {
+    /// A terminal with these entries, of which `options` says which are channels.
+    ///
+    /// # Errors
+    /// For people: a channel names an entry that there is not, or has a value that its entry cannot carry.
+    pub fn new(options: &TerminalOptions, entries: &[Named], layout: &mut Layout) -> Result<Terminal, String> {
+        let title = format!("terminal '{}'", options.name);
+        let mut terminal = Terminal { name: options.name.clone(), at: options.at, expected: options.expected(), inputs: Vec::new(), outputs: Vec::new() };
+        let plain = ChannelOptions::default();
+        let chosen: Vec<(&str, &Named, &ChannelOptions)> = match &options.channels {
+            None => entries.iter().map(|of| (of.name.as_str(), of, &plain)).collect(),
+            Some(channels) => {
+                let found = channels.iter().map(|(name, wanted)| {
+                    let text = wanted.entry.as_deref().unwrap_or(name);
+                    let missing = || format!("{title} exchanges no entry '{text}'; {}", suggest::did_you_mean(text, entries.iter().map(|of| of.name.as_str())));
+                    Ok((name.as_str(), entries::find(entries, text).ok_or_else(missing)?, wanted))
+                });
+                found.collect::<Result<_, String>>()?
+            }
+        };
+        if chosen.is_empty() {
+            return Err(format!("{title} exchanges nothing, as its EEPROM has it; give the vendor's file, esi=, or leave it out if it is a coupler"));
+        }
+        for (name, of, wanted) in chosen {
+            let point = Point::new(format!("{}.{name}", options.name), of, wanted, layout).map_err(|problem| format!("{title}: channel '{name}' {problem}"))?;
+            let points = if of.is_output { &mut terminal.outputs } else { &mut terminal.inputs };
+            if points.iter().any(|other| other.of == of.of) {
+                return Err(format!("{title}: channel '{name}' is an entry that another channel is already"));
+            }
+            points.push(point);
+        }
+        Ok(terminal)
+    }
+
+    /// Learns where its entries are.
+    ///
+    /// # Errors
+    /// For people: one is not exchanged.
+    pub fn map(&mut self, mapping: &Mapping, outputs_at: usize, inputs_at: usize) -> Result<(), String> {
+        for (points, fields, start) in [(&mut self.outputs, &mapping.outputs, outputs_at), (&mut self.inputs, &mapping.inputs, inputs_at)] {
+            for point in points {
+                let place = fields.iter().find(|field: &&Field| field.of == point.of && field.bits == point.bits);
+                let Entry { index, sub } = point.of;
+                let missing = || format!("terminal '{}': channel '{}' is entry {index:#06x}:{sub}, which it does not exchange now", self.name, point.channel);
+                point.at = 8 * start + place.ok_or_else(missing)?.at;
+            }
+        }
+        Ok(())
+    }
+
+    /// Stores what it answered.
+    pub fn read(&self, process: &[u8], readings: &mut [u8]) {
+        for point in &self.inputs {
+            point.show(bits(process, point.at, point.bits), readings);
+        }
+    }
+
+    /// Tells it these commands.
+    pub fn write(&self, commands: &[u8], process: &mut [u8]) {
+        for point in &self.outputs {
+            set_bits(process, point.at, point.bits, point.told(commands));
+        }
+    }
+
+    /// Tells it its safe values.
+    pub fn be_safe(&self, process: &mut [u8]) {
+        for point in &self.outputs {
+            set_bits(process, point.at, point.bits, point.safe);
+        }
+    }
+}
+
+impl Point {
+    fn new(channel: String, of: &Named, wanted: &ChannelOptions, layout: &mut Layout) -> Result<Point, String> {
+        if let Some(problem) = wanted.problem(of) {
+            return Err(problem);
+        }
+        let scaled = wanted.is_scaled().then(|| (wanted.scale(), wanted.offset()));
+        let kind = if scaled.is_some() { Type::DOUBLE } else { Type::of(of.number) };
+        let mut point = Point { channel, of: of.of, bits: of.bits, number: of.number, scaled, slot: Slot { offset: 0, len: 0 }, safe: 0, at: 0 };
+        let doc = if of.title.is_empty() { format!("entry {:#06x}:{}", of.of.index, of.of.sub) } else { of.title.clone() };
+        let described = |channel: Channel| channel.unit(wanted.unit()).doc(doc);
+        point.slot = if of.is_output {
+            point.safe = point.counts(wanted.safe());
+            let mut bytes = vec![0; kind.number.width()];
+            point.store(point.safe, &mut bytes);
+            layout.add(described(Channel::write(point.channel.clone(), kind)).safe(bytes))
+        } else {
+            layout.add(described(Channel::read(point.channel.clone(), kind)))
+        };
+        Ok(point)
+    }
+
+    fn show(&self, counts: u64, readings: &mut [u8]) {
+        self.store(counts, self.slot.of_mut(readings));
+    }
+
+    /// Stores counts as the channel has them.
+    fn store(&self, counts: u64, to: &mut [u8]) {
+        if let Some((scale, offset)) = self.scaled {
+            return to.copy_from_slice(&(self.value(counts) * scale + offset).to_ne_bytes());
+        }
+        match to.len() {
+            1 => to.copy_from_slice(&(counts as u8).to_ne_bytes()),
+            2 => to.copy_from_slice(&(counts as u16).to_ne_bytes()),
+            4 => to.copy_from_slice(&(counts as u32).to_ne_bytes()),
+            _ => to.copy_from_slice(&counts.to_ne_bytes()),
+        }
+    }
+
+    /// Counts as a number.
+    fn value(&self, counts: u64) -> f64 {
+        match self.number {
+            Number::Int8 => (counts as i8).into(),
+            Number::Int16 => (counts as i16).into(),
+            Number::Int32 => (counts as i32).into(),
+            Number::Int64 => counts as i64 as f64,
+            Number::Float => f32::from_bits(counts as u32).into(),
+            Number::Double => f64::from_bits(counts),
+            _ => counts as f64,
+        }
+    }
+
+    /// What it is told: a command that is no number is its safe value.
+    fn told(&self, commands: &[u8]) -> u64 {
+        let command = self.slot.of(commands);
+        let mut wide = [0; 8];
+        match self.scaled {
+            Some(_) => match self.slot.double(commands, 0) {
+                value if value.is_finite() => self.counts(value),
+                _ => self.safe,
+            },
+            None if self.number == Number::Bool => u64::from(command[0] != 0),
+            None => {
+                let low = if cfg!(target_endian = "big") { wide.len() - command.len() } else { 0 };
+                wide[low..low + command.len()].copy_from_slice(command);
+                u64::from_ne_bytes(wide)
+            }
+        }
+    }
+
+    /// The counts of a value, the nearest that there are.
+    fn counts(&self, value: f64) -> u64 {
+        let (scale, offset) = self.scaled.unwrap_or((1.0, 0.0));
+        let counts = (value - offset) / scale;
+        let rounded = counts.round();
+        match self.number {
+            Number::Float => u64::from((counts as f32).to_bits()),
+            Number::Double => counts.to_bits(),
+            Number::Int8 => (rounded as i8) as u8 as u64,
+            Number::Int16 => (rounded as i16) as u16 as u64,
+            Number::Int32 => (rounded as i32) as u32 as u64,
+            Number::Int64 => (rounded as i64) as u64,
+            _ => (rounded as u64).min(u64::MAX >> (64 - self.bits)),
+        }
+    }
+}
+
+/// So many bits of process data from this one on, the least significant first.
+fn bits(process: &[u8], at: usize, count: usize) -> u64 {
+    let mut value = 0;
+    let mut done = 0;
+    while done < count {
+        let (byte, from) = ((at + done) / 8, (at + done) % 8);
+        let taken = (8 - from).min(count - done);
+        let part = u64::from(process[byte] >> from) & ((1 << taken) - 1);
+        value |= part << done;
+        done += taken;
+    }
+    value
+}
+
+fn set_bits(process: &mut [u8], at: usize, count: usize, value: u64) {
+    let mut done = 0;
+    while done < count {
+        let (byte, from) = ((at + done) / 8, (at + done) % 8);
+        let taken = (8 - from).min(count - done);
+        let mask = ((1u16 << taken) - 1) as u8;
+        let part = (value >> done) as u8 & mask;
+        process[byte] = process[byte] & !(mask << from) | part << from;
+        done += taken;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn bits_are_read_as_they_were_set_and_no_others_change(at in 0..200usize, count in 1..=64usize, value: u64, before: [u8; 40]) {
+            let mut process = before;
+            let masked = value & (u64::MAX >> (64 - count));
+            set_bits(&mut process, at, count, value);
+            prop_assert_eq!(bits(&process, at, count), masked);
+            for bit in (0..320).filter(|bit| !(at..at + count).contains(bit)) {
+                prop_assert_eq!(bits(&process, bit, 1), bits(&before, bit, 1));
+            }
+        }
+    }
+}

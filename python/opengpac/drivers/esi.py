@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reads which process data a subdevice exchanges, from the file that its vendor gives: EtherCAT Slave Information (ESI)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from ..errors import CallError, refuse
+from ..files import is_too_deep
+
+_KINDS = {
+    "BOOL": 0x01, "SINT": 0x02, "INT": 0x03, "DINT": 0x04, "USINT": 0x05, "UINT": 0x06, "UDINT": 0x07, "REAL": 0x08, "LREAL": 0x11,
+    "LINT": 0x15, "ULINT": 0x1B, "BYTE": 0x1E, "WORD": 0x1F, "DWORD": 0x20,
+}  # fmt: skip
+"""Data types as CoE numbers them; others are numbers without a sign."""
+
+
+def described(path: str | Path, *, type: str | None, product: int | None, revision: int | None, what: str) -> dict[str, Any]:
+    """The options `pdos`, `vendor` and `product` of a subdevice as an ESI file describes it.
+
+    A file often describes many: `type`, as in `EL1008`, or `product` says which. Of several revisions it is `revision`, else the newest.
+    `what` names the subdevice in errors. Raises `CallError` where the file cannot be read or does not describe it.
+    """
+    path = Path(path)
+    root = _parsed(path, what)
+    devices = root.findall("./Descriptions/Devices/Device")
+    found = [device for device in devices if _is(device, type, product)]
+    if revision is not None:
+        found = [device for device in found if _attribute(device, "RevisionNo", path) == revision]
+    if not found or len({_type(device) for device in found}) > 1:
+        types = sorted({_type(device) for device in found or devices})
+        listed = ", ".join(types[:8]) + (", …" if len(types) > 8 else "")
+        _wrong(path, what, f"describes {'none like it' if not found else 'several'}: {listed or 'no subdevice'}", "say type= or product=")
+    device = max(found, key=lambda of: _attribute(of, "RevisionNo", path))
+    pdos = [_pdo(of, tag == "RxPdo", path) for tag in ("TxPdo", "RxPdo") for of in device.findall(tag) if of.get("Sm") is not None]
+    if not pdos:
+        _wrong(path, what, f"lists no process data of '{_type(device)}'", "its modules or objects say them: name them with pdos=")
+    vendor = root.findtext("./Vendor/Id")
+    found_product = _attribute(device, "ProductCode", path)
+    return {"pdos": pdos, "vendor": _whole(vendor, path) if vendor else None, "product": found_product or product}
+
+
+def _parsed(path: Path, what: str) -> Element:
+    try:
+        root = ElementTree.fromstring(path.read_bytes())
+    except OSError as why:
+        refuse(CallError, f"{what}: cannot read '{path}': {(why.strerror or str(why)).lower()}")
+    except (ElementTree.ParseError, LookupError, ValueError) as why:
+        _wrong(path, what, f"is no ESI file: {why}", "take the XML file that the vendor gives for EtherCAT")
+    if root.tag != "EtherCATInfo" or is_too_deep(root):
+        _wrong(path, what, f"is no ESI file: it begins with <{root.tag}>", "take the XML file that the vendor gives for EtherCAT")
+    return root
+
+
+def _is(device: Element, type_: str | None, product: int | None) -> bool:
+    of = device.find("Type")
+    if of is None:
+        return False
+    is_type = type_ is None or (of.text or "").strip() == type_
+    return is_type and (product is None or _number(of.get("ProductCode")) == product)
+
+
+def _type(device: Element) -> str:
+    return (device.findtext("Type") or "").strip()
+
+
+def _attribute(device: Element, name: str, path: Path) -> int:
+    of = device.find("Type")
+    return _whole(of.get(name, "0") if of is not None else "0", path)
+
+
+def _pdo(of: Element, is_output: bool, path: Path) -> dict[str, Any]:
+    entries: list[dict[str, Any]] = []
+    for entry in of.findall("Entry"):
+        entries.append({
+            "index": _whole(entry.findtext("Index") or "0", path), "sub": _whole(entry.findtext("SubIndex") or "0", path),
+            "bits": _whole(entry.findtext("BitLen") or "0", path), "kind": _KINDS.get((entry.findtext("DataType") or "").strip(), 0),
+            "name": _name(entry.findall("Name")),
+        })  # fmt: skip
+    return {"output": is_output, "name": _name(of.findall("Name")), "entries": entries}
+
+
+def _name(names: Sequence[Element]) -> str:
+    """The English one where there are several."""
+    english = [name for name in names if name.get("LcId") in ("1033", None)]
+    return ((english or names)[0].text or "").strip() if names else ""
+
+
+def _number(text: str | None) -> int | None:
+    """`#x1a00` or `26`."""
+    text = (text or "").strip()
+    try:
+        return int(text[2:], 16) if text.lower().startswith("#x") else int(text)
+    except ValueError:
+        return None
+
+
+def _whole(text: str, path: Path) -> int:
+    number = _number(text)
+    if number is None or not 0 <= number < 1 << 32:
+        refuse(CallError, f"'{path.name}' has '{text.strip()}' where a number is to be", "take the vendor's file as it is")
+    return number
+
+
+def _wrong(path: Path, what: str, problem: str, remedy: str) -> NoReturn:
+    refuse(CallError, f"{what}: '{path.name}' {problem}", remedy)
