@@ -92,6 +92,7 @@ def test_meshes_of_a_urdf_lie_beside_it_whatever_package_they_name(tmp_path: Pat
 def test_the_tip_of_a_tool_is_the_tool_of_the_arm(tmp_path: Path) -> None:
     arm = robots.load("ur5e", clock="virtual", tool=written(tmp_path, "pin.xml", TOOL))
     with arm.system:
+        arm.enable()
         bare = robots.Kinematics.of_mjcf(Path(robots.__file__).parent / "ur5e.xml", [joint.short_name for joint in arm])
         assert np.allclose(arm.tool.position, [0.0, 0.0, 0.2])
         q = arm.values("sensed")

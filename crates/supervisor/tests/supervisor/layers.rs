@@ -23,7 +23,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("driver-kit", &["device", "forks", "process-kit", "interconnect"]),
     ("cia402", &["device"]),
     ("canopen", &["cia402", "device"]),
-    ("ethercat", &["cia402", "device"]),
+    ("ethercat", &["cia402", "device", "suggest"]),
     ("drivers", &["canopen", "ethercat", "device", "forks", "driver-kit", "process-kit", "interconnect", "suggest"]),
     ("shared-memory", &["forks", "interconnect"]),
     ("modules", &["opengpac"]),
