@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useState } from "react";
+import type { Within } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
 
 /** Writes an SVV that programming systems may write: one that has a range. */
-export function WriteField(props: { name: string; type_text: string; within: [number, number] }) {
+export function WriteField(props: { name: string; type_text: string; within: Within }) {
   const control = useControl();
   const action = useAction();
   const [text, setText] = useState("");
@@ -24,7 +25,7 @@ export function WriteField(props: { name: string; type_text: string; within: [nu
         aria-label={`New value of ${props.name}`}
         size={7}
         value={text}
-        placeholder={`${props.within[0]} to ${props.within[1]}`}
+        placeholder={typeof props.within === "string" ? props.within : `${props.within[0]} to ${props.within[1]}`}
         onChange={(event) => setText(event.target.value)}
       />
       <button type="submit" disabled={action.busy || value === undefined || wrong !== null}>

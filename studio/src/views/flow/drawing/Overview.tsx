@@ -1,5 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type FitViewOptions, getViewportForBounds, MiniMap, type Rect, useReactFlow, useStore, useStoreApi } from "@xyflow/react";
+import {
+  type FitViewOptions,
+  getViewportForBounds,
+  MiniMap,
+  type Rect,
+  useReactFlow,
+  useStore,
+  useStoreApi,
+  type Viewport,
+} from "@xyflow/react";
 import { type CSSProperties, useEffect, useMemo, useRef } from "react";
 import { type Box, type Place, sizeOf } from "./drawing";
 
@@ -10,6 +19,8 @@ export const ZOOM_MAX = 2;
 /** Below this a text of a box is too small to be read: titles alone are shown, in letters of FAR_PX on the screen. */
 const FAR = 0.62;
 const [BESIDE_ZOOM, BELOW_FIND] = [64, 64];
+/** So much of a box is to be seen at least, px. */
+const SEEN = 20;
 const FAR_PX = 10;
 /** How wide a letter of a title is, and how high a line, parts of its size; a box has so much edge. */
 const [LETTER, LINE, EDGE] = [0.66, 1.2, 14];
@@ -37,22 +48,49 @@ export function useFar(): CSSProperties | null {
   return useMemo(() => (steps === null ? null : ({ "--far-size": `${FAR_PX / (Math.max(steps, 2) / 20)}px` } as CSSProperties)), [steps]);
 }
 
-/** Shows the whole when `of` changes: another graph. What is too large for that begins at the upper left corner. */
+/**
+ * Shows the whole when `of` changes: another graph. What is too large for that begins at the upper left corner. A window that has become so
+ * small that no box is in sight shows the first one.
+ */
 export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string, Place>): void {
   const flow = useReactFlow();
   const store = useStoreApi();
   const isReady = useStore((state) => state.panZoom !== null && state.width > 0);
+  const [width, height] = [useStore((state) => state.width), useStore((state) => state.height)];
   const fitted = useRef<string | null>(null);
+  const sized = useRef({ width: 0, height: 0 });
   useEffect(() => {
-    if (!isReady || places.size === 0 || fitted.current === of) return;
-    fitted.current = of;
-    const { width, height } = store.getState();
-    const bounds = boundsOf(boxes, places);
-    const whole = getViewportForBounds(bounds, width, height, ZOOM_MIN, FIT.maxZoom, FIT.padding);
-    const zoom = legibleFrom(boxes);
-    const begin = { x: BESIDE_ZOOM - bounds.x * zoom, y: BELOW_FIND - bounds.y * zoom, zoom };
-    void flow.setViewport(whole.zoom < zoom ? begin : whole);
-  }, [of, boxes, places, isReady, flow, store]);
+    if (!isReady || places.size === 0 || boxes.length === 0) return;
+    // Nothing moves because of a message: a drawing that was moved out of sight stays there.
+    if (fitted.current === of && sized.current.width === width && sized.current.height === height) return;
+    sized.current = { width, height };
+    const { transform } = store.getState();
+    let viewport: Viewport = { x: transform[0], y: transform[1], zoom: transform[2] };
+    if (fitted.current !== of) {
+      fitted.current = of;
+      const bounds = boundsOf(boxes, places);
+      const whole = getViewportForBounds(bounds, width, height, ZOOM_MIN, FIT.maxZoom, FIT.padding);
+      const zoom = legibleFrom(boxes);
+      viewport = whole.zoom < zoom ? begunAt(bounds, zoom) : whole;
+      void flow.setViewport(viewport);
+    }
+    const rects = boxes.map((box) => ({ ...(places.get(box.id) ?? { x: 0, y: 0 }), height: sizeOf(box).height }));
+    if (!rects.some((rect) => isInSight(rect, viewport, width, height))) {
+      const first = rects.reduce((one, other) => (other.x + other.y < one.x + one.y ? other : one));
+      void flow.setViewport(begunAt(first, viewport.zoom));
+    }
+  }, [of, boxes, places, isReady, width, height, flow, store]);
+}
+
+/** What begins at a place of the drawing, beside the buttons. */
+function begunAt(place: Place, zoom: number): Viewport {
+  return { x: BESIDE_ZOOM - place.x * zoom, y: BELOW_FIND - place.y * zoom, zoom };
+}
+
+/** Whether the title of a box is to be seen, which lies at its top or in its middle. */
+function isInSight(box: { x: number; y: number; height: number }, { x, y, zoom }: Viewport, width: number, height: number): boolean {
+  const [left, top] = [box.x * zoom + x, box.y * zoom + y];
+  return left > 0 && left < width - SEEN && top > 0 && top + (box.height / 2) * zoom < height - SEEN;
 }
 
 /** The least zoom at which the title of every box can be read. Of what is larger than that the beginning is shown. */
