@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kills and stops any one or two of guard, supervisor and processor, by threads and in processes: what is left makes the outputs safe.
+"""Kills and stops any one or two of guard (both its processes), supervisor and processor, by threads and in processes: what is left makes the
+outputs safe.
 
     python tests/faults/watched.py                       1,000 of them, and a supervisor that stands still for 30 s
     python tests/faults/watched.py --count 60 --seed 7   fewer; a seed and a number make the same attack again
@@ -113,12 +114,11 @@ class Program:
         self.process.stdin.flush()
         return self._line()
 
-    def pid(self, who: str) -> int:
-        """The process of that part of it."""
+    def pids(self, who: str) -> list[int]:
+        """The processes of that part of it."""
         if who == "program":
-            return self.process.pid
-        (found,) = self.started({"guard": "run_guard", "processor": "run_processor"}[who])
-        return found
+            return [self.process.pid]
+        return self.started({"guard": "run_guard", "processor": "run_processor"}[who])
 
     def started(self, entry: str) -> list[int]:
         """The children of it that run so."""
@@ -146,13 +146,14 @@ def one(attack: Attack, chosen: random.Random) -> tuple[Round, int, int]:
     begun = safe = 0
     try:
         plant.until_pushed()
-        pids = {who: program.pid(who) for who, _ in attack.how}
+        pids = {who: program.pids(who) for who, _ in attack.how}
         time.sleep(chosen.uniform(0.03, 0.06))
         guards = program.started("run_guard")
         order = chosen.sample(attack.how, len(attack.how))
         begun = time.monotonic_ns()
         for who, how in order:
-            os.kill(pids[who], SIGNALS[how])
+            for pid in pids[who]:
+                os.kill(pid, SIGNALS[how])
         if attack.endangers:
             safe = safe_ns(plant)
             found.safe_ms = max(0, safe - begun) * 1e-6
@@ -223,7 +224,7 @@ def stands_still(seconds: float) -> Round:
     program = Program(plant, process=True, if_cut_off="halt")
     try:
         plant.until_pushed()
-        processor = program.pid("processor")
+        processors = program.pids("processor")
         program.process.send_signal(signal.SIGSTOP)
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -233,7 +234,7 @@ def stands_still(seconds: float) -> Round:
                 break
             time.sleep(0.1)
         program.process.send_signal(signal.SIGCONT)
-        if program.ask("look") != "[]\n" or program.pid("processor") != processor:
+        if program.ask("look") != "[]\n" or program.pids("processor") != processors:
             found.wrong.append("the motion was to go on, in the same process")
     except Exception as why:
         found.wrong.append(f"{type(why).__name__}: {why}")

@@ -108,7 +108,7 @@ class Orphaned:
         """The process of `rtp1`."""
         self.others: list[int] = []
         """Those of other processors."""
-        self.guard = 0
+        self.guards: list[int] = []
         self.positions: list[float] = []
 
     def program(self, does: str) -> subprocess.Popen[str]:
@@ -126,7 +126,7 @@ class Orphaned:
         """The first program, which holds the joint."""
         made = self.program("begins")
         go(made, "begins")
-        (self.process, *self.others), [self.guard] = children("run_processor", made.pid), children("run_guard", made.pid)
+        (self.process, *self.others), self.guards = children("run_processor", made.pid), children("run_guard", made.pid)
         return made
 
     def kill(self, program: subprocess.Popen[str]) -> None:

@@ -95,23 +95,23 @@ def test_a_program_that_is_killed_leaves_its_plant_safe(program: Program) -> Non
 
 
 def test_a_program_that_is_stopped_is_spared_and_told(program: Program) -> None:
-    (guard,) = children("run_guard", program.process.pid)
+    guards = children("run_guard", program.process.pid)
+    assert len(guards) == 2
     for _ in range(2):
         condition, why = program.is_stopped_and_goes_on()
         assert condition == "device_lost" and "its process stood still, so the guard brought the plant to its safe state" in why
         assert (program.ask("reset"), program.ask("push")) == ("reset\n", "pushed\n")
         assert not program.is_safe() and program.ask("look") == "[]\n"
-    assert children("run_guard", program.process.pid) == [guard]
+    assert children("run_guard", program.process.pid) == guards
 
 
 def test_what_was_commanded_is_safe_when_all_who_watch_stood_still_together(program: Program) -> None:
-    (guard,) = children("run_guard", program.process.pid)
-    both = [program.process.pid, guard]
-    for process in both:
+    every = [program.process.pid, *children("run_guard", program.process.pid)]
+    for process in every:
         os.kill(process, signal.SIGSTOP)
     stopped = time.monotonic()
     until(lambda: time.monotonic() - stopped > STANDSTILL_S, "they stood still for longer than a timer may")
-    for process in both:
+    for process in every:
         os.kill(process, signal.SIGCONT)
     condition, why = json.loads(program.ask("end"))
     assert condition == "device_lost" and "its source 'rtp1.fast' stood still for " in why and "they are safe now" in why
@@ -120,24 +120,31 @@ def test_what_was_commanded_is_safe_when_all_who_watch_stood_still_together(prog
 
 @pytest.mark.parametrize("program", ["50 ms"], indirect=True)
 def test_a_plant_that_nobody_commands_makes_itself_safe_and_says_so(program: Program) -> None:
-    (guard,) = children("run_guard", program.process.pid)
-    os.kill(guard, signal.SIGSTOP)
+    for guard in children("run_guard", program.process.pid):
+        os.kill(guard, signal.SIGSTOP)
     condition, why = program.is_stopped_and_goes_on()
     assert condition == "device_lost" and "no command came for its timeout of 50 ms" in why
     assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
 
 
 def test_a_guard_of_a_program_that_stands_still_is_replaced(program: Program) -> None:
-    (guard,) = children("run_guard", program.process.pid)
-    given = held(guard)
-    assert given
-    os.kill(guard, signal.SIGSTOP)
-    gone = [guard]
+    gone = children("run_guard", program.process.pid)
+    given = held(gone[0])
+    assert given and given == held(gone[1])
+    for guard in gone:
+        os.kill(guard, signal.SIGSTOP)
     # A guard that has been started, and is said to guard, may not have taken what it guards yet.
     until(lambda: given in [held(other) for other in children("run_guard", program.process.pid) if other not in gone], "another one guards")
     assert program.ask("look") == "[]\n"
     # A program that is stopped replaces no guard: on a machine that is busy it might just be doing so again.
     until(lambda: program.stops_with(given, gone), "it is guarded")
+    program.process.kill()
+    until(program.is_safe, "the plant is safe")
+
+
+@pytest.mark.parametrize("lost", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_program_that_loses_a_guard_is_guarded_all_the_time(program: Program, lost: signal.Signals) -> None:
+    os.kill(children("run_guard", program.process.pid)[0], lost)
     program.process.kill()
     until(program.is_safe, "the plant is safe")
 

@@ -1,135 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The supervisor's side of the guard: it starts the guard process, tells it what to guard, and starts another one with
-//! everything that was registered when it is gone.
+//! The supervisor's side of the guard: two guard processes that are told the same and act alike. While one of them is dead, stands still or is
+//! being replaced, the other one guards, whatever becomes of the supervisor meanwhile.
 use crate::canary;
-use crate::messages::{Loss, Tell, WardText};
-use crate::registry::{Registry, Request, Ward};
-use crate::serve::Hearts;
-use crate::starting::{ANSWER, launch, send, tale};
+use crate::heard::Heard;
+use crate::member::{Member, Tells};
+use crate::messages::WardText;
+use crate::registry::{Registry, Request, Ward, copied};
 use crate::told::{Found, GuardCommand, GuardError, GuardEvent};
 use crate::watch::Bounds;
-use crate::watcher::{self, Watcher};
 use device::SafeHandle;
-use interconnect::{Closed, Link};
-use process_kit::{Child, Heartbeat, Restarts, UnixLink, connect, now_ns};
+use process_kit::Heartbeat;
+use std::io;
 use std::os::fd::OwnedFd;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
-
-/// How often a guard that died may be started again.
-const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
-/// The number of what another guard is told of its own accord; requests of callers begin behind it.
-const HANDED_OVER: u64 = 0;
-/// How long a guard with nothing to guard may take to end.
-const GRACE: Duration = Duration::from_secs(2);
+use std::sync::Arc;
 
 /// The guard of one supervisor.
 ///
-/// Calls wait for the guard's answer, some tens of microseconds; none is for a real-time thread, nor for the function that events are told to,
-/// which must not drop it either.
-/// When it is dropped, the guard goes on with the processes that have not been forgotten, and ends where there are none.
+/// Calls wait for the answer of both processes, some tens of microseconds; none is for a real-time thread, nor for the function that events are
+/// told to, which must not drop it either.
+/// When it is dropped, both processes go on with what has not been forgotten, and end where that is nothing.
 pub struct Guard {
-    shared: Arc<Shared>,
-    /// Who hears the guard, and the watcher.
-    threads: Vec<JoinHandle<()>>,
+    members: [Member; 2],
+    heard: Arc<Heard>,
 }
 
-struct Shared {
-    command: GuardCommand,
-    state: Mutex<State>,
-    answered: Condvar,
-    watcher: Watcher,
-    tell: Box<dyn Fn(GuardEvent) + Send + Sync>,
+/// Only one of two watchers writes beside the guards: a third one would add nothing.
+const WATCHES: [bool; 2] = [true, false];
+
+fn no_descriptor(error: &io::Error) -> GuardError {
+    GuardError(format!("no descriptor can be made for the guard: {error}"))
 }
 
-struct State {
-    link: Arc<UnixLink>,
-    /// The guard process; none where a predecessor of ours started it.
-    child: Option<Child>,
-    registry: Registry,
-    next_request: u64,
-    /// Requests that wait for an answer, and those that have one.
-    requests: Vec<(u64, Option<Result<(), String>>)>,
-    restarts: Restarts,
-    /// What a guard that was started again has not answered yet.
-    handover: Option<Handover>,
-    /// Why there is no guard any more.
-    gone: Option<String>,
-    is_closing: bool,
-}
-
-/// What another guard was told. Until it has answered all of it, what is registered is guarded by the watcher alone.
-struct Handover {
-    /// How the last guard ended.
-    how: String,
-    /// Answers that have not come yet, its greeting among them.
-    awaited: usize,
-    /// Requests up to this one are answered by the registrations.
-    last_request: u64,
-    /// What it could not take.
-    refused: Vec<String>,
+/// How each of the two is started, and found.
+fn commands(command: GuardCommand) -> [GuardCommand; 2] {
+    let second = command.path.as_ref().map(|path| {
+        let mut path = path.clone().into_os_string();
+        path.push("2");
+        path.into()
+    });
+    let second = GuardCommand { command: command.command.clone(), path: second };
+    [command, second]
 }
 
 impl Guard {
-    /// Starts a guard process. `tell` is called from a thread of this value.
+    /// Starts the guard processes. `tell` is called from threads of this value.
     ///
     /// # Errors
-    /// [`GuardError`]: it cannot be started, or ended at once.
+    /// [`GuardError`]: they cannot be started, or ended at once.
     pub fn start(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<Guard, GuardError> {
-        let heart = || Heartbeat::new().map_err(|error| GuardError(format!("no memory for the hearts of guard and supervisor: {error}")));
-        let hearts = Hearts { guard: heart()?, supervisor: heart()? };
-        let (link, child) = launch(&command, &hearts)?;
-        Guard::of(command, link, Some(child), (Registry::default(), hearts), Box::new(tell))
+        let heard = Arc::new(Heard::new(Box::new(tell)));
+        let [first, second] = commands(command);
+        let first = Member::start(first, WATCHES[0], says(&heard))?;
+        let second = Member::start(second, WATCHES[1], says(&heard))?;
+        Ok(Guard { members: [first, second], heard })
     }
 
-    /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that is gone.
+    /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that is gone. Where one of
+    /// its processes is gone, too, another one is started and told what the other guards.
     ///
     /// # Errors
     /// [`GuardError`]: nobody listens there, or what answers is no guard.
     pub fn adopt(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<(Guard, Vec<Found>), GuardError> {
-        let path = command.path.clone().ok_or_else(|| GuardError("a guard is adopted at a path, and none is given".to_owned()))?;
-        let link = connect(&path).map_err(|error| GuardError(format!("no guard at '{}': {error}", path.display())))?;
-        let (registry, hearts, missing) = tale(&link, &path)?;
-        let found = registry.found().map_err(|error| GuardError(format!("cannot adopt what the guard at '{}' guards: {error}", path.display())))?;
-        if !missing.is_empty() {
-            tell(GuardEvent::Missing(missing));
-        }
-        Ok((Guard::of(command, link, None, (registry, hearts), Box::new(tell))?, found))
-    }
-
-    fn of(
-        command: GuardCommand,
-        link: UnixLink,
-        child: Option<Child>,
-        (registry, hearts): (Registry, Hearts),
-        tell: Box<dyn Fn(GuardEvent) + Send + Sync>,
-    ) -> Result<Guard, GuardError> {
-        let watcher = Watcher::new(hearts).map_err(|error| GuardError(format!("no descriptor can be made to watch the guard: {error}")))?;
-        let link = Arc::new(link);
-        watcher.guarded_by(child.as_ref(), &link, true);
-        // It fails nowhere: what is said is only passed on.
-        let _all: Result<(), Closed> = registry.everything(|ask, descriptors| {
-            watcher.act(&ask, descriptors);
-            Ok(())
-        });
-        let state = State {
-            link,
-            child,
-            registry,
-            next_request: 1,
-            requests: Vec::new(),
-            restarts: Restarts::new(RESTARTS.0, RESTARTS.1),
-            handover: None,
-            gone: None,
-            is_closing: false,
+        let heard = Arc::new(Heard::new(Box::new(tell)));
+        let [first, second] = commands(command);
+        let adopt = |command: &GuardCommand, watches| Member::adopt(command.clone(), watches, says(&heard));
+        let members = match (adopt(&first, WATCHES[0]), adopt(&second, WATCHES[1])) {
+            (Ok(first), Ok(second)) => [first, second],
+            (Ok(first), Err(_)) => [first, Member::start(second, WATCHES[1], says(&heard))?],
+            (Err(_), Ok(second)) => [Member::start(first, WATCHES[0], says(&heard))?, second],
+            (Err(why), Err(_)) => return Err(why),
         };
-        let shared = Arc::new(Shared { command, state: Mutex::new(state), answered: Condvar::new(), watcher, tell });
-        let (keeps, watches) = (shared.clone(), shared.clone());
-        let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| std::thread::Builder::new().name(name.into()).spawn(body).expect("a thread can be started");
-        let threads =
-            vec![spawn("hears-guard", Box::new(move || keeps.keep())), spawn("watcher", Box::new(move || watches.watcher.run(|loss| watches.lost(loss))))];
-        Ok(Guard { shared, threads })
+        let [first, second] = &members;
+        tell_unknown(first, second)?;
+        tell_unknown(second, first)?;
+        let found = first.registered(Registry::found).map_err(|error| no_descriptor(&error))?;
+        Ok((Guard { members, heard }, found))
     }
 
     /// Guards a process from now on, under a number of the caller's. `heartbeat`: it counts as lost too when that stands still for its bounds,
@@ -147,22 +92,28 @@ impl Guard {
     /// # Errors
     /// As of [`Guard::watch`].
     pub fn watch_this(&self, ward: u64, name: &str, heartbeat: Heartbeat, bounds: Bounds) -> Result<(), GuardError> {
-        canary::share(&self.shared.watcher.hearts.supervisor, &heartbeat);
+        canary::share(&self.members[0].hearts().supervisor, &heartbeat);
         let process = process_kit::this_process().map_err(|error| GuardError(format!("no descriptor of this process can be made: {error}")))?;
         self.add(ward, name, process, Some((heartbeat, bounds)), true)
     }
 
     fn add(&self, ward: u64, name: &str, process: OwnedFd, heartbeat: Option<(Heartbeat, Bounds)>, is_spared: bool) -> Result<(), GuardError> {
         let text = WardText { ward, name: name.to_owned(), bounds: heartbeat.as_ref().map(|(_, bounds)| *bounds), is_spared };
-        self.shared.request(|registry| registry.add(Ward::new(text, process, heartbeat.map(|(heartbeat, _)| heartbeat))))
+        self.heard.begin(ward);
+        self.request(|registry| {
+            let copy = |heart: &Heartbeat| heart.descriptor().and_then(Heartbeat::received);
+            let process = process.try_clone().map_err(|error| no_descriptor(&error).0)?;
+            let heartbeat = heartbeat.as_ref().map(|(heart, _)| copy(heart)).transpose().map_err(|error| no_descriptor(&error).0)?;
+            registry.add(Ward::new(text.clone(), process, heartbeat))
+        })
     }
 
     /// Descriptors of the hearts of the guard and of this supervisor, for a process that is to see whether anybody watches it.
     ///
     /// # Errors
     /// No descriptors left.
-    pub fn hearts(&self) -> std::io::Result<[OwnedFd; 2]> {
-        self.shared.watcher.hearts.descriptors()
+    pub fn hearts(&self) -> io::Result<[OwnedFd; 2]> {
+        self.members[0].hearts().descriptors()
     }
 
     /// What makes the outputs of a device of that process safe; instead of what was registered for that device.
@@ -171,7 +122,12 @@ impl Guard {
     /// [`GuardError`]: there is no such process, or the guard is gone.
     pub fn hold(&self, ward: u64, device: &str, handles: Vec<SafeHandle>) -> Result<(), GuardError> {
         self.release(ward, device)?;
-        handles.into_iter().try_for_each(|handle| self.shared.request(|registry| registry.hold(ward, device, handle)))
+        handles.iter().try_for_each(|handle| {
+            self.request(|registry| {
+                let handle = copied(handle).map_err(|error| no_descriptor(&error).0)?;
+                registry.hold(ward, device, handle)
+            })
+        })
     }
 
     /// The device was closed in good order: nothing is written for it any more.
@@ -179,7 +135,7 @@ impl Guard {
     /// # Errors
     /// As [`Guard::hold`].
     pub fn release(&self, ward: u64, device: &str) -> Result<(), GuardError> {
-        self.shared.request(|registry| registry.release(ward, device))
+        self.request(|registry| registry.release(ward, device))
     }
 
     /// The process is about to end in good order, or its loss has been dealt with.
@@ -187,206 +143,42 @@ impl Guard {
     /// # Errors
     /// [`GuardError`]: the guard is gone.
     pub fn forget(&self, ward: u64) -> Result<(), GuardError> {
-        self.shared.request(|registry| registry.forget(ward))
+        self.request(|registry| registry.forget(ward))
     }
 
-    /// The number of the guard process, where this supervisor started it.
-    pub fn pid(&self) -> Option<i32> {
-        self.shared.state().child.as_ref().map(Child::pid)
+    /// The numbers of the two processes, where this supervisor started them.
+    pub fn pids(&self) -> [Option<i32>; 2] {
+        self.members.each_ref().map(Member::pid)
     }
-}
 
-impl Drop for Guard {
-    fn drop(&mut self) {
-        let (link, is_done) = {
-            let mut state = self.shared.state();
-            state.is_closing = true;
-            (state.link.clone(), state.registry.is_empty())
-        };
-        self.shared.watcher.end();
-        link.close();
-        for thread in self.threads.drain(..) {
-            // A panic of the function that events are told to has been printed; there is nothing to add.
-            let _ended = thread.join();
-        }
-        if let Some(child) = self.shared.state().child.take() {
-            // One that still tries to write somewhere goes on doing so, and ends by itself; one that is stopped would stay for ever.
-            if !is_done || child.wait(GRACE).is_none() {
-                if is_done && watcher::is_stopped(&child) {
-                    child.kill();
-                }
-                child.leave();
-            }
+    /// Asks both. It is done where one has done it: the other one is gone for good, or is told when it is there again.
+    fn request(&self, change: impl Fn(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
+        let [first, second] = &self.members;
+        match (first.request(&change), second.request(&change)) {
+            (Ok(()), _) | (_, Ok(())) => Ok(()),
+            (Err(_), Err(why)) if first.is_gone() => Err(why),
+            (Err(why), Err(_)) => Err(why),
         }
     }
 }
 
-impl Shared {
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Changes what is registered, tells the guard, and waits for its answer.
-    fn request(&self, change: impl FnOnce(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
-        let mut state = self.state();
-        if let Some(why) = &state.gone {
-            return Err(GuardError(format!("there is no guard: {why}")));
-        }
-        let (ask, descriptors) = change(&mut state.registry).map_err(GuardError)?;
-        self.watcher.act(&ask, &descriptors);
-        let request = state.next_request;
-        state.next_request += 1;
-        state.requests.push((request, None));
-        // Where the link is gone, the guard that is started instead is told everything: that is the answer too.
-        let _sent = send(&state.link, request, ask, &descriptors);
-        let deadline = Instant::now() + ANSWER;
-        loop {
-            let place = state.requests.iter().position(|(one, _)| *one == request).expect("only this call takes it away");
-            if let Some(answer) = state.requests[place].1.take() {
-                state.requests.swap_remove(place);
-                return answer.map_err(GuardError);
-            }
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                state.requests.swap_remove(place);
-                return Err(GuardError(format!("the guard does not answer for {} s", ANSWER.as_secs())));
-            }
-            state = self.answered.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
-        }
-    }
-
-    /// Hears the guard until this side closes the link, or there is no guard any more.
-    fn keep(&self) {
-        loop {
-            let link = self.state().link.clone();
-            match link.receive_with(Duration::from_secs(3600)) {
-                Ok(Some((frame, _))) => self.hear(&frame),
-                Ok(None) => {}
-                Err(Closed) => {
-                    if !self.restore() {
-                        return;
-                    }
-                }
-            }
-        }
-    }
-
-    fn hear(&self, frame: &[u8]) {
-        let Ok(told) = serde_json::from_slice::<Tell>(frame) else { return };
-        match told {
-            Tell::Hello { missing } => {
-                if !missing.is_empty() {
-                    (self.tell)(GuardEvent::Missing(missing));
-                }
-                self.handed_over(Ok(()));
-            }
-            Tell::Done { request: HANDED_OVER } => self.handed_over(Ok(())),
-            Tell::Refused { request: HANDED_OVER, problem } => self.handed_over(Err(problem)),
-            Tell::Done { request } => self.answer(request, Ok(())),
-            Tell::Refused { request, problem } => self.answer(request, Err(problem)),
-            Tell::Lost(loss) => self.lost(loss),
-            Tell::MadeSafe(loss) => (self.tell)(GuardEvent::MadeSafe(loss)),
-            Tell::GoesOn { ward } => {
-                let name = self.state().registry.name(ward);
-                if let Some(name) = name {
-                    (self.tell)(GuardEvent::GoesOn(name));
-                }
-            }
-            Tell::Hearts | Tell::Ward(_) | Tell::Handle(_) => {}
-        }
-    }
-
-    /// The first to say that a process is lost is heard.
-    fn lost(&self, loss: Loss) {
-        let is_news = self.state().registry.lose(&loss);
-        if is_news {
-            (self.tell)(GuardEvent::Lost(loss));
-        }
-    }
-
-    fn answer(&self, request: u64, answer: Result<(), String>) {
-        if let Some((_, place)) = self.state().requests.iter_mut().find(|(one, _)| *one == request) {
-            *place = Some(answer);
-        }
-        self.answered.notify_all();
-    }
-
-    /// The guard that was started again has answered one thing that it was told; with the last answer it guards.
-    fn handed_over(&self, answer: Result<(), String>) {
-        let mut state = self.state();
-        let Some(handover) = state.handover.as_mut() else { return };
-        handover.awaited -= 1;
-        handover.refused.extend(answer.err());
-        if handover.awaited > 0 {
-            return;
-        }
-        let Some(Handover { how, last_request, refused, .. }) = state.handover.take() else { return };
-        self.watcher.is_guarded();
-        state.answer_all(last_request, &Ok(()));
-        drop(state);
-        self.answered.notify_all();
-        (self.tell)(GuardEvent::Restarted { how, refused });
-    }
-
-    /// Starts another guard and tells it everything that is registered. False: this side is closing, or there can be none.
-    fn restore(&self) -> bool {
-        let mut state = self.state();
-        if state.is_closing {
-            return false;
-        }
-        let stood_still = self.watcher.is_gone();
-        let how = match state.child.take() {
-            Some(child) => {
-                // One that lives but does not talk is of no use.
-                child.kill();
-                child.wait(GRACE).map_or_else(|| "does not end".to_owned(), |status| status.to_string())
-            }
-            None => "is gone".to_owned(),
-        };
-        let how = if stood_still { "stood still, and was ended".to_owned() } else { how };
-        self.watcher.hearts.guard.begin();
-        match self.start_again(&mut state) {
-            Ok(awaited) => {
-                let last_request = state.next_request - 1;
-                state.handover = Some(Handover { how, awaited, last_request, refused: Vec::new() });
-                true
-            }
-            Err(problem) => {
-                let why = format!("the guard {how}, and another one cannot be started: {problem}");
-                state.handover = None;
-                state.gone = Some(why.clone());
-                let last_request = state.next_request - 1;
-                state.answer_all(last_request, &Err(why.clone()));
-                drop(state);
-                self.answered.notify_all();
-                (self.tell)(GuardEvent::Gone(why));
-                false
-            }
-        }
-    }
-
-    /// Returns how many answers the new guard owes: its greeting, and one for each registration.
-    fn start_again(&self, state: &mut State) -> Result<usize, String> {
-        if !state.restarts.allow(now_ns()) {
-            return Err(format!("it ended too often: {}", state.restarts));
-        }
-        let (link, child) = launch(&self.command, &self.watcher.hearts).map_err(|error| error.0)?;
-        let mut awaited = 1;
-        let told = state.registry.everything(|ask, descriptors| {
-            awaited += 1;
-            send(&link, HANDED_OVER, ask, descriptors)
-        });
-        told.map_err(|Closed| "it ended at once".to_owned())?;
-        (state.link, state.child) = (Arc::new(link), Some(child));
-        self.watcher.guarded_by(state.child.as_ref(), &state.link, false);
-        Ok(awaited)
-    }
+fn says(heard: &Arc<Heard>) -> Tells {
+    let heard = heard.clone();
+    Box::new(move |event| heard.hear(event))
 }
 
-impl State {
-    /// Answers the requests that wait, up to this one.
-    fn answer_all(&mut self, last_request: u64, answer: &Result<(), String>) {
-        let waiting = self.requests.iter_mut().filter(|(request, place)| *request <= last_request && place.is_none());
-        waiting.for_each(|(_, place)| *place = Some(answer.clone()));
+/// Tells a guard what the other one guards and it does not: one of two may have been told less before their supervisor was gone.
+fn tell_unknown(from: &Member, to: &Member) -> Result<(), GuardError> {
+    let unknown = from.registered(|from| to.registered(|to| from.unknown_to(to))).map_err(|error| no_descriptor(&error))?;
+    for (ward, mut process, is_known) in unknown {
+        if is_known {
+            to.request(|registry| registry.forget(ward))?;
+        }
+        let handles = process.take_handles();
+        to.request(|registry| registry.add(process))?;
+        for (device, handle) in handles {
+            to.request(|registry| registry.hold(ward, &device, handle))?;
+        }
     }
+    Ok(())
 }

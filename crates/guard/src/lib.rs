@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The guard: a small process that brings the outputs of a lost one to their safe state.
+//! The guard: two small processes that bring the outputs of a lost one to their safe state. Both are told the same and act alike, so that one
+//! guards while the other is being replaced.
 //!
 //! | | |
 //! |---|---|
-//! | [`Guard`] | the supervisor's side of the guard: what to guard, and what to do when the guard itself is gone |
+//! | [`Guard`] | the supervisor's side of both: what to guard, and what is said of it; `member.rs`: one of them, replaced when it is gone |
 //! | [`send_handles`], [`receive_handles`] | how the supervisor of a process gets what it registers there |
 //! | [`watch`] | the rules by which a process counts as lost, and what follows: values without a clock, a thread or a descriptor |
 //! | [`run`], [`serve`](serve::serve) | the guard process: one thread, one loop; `serve.rs`, `wards.rs`, `ward.rs` and `watch.rs` are all of it |
@@ -13,6 +14,8 @@
 pub mod canary;
 mod guard;
 mod handles;
+mod heard;
+mod member;
 mod messages;
 mod registry;
 mod rights;

@@ -32,6 +32,18 @@ impl Ward {
         Ward { text, process, heartbeat, handles: Vec::new(), loss: None }
     }
 
+    fn copied(&self) -> io::Result<Ward> {
+        let heartbeat = self.heartbeat.as_ref().map(|heart| heart.descriptor().and_then(Heartbeat::received)).transpose()?;
+        let handle = |(device, handle): &(String, SafeHandle)| Ok((device.clone(), copied(handle)?));
+        let handles = self.handles.iter().map(handle).collect::<io::Result<_>>()?;
+        Ok(Ward { text: self.text.clone(), process: self.process.try_clone()?, heartbeat, handles, loss: None })
+    }
+
+    /// Its safe handles, taken out.
+    pub fn take_handles(&mut self) -> Vec<(String, SafeHandle)> {
+        std::mem::take(&mut self.handles)
+    }
+
     fn ask(&self) -> io::Result<Request> {
         let mut descriptors = vec![self.process.try_clone()?];
         if let Some(heartbeat) = &self.heartbeat {
@@ -39,6 +51,11 @@ impl Ward {
         }
         Ok((Ask::Ward(self.text.clone()), descriptors))
     }
+}
+
+/// The same place to write to, by another descriptor of it.
+pub(crate) fn copied(handle: &SafeHandle) -> io::Result<SafeHandle> {
+    Ok(SafeHandle { descriptor: handle.descriptor.try_clone()?, writes: handle.writes.clone(), latches: handle.latches })
 }
 
 fn ask_to_hold(ward: u64, device: &str, handle: &SafeHandle) -> io::Result<Request> {
@@ -111,6 +128,16 @@ impl Registry {
             }
         }
         Ok(())
+    }
+
+    /// Copies of those processes that another registry does not know, or knows with fewer safe handles (then the last of the three is true).
+    ///
+    /// # Errors
+    /// No descriptors left.
+    pub fn unknown_to(&self, there: &Registry) -> io::Result<Vec<(u64, Ward, bool)>> {
+        let known = |number: &u64| there.wards.get(number).map(|ward| ward.handles.len());
+        let lacks = self.wards.iter().filter(|(number, ward)| ward.loss.is_none() && known(number).is_none_or(|handles| handles < ward.handles.len()));
+        lacks.map(|(number, ward)| Ok((*number, ward.copied()?, known(number).is_some()))).collect()
     }
 
     /// From a guard that is adopted: a process. None where what was told is nothing of the kind.

@@ -11,7 +11,8 @@ use std::path::PathBuf;
 pub struct GuardCommand {
     /// A command line whose process calls [`guard::run`](crate::run).
     pub command: Vec<OsString>,
-    /// Where a later supervisor finds it with [`Guard::adopt`](crate::Guard::adopt); none: nowhere.
+    /// Where a later supervisor finds it with [`Guard::adopt`](crate::Guard::adopt), and the second guard at the same path with `2` behind it;
+    /// none: nowhere.
     pub path: Option<PathBuf>,
 }
 
@@ -26,13 +27,15 @@ pub enum GuardEvent {
     GoesOn(String),
     /// What the operating system did not give the guard, one line each; once for each guard process that lacks something.
     Missing(Vec<String>),
-    /// The guard was gone; another one has taken what was registered, and guards now.
+    /// One of the two guards was gone; another one has taken what was registered, and guards now.
     Restarted {
         /// How the last one ended: "was killed by SIGKILL".
         how: String,
         /// What the new one could not take, in words.
         refused: Vec<String>,
     },
+    /// One of the two guards is gone for good, and why; the other one guards alone.
+    Alone(String),
     /// There is no guard any more, and why: processes that die from now on leave their outputs as they are.
     Gone(String),
 }

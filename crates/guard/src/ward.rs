@@ -9,6 +9,10 @@ use process_kit::{has_ended, pid_of, signal};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 
+/// Why a process was ended, as its heart says to all who watch it.
+const FROZEN: u64 = 1;
+const STOPPED: u64 = 2;
+
 /// A guarded process.
 pub(crate) struct Ward {
     pub text: WardText,
@@ -147,6 +151,24 @@ impl Subject for Parts {
 
     fn kill(&mut self) {
         signal(self.process.as_fd(), libc::SIGKILL);
+    }
+
+    fn condemn(&mut self, why: Cause) {
+        if let Some(heart) = &self.heartbeat {
+            heart.end_for(match why {
+                Cause::Died => 0,
+                Cause::Frozen => FROZEN,
+                Cause::Stopped => STOPPED,
+            });
+        }
+    }
+
+    fn condemned(&self) -> Option<Cause> {
+        match self.heartbeat.as_ref()?.ended_for() {
+            FROZEN => Some(Cause::Frozen),
+            STOPPED => Some(Cause::Stopped),
+            _ => None,
+        }
     }
 
     fn write(&mut self, afresh: bool) -> bool {

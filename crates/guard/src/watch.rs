@@ -113,6 +113,12 @@ pub trait Subject {
     fn latches(&self) -> bool;
     /// Ends it at once; that it has ended is seen later.
     fn kill(&mut self);
+    /// Notes why it is about to be ended, for others who watch it.
+    fn condemn(&mut self, _why: Cause) {}
+    /// Why another one who watches it ended it, where one did.
+    fn condemned(&self) -> Option<Cause> {
+        None
+    }
     /// Writes its safe values: those that have not been written yet, or all of them (`afresh`). Whether nothing is left to write.
     fn write(&mut self, afresh: bool) -> bool;
 }
@@ -200,11 +206,11 @@ impl Watch {
     fn look_as(&mut self, of: &mut impl Subject, leads: bool, now_ns: i64) -> Option<Event> {
         let has_ended = of.has_ended();
         match self.state {
-            State::Guarded | State::Still if has_ended => self.lose(of, Cause::Died, now_ns, now_ns, true),
+            State::Guarded | State::Still if has_ended => self.lose(of, of.condemned().unwrap_or(Cause::Died), now_ns, now_ns, true),
             State::Guarded | State::Still if of.is_dying() => {
                 // What it takes to put its memory away is not waited for. Once it has ended it is written for again.
                 of.kill();
-                self.lose(of, Cause::Died, now_ns, now_ns, false)
+                self.lose(of, of.condemned().unwrap_or(Cause::Died), now_ns, now_ns, false)
             }
             State::Guarded => {
                 let cause = self.stands_still(of, now_ns).filter(|_| leads)?;
@@ -280,6 +286,7 @@ impl Watch {
     }
 
     fn kill(&mut self, of: &mut impl Subject, cause: Cause, seen_ns: i64) -> Option<Event> {
+        of.condemn(cause);
         of.kill();
         self.state = State::Killed { cause, seen_ns };
         None

@@ -36,6 +36,8 @@ pub(crate) struct Watcher {
     /// The guard that is gone was ended by the watcher.
     is_ended: AtomicBool,
     ends: AtomicBool,
+    /// It watches what is registered, too; another watcher does where it does not.
+    watches: bool,
 }
 
 /// The guard process that serves.
@@ -80,14 +82,14 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Watcher {
     /// Errors: no descriptors left.
-    pub fn new(hearts: Hearts) -> io::Result<Watcher> {
+    pub fn new(hearts: Hearts, watches: bool) -> io::Result<Watcher> {
         let (is_ended, ends) = (AtomicBool::new(false), AtomicBool::new(false));
-        Ok(Watcher { hearts, wards: Mutex::default(), guard: Mutex::default(), wakes: Wakes::new()?, is_ended, ends })
+        Ok(Watcher { hearts, wards: Mutex::default(), guard: Mutex::default(), wakes: Wakes::new()?, is_ended, ends, watches })
     }
 
     /// Watches what the guard is asked to watch. This process itself is the guard's alone.
     pub fn act(&self, ask: &Ask, descriptors: &[OwnedFd]) {
-        if matches!(ask, Ask::Ward(text) if text.is_spared) {
+        if !self.watches || matches!(ask, Ask::Ward(text) if text.is_spared) {
             return;
         }
         // Without a descriptor left it is watched by the guard alone; so is what belongs to this process, of which nothing is known here.

@@ -89,6 +89,11 @@ fn loss(told: &Receiver<GuardEvent>) -> Loss {
     }
 }
 
+/// The first of the two guard processes.
+fn pid(guard: &Guard) -> i32 {
+    guard.pids()[0].expect("ours")
+}
+
 fn signal(pid: i32, signal: i32) {
     // SAFETY: signals a child of ours, which is not reaped meanwhile.
     unsafe { libc::kill(pid, signal) };
@@ -108,7 +113,7 @@ fn quantiles(mut spans_ns: Vec<i64>) -> (f64, f64) {
 #[test]
 fn a_killed_process_leaves_safe_outputs_every_time() {
     let (guard, told) = guard(None);
-    let pid = guard.pid().expect("ours");
+    let pids = guard.pids();
     // Another generator of instants would do as well.
     let mut random = 0x2545_f491_4f6c_dd1d_u64;
     let (mut from_kill, mut from_seen) = (Vec::new(), Vec::new());
@@ -131,7 +136,7 @@ fn a_killed_process_leaves_safe_outputs_every_time() {
         guard.forget(ward).unwrap();
     }
     drop(guard);
-    assert!(is_gone(pid), "a guard with nothing to guard ends");
+    assert!(pids.into_iter().flatten().all(is_gone), "guards with nothing to guard end");
     let ((kill, kill_99), (seen, seen_99)) = (quantiles(from_kill), quantiles(from_seen));
     println!("safe outputs after kill -9: median {kill:.0} us, p99 {kill_99:.0} us; after the guard saw it: median {seen:.0} us, p99 {seen_99:.0} us");
 }
@@ -157,11 +162,11 @@ fn another_guard_takes_over_with_everything() {
     let rtp = Rtp::start();
     rtp.guarded(&guard, 1, LIMIT);
     for _ in 0..3 {
-        let pid = guard.pid().expect("ours");
-        signal(pid, libc::SIGKILL);
+        let first = pid(&guard);
+        signal(first, libc::SIGKILL);
         let event = next(&told);
         assert!(matches!(&event, GuardEvent::Restarted { how, .. } if how.contains("SIGKILL")), "{event:?}");
-        assert_ne!(guard.pid(), Some(pid));
+        assert_ne!(pid(&guard), first);
     }
     rtp.runs(1);
     rtp.child.kill();
@@ -175,11 +180,11 @@ fn a_guard_that_stands_still_is_replaced() {
     let rtp = Rtp::start();
     rtp.guarded(&guard, 1, LIMIT);
     rtp.runs(1);
-    let pid = guard.pid().expect("ours");
-    signal(pid, libc::SIGSTOP);
+    let first = pid(&guard);
+    signal(first, libc::SIGSTOP);
     let event = next(&told);
     assert!(matches!(&event, GuardEvent::Restarted { how, .. } if how.contains("stood still")), "{event:?}");
-    assert!(guard.pid() != Some(pid) && is_gone(pid));
+    assert!(pid(&guard) != first && is_gone(first));
     signal(rtp.child.pid(), libc::SIGSTOP);
     rtp.child.kill();
     assert_eq!(loss(&told).cause, Cause::Died);
@@ -194,10 +199,10 @@ fn what_the_guard_does_not_see_the_supervisor_sees() {
         rtp.guarded(&guard, 1, Bounds::default());
         rtp.runs(5);
         let begun_ns = now_ns();
-        signal(guard.pid().expect("ours"), libc::SIGSTOP);
+        guard.pids().into_iter().flatten().for_each(|guard| signal(guard, libc::SIGSTOP));
         signal(rtp.child.pid(), how);
         until("the outputs are safe", || rtp.is_safe());
-        println!("guard stopped, process {how}: safe after {:.1} ms", (now_ns() - begun_ns) as f64 * 1e-6);
+        println!("guards stopped, process {how}: safe after {:.1} ms", (now_ns() - begun_ns) as f64 * 1e-6);
         assert!(matches!(loss(&told).cause, Cause::Died | Cause::Stopped));
         drop(guard);
     }
@@ -206,10 +211,10 @@ fn what_the_guard_does_not_see_the_supervisor_sees() {
 #[test]
 fn a_stopped_guard_with_nothing_to_guard_does_not_stay() {
     let (guard, _) = guard(None);
-    let pid = guard.pid().expect("ours");
-    signal(pid, libc::SIGSTOP);
+    let pids = guard.pids();
+    signal(pid(&guard), libc::SIGSTOP);
     drop(guard);
-    until("the guard is gone", || is_gone(pid));
+    until("both guards are gone", || pids.into_iter().flatten().all(is_gone));
 }
 
 #[test]
@@ -244,14 +249,12 @@ fn a_process_that_dies_while_there_is_no_guard_is_safe_when_there_is_one() {
     let rtp = Rtp::start();
     rtp.guarded(&guard, 1, LIMIT);
     rtp.runs(1);
-    // SAFETY: signals two of our children.
-    unsafe { libc::kill(guard.pid().expect("ours"), libc::SIGKILL) };
+    guard.pids().into_iter().flatten().for_each(|guard| signal(guard, libc::SIGKILL));
     rtp.child.kill();
     assert_eq!(loss(&told).cause, Cause::Died);
     assert!(rtp.is_safe());
     // A later guard is not told of it again: it was dealt with.
-    // SAFETY: as above.
-    unsafe { libc::kill(guard.pid().expect("ours"), libc::SIGKILL) };
+    signal(pid(&guard), libc::SIGKILL);
     assert!(matches!(next(&told), GuardEvent::Restarted { .. }));
     // The answer of that guard comes after all that it has to say of what it was told before.
     guard.forget(1).unwrap();
@@ -316,7 +319,7 @@ struct Orphans {
     folder: PathBuf,
     rtp: Child,
     output: SharedMemory,
-    guard_pid: i32,
+    guards: Vec<i32>,
 }
 
 impl Orphans {
@@ -328,12 +331,13 @@ impl Orphans {
         let launch =
             launch.descriptor("output", output.descriptor().unwrap()).variable("TEST_GUARD", program()).variable("TEST_GUARD_PATH", folder.join("guard"));
         let supervisor = launch.start().unwrap();
-        let (pid, mut rtp) = link.receive_with(LIMIT).unwrap().expect("in time");
+        let (pids, mut rtp) = link.receive_with(LIMIT).unwrap().expect("in time");
         let rtp = Child::adopt(rtp.pop().expect("the rtp")).unwrap();
         supervisor.kill();
         assert_eq!(supervisor.wait(LIMIT), Some(Status::Killed { signal: libc::SIGKILL, core: false }));
         assert!(link.receive(LIMIT).is_err());
-        Orphans { folder, rtp, output, guard_pid: String::from_utf8(pid).unwrap().parse().unwrap() }
+        let guards = String::from_utf8(pids).unwrap().split(' ').map(|pid| pid.parse().unwrap()).collect();
+        Orphans { folder, rtp, output, guards }
     }
 
     fn is_safe(&self) -> bool {
@@ -345,20 +349,25 @@ impl Orphans {
         until("the orphan goes on", || self.output.word(0).load(Ordering::Acquire) > from + 2);
     }
 
-    /// The guard has ended and taken its socket away.
+    /// The guards have ended and taken their sockets away.
     fn end(&self) {
-        until("the guard ends", || is_gone(self.guard_pid));
+        until("the guards end", || self.guards.iter().all(|guard| is_gone(*guard)));
         std::fs::remove_dir(&self.folder).expect("nothing is left in it");
     }
 }
 
 #[test]
-fn the_guard_goes_on_when_its_supervisor_is_gone() {
-    let orphans = Orphans::make();
-    orphans.runs();
-    orphans.rtp.kill();
-    until("the outputs are safe", || orphans.is_safe());
-    orphans.end();
+fn the_guards_go_on_when_their_supervisor_is_gone_and_either_is_enough() {
+    for killed in [None, Some(0), Some(1)] {
+        let orphans = Orphans::make();
+        orphans.runs();
+        if let Some(killed) = killed {
+            signal(orphans.guards[killed], libc::SIGKILL);
+        }
+        orphans.rtp.kill();
+        until("the outputs are safe", || orphans.is_safe());
+        until("the guards end", || orphans.guards.iter().all(|guard| is_gone(*guard)));
+    }
 }
 
 impl Drop for Orphans {
@@ -377,20 +386,28 @@ fn adopt(folder: &Path) -> (Guard, Vec<Found>, Receiver<GuardEvent>) {
 
 #[test]
 fn a_new_supervisor_adopts_the_guard_and_what_it_guards() {
-    let orphans = Orphans::make();
-    let (guard, found, told) = adopt(&orphans.folder);
-    let [found] = found.as_slice() else { panic!("one process is guarded: {found:?}") };
-    assert_eq!((found.ward, found.name.as_str(), found.devices.as_slice(), found.loss.as_ref()), (7, "rtp1", &["arm".to_owned()][..], None));
-    assert_eq!(found.process.pid(), orphans.rtp.pid());
-    orphans.runs();
-    // What was adopted is enough to start another guard.
-    // SAFETY: a number of the test's own: the guard was started by its supervisor, and nothing has reaped it.
-    unsafe { libc::kill(orphans.guard_pid, libc::SIGKILL) };
-    assert!(matches!(next(&told), GuardEvent::Restarted { .. }));
-    found.process.kill();
-    assert_eq!(loss(&told).cause, Cause::Died);
-    assert!(orphans.is_safe());
-    guard.forget(7).unwrap();
-    drop(guard);
-    orphans.end();
+    for killed in [None, Some(0), Some(1)] {
+        let orphans = Orphans::make();
+        if let Some(killed) = killed {
+            // A number of the test's own: the guard was started by its supervisor, and nothing has reaped it.
+            signal(orphans.guards[killed], libc::SIGKILL);
+            until("it is gone", || is_gone(orphans.guards[killed]));
+        }
+        let (guard, found, told) = adopt(&orphans.folder);
+        let [found] = found.as_slice() else { panic!("one process is guarded: {found:?}") };
+        assert_eq!((found.ward, found.name.as_str(), found.devices.as_slice(), found.loss.as_ref()), (7, "rtp1", &["arm".to_owned()][..], None));
+        assert_eq!(found.process.pid(), orphans.rtp.pid());
+        orphans.runs();
+        // What was adopted is enough to start others.
+        orphans.guards.iter().for_each(|guard| signal(*guard, libc::SIGKILL));
+        assert!(matches!(next(&told), GuardEvent::Restarted { .. }));
+        let others = guard.pids();
+        found.process.kill();
+        assert_eq!(loss(&told).cause, Cause::Died);
+        assert!(orphans.is_safe());
+        guard.forget(7).unwrap();
+        drop(guard);
+        until("the other guards end", || others.into_iter().flatten().all(is_gone));
+        orphans.end();
+    }
 }

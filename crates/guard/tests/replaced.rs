@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Another guard in place of one that is gone: it guards when it has taken what is registered, and what ended before that is made safe.
+//! Guards in place of those that are gone: while one is being replaced, the other one guards; where both are, the new ones guard when they have
+//! taken what is registered, and what ended before that is made safe.
 use interconnect::Link;
 use process_kit::{Child, Launch, SharedMemory, UnixLink, fresh_folder};
 use std::path::PathBuf;
@@ -18,7 +19,7 @@ fn until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// A program that is guarded itself, whose second guard takes nothing until it is let go on.
+/// A program that is guarded itself, whose third guard and all after it take nothing until they are let go on.
 struct Delayed {
     folder: PathBuf,
     program: Child,
@@ -30,9 +31,9 @@ impl Delayed {
     fn start() -> Delayed {
         let folder = fresh_folder().unwrap();
         let (script, gate) = (folder.join("guard.sh"), folder.join("gate"));
-        assert!(std::process::Command::new("mkfifo").arg(&gate).status().unwrap().success());
-        let first = folder.join("first");
-        let text = format!("#!/bin/sh\nmkdir '{}' 2>/dev/null || : <'{}'\nexec '{}'\n", first.display(), gate.display(), env!("CARGO_BIN_EXE_opengpac-guard"));
+        let (first, second, guard) = (folder.join("first"), folder.join("second"), env!("CARGO_BIN_EXE_opengpac-guard"));
+        let begins = format!("mkdir '{}' 2>/dev/null || mkdir '{}' 2>/dev/null", first.display(), second.display());
+        let text = format!("#!/bin/sh\n{begins} || while [ ! -e '{}' ]; do [ -d '{}' ] || exit; sleep 0.01; done\nexec '{guard}'\n", gate.display(), folder.display());
         std::fs::write(&script, text).unwrap();
         std::fs::set_permissions(&script, std::os::unix::fs::PermissionsExt::from_mode(0o700)).unwrap();
         let (output, (link, theirs)) = (SharedMemory::new(16).unwrap(), UnixLink::pair().unwrap());
@@ -46,28 +47,40 @@ impl Delayed {
         String::from_utf8(self.link.receive(LIMIT).unwrap().expect("in time")).unwrap()
     }
 
-    /// The number of its guard. What it says meanwhile is kept.
-    fn guard(&self, said: &mut Vec<String>) -> i32 {
-        self.link.send(b"guard").unwrap();
+    /// The numbers of its guards. What it says meanwhile is kept.
+    fn guards(&self, said: &mut Vec<String>) -> Vec<i32> {
+        self.link.send(b"guards").unwrap();
         loop {
             match self.words() {
-                words if words.starts_with("Some(") => return words[5..words.len() - 1].parse().unwrap(),
+                words if words.starts_with("[Some(") => {
+                    let numbers = words.split(|char: char| !char.is_ascii_digit()).filter(|number| !number.is_empty());
+                    return numbers.map(|number| number.parse().unwrap()).collect();
+                }
                 words => said.push(words),
             }
         }
     }
 
-    /// Kills the first guard; returns when the second one has been told everything, and has heard nothing. What was said until then.
-    fn replaces_its_guard(&self) -> Vec<String> {
+    /// Signals so many of the guards; where they are killed, returns when others have been told everything, and have heard nothing. What was said
+    /// until then.
+    fn loses_guards(&self, count: usize, signal: i32) -> Vec<String> {
         let mut said = Vec::new();
-        let first = self.guard(&mut said);
-        // SAFETY: signals a guard that has not been reaped: its program does so.
-        unsafe { libc::kill(first, libc::SIGKILL) };
-        until("another guard is started", || self.guard(&mut said) != first);
+        let first = self.guards(&mut said);
+        for guard in &first[..count] {
+            // SAFETY: signals a guard that has not been reaped: its program does so.
+            unsafe { libc::kill(*guard, signal) };
+        }
+        if signal == libc::SIGKILL {
+            until("other guards are started", || self.guards(&mut said)[..count].iter().all(|guard| !first.contains(guard)));
+        }
         said
     }
 
-    /// Lets the second guard go on.
+    fn is_safe(&self) -> bool {
+        self.output.word(8).load(Ordering::Acquire) == SAFE
+    }
+
+    /// Lets the guards go on.
     fn goes_on(&self) {
         std::fs::write(self.folder.join("gate"), "").unwrap();
     }
@@ -81,21 +94,43 @@ impl Drop for Delayed {
 }
 
 #[test]
-fn another_guard_is_told_of_when_it_has_taken_what_it_guards() {
+fn a_guard_is_told_of_when_it_has_taken_what_it_guards() {
     let delayed = Delayed::start();
-    let said = delayed.replaces_its_guard();
+    let said = delayed.loses_guards(1, libc::SIGKILL);
     assert!(!said.iter().any(|words| words.contains("Restarted")), "{said:?}");
     delayed.goes_on();
     until("it is told", || delayed.words().contains(r#"Restarted { how: "was ended by SIGKILL"#));
 }
 
 #[test]
-fn a_guard_that_hears_of_a_program_after_its_end_makes_it_safe() {
+fn a_program_that_ends_while_one_guard_is_being_replaced_is_made_safe_by_the_other() {
+    for signal in [libc::SIGKILL, libc::SIGSTOP] {
+        let delayed = Delayed::start();
+        delayed.loses_guards(1, signal);
+        assert!(!delayed.is_safe());
+        delayed.program.kill();
+        until("it is safe", || delayed.is_safe());
+    }
+}
+
+#[test]
+fn a_program_that_stands_still_while_one_guard_is_being_replaced_is_made_safe_by_the_other() {
+    for signal in [libc::SIGKILL, libc::SIGSTOP] {
+        let delayed = Delayed::start();
+        delayed.loses_guards(1, signal);
+        // SAFETY: signals a child of ours, which is not reaped meanwhile.
+        unsafe { libc::kill(delayed.program.pid(), libc::SIGSTOP) };
+        until("it is safe", || delayed.is_safe());
+    }
+}
+
+#[test]
+fn guards_that_hear_of_a_program_after_its_end_make_it_safe() {
     let delayed = Delayed::start();
-    delayed.replaces_its_guard();
+    delayed.loses_guards(2, libc::SIGKILL);
     delayed.program.kill();
     assert!(delayed.program.wait(LIMIT).is_some());
-    assert_eq!(delayed.output.word(8).load(Ordering::Acquire), 0);
+    assert!(!delayed.is_safe());
     delayed.goes_on();
-    until("it is safe", || delayed.output.word(8).load(Ordering::Acquire) == SAFE);
+    until("it is safe", || delayed.is_safe());
 }

@@ -26,8 +26,8 @@ const VERSION: u32 = 2;
 const PROCESSOR: &str = "rtp-";
 const GUARD: &str = "guard-";
 
-/// Bytes of the path of a socket.
-const PATH_LEN_MAX: usize = 107;
+/// Bytes of the path of a socket; the second process of a guard puts one more behind its path.
+const PATH_LEN_MAX: usize = 106;
 
 /// From who looks for a processor.
 #[derive(Serialize, Deserialize)]

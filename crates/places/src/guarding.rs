@@ -257,11 +257,12 @@ fn words(event: GuardEvent) -> (String, String) {
         GuardEvent::GoesOn(name) => (name, "its program goes on".to_owned()),
         GuardEvent::Missing(missing) => ("guard".to_owned(), format!("it has less than real-time rights: {}", missing.join("; "))),
         GuardEvent::Restarted { how, refused } if refused.is_empty() => {
-            ("guard".to_owned(), format!("it {how}; another one guards now, with all that was registered"))
+            ("guard".to_owned(), format!("one of its two processes {how}; another one guards now, with all that was registered"))
         }
         GuardEvent::Restarted { how, refused } => {
-            ("guard".to_owned(), format!("it {how}; another one guards now, but for what it could not take: {}", refused.join("; ")))
+            ("guard".to_owned(), format!("one of its two processes {how}; another one guards now, but for what it could not take: {}", refused.join("; ")))
         }
+        GuardEvent::Alone(why) => ("guard".to_owned(), format!("one of its two processes is gone for good: {why}; the other one guards alone")),
         GuardEvent::Gone(why) => {
             ("guard".to_owned(), format!("there is no guard any more: {why}; processes that die from now on leave their outputs as they are"))
         }

@@ -5,10 +5,11 @@ use std::io;
 use std::os::fd::OwnedFd;
 use std::sync::atomic::Ordering;
 
-/// The beats, who the canary is, and what keeps the heart from beating.
-const LEN: usize = 24;
+/// The beats, who the canary is, what keeps the heart from beating, and why its process was ended.
+const LEN: usize = 32;
 const CANARY: usize = 8;
 const HELD_UP: usize = 16;
+const ENDED_FOR: usize = 24;
 
 /// One process's heartbeat, in shared memory. It is watched from its first beat on.
 #[derive(Debug)]
@@ -70,6 +71,17 @@ impl Heartbeat {
     /// Says what keeps it from beating, or that nothing does any more.
     pub fn hold_up(&self, by: Option<usize>) {
         self.memory.word(HELD_UP).store(by.map_or(0, |number| number as u64 + 1), Ordering::Release);
+    }
+
+    /// Why somebody who watches ended its process, by a number from 1 on that all who watch agree on; 0: nobody did.
+    pub fn ended_for(&self) -> u64 {
+        self.memory.word(ENDED_FOR).load(Ordering::Acquire)
+    }
+
+    /// Notes why its process is about to be ended, for everybody else who watches. The first reason stays.
+    pub fn end_for(&self, why: u64) {
+        // Where there is a reason already, that one stays.
+        let _first = self.memory.word(ENDED_FOR).compare_exchange(0, why, Ordering::AcqRel, Ordering::Acquire);
     }
 
     /// A descriptor of it, for the process that beats or one that watches.

@@ -26,7 +26,7 @@ def orphaned(built: dict[str, str]) -> Iterator[Orphaned]:
     made = Orphaned(f"orphan-{os.getpid()}-{next(numbers)}", built)
     yield made
     made.close()
-    until(lambda: not (lives(made.process) or lives(made.guard)), "no process is left over")
+    until(lambda: not any(map(lives, (made.process, *made.guards))), "no process is left over")
     until(lambda: not shared_memory(made.name) and not made.sockets(), "nothing is left over")
 
 
@@ -78,7 +78,7 @@ def test_two_connected_processors_are_taken_over_in_one_process_and_in_two(built
         values = [int(row["value"]) for row in cell.doubled.history[:]]
         assert values == list(range(values[0], values[0] + 2 * len(values), 2)), "each number once and in order"
     orphaned.close()
-    until(lambda: not any(lives(pid) for pid in (orphaned.process, *orphaned.others, orphaned.guard)), "no process is left over")
+    until(lambda: not any(lives(pid) for pid in (orphaned.process, *orphaned.others, *orphaned.guards)), "no process is left over")
     until(lambda: not shared_memory(orphaned.name) and not orphaned.sockets(), "nothing is left over")
 
 
@@ -163,17 +163,17 @@ def test_a_device_that_is_opened_otherwise_is_refused(orphaned: Orphaned) -> Non
         assert system.take_over().adopted == ("rtp1",)
 
 
-@pytest.mark.parametrize("guard", ["lives", "is gone"])
-def test_the_outputs_are_guarded_by_the_guard_before_or_by_another(orphaned: Orphaned, guard: str) -> None:
+@pytest.mark.parametrize("gone", [[], [0], [1], [0, 1]], ids=["both live", "second lives", "first lives", "both are gone"])
+def test_the_outputs_are_guarded_by_the_guards_before_or_by_others(orphaned: Orphaned, gone: list[int]) -> None:
     orphaned.kill(orphaned.begin())
-    if guard == "is gone":
-        os.kill(orphaned.guard, signal.SIGKILL)
-        until(lambda: not lives(orphaned.guard), "the guard is gone")
+    for guard in gone:
+        os.kill(orphaned.guards[guard], signal.SIGKILL)
+        until(lambda guard=guard: not lives(orphaned.guards[guard]), "the guard is gone")
     cell = orphaned.cell()
     with cell.system as system:
         cell.joint.enable()
         system.take_over()
-        assert orphaned.held() and lives(orphaned.guard) == (guard == "lives")
+        assert orphaned.held() and [lives(guard) for guard in orphaned.guards] == [number not in gone for number in range(2)]
         os.kill(orphaned.process, signal.SIGKILL)
         until(orphaned.is_safe, "the outputs are safe")
         until(lambda: "processor_lost" in system.alarms, "and the loss is told")

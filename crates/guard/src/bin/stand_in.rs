@@ -49,13 +49,13 @@ fn supervisor() {
     guard.watch(7, "rtp1", rtp.descriptor().expect("one"), Some((heartbeat, Duration::from_secs(5).into()))).expect("guarded");
     let handle = device::SafeHandle { descriptor: output.descriptor().expect("one"), writes: vec![(0, vec![0; 8]), (8, vec![1; 8])], latches: false };
     guard.hold(7, "arm", vec![handle]).expect("held");
-    let guard_pid = guard.pid().expect("ours").to_string();
-    link.send_with(guard_pid.as_bytes(), &[process.as_fd()], None).expect("the test is there");
+    let pids = guard.pids().map(|pid| pid.expect("ours").to_string()).join(" ");
+    link.send_with(pids.as_bytes(), &[process.as_fd()], None).expect("the test is there");
     while let Ok(None) = link.receive(Duration::from_secs(10)) {}
     panic!("the test ends the supervisor by SIGKILL");
 }
 
-/// Stores 1, 2, 3, … to its output and beats, guarded itself; says what its guard says, and its number to each that asks. What makes it safe
+/// Stores 1, 2, 3, … to its output and beats, guarded itself; says what its guards say, and their numbers to each that asks. What makes it safe
 /// latches.
 fn program() {
     let link = std::sync::Arc::new(link());
@@ -74,7 +74,7 @@ fn program() {
         beats.beat();
         // What is asked is always the same.
         if let Ok(Some(_asked)) = link.receive(Duration::from_millis(1)) {
-            link.send(format!("{:?}", guard.pid()).as_bytes()).expect("the test is there");
+            link.send(format!("{:?}", guard.pids()).as_bytes()).expect("the test is there");
         }
     }
 }

@@ -1,0 +1,348 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One of the two guard processes, as the supervisor has it: started, told what to guard, and replaced by another one with everything that was
+//! registered when it is gone.
+use crate::messages::{Loss, Tell};
+use crate::registry::{Registry, Request};
+use crate::serve::Hearts;
+use crate::starting::{ANSWER, launch, send, tale};
+use crate::told::{GuardCommand, GuardError, GuardEvent};
+use crate::watcher::{self, Watcher};
+use interconnect::{Closed, Link};
+use process_kit::{Child, Heartbeat, Restarts, UnixLink, connect, now_ns};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How often a guard that died may be started again.
+const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
+/// The number of what another guard is told of its own accord; requests of callers begin behind it.
+const HANDED_OVER: u64 = 0;
+/// How long a guard with nothing to guard may take to end.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// Whom what happens is told to.
+pub(crate) type Tells = Box<dyn Fn(GuardEvent) + Send + Sync>;
+
+/// A guard process of this supervisor. When it is dropped, the process goes on with what has not been forgotten, and ends where that is nothing.
+pub(crate) struct Member {
+    shared: Arc<Shared>,
+    /// Who hears the guard, and the watcher.
+    threads: Vec<JoinHandle<()>>,
+}
+
+struct Shared {
+    command: GuardCommand,
+    state: Mutex<State>,
+    answered: Condvar,
+    watcher: Watcher,
+    tell: Tells,
+}
+
+struct State {
+    link: Arc<UnixLink>,
+    /// The guard process; none where a predecessor of ours started it.
+    child: Option<Child>,
+    registry: Registry,
+    next_request: u64,
+    /// Requests that wait for an answer, and those that have one.
+    requests: Vec<(u64, Option<Result<(), String>>)>,
+    restarts: Restarts,
+    /// What a guard that was started again has not answered yet.
+    handover: Option<Handover>,
+    /// Why there is no guard any more.
+    gone: Option<String>,
+    is_closing: bool,
+}
+
+/// What another guard was told. Until it has answered all of it, what is registered is guarded by the watcher alone.
+struct Handover {
+    /// How the last guard ended.
+    how: String,
+    /// Answers that have not come yet, its greeting among them.
+    awaited: usize,
+    /// Requests up to this one are answered by the registrations.
+    last_request: u64,
+    /// What it could not take.
+    refused: Vec<String>,
+}
+
+impl Member {
+    /// Starts a guard process. `tell` is called from a thread of this value. `watches`: the supervisor watches beside it what is registered.
+    ///
+    /// Errors: it cannot be started, or ended at once.
+    pub fn start(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
+        let heart = || Heartbeat::new().map_err(|error| GuardError(format!("no memory for the hearts of guard and supervisor: {error}")));
+        let hearts = Hearts { guard: heart()?, supervisor: heart()? };
+        let (link, child) = launch(&command, &hearts)?;
+        Member::of(command, watches, link, Some(child), (Registry::default(), hearts), tell)
+    }
+
+    /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that is gone.
+    ///
+    /// Errors: nobody listens there, or what answers is no guard.
+    pub fn adopt(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
+        let path = command.path.clone().ok_or_else(|| GuardError("a guard is adopted at a path, and none is given".to_owned()))?;
+        let link = connect(&path).map_err(|error| GuardError(format!("no guard at '{}': {error}", path.display())))?;
+        let (registry, hearts, missing) = tale(&link, &path)?;
+        if !missing.is_empty() {
+            tell(GuardEvent::Missing(missing));
+        }
+        Member::of(command, watches, link, None, (registry, hearts), tell)
+    }
+
+    fn of(
+        command: GuardCommand,
+        watches: bool,
+        link: UnixLink,
+        child: Option<Child>,
+        (registry, hearts): (Registry, Hearts),
+        tell: Tells,
+    ) -> Result<Member, GuardError> {
+        let watcher = Watcher::new(hearts, watches).map_err(|error| GuardError(format!("no descriptor can be made to watch the guard: {error}")))?;
+        let link = Arc::new(link);
+        watcher.guarded_by(child.as_ref(), &link, true);
+        // It fails nowhere: what is said is only passed on.
+        let _all: Result<(), Closed> = registry.everything(|ask, descriptors| {
+            watcher.act(&ask, descriptors);
+            Ok(())
+        });
+        let state = State {
+            link,
+            child,
+            registry,
+            next_request: 1,
+            requests: Vec::new(),
+            restarts: Restarts::new(RESTARTS.0, RESTARTS.1),
+            handover: None,
+            gone: None,
+            is_closing: false,
+        };
+        let shared = Arc::new(Shared { command, state: Mutex::new(state), answered: Condvar::new(), watcher, tell });
+        let (keeps, watches) = (shared.clone(), shared.clone());
+        let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| std::thread::Builder::new().name(name.into()).spawn(body).expect("a thread can be started");
+        let threads =
+            vec![spawn("hears-guard", Box::new(move || keeps.keep())), spawn("watcher", Box::new(move || watches.watcher.run(|loss| watches.lost(loss))))];
+        Ok(Member { shared, threads })
+    }
+
+    /// Processes that it guards, each with what makes its devices safe.
+    pub fn registered<T>(&self, see: impl FnOnce(&Registry) -> T) -> T {
+        see(&self.shared.state().registry)
+    }
+
+    /// What the hearts of this guard and of the supervisor's watcher say.
+    pub fn hearts(&self) -> &Hearts {
+        &self.shared.watcher.hearts
+    }
+
+    /// Changes what is registered, tells the guard, and waits for its answer.
+    ///
+    /// Errors: the change is refused, or the guard is gone.
+    pub fn request(&self, change: impl FnOnce(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
+        self.shared.request(change)
+    }
+
+    /// There is no such process any more, and none will be started.
+    pub fn is_gone(&self) -> bool {
+        self.shared.state().gone.is_some()
+    }
+
+    /// The number of the process, where this supervisor started it.
+    pub fn pid(&self) -> Option<i32> {
+        self.shared.state().child.as_ref().map(Child::pid)
+    }
+}
+
+impl Drop for Member {
+    fn drop(&mut self) {
+        let (link, is_done) = {
+            let mut state = self.shared.state();
+            state.is_closing = true;
+            (state.link.clone(), state.registry.is_empty())
+        };
+        self.shared.watcher.end();
+        link.close();
+        for thread in self.threads.drain(..) {
+            // A panic of the function that events are told to has been printed; there is nothing to add.
+            let _ended = thread.join();
+        }
+        if let Some(child) = self.shared.state().child.take() {
+            // One that still tries to write somewhere goes on doing so, and ends by itself; one that is stopped would stay for ever.
+            if !is_done || child.wait(GRACE).is_none() {
+                if is_done && watcher::is_stopped(&child) {
+                    child.kill();
+                }
+                child.leave();
+            }
+        }
+    }
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn request(&self, change: impl FnOnce(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
+        let mut state = self.state();
+        if let Some(why) = &state.gone {
+            return Err(GuardError(format!("there is no guard: {why}")));
+        }
+        let (ask, descriptors) = change(&mut state.registry).map_err(GuardError)?;
+        self.watcher.act(&ask, &descriptors);
+        let request = state.next_request;
+        state.next_request += 1;
+        state.requests.push((request, None));
+        // Where the link is gone, the guard that is started instead is told everything: that is the answer too.
+        let _sent = send(&state.link, request, ask, &descriptors);
+        let deadline = Instant::now() + ANSWER;
+        loop {
+            let place = state.requests.iter().position(|(one, _)| *one == request).expect("only this call takes it away");
+            if let Some(answer) = state.requests[place].1.take() {
+                state.requests.swap_remove(place);
+                return answer.map_err(GuardError);
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                state.requests.swap_remove(place);
+                return Err(GuardError(format!("the guard does not answer for {} s", ANSWER.as_secs())));
+            }
+            state = self.answered.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Hears the guard until this side closes the link, or there is no guard any more.
+    fn keep(&self) {
+        loop {
+            let link = self.state().link.clone();
+            match link.receive_with(Duration::from_secs(3600)) {
+                Ok(Some((frame, _))) => self.hear(&frame),
+                Ok(None) => {}
+                Err(Closed) => {
+                    if !self.restore() {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    fn hear(&self, frame: &[u8]) {
+        let Ok(told) = serde_json::from_slice::<Tell>(frame) else { return };
+        match told {
+            Tell::Hello { missing } => {
+                if !missing.is_empty() {
+                    (self.tell)(GuardEvent::Missing(missing));
+                }
+                self.handed_over(Ok(()));
+            }
+            Tell::Done { request: HANDED_OVER } => self.handed_over(Ok(())),
+            Tell::Refused { request: HANDED_OVER, problem } => self.handed_over(Err(problem)),
+            Tell::Done { request } => self.answer(request, Ok(())),
+            Tell::Refused { request, problem } => self.answer(request, Err(problem)),
+            Tell::Lost(loss) => self.lost(loss),
+            Tell::MadeSafe(loss) => (self.tell)(GuardEvent::MadeSafe(loss)),
+            Tell::GoesOn { ward } => {
+                let name = self.state().registry.name(ward);
+                if let Some(name) = name {
+                    (self.tell)(GuardEvent::GoesOn(name));
+                }
+            }
+            Tell::Hearts | Tell::Ward(_) | Tell::Handle(_) => {}
+        }
+    }
+
+    /// The first to say that a process is lost is heard.
+    fn lost(&self, loss: Loss) {
+        let is_news = self.state().registry.lose(&loss);
+        if is_news {
+            (self.tell)(GuardEvent::Lost(loss));
+        }
+    }
+
+    fn answer(&self, request: u64, answer: Result<(), String>) {
+        if let Some((_, place)) = self.state().requests.iter_mut().find(|(one, _)| *one == request) {
+            *place = Some(answer);
+        }
+        self.answered.notify_all();
+    }
+
+    /// The guard that was started again has answered one thing that it was told; with the last answer it guards.
+    fn handed_over(&self, answer: Result<(), String>) {
+        let mut state = self.state();
+        let Some(handover) = state.handover.as_mut() else { return };
+        handover.awaited -= 1;
+        handover.refused.extend(answer.err());
+        if handover.awaited > 0 {
+            return;
+        }
+        let Some(Handover { how, last_request, refused, .. }) = state.handover.take() else { return };
+        self.watcher.is_guarded();
+        state.answer_all(last_request, &Ok(()));
+        drop(state);
+        self.answered.notify_all();
+        (self.tell)(GuardEvent::Restarted { how, refused });
+    }
+
+    /// Starts another guard and tells it everything that is registered. False: this side is closing, or there can be none.
+    fn restore(&self) -> bool {
+        let mut state = self.state();
+        if state.is_closing {
+            return false;
+        }
+        let stood_still = self.watcher.is_gone();
+        let how = match state.child.take() {
+            Some(child) => {
+                // One that lives but does not talk is of no use.
+                child.kill();
+                child.wait(GRACE).map_or_else(|| "does not end".to_owned(), |status| status.to_string())
+            }
+            None => "is gone".to_owned(),
+        };
+        let how = if stood_still { "stood still, and was ended".to_owned() } else { how };
+        self.watcher.hearts.guard.begin();
+        match self.start_again(&mut state) {
+            Ok(awaited) => {
+                let last_request = state.next_request - 1;
+                state.handover = Some(Handover { how, awaited, last_request, refused: Vec::new() });
+                true
+            }
+            Err(problem) => {
+                let why = format!("the guard {how}, and another one cannot be started: {problem}");
+                state.handover = None;
+                state.gone = Some(why.clone());
+                let last_request = state.next_request - 1;
+                state.answer_all(last_request, &Err(why.clone()));
+                drop(state);
+                self.answered.notify_all();
+                (self.tell)(GuardEvent::Gone(why));
+                false
+            }
+        }
+    }
+
+    /// Returns how many answers the new guard owes: its greeting, and one for each registration.
+    fn start_again(&self, state: &mut State) -> Result<usize, String> {
+        if !state.restarts.allow(now_ns()) {
+            return Err(format!("it ended too often: {}", state.restarts));
+        }
+        let (link, child) = launch(&self.command, &self.watcher.hearts).map_err(|error| error.0)?;
+        let mut awaited = 1;
+        let told = state.registry.everything(|ask, descriptors| {
+            awaited += 1;
+            send(&link, HANDED_OVER, ask, descriptors)
+        });
+        told.map_err(|Closed| "it ended at once".to_owned())?;
+        (state.link, state.child) = (Arc::new(link), Some(child));
+        self.watcher.guarded_by(state.child.as_ref(), &state.link, false);
+        Ok(awaited)
+    }
+}
+
+impl State {
+    /// Answers the requests that wait, up to this one.
+    fn answer_all(&mut self, last_request: u64, answer: &Result<(), String>) {
+        let waiting = self.requests.iter_mut().filter(|(request, place)| *request <= last_request && place.is_none());
+        waiting.for_each(|(_, place)| *place = Some(answer.clone()));
+    }
+}
