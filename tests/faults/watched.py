@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kills and stops any one or two of guard (both its processes), supervisor and processor, by threads and in processes: what is left makes the
-outputs safe.
+"""Kills and stops any one or two of guard (both its processes), supervisor and processor, by threads and in processes: what is left makes
+the outputs safe.
 
     python tests/faults/watched.py                       1,000 of them, and a supervisor that stands still for 30 s
     python tests/faults/watched.py --count 60 --seed 7   fewer; a seed and a number make the same attack again

@@ -33,7 +33,8 @@ impl Delayed {
         let (script, gate) = (folder.join("guard.sh"), folder.join("gate"));
         let (first, second, guard) = (folder.join("first"), folder.join("second"), env!("CARGO_BIN_EXE_opengpac-guard"));
         let begins = format!("mkdir '{}' 2>/dev/null || mkdir '{}' 2>/dev/null", first.display(), second.display());
-        let text = format!("#!/bin/sh\n{begins} || while [ ! -e '{}' ]; do [ -d '{}' ] || exit; sleep 0.01; done\nexec '{guard}'\n", gate.display(), folder.display());
+        let text =
+            format!("#!/bin/sh\n{begins} || while [ ! -e '{}' ]; do [ -d '{}' ] || exit; sleep 0.01; done\nexec '{guard}'\n", gate.display(), folder.display());
         std::fs::write(&script, text).unwrap();
         std::fs::set_permissions(&script, std::os::unix::fs::PermissionsExt::from_mode(0o700)).unwrap();
         let (output, (link, theirs)) = (SharedMemory::new(16).unwrap(), UnixLink::pair().unwrap());

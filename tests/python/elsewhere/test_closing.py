@@ -94,7 +94,7 @@ def test_the_processes_of_a_killed_system_end_and_its_plant_is_safe() -> None:
     ) as run:
         assert run.stdout
         processes = [int(word) for word in run.stdout.readline().split()]
-        assert len(processes) == 2, "a processor and a guard"
+        assert len(processes) == 3, "a processor and the two of its guard"
 
         until(lambda: not is_safe(name), "the plant is pushed")
         run.kill()
