@@ -366,7 +366,9 @@ class System(Commanded, Timed, Declared):
     def _left_behind(self, instead: forks.NotHere) -> None:
         """This is a process that was forked from the system's: nothing of it is here."""
         self._native = cast("RealTimeSystem", instead)
-        self.closed, self._studio, self.session = True, None, None
+        self.closed, self._studio = True, None
+        # To everybody else it can be read only.
+        object.__setattr__(self, "session", None)
         opened.forget(self)
 
     def _alive(self) -> RealTimeSystem:

@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import copy
+import os
 import pickle
+import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +16,10 @@ from typing import Any
 import pytest
 
 import opengpac as gpac
+from afar import until
 from opengpac.errors import End, several
 from opengpac.places import Place
+from orphans import lives
 from rig import Rig
 
 FORKS = """
@@ -54,6 +59,94 @@ def test_a_fork_ends_cleanly_and_says_what_it_cannot_do(where: str) -> None:
     assert sum("refused: system 'cell' runs in process" in line for line in said) == 5, ran.stdout + ran.stderr
     assert "own: 1.0" in said and said[-1] == "child ended with 7 and the verb is running", ran.stdout + ran.stderr
     assert ran.returncode == 0, ran.stderr
+    assert "Traceback" not in ran.stderr, ran.stderr
+
+
+BESIDE = """
+import os, sys, time
+import opengpac as gpac
+from afar import children
+with gpac.System(sys.argv[1], progress=False) as cell:
+    rtp = cell.processor("rtp0", process="process" in sys.argv)
+    fast = rtp.timer("fast", period="2 ms")
+    plant = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=sys.argv[1], linger="1 s")
+    rtp.physical_device("drive", plant, exchange=fast)
+    child = os.fork()
+    if child == 0:
+        time.sleep(600)
+        os._exit(0)
+    print(child, *children("run_processor"), *children("run_guard"), flush=True)
+    time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize("where", ["threads", "process"])
+def test_a_forked_child_keeps_nothing_alive_when_its_parent_is_killed(where: str) -> None:
+    """It has copies of every descriptor of its parent, those of the links to guards and processors among them."""
+    command = [sys.executable, "-W", "ignore", "-c", BESIDE, f"forked-{os.getpid()}-{where}", where]
+    paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": paths}) as run:
+        assert run.stdout
+        child, *processes = [int(word) for word in run.stdout.readline().split()]
+        try:
+            assert len(processes) == (2 if where == "threads" else 3), "two guards, and a processor"
+            run.kill()
+            until(lambda: not any(lives(process) for process in processes), "what its parent started has ended")
+        finally:
+            os.kill(child, signal.SIGKILL)
+
+
+EXECUTED = """
+import os, subprocess, sys
+import opengpac as gpac
+with gpac.System("executed", progress=False) as cell:
+    rtp = cell.processor("rtp0")
+    fast = rtp.timer("fast", period="2 ms")
+    cell.processor("rtp1", process=True).timer("fast", period="2 ms")
+    rtp.physical_device("drive", gpac.drivers.plant_process(gpac.drivers.loopback("x")), exchange=fast)
+    rtp.physical_device("inline", gpac.drivers.loopback("y"), exchange=fast)
+    listed = subprocess.run(["ls", "-l", "/proc/self/fd"], close_fds=False, capture_output=True, text=True).stdout
+    found = [line.split(" -> ") for line in listed.splitlines() if " -> " in line]
+    kept = [what for name, what in found if int(name.split()[-1]) > 2 and not what.startswith("/proc/")]
+    print(len(os.listdir("/proc/self/fd")) > 20, kept)
+"""
+
+
+def test_a_program_that_is_executed_has_no_descriptor_of_ours() -> None:
+    ran = subprocess.run([sys.executable, "-W", "ignore", "-c", EXECUTED], capture_output=True, text=True, timeout=120, check=False)
+    assert ran.stdout == "True []\n", ran.stdout + ran.stderr
+
+
+OPENS = re.compile(
+    r"\b(?:libc::)?(socket|socketpair|open|openat|fopen|dup|dup2|dup3|pipe|pipe2|accept|accept4|memfd_create|shm_open|eventfd|timerfd_create"
+    r"|epoll_create|epoll_create1|inotify_init|inotify_init1|posix_openpt|recvmsg|F_DUPFD\w*)\b"
+)
+"""Names of what makes a descriptor."""
+
+EXCEPT = {
+    # The standard error of a program that is executed next.
+    "crates/driver-kit/src/conformance/sanitized.rs": ["dup2"],
+    # A CAN socket brings no descriptors.
+    "crates/canopen/src/link/socket.rs": ["recvmsg"],
+}
+
+
+def test_every_descriptor_that_is_made_is_closed_in_programs_that_are_executed() -> None:
+    """Rust's own files and sockets are; each call to the operating system beside them says so itself."""
+    root = Path(__file__).parent.parent.parent
+    sources = [path for ending in ("rs", "c", "h") for path in sorted((root / "crates").glob(f"*/src/**/*.{ending}"))]
+    calls: list[str] = []
+    wrong: list[str] = []
+    for path in sources:
+        text, place = path.read_text(), path.relative_to(root).as_posix()
+        for found in OPENS.finditer(text):
+            is_call = text[found.start() - 6 : found.start()] == "libc::" or found[0].startswith("libc::")
+            if not (is_call or (path.suffix != ".rs" and text[found.end()] == "(")) or found[1] in EXCEPT.get(place, []):
+                continue
+            calls.append(place)
+            if "CLOEXEC" not in text[found.start() : text.find(";", found.end())]:
+                wrong.append(f"{place}: {text[found.start() : found.end() + 60]!r}")
+    assert len(calls) > 8 and not wrong, wrong
 
 
 A_BLOCK_FORKS = """

@@ -9,7 +9,7 @@ use crate::rights;
 use crate::ward::Seen;
 use crate::wards::Wards;
 use interconnect::Closed;
-use process_kit::{Heartbeat, Listener, UnixLink, inherited, now_ns};
+use process_kit::{Heartbeat, Listener, UnixLink, has_ended, inherited, now_ns, process_descriptor};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::path::Path;
@@ -78,10 +78,28 @@ impl Hearts {
     }
 }
 
+/// A supervisor that talks to this guard.
+struct Supervisor {
+    link: UnixLink,
+    /// Its process, where that is known. A process that it forked keeps the link open when it is gone itself.
+    process: Option<OwnedFd>,
+}
+
+impl Supervisor {
+    fn of(link: UnixLink) -> Supervisor {
+        let process = link.peer().ok().filter(|(_, pid)| *pid > 0).and_then(|(_, pid)| process_descriptor(pid).ok());
+        Supervisor { link, process }
+    }
+
+    fn has_ended(&self) -> bool {
+        self.process.as_ref().is_some_and(|process| has_ended(process.as_fd()))
+    }
+}
+
 struct Guarding {
     hearts: Hearts,
     listener: Option<Listener>,
-    links: Vec<UnixLink>,
+    links: Vec<Supervisor>,
     wards: Wards,
     /// What is waited for: the wards in their order, then the links, then the listener. Its room stays.
     waits: Vec<libc::pollfd>,
@@ -97,7 +115,7 @@ impl Guarding {
         let wait = |descriptor: BorrowedFd<'_>| libc::pollfd { fd: descriptor.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         self.waits.clear();
         self.waits.extend(self.wards.waits().map(wait));
-        self.waits.extend(self.links.iter().map(|link| wait(link.as_fd())));
+        self.waits.extend(self.links.iter().map(|of| wait(of.link.as_fd())));
         self.waits.extend(self.listener.iter().map(|listener| wait(listener.as_fd())));
         let limit_ns = self.wards.interval_ns().map_or(BEAT_NS, |ns| ns.min(BEAT_NS));
         let limit = libc::timespec { tv_sec: 0, tv_nsec: limit_ns };
@@ -120,7 +138,7 @@ impl Guarding {
 
     /// A supervisor that is gone may have said something before: its link stays until that is heard.
     fn tell_everyone(&self, frame: &[u8]) {
-        self.links.iter().for_each(|link| tell(link, frame, &[]));
+        self.links.iter().for_each(|of| tell(&of.link, frame, &[]));
     }
 
     fn accept(&mut self) {
@@ -134,22 +152,25 @@ impl Guarding {
     /// Its supervisor may be gone already, and have said what is to be guarded: that is heard all the same.
     fn welcome(&mut self, link: UnixLink) {
         tell(&link, &encode(&Tell::Hello { missing: self.missing.clone() }), &[]);
-        self.links.push(link);
+        self.links.push(Supervisor::of(link));
     }
 
     /// Hears every supervisor. What one said before it was gone counts.
     fn hear(&mut self) {
         let mut links = std::mem::take(&mut self.links);
-        links.retain(|link| self.hear_one(link));
+        links.retain(|of| self.hear_one(of));
         self.links = links;
     }
 
-    /// False when the link is gone, and everything that came over it has been heard.
-    fn hear_one(&mut self, link: &UnixLink) -> bool {
+    /// False when the link or the supervisor is gone, and everything that came over the link has been heard.
+    fn hear_one(&mut self, of: &Supervisor) -> bool {
+        // Asked first: what it said before it ended is heard below.
+        let has_ended = of.has_ended();
+        let link = &of.link;
         for _ in 0..FRAMES_MAX {
             let (frame, descriptors) = match link.receive_with(Duration::ZERO) {
                 Ok(Some(frame)) => frame,
-                Ok(None) => return true,
+                Ok(None) => return !has_ended,
                 Err(Closed) => return false,
             };
             let Ok(Asked { request, ask }) = serde_json::from_slice(&frame) else { return false };
