@@ -21,7 +21,7 @@ fn its_parts_are_found_whatever_drives_them() {
         assert_eq!(machine.about["tool"], json!(false));
         let names: Vec<_> = machine.driver.channels().iter().map(|c| c.name.as_str()).collect();
         let expected =
-            ["shoulder.position", "shoulder.velocity", "shoulder.bias", "elbow.position", "elbow.velocity", "elbow.bias", "shoulder.effort", "elbow.effort"];
+            ["shoulder.position", "shoulder.velocity", "shoulder.bias", "elbow.position", "elbow.velocity", "elbow.bias", "shoulder.effort", "elbow.effort", "shoulder.decoupled", "elbow.decoupled"];
         assert_eq!(names, expected);
     });
 }
@@ -297,5 +297,79 @@ fn a_free_body_beside_the_arm_shifts_no_channel() {
         machine.read(200 * MS);
         assert_eq!((machine.get("shoulder.position"), machine.get("elbow.position")), (vec![0.25], vec![-0.5]));
         assert_eq!(machine.about["parts"][1]["home"], json!(-0.5));
+    });
+}
+
+/// A chain of three links whose joints have no inertia of their own: a servo that does not know of the others shakes it.
+const THREE_LINKS: &str = r#"<mujoco><option timestep="0.002"/><worldbody><body><joint name="a" axis="0 1 0"/>
+    <inertial pos="0.2 0 0" mass="4" diaginertia="0.008 0.06 0.06"/><body pos="0.4 0 0"><joint name="b" axis="0 1 0"/>
+    <inertial pos="0.2 0 0" mass="3" diaginertia="0.006 0.045 0.045"/><body pos="0.4 0 0"><joint name="c" axis="0 1 0"/>
+    <inertial pos="0.2 0 0" mass="1" diaginertia="0.002 0.015 0.015"/></body></body></body></worldbody>
+    <actuator><motor joint="a" ctrlrange="-100 100"/><motor joint="b" ctrlrange="-100 100"/><motor joint="c" ctrlrange="-100 100"/></actuator></mujoco>"#;
+
+/// Gains that a joint is given: of its efforts ("servo") or decoupled efforts.
+fn gains(machine: &Machine, joint: usize, of: &str) -> (f64, f64) {
+    let number = |name: &str| machine.about["parts"][joint][of][name].as_f64().expect("a gain");
+    (number("kp"), number("kd"))
+}
+
+#[test]
+fn a_servo_of_decoupled_efforts_holds_and_moves_a_chain_without_rotor_inertia() {
+    with_mujoco(|library| {
+        let mut machine = Machine::open("mujoco", json!({ "path": scratch("three_links", THREE_LINKS), "library": library }));
+        let servo: Vec<_> = (0..3).map(|j| gains(&machine, j, "decoupled")).collect();
+        let mut worst: f64 = 0.0;
+        for k in 0..3000 {
+            machine.read(k * MS);
+            // Half a cosine to 0.5 rad in one second, then rest.
+            let phase = (k as f64 * 1e-3).min(1.0) * std::f64::consts::PI;
+            let (goal, speed) = (0.25 * (1.0 - phase.cos()), 0.25 * std::f64::consts::PI * phase.sin());
+            for (j, name) in ["a", "b", "c"].iter().enumerate() {
+                let at = |what: &str| machine.get(&format!("{name}.{what}"))[0];
+                let error = goal - at("position");
+                worst = worst.max(error.abs());
+                let decoupled = servo[j].0 * error + servo[j].1 * (speed - at("velocity"));
+                machine.set(&format!("{name}.decoupled"), &[decoupled]);
+            }
+            machine.write(k * MS, &[false, false, false, true, true, true]);
+        }
+        assert!(worst < 0.01, "greatest error {worst} rad");
+        for name in ["a", "b", "c"] {
+            let (position, velocity) = (machine.get(&format!("{name}.position"))[0], machine.get(&format!("{name}.velocity"))[0]);
+            assert!((position - 0.5).abs() < 1e-6 && velocity.abs() < 1e-6, "{name}: {position} rad, {velocity} rad/s");
+        }
+    });
+}
+
+#[test]
+fn a_servo_of_efforts_alone_holds_such_a_chain_too() {
+    with_mujoco(|library| {
+        let mut machine = Machine::open("mujoco", json!({ "path": scratch("three_links_alone", THREE_LINKS), "library": library }));
+        let servo: Vec<_> = (0..3).map(|j| gains(&machine, j, "servo")).collect();
+        let goals = [0.02, -0.01, 0.03];
+        for k in 0..4000 {
+            machine.read(k * MS);
+            for (j, name) in ["a", "b", "c"].iter().enumerate() {
+                let at = |what: &str| machine.get(&format!("{name}.{what}"))[0];
+                let effort = servo[j].0 * (goals[j] - at("position")) - servo[j].1 * at("velocity") + at("bias");
+                machine.set(&format!("{name}.effort"), &[effort]);
+            }
+            machine.write(k * MS, &[true, true, true, false, false, false]);
+        }
+        for (name, goal) in ["a", "b", "c"].iter().zip(goals) {
+            let error = machine.get(&format!("{name}.position"))[0] - goal;
+            assert!(error.abs() < 1e-3, "{name}: {error} rad off");
+        }
+    });
+}
+
+#[test]
+fn an_arm_starts_inside_its_ranges() {
+    with_mujoco(|library| {
+        let text = r#"<mujoco><compiler angle="radian"/><worldbody><body><joint name="a" axis="0 0 1" range="-3 -0.5"/><geom size="0.1"/></body></worldbody>
+            <actuator><motor joint="a"/></actuator></mujoco>"#;
+        let mut machine = Machine::open("mujoco", json!({ "path": scratch("outside", text), "library": library }));
+        machine.read(MS);
+        assert_eq!((machine.get("a.position")[0], &machine.about["parts"][0]["home"]), (-0.5, &json!(-0.5)), "its zero is outside");
     });
 }

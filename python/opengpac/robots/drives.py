@@ -12,7 +12,7 @@ from ..physical import Part
 from ..quantities import Quantity, duration_ns
 from ..sources import Source
 from ..verbs import Verb
-from .servos import SERVO_PERIOD, joint_follower, joint_servo
+from .servos import SERVO_PERIOD, joint_decoupled_servo, joint_follower, joint_servo
 
 JOG_SPEED = 0.25
 """Maximum speed of a joint for which nothing says another, rad/s."""
@@ -26,7 +26,7 @@ def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dic
     verb = _keeper(joint, drive, given.get("verb"))
     words: dict[str, Any] = {"verb": verb, "units": _units(drive), "every": _pace(verb, on)}
     given = {name: value for name, value in given.items() if name not in words or value is not None}
-    found = words | _limits(drive) | given
+    found = words | _limits(drive, verb) | given
     fastest = found.get("max_speed")
     if isinstance(fastest, int | float) and "jog_speed" not in given:
         found["jog_speed"] = min(fastest, found.get("jog_speed", JOG_SPEED))
@@ -34,8 +34,10 @@ def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dic
 
 
 def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., Any] | None:
-    """`joint_follower` for a drive that takes positions; none, the type's own, for one of efforts. Refused: a channel is missing."""
-    suits = joint_follower if _takes_positions(drive) else joint_servo
+    """`joint_follower` for a drive that takes positions, `joint_decoupled_servo` for one that knows the arm's dynamics; none, the type's own, for
+    one of efforts alone. Refused: a channel is missing.
+    """
+    suits = joint_follower if _takes_positions(drive) else joint_decoupled_servo if "decoupled" in drive.about else joint_servo
     chosen = verb or suits
     lacking = _lacking(drive, chosen)
     if lacking:
@@ -48,7 +50,7 @@ def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., A
             if chosen is not suits and not _lacking(drive, suits)
             else "give a part that takes positions ('goal') or efforts ('effort'), or verb=, one of your own for what this part takes",
         )
-    return verb if verb is not None else suits if suits is joint_follower else None
+    return verb if verb is not None else suits if suits is not joint_servo else None
 
 
 def _takes_positions(drive: Part) -> bool:
@@ -64,7 +66,7 @@ def _units(drive: Part) -> dict[str, str] | None:
     return {"N.m": "N", "rad": "m"} if drive.about["unit"] == "m" else None
 
 
-def _limits(drive: Part) -> dict[str, Any]:
+def _limits(drive: Part, verb: Verb[..., Any] | None) -> dict[str, Any]:
     about = drive.about
     found = {
         "home": about["home"],
@@ -76,7 +78,12 @@ def _limits(drive: Part) -> dict[str, Any]:
         found |= _SLIDING
     if about.get("speed_max", UNLIMITED) < UNLIMITED:
         found["max_speed"] = about["speed_max"]
-    return found if _takes_positions(drive) else found | {name: about["servo"][name] for name in ("kp", "kd")}
+    if "acceleration_max" in about:
+        found["max_acceleration"] = about["acceleration_max"]
+    if _takes_positions(drive):
+        return found
+    gains = about["decoupled" if verb is joint_decoupled_servo else "servo"]
+    return found | {name: gains[name] for name in ("kp", "kd")}
 
 
 def _pace(verb: Verb[..., Any] | None, on: Source) -> dict[str, Quantity] | None:

@@ -84,6 +84,50 @@ joint_servo = Verb(
 )
 
 
+joint_decoupled_servo = Verb(
+    "robot_joint_decoupled_servo",
+    doc="Keeps a joint at its commanded position, within its range and maximum speed: PID on a drive that knows the arm's dynamics.",
+    blocks={
+        "position": reading,
+        "speed": lib.block("read_channel"),
+        "servo": lib.block("joint_servo"),
+        "write": lib.block("write_channel"),
+        "load": lib.block("write_channel"),
+    },
+    instantiation_parameters={
+        "drive.position": "position.read.channel",
+        "drive.velocity": "speed.channel",
+        "drive.decoupled": "write.channel",
+        "drive.effort": "load.channel",
+        "load_effort": "load.u",
+        "offset": ["position.offset", "servo.offset"],
+        "sensed": ["position.y", "servo.position"],
+        "velocity": ["speed.y", "servo.velocity"],
+        "commanded": "servo.setpoint",
+        "reference": "servo.reference",
+        "commanded_velocity": "servo.reference_velocity",
+        "limited": "servo.limited",
+        "homed": "servo.homed",
+    },
+    cells={"effort": ["servo.effort", "write.u"]},
+    modes={"load.u": "asynchronous"},
+    input_parameters=joint_servo.input_parameters,
+    command_lists={
+        "start": [
+            execute("position"),
+            activate("position", every=SERVO_PERIOD),
+            activate("speed", every=SERVO_PERIOD),
+            activate("load", every=SERVO_PERIOD),
+            activate("servo"),
+            activate("write"),
+            ready(),
+        ]
+    },
+    conditions={"following_error": on("servo.following_error", raises=FollowingError)},
+)
+"""Keeps a joint going whose drive adds what gravity and the other joints need (computed torque), as a simulated arm's does."""
+
+
 joint_follower = Verb(
     "robot_joint_follower",
     doc="Tells a drive that closes the loop itself where a joint is to be: its commanded position, within its range and maximum speed.",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The channels of an arm, and where they lie: joints in the order of the model, then the force, the sensors and the free bodies.
 use super::contacts::GIVEN;
-use super::model::Arm;
+use super::model::{Arm, Joint};
 use device::{Channel, Layout, Slot, Type};
 
 /// Where the values of an arm lie.
@@ -14,6 +14,9 @@ pub(super) struct Slots {
     /// Of each free body: its pose.
     pub free: Vec<Slot>,
     pub push: Option<Slot>,
+    /// Of each joint: its decoupled effort, and which written channel the first of them is.
+    pub decoupled: Vec<Slot>,
+    pub first_decoupled: usize,
 }
 
 /// All channels of an arm.
@@ -48,10 +51,17 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
     let free = arm.free.iter().map(|(name, _)| layout.add(pose(name))).collect();
     let joints = arm.joints.iter().zip(reads).map(|(joint, reads)| {
         let effort = Channel::write(format!("{}.effort", joint.part.name), Type::DOUBLE).unit(effort_unit(joint.part.unit));
-        (reads, layout.add(effort.doc("effort at the joint; the brake holds it while this channel is not claimed")))
+        (reads, layout.add(effort.doc("effort at the joint; the brake holds it while neither this channel nor 'decoupled' is claimed")))
     });
-    let joints = joints.collect();
+    let joints: Vec<_> = joints.collect();
     let push = Channel::write("tool.push", Type::doubles(3)).unit("N").doc("force from outside at the tool, in the world frame");
     let push = arm.tool.as_ref().map(|_| layout.add(push));
-    (layout.into_channels(), Slots { joints, force, sensors, contacts, free, push })
+    let first_decoupled = joints.len() + usize::from(push.is_some());
+    let decoupled = |joint: &Joint| {
+        let channel = Channel::write(format!("{}.decoupled", joint.part.name), Type::DOUBLE).unit(effort_unit(joint.part.unit));
+        let channel = channel.doc("effort that moves the joint's own inertia alone: the drive adds what the other joints and gravity need");
+        layout.add(channel.safe(f64::NAN.to_ne_bytes().to_vec()))
+    };
+    let decoupled = arm.joints.iter().map(decoupled).collect();
+    (layout.into_channels(), Slots { joints, force, sensors, contacts, free, push, decoupled, first_decoupled })
 }

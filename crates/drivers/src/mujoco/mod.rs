@@ -7,6 +7,7 @@
 //! | `<joint>.velocity` | double, rad/s (m/s) | read |
 //! | `<joint>.bias` | double, N.m (N) | read: the effort that holds the arm against gravity, Coriolis and centrifugal force |
 //! | `<joint>.effort` | double, N.m (N) | write, safe value 0 |
+//! | `<joint>.decoupled` | double, N.m (N) | write, safe value NaN, none: the effort of a servo that moves this joint's own inertia alone; the drive adds what the model says that gravity and the other joints need (computed torque) |
 //! | `tool.force` | double[3], N | read: what the tool does to the flange, in the frame of the sensor's site |
 //! | `sensor.<name>` | double or double[k], the sensor's unit | read: a sensor of the model (touch, force, joint and frame positions, …) |
 //! | `<joint>.pose` | double[7] | read: where a free body stands, x y z in m, then its turn as w x y z; without a name the joint is called as its body |
@@ -15,23 +16,28 @@
 //!
 //! **Effort** is a generalised force at the joint, within the limits of the model, whatever actuator the model has there: motors
 //! and position servos of an MJCF file are commanded alike. An actuator that drives no single joint exerts nothing.
-//! **Brakes**: a joint whose effort channel is not claimed keeps its position, as by a spring-applied brake.
+//! A decoupled effort and an effort of the same joint add up.
+//! **Brakes**: a joint of which neither channel is claimed keeps its position, as by a spring-applied brake.
 //! **Time**: reading a firing advances the plant to the release time in whole steps, under the efforts written last: one period
 //! of delay, as in a real drive. The same commands at the same release times give the same bits.
 //! **Service** `place`: the arm is somewhere else at once, at rest; what it did before leaves no trace in what follows.
-mod brake;
+mod actuators;
 mod channels;
 mod compile;
 mod contacts;
 mod functions;
 mod geometry;
 mod library;
+mod loads;
 mod log;
 mod meshes;
 mod model;
+mod motion;
 mod placing;
 mod plant;
+mod prescribed;
 mod refusals;
+mod survey;
 mod trial;
 
 use device::{Declaration, DriverError, Geometry, Given, Kind, Opened, OptionWord, Reach};
@@ -96,7 +102,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     }
     let mujoco = library::load(options.library.as_deref())?;
     let arm = model::load(mujoco, &options.path, options.timestep, options.contacts)?;
-    let parts: Vec<_> = arm.joints.iter().map(|joint| joint.part.clone()).collect();
+    let parts: Vec<_> = arm.joints.iter().map(model::Joint::about).collect();
     let about = json!({ "parts": parts, "tool": arm.tool.is_some(), "timestep": arm.timestep_ns as f64 * 1e-9 });
     Ok((Box::new(plant::Plant::new(arm)), about))
 }

@@ -7,8 +7,10 @@
 //! numerical failure is off, because a plant that jumps to its start is worse than one that is lost.
 use super::compile::compile;
 use super::functions::{BatchConfig, Model, MuJoCo, object};
-use super::{contacts, refusals};
+use super::actuators::{efforts, speeds};
+use super::{contacts, refusals, survey};
 use device::{Command, DriverError, Part, Servo, UNLIMITED};
+use serde_json::{Value, json};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
 
@@ -18,8 +20,6 @@ const INTEGRATOR_RK4: i32 = 1;
 const JOINT_FREE: i32 = 0;
 const JOINT_SLIDE: i32 = 2;
 const JOINT_HINGE: i32 = 3;
-const TRANSMISSION_JOINT: i32 = 0;
-const TRANSMISSION_JOINT_IN_PARENT: i32 = 1;
 const SENSOR_TOUCH: i32 = 0;
 const SENSOR_ACCELEROMETER: i32 = 1;
 const SENSOR_VELOCIMETER: i32 = 2;
@@ -33,18 +33,38 @@ const SENSOR_FRAME_POSITION: i32 = 26;
 const SENSOR_FRAME_SPEED: i32 = 31;
 const SENSOR_FRAME_TURN: i32 = 32;
 const SENSOR_FRAME_ACCELERATION: i32 = 33;
-/// Columns of `actuator_gear` and of `actuator_gainprm`.
-const GEAR_COLUMNS: usize = 6;
-/// Bandwidth of the servo that a part is given, 20 Hz, critically damped: far below the 1 kHz of the loop, far above a motion.
-const SERVO_RAD_PER_S: f64 = 125.0;
 
-/// Where a commanded joint is.
+/// A commanded joint.
 #[derive(Clone, Debug)]
 pub(super) struct Joint {
     pub part: Part,
     /// Index of its position in qpos and of its velocity in qvel.
     pub position: usize,
     pub velocity: usize,
+    /// The inertia that a decoupled effort moves, kg.m^2 (kg), and the gains of a servo of decoupled efforts.
+    pub inertia: f64,
+    pub decoupled: Servo,
+    /// The acceleration that its efforts and those of the other joints can give in every pose, all at once, rad/s^2 (m/s^2).
+    pub acceleration_max: f64,
+}
+
+impl Joint {
+    /// What the driver says of it.
+    pub fn about(&self) -> Value {
+        let mut about = json!(self.part);
+        about["decoupled"] = json!(self.decoupled);
+        about["acceleration_max"] = json!(self.acceleration_max);
+        about
+    }
+}
+
+/// The spring of a joint: effort = -stiffness (position - rest).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spring {
+    pub position: usize,
+    pub velocity: usize,
+    pub stiffness: f64,
+    pub rest: f64,
 }
 
 /// Where the tool is: a site named `tool` or `attachment_site`, else the site of the first force sensor.
@@ -81,6 +101,9 @@ pub(super) struct Arm {
     pub free: Vec<(String, usize)>,
     /// Viscous damping of each degree of freedom.
     pub damping: Vec<f64>,
+    pub springs: Vec<Spring>,
+    /// For each degree of freedom: whether it belongs to a tree of bodies without a commanded joint, which does not feel the arm's inertia.
+    pub apart: Vec<bool>,
     pub timestep_ns: i64,
     pub runge_kutta: bool,
     /// Index of the keyframe `home`, or -1.
@@ -115,7 +138,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let tool = tool(&arm, &fields);
     let sensors = sensors(&arm, &fields);
     let free = free(&arm, &fields);
-    let damping = fields.reals("dof_damping");
+    let (damping, springs, apart) = (fields.reals("dof_damping"), springs(&fields), apart(&fields, &joints));
     drop(fields);
     if joints.is_empty() {
         return Err(refusals::no_actuated_joint(path));
@@ -123,16 +146,18 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     if timestep_ns < 1_000 {
         return Err(refusals::model(path, &format!("its time step, {timestep_ns} ns, is below 1 us")));
     }
-    (arm.joints, arm.tool, arm.sensors, arm.free, arm.damping) = (joints, tool, sensors, free, damping);
+    (arm.joints, arm.tool, arm.sensors, arm.free) = (joints, tool, sensors, free);
+    (arm.damping, arm.springs, arm.apart) = (damping, springs, apart);
     arm.contacts = (contacts > 0).then(|| (arm.id(object::SENSOR, contacts::SENSOR), contacts as usize));
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
+    survey::fit(&mut arm);
     Ok(arm)
 }
 
 impl Arm {
     fn of(mujoco: &'static MuJoCo, model: *mut Model) -> Arm {
-        let (joints, sensors, free, damping) = (vec![], vec![], vec![], vec![]);
-        Arm { mujoco, model, joints, tool: None, sensors, contacts: None, free, damping, timestep_ns: 0, runge_kutta: false, home: -1 }
+        let (joints, sensors, free, damping, springs, apart) = (vec![], vec![], vec![], vec![], vec![], vec![]);
+        Arm { mujoco, model, joints, tool: None, sensors, contacts: None, free, damping, springs, apart, timestep_ns: 0, runge_kutta: false, home: -1 }
     }
 
     fn id(&self, object: i32, name: &str) -> i32 {
@@ -162,10 +187,29 @@ fn free(arm: &Arm, fields: &Fields) -> Vec<(String, usize)> {
     (0..kinds.len()).filter_map(of).collect()
 }
 
+/// The springs of hinges and slides.
+fn springs(fields: &Fields) -> Vec<Spring> {
+    let (kind, position, velocity) = (fields.ints("jnt_type"), fields.ints("jnt_qposadr"), fields.ints("jnt_dofadr"));
+    let (stiffness, rest) = (fields.reals("jnt_stiffness"), fields.reals("qpos_spring"));
+    let columns = stiffness.len() / kind.len().max(1);
+    let of = |j: usize| {
+        let (position, velocity, stiffness) = (position[j] as usize, velocity[j] as usize, *stiffness.get(j * columns)?);
+        let turns = matches!(kind[j], JOINT_HINGE | JOINT_SLIDE);
+        (turns && stiffness != 0.0).then(|| Spring { position, velocity, stiffness, rest: rest[position] })
+    };
+    (0..kind.len()).filter_map(of).collect()
+}
+
+/// The degrees of freedom in trees of bodies that have no commanded joint.
+fn apart(fields: &Fields, joints: &[Joint]) -> Vec<bool> {
+    let tree = fields.ints("dof_treeid");
+    tree.iter().map(|of| joints.iter().all(|joint| tree[joint.velocity] != *of)).collect()
+}
+
 /// The joints that an actuator drives alone, in the order of the joints.
 fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
     let (kind, position, velocity) = (fields.ints("jnt_type"), fields.ints("jnt_qposadr"), fields.ints("jnt_dofadr"));
-    let (limited, range, inertia) = (fields.flags("jnt_limited"), fields.reals("jnt_range"), fields.reals("dof_M0"));
+    let (limited, range) = (fields.flags("jnt_limited"), fields.reals("jnt_range"));
     let start = fields.reals("qpos0");
     let keys = fields.reals("key_qpos");
     let (efforts, speeds) = (efforts(fields, kind.len()), speeds(fields, kind.len()));
@@ -179,6 +223,8 @@ fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
         let Some(effort_max) = efforts[j] else { continue };
         let (q, v) = (position[j] as usize, velocity[j] as usize);
         let home = if home >= 0 { keys[home as usize * start.len() + q] } else { start[q] };
+        // A file whose zero is outside: the arm stands at the nearest end of the range.
+        let home = if limited[j] && range[2 * j] <= range[2 * j + 1] { home.clamp(range[2 * j], range[2 * j + 1]) } else { home };
         let part = Part {
             name: arm.name(object::JOINT, j as i32).unwrap_or_else(|| format!("joint_{j}")),
             unit,
@@ -187,66 +233,12 @@ fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
             effort_max,
             speed_max: speeds[j],
             home,
-            servo: Servo { kp: inertia[v] * SERVO_RAD_PER_S * SERVO_RAD_PER_S, kd: 2.0 * inertia[v] * SERVO_RAD_PER_S },
+            servo: Servo::default(),
             command: Command::Effort,
         };
-        joints.push(Joint { part, position: q, velocity: v });
+        joints.push(Joint { part, position: q, velocity: v, inertia: 1.0, decoupled: Servo::default(), acceleration_max: UNLIMITED });
     }
     joints
-}
-
-/// For each joint: the greatest effort of its actuators together, `None` without one.
-fn efforts(fields: &Fields, joints: usize) -> Vec<Option<f64>> {
-    let (kind, target, gear) = (fields.ints("actuator_trntype"), fields.ints("actuator_trnid"), fields.reals("actuator_gear"));
-    let (force_limited, force) = (fields.flags("actuator_forcelimited"), fields.reals("actuator_forcerange"));
-    let (input_limited, input) = (fields.flags("actuator_ctrllimited"), fields.reals("actuator_ctrlrange"));
-    let (bias, gain) = (fields.ints("actuator_biastype"), fields.reals("actuator_gainprm"));
-    let (joint_limited, joint_force) = (fields.flags("jnt_actfrclimited"), fields.reals("jnt_actfrcrange"));
-    let gain_columns = gain.len() / kind.len().max(1);
-    let reach = |range: &[f64], i: usize| range[2 * i].abs().max(range[2 * i + 1].abs());
-    let mut efforts = vec![None; joints];
-    for a in 0..kind.len() {
-        if !matches!(kind[a], TRANSMISSION_JOINT | TRANSMISSION_JOINT_IN_PARENT) {
-            continue;
-        }
-        let mut most = UNLIMITED;
-        if force_limited[a] {
-            most = reach(&force, a);
-        }
-        // An input is an effort only where the actuator is a motor: no bias, one input, force = gain * input.
-        if bias[a] == 0 && input_limited.len() == kind.len() && input_limited[a] {
-            most = most.min(reach(&input, a) * gain[a * gain_columns].abs());
-        }
-        let most = if most >= UNLIMITED { UNLIMITED } else { most * gear[a * GEAR_COLUMNS].abs() };
-        let joint = target[2 * a] as usize;
-        efforts[joint] = Some((efforts[joint].unwrap_or(0.0) + most).min(UNLIMITED));
-    }
-    for j in 0..joints {
-        if joint_limited[j] {
-            efforts[j] = efforts[j].map(|most| most.min(reach(&joint_force, j)));
-        }
-    }
-    efforts
-}
-
-/// For each joint: the greatest speed that the input of a velocity actuator can ask for.
-fn speeds(fields: &Fields, joints: usize) -> Vec<f64> {
-    let (kind, target, gear) = (fields.ints("actuator_trntype"), fields.ints("actuator_trnid"), fields.reals("actuator_gear"));
-    let (limited, input) = (fields.flags("actuator_ctrllimited"), fields.reals("actuator_ctrlrange"));
-    let (gain, bias) = (fields.reals("actuator_gainprm"), fields.reals("actuator_biasprm"));
-    let (gain_columns, bias_columns) = (gain.len() / kind.len().max(1), bias.len() / kind.len().max(1));
-    let mut speeds = vec![UNLIMITED; joints];
-    for a in 0..kind.len().min(limited.len()) {
-        let (kv, bias, ratio) = (gain[a * gain_columns], &bias[a * bias_columns..], gear[a * GEAR_COLUMNS].abs());
-        // force = kv (input - speed): no part of it depends on the position.
-        let is_velocity = kv > 0.0 && bias[1] == 0.0 && bias[2] == -kv;
-        if is_velocity && limited[a] && ratio > 0.0 && matches!(kind[a], TRANSMISSION_JOINT | TRANSMISSION_JOINT_IN_PARENT) {
-            let most = input[2 * a].abs().max(input[2 * a + 1].abs()) / ratio;
-            let joint = target[2 * a] as usize;
-            speeds[joint] = speeds[joint].min(most);
-        }
-    }
-    speeds
 }
 
 fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
@@ -355,7 +347,7 @@ impl<'a> Fields<'a> {
         self.read(name)
     }
 
-    fn flags(&self, name: &str) -> Vec<bool> {
+    pub fn flags(&self, name: &str) -> Vec<bool> {
         self.read::<u8>(name).into_iter().map(|b| b != 0).collect()
     }
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plant: an arm that is advanced, read and commanded as a physical device.
-use super::brake::Brakes;
 use super::channels::{Slots, channels};
 use super::contacts;
-use super::functions::{Data, MuJoCo, state};
+use super::functions::state;
 use super::log;
-use super::model::{Arm, Tool};
+use super::model::Arm;
+use super::motion::Motion;
 use super::placing::Places;
+use super::prescribed::Prescribed;
 use device::{Channel, DeviceError, Driver, Services, Slot};
 use std::sync::Arc;
 
@@ -17,45 +18,38 @@ const BRAKING_NS_MAX: i64 = 1_000_000_000;
 /// Steps that are made and taken back before the first firing, so that every page and branch has been used.
 const WARM_UP_STEPS: usize = 50;
 
-/// What MuJoCo computes with: one configuration and its room, freed when dropped.
-struct Motion(*mut Data, &'static MuJoCo);
-
-// SAFETY: the data is owned by this value; MuJoCo keeps nothing about it for a thread.
-unsafe impl Send for Motion {}
-
-impl Drop for Motion {
-    fn drop(&mut self) {
-        // SAFETY: the data came from `mj_makeData` and is freed only here.
-        unsafe { (self.1.mj_deleteData)(self.0) }
-    }
-}
-
 /// A simulated arm behind a [`Driver`].
 pub(super) struct Plant {
     // Declared before the model: data is freed first.
-    motion: Motion,
-    arm: Arm,
+    pub(super) motion: Motion,
+    pub(super) arm: Arm,
     channels: Vec<Channel>,
     slots: Slots,
     /// Time that the state is at, on the system's clock.
     time_ns: i64,
     /// qpos, then qvel.
-    state: Vec<f64>,
-    positions: usize,
+    pub(super) state: Vec<f64>,
+    pub(super) positions: usize,
     /// qfrc_applied, then xfrc_applied, as `mj_setState` takes them.
-    forces: Vec<f64>,
-    bias: Vec<f64>,
-    inertia: Vec<f64>,
-    drift: Vec<f64>,
-    brakes: Brakes,
+    pub(super) forces: Vec<f64>,
+    pub(super) bias: Vec<f64>,
+    pub(super) inertia: Vec<f64>,
+    pub(super) drift: Vec<f64>,
+    pub(super) prescribed: Prescribed,
+    /// Degrees of freedom whose accelerations are given, those accelerations, and room for the efforts that they need.
+    pub(super) given: Vec<bool>,
+    pub(super) accelerations: Vec<f64>,
+    pub(super) needed: Vec<f64>,
     /// For each degree of freedom: whether a brake holds it. All do at first.
-    braked: Vec<bool>,
+    pub(super) braked: Vec<bool>,
     /// For each joint: for how long its brake may still slow it down before it holds it, ns; 0 where it does not slow it down.
-    slowing: Vec<i64>,
+    pub(super) slowing: Vec<i64>,
     /// For each joint: the effort written last, and where its brake holds it.
-    efforts: Vec<f64>,
+    pub(super) efforts: Vec<f64>,
     held: Vec<f64>,
-    push: [f64; 3],
+    /// For each joint: the decoupled effort written last; NaN where nobody gives one.
+    pub(super) decoupled: Vec<f64>,
+    pub(super) push: [f64; 3],
     /// Room for what one sensor tells.
     sensed: Vec<f64>,
     /// Where the service `place` has put it, and room for that.
@@ -71,8 +65,7 @@ impl Plant {
         };
         let (nq, nv) = (size(state::QPOS), size(state::QVEL));
         let forces = vec![0.0; nv + size(state::XFRC_APPLIED)];
-        // SAFETY: the model is valid; MuJoCo ends the process where it has no memory.
-        let data = unsafe { (arm.mujoco.mj_makeData)(arm.model) };
+        let motion = Motion::new(&arm);
         let mut braked = vec![false; nv];
         for joint in &arm.joints {
             braked[joint.velocity] = true;
@@ -80,7 +73,7 @@ impl Plant {
         let count = arm.joints.len();
         let (channels, slots) = channels(&arm);
         let mut plant = Plant {
-            motion: Motion(data, arm.mujoco),
+            motion,
             channels,
             slots,
             time_ns: 0,
@@ -90,11 +83,15 @@ impl Plant {
             bias: vec![0.0; nv],
             inertia: vec![0.0; nv * nv],
             drift: vec![0.0; nv],
-            brakes: Brakes::new(nv),
+            prescribed: Prescribed::new(nv),
+            given: vec![false; nv],
+            accelerations: vec![0.0; nv],
+            needed: vec![0.0; nv],
             braked,
             slowing: vec![0; count],
             efforts: vec![0.0; count],
             held: vec![0.0; count],
+            decoupled: vec![f64::NAN; count],
             push: [0.0; 3],
             sensed: vec![0.0; elements_max(&arm)],
             places: Places::new(&arm.joints),
@@ -105,11 +102,12 @@ impl Plant {
         plant
     }
 
-    /// Puts the arm at the keyframe `home` (else its zero configuration), at rest, with every brake on.
+    /// Puts the arm at the keyframe `home` (else its zero configuration), inside the ranges of its joints, at rest, with every brake on.
     fn reset(&mut self) {
         // SAFETY: model and data belong together; key -1 resets to the zero configuration.
-        unsafe { (self.arm.mujoco.mj_resetDataKeyframe)(self.arm.model, self.motion.0, self.arm.home) };
+        unsafe { (self.arm.mujoco.mj_resetDataKeyframe)(self.arm.model, self.motion.data(), self.arm.home) };
         self.efforts.fill(0.0);
+        self.decoupled.fill(f64::NAN);
         self.push = [0.0; 3];
         self.slowing.fill(0);
         for joint in &self.arm.joints {
@@ -117,8 +115,11 @@ impl Plant {
         }
         self.sense();
         for (held, joint) in self.held.iter_mut().zip(&self.arm.joints) {
-            *held = self.state[joint.position];
+            (self.state[joint.position], *held) = (joint.part.home, joint.part.home);
         }
+        // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
+        unsafe { (self.arm.mujoco.mj_setState)(self.arm.model, self.motion.data(), self.state.as_ptr(), state::QPOS | state::QVEL) };
+        self.sense();
     }
 
     /// Puts the joints where the service said, at rest, and all else as at the start.
@@ -129,7 +130,7 @@ impl Plant {
             self.state[self.positions + joint.velocity] = 0.0;
         }
         // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
-        unsafe { (self.arm.mujoco.mj_setState)(self.arm.model, self.motion.0, self.state.as_ptr(), state::QPOS | state::QVEL) };
+        unsafe { (self.arm.mujoco.mj_setState)(self.arm.model, self.motion.data(), self.state.as_ptr(), state::QPOS | state::QVEL) };
         self.sense();
     }
 
@@ -144,7 +145,7 @@ impl Plant {
 
     /// Takes the state out of MuJoCo and has it compute what depends on it: kinematics, inertia.
     fn sense(&mut self) {
-        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
+        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.data());
         // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
         unsafe {
             (mujoco.mj_step1)(model, data);
@@ -153,9 +154,12 @@ impl Plant {
     }
 
     /// Takes the efforts that hold the arm: they are needed once a reading, and where a brake bears what moves beside it.
-    fn weigh(&mut self) {
+    pub(super) fn weigh(&mut self) {
         // SAFETY: model and data belong together; `bias` has nv elements.
-        unsafe { (self.arm.mujoco.mj_rne)(self.arm.model, self.motion.0, 0, self.bias.as_mut_ptr()) };
+        unsafe { (self.arm.mujoco.mj_rne)(self.arm.model, self.motion.data(), 0, self.bias.as_mut_ptr()) };
+        for spring in &self.arm.springs {
+            self.bias[spring.velocity] += spring.stiffness * (self.state[spring.position] - spring.rest);
+        }
     }
 
     /// Closes the brake of a joint. It slows the joint down with the greatest effort of its drive, and holds it where it stands then; a joint
@@ -175,7 +179,7 @@ impl Plant {
     fn catch(&mut self) {
         let (nv, step_ns) = (self.bias.len(), self.arm.timestep_ns);
         // SAFETY: model and data belong together; `inertia` has nv * nv elements.
-        unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.0, self.inertia.as_mut_ptr()) };
+        unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.data(), self.inertia.as_mut_ptr()) };
         for (j, joint) in self.arm.joints.iter().enumerate() {
             if self.slowing[j] == 0 {
                 continue;
@@ -197,7 +201,7 @@ impl Plant {
         }
         self.load_efforts();
         self.load_push();
-        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
+        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.data());
         // SAFETY: model and data belong together; `forces` has the size of both components, `state` as in `sense`.
         unsafe {
             (mujoco.mj_setState)(model, data, self.forces.as_ptr(), state::QFRC_APPLIED | state::XFRC_APPLIED);
@@ -211,7 +215,7 @@ impl Plant {
 
     /// Puts every joint whose brake is on back to where that holds it.
     fn hold(&mut self) {
-        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
+        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.data());
         // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
         unsafe { (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL) };
         for (joint, held) in self.arm.joints.iter().zip(&self.held) {
@@ -224,58 +228,13 @@ impl Plant {
         unsafe { (mujoco.mj_setState)(model, data, self.state.as_ptr(), state::QPOS | state::QVEL) };
     }
 
-    /// Efforts of the commanded joints, and what the brakes bear.
-    fn load_efforts(&mut self) {
-        let nv = self.bias.len();
-        let effort = &mut self.forces[..nv];
-        effort.fill(0.0);
-        let mut free = false;
-        for (joint, (command, slowing)) in self.arm.joints.iter().zip(self.efforts.iter().zip(&self.slowing)) {
-            if !self.braked[joint.velocity] {
-                let most = joint.part.effort_max;
-                let speed = self.state[self.positions + joint.velocity];
-                effort[joint.velocity] = if *slowing > 0 { -most.copysign(speed) } else { command.clamp(-most, most) };
-                free = true;
-            }
-        }
-        if free && self.braked.contains(&true) {
-            self.weigh();
-            for i in 0..nv {
-                self.drift[i] = -self.bias[i] - self.arm.damping[i] * self.state[self.positions + i];
-            }
-            // SAFETY: model and data belong together; `inertia` has nv * nv elements.
-            unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.0, self.inertia.as_mut_ptr()) };
-            self.brakes.hold(&self.inertia, &self.drift, &self.braked, &mut self.forces[..nv]);
-        }
-    }
-
-    /// The push at the tool as a force and a torque at the centre of mass of its body, which is where MuJoCo takes them.
-    fn load_push(&mut self) {
-        let Some(tool) = &self.arm.tool else { return };
-        let (site, centre) = (self.world(tool, &tool.site_m), self.world(tool, &tool.centre_m));
-        let arm: [f64; 3] = std::array::from_fn(|k| site[k] - centre[k]);
-        let force = self.push;
-        let torque = [arm[1] * force[2] - arm[2] * force[1], arm[2] * force[0] - arm[0] * force[2], arm[0] * force[1] - arm[1] * force[0]];
-        let place = self.bias.len() + 6 * tool.body as usize;
-        self.forces[place..place + 3].copy_from_slice(&force);
-        self.forces[place + 3..place + 6].copy_from_slice(&torque);
-    }
-
-    /// Where a point of the tool's body is in the world.
-    fn world(&self, tool: &Tool, point_m: &[f64; 3]) -> [f64; 3] {
-        let (mut place, mut turn, upright) = ([0.0; 3], [0.0; 9], [1.0, 0.0, 0.0, 0.0]);
-        // SAFETY: the body is one of this model, and the arrays have the sizes of the header.
-        unsafe { (self.arm.mujoco.mj_local2Global)(self.motion.0, place.as_mut_ptr(), turn.as_mut_ptr(), point_m.as_ptr(), upright.as_ptr(), tool.body, 0) };
-        place
-    }
-
     /// Takes what a sensor tells into `sensed`: as many numbers as it has.
     fn take(&mut self, sensor: i32, elements: usize) -> &[f64] {
         debug_assert!(elements <= self.sensed.len(), "`sensed` has room for every sensor of the model");
         // SAFETY: the sensor is one of this model and has so many elements, for which `sensed` has room; a null result means that
         // they were written there instead.
         unsafe {
-            let place = (self.arm.mujoco.mj_readSensor)(self.arm.model, self.motion.0, sensor, self.time_ns as f64 * 1e-9, self.sensed.as_mut_ptr(), 0);
+            let place = (self.arm.mujoco.mj_readSensor)(self.arm.model, self.motion.data(), sensor, self.time_ns as f64 * 1e-9, self.sensed.as_mut_ptr(), 0);
             if !place.is_null() {
                 std::ptr::copy_nonoverlapping(place.cast::<f64>(), self.sensed.as_mut_ptr(), elements);
             }
@@ -310,6 +269,11 @@ impl Plant {
     fn lost(&self, reason: String) -> DeviceError {
         DeviceError { message: format!("the simulated arm failed at {} ns: {reason}", self.time_ns) }
     }
+}
+
+/// The refusal of an effort that is no number.
+fn unbounded(joint: &str, channel: &str) -> DeviceError {
+    DeviceError { message: format!("the effort written to '{joint}.{channel}' is not finite; see which block writes it") }
 }
 
 /// The numbers of the sensor that tells most, of which the force at the tool has three.
@@ -368,13 +332,18 @@ impl Driver for Plant {
         for (j, joint) in self.arm.joints.iter().enumerate() {
             let command = self.slots.joints[j].1.double(commands, 0);
             if !command.is_finite() {
-                let message = format!("the effort written to '{}.effort' is not finite; see which block writes it", joint.part.name);
-                return Err(DeviceError { message });
+                return Err(unbounded(&joint.part.name, "effort"));
             }
             self.efforts[j] = command;
         }
-        for (j, engaged) in engaged.iter().take(self.efforts.len()).enumerate() {
-            if *engaged { self.release_brake(j) } else { self.close_brake(j) }
+        let is_engaged = |channel: usize| engaged.get(channel).copied().unwrap_or(false);
+        for j in 0..self.efforts.len() {
+            let decouples = is_engaged(self.slots.first_decoupled + j);
+            self.decoupled[j] = if decouples { self.slots.decoupled[j].double(commands, 0) } else { f64::NAN };
+            if self.decoupled[j].is_infinite() {
+                return Err(unbounded(&self.arm.joints[j].part.name, "decoupled"));
+            }
+            if is_engaged(j) || decouples { self.release_brake(j) } else { self.close_brake(j) }
         }
         if let Some(slot) = self.slots.push {
             self.push = std::array::from_fn(|k| slot.double(commands, k));
@@ -388,6 +357,7 @@ impl Driver for Plant {
     fn safe_state(&mut self) {
         self.push = [0.0; 3];
         self.efforts.fill(0.0);
+        self.decoupled.fill(f64::NAN);
         (0..self.efforts.len()).for_each(|j| self.close_brake(j));
     }
 

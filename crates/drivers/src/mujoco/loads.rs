@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What acts on the plant in one time step: efforts of the drives and brakes, and the push at the tool.
+use super::model::Tool;
+use super::plant::Plant;
+
+impl Plant {
+    /// Efforts of the commanded joints, and what the brakes bear.
+    pub(super) fn load_efforts(&mut self) {
+        let nv = self.bias.len();
+        self.forces[..nv].fill(0.0);
+        let (mut is_free, mut is_decoupled) = (false, false);
+        for (j, joint) in self.arm.joints.iter().enumerate() {
+            if !self.braked[joint.velocity] {
+                let most = joint.part.effort_max;
+                let speed = self.state[self.positions + joint.velocity];
+                self.forces[joint.velocity] = if self.slowing[j] > 0 { -most.copysign(speed) } else { self.efforts[j].clamp(-most, most) };
+                is_free = true;
+                is_decoupled |= self.is_decoupled(j);
+            }
+        }
+        let is_braked = self.braked.contains(&true);
+        if is_free && (is_braked || is_decoupled) {
+            self.load_dynamics();
+        }
+        if is_decoupled {
+            self.load_decoupled();
+        }
+        if is_free && is_braked {
+            self.given.copy_from_slice(&self.braked);
+            self.accelerations.fill(0.0);
+            self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.forces[..nv]);
+        }
+    }
+
+    /// Whether a joint moves by a decoupled effort.
+    fn is_decoupled(&self, j: usize) -> bool {
+        !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 && self.decoupled[j].is_finite()
+    }
+
+    /// Takes the inertia and every force but the efforts, as the next step uses them: an implicit integrator adds the damping of one step to the
+    /// inertia.
+    fn load_dynamics(&mut self) {
+        self.weigh();
+        let (nv, step_s) = (self.bias.len(), self.arm.timestep_ns as f64 * 1e-9);
+        // SAFETY: model and data belong together; `inertia` has nv * nv elements.
+        unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.data(), self.inertia.as_mut_ptr()) };
+        for i in 0..nv {
+            self.drift[i] = -self.bias[i] - self.arm.damping[i] * self.state[self.positions + i];
+            if !self.arm.runge_kutta {
+                self.inertia[i * (nv + 1)] += step_s * self.arm.damping[i];
+            }
+        }
+    }
+
+    /// Adds to the efforts of the decoupled joints what gives each the acceleration that its decoupled effort gives its own inertia.
+    fn load_decoupled(&mut self) {
+        let nv = self.bias.len();
+        // What belongs to another tree of bodies does not feel the arm: it is left out of the equations.
+        for i in 0..nv {
+            self.given[i] = self.braked[i] || self.arm.apart[i];
+        }
+        self.accelerations.fill(0.0);
+        for (j, joint) in self.arm.joints.iter().enumerate() {
+            if self.is_decoupled(j) {
+                self.given[joint.velocity] = true;
+                self.accelerations[joint.velocity] = self.decoupled[j] / joint.inertia;
+            }
+        }
+        self.needed.copy_from_slice(&self.forces[..nv]);
+        self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.needed);
+        for (j, joint) in self.arm.joints.iter().enumerate() {
+            if self.is_decoupled(j) {
+                let most = joint.part.effort_max;
+                let effort = self.needed[joint.velocity] + self.forces[joint.velocity];
+                self.forces[joint.velocity] = effort.clamp(-most, most);
+            }
+        }
+    }
+
+    /// The push at the tool as a force and a torque at the centre of mass of its body, which is where MuJoCo takes them.
+    pub(super) fn load_push(&mut self) {
+        let Some(tool) = &self.arm.tool else { return };
+        let (site, centre) = (self.world(tool, &tool.site_m), self.world(tool, &tool.centre_m));
+        let arm: [f64; 3] = std::array::from_fn(|k| site[k] - centre[k]);
+        let force = self.push;
+        let torque = [arm[1] * force[2] - arm[2] * force[1], arm[2] * force[0] - arm[0] * force[2], arm[0] * force[1] - arm[1] * force[0]];
+        let place = self.bias.len() + 6 * tool.body as usize;
+        self.forces[place..place + 3].copy_from_slice(&force);
+        self.forces[place + 3..place + 6].copy_from_slice(&torque);
+    }
+
+    /// Where a point of the tool's body is in the world.
+    fn world(&self, tool: &Tool, point_m: &[f64; 3]) -> [f64; 3] {
+        let (mut place, mut turn, upright) = ([0.0; 3], [0.0; 9], [1.0, 0.0, 0.0, 0.0]);
+        // SAFETY: the body is one of this model, and the arrays have the sizes of the header.
+        unsafe { (self.arm.mujoco.mj_local2Global)(self.motion.data(), place.as_mut_ptr(), turn.as_mut_ptr(), point_m.as_ptr(), upright.as_ptr(), tool.body, 0) };
+        place
+    }
+}

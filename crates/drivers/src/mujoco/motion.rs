@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The configuration that MuJoCo computes with: one `mjData`.
+use super::functions::{Data, MuJoCo};
+use super::model::Arm;
+
+/// One configuration of a model and MuJoCo's working memory for it, freed when dropped.
+pub(super) struct Motion(*mut Data, &'static MuJoCo);
+
+// SAFETY: the data is owned by this value; MuJoCo keeps nothing about it for a thread.
+unsafe impl Send for Motion {}
+
+impl Drop for Motion {
+    fn drop(&mut self) {
+        // SAFETY: the data came from `mj_makeData` and is freed only here.
+        unsafe { (self.1.mj_deleteData)(self.0) }
+    }
+}
+
+impl Motion {
+    pub fn new(arm: &Arm) -> Motion {
+        // SAFETY: the model is valid; MuJoCo ends the process where it has no memory.
+        Motion(unsafe { (arm.mujoco.mj_makeData)(arm.model) }, arm.mujoco)
+    }
+
+    /// The data, for a call of MuJoCo.
+    pub fn data(&self) -> *mut Data {
+        self.0
+    }
+}
