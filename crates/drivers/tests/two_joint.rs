@@ -20,8 +20,18 @@ fn its_parts_are_found_whatever_drives_them() {
         assert_eq!((part(0, "range_min"), part(0, "range_max"), part(1, "home")), (json!(-3.0), json!(3.0), json!(0.0)));
         assert_eq!(machine.about["tool"], json!(false));
         let names: Vec<_> = machine.driver.channels().iter().map(|c| c.name.as_str()).collect();
-        let expected =
-            ["shoulder.position", "shoulder.velocity", "shoulder.bias", "elbow.position", "elbow.velocity", "elbow.bias", "shoulder.effort", "elbow.effort", "shoulder.decoupled", "elbow.decoupled"];
+        let expected = [
+            "shoulder.position",
+            "shoulder.velocity",
+            "shoulder.bias",
+            "elbow.position",
+            "elbow.velocity",
+            "elbow.bias",
+            "shoulder.effort",
+            "elbow.effort",
+            "shoulder.decoupled",
+            "elbow.decoupled",
+        ];
         assert_eq!(names, expected);
     });
 }

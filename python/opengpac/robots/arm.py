@@ -47,9 +47,11 @@ class Arm(Group[Joint]):
     site `tool` of the model), or of the frame that `arm.tool` says in it. Both are read at each start of a verb.
     """
 
-    def __init__(self, name: str, *joints: Joint, kinematics: Callable[[], Kinematics]) -> None:
+    def __init__(self, name: str, *joints: Joint, kinematics: Callable[[], Kinematics], notes: tuple[str, ...] = ()) -> None:
         super().__init__(name, *joints)
         self._read = kinematics
+        self.notes = notes
+        """What was put right in the file that it was loaded from, one sentence each."""
         self._payload = Payload(0.0)
         self._carrying: VerbInstance[Any] | None = None
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
 from .. import cache, drivers, files
-from ..errors import CallError, PlacementError, UnknownName, did_you_mean, refuse
+from ..errors import CallError, DeviceFailed, PlacementError, UnknownName, did_you_mean, refuse
 from ..given import taking
 from ..physical import Part, PhysicalDevice
 from ..processors import Processor
@@ -44,22 +45,27 @@ def load(
     apart: bool | str = False,
     driver: drivers.Driver | None = None,
     contacts: int = 0,
+    package_paths: Iterable[str | os.PathLike[str]] = (),
+    strict: bool = False,
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
-    `path` is an MJCF or URDF file, or the name of an arm that comes with the package. `tool` is one that is screwed to its flange
-    (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. Where the
-    tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The maximum speeds are those of
-    the model: of velocity actuators in MJCF, of `limit velocity` in URDF; else 3.14 rad/s, and 0.25 m/s of sliding joints. `on` is the
-    timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second motion
-    while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
+    `path` is an MJCF or URDF file, or the name of an arm that comes with the package. What a URDF file has that no arm can have (a mesh
+    that is not there, a mass of zero, an empty range) is put right, with a warning and in `arm.notes`; with `strict` it is refused. Its
+    packages are looked for in `package_paths`, then where ROS looks for them, then in the folders above the file. `tool` is one that is
+    screwed to its flange (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints
+    only. Where the tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The maximum speeds
+    are those of the model: of velocity actuators in MJCF, of `limit velocity` in URDF; else 3.14 rad/s, and 0.25 m/s of sliding joints.
+    `on` is the timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second
+    motion while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
     it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
     (`gpac.drivers.plant_process`), which a text names for programs that come later. `driver` commands a real arm in place of the simulated
     one, `gpac.drivers.ur("192.0.2.10")`; `path` then says its geometry and its limits; `"so101"` is an arm without geometry, whose servos
     a `gpac.drivers.feetech(port)` finds by itself. `contacts` is the number of contacts that the simulation reports
     (`gpac.drivers.mujoco`). The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
-    model = _model(path, tool, scene)
+    model = _model(path, tool, scene, [Path(folder) for folder in package_paths])
+    _tell(model.notes, strict)
     driver = model.wired(driver)
     name = name or model.name
     if on is not None:
@@ -81,7 +87,7 @@ def load(
         for part in device:
             if part.name in own:
                 joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name)))
-        arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own))
+        arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes)
         arm.model = model.identity
         return arm
     except BaseException:
@@ -91,11 +97,29 @@ def load(
         raise
 
 
-def _model(path: str | os.PathLike[str], tool: str | os.PathLike[str] | None, scene: str | os.PathLike[str] | None) -> _Model | Bare:
+NOTES_SHOWN = 5
+"""How many notes of a file a warning has in full."""
+
+
+def _tell(notes: tuple[str, ...], strict: bool) -> None:
+    """Warns of what was put right in a file, or refuses the file for it."""
+    if not notes:
+        return
+    shown = "; ".join(notes[:NOTES_SHOWN]) + (f"; and {len(notes) - NOTES_SHOWN} more in arm.notes" if len(notes) > NOTES_SHOWN else "")
+    if strict:
+        refuse(
+            DeviceFailed, f"{len(notes)} things in the file are not as they should be: {shown}", "mend them, or load it without strict=True"
+        )
+    warnings.warn(shown, UserWarning, stacklevel=4)
+
+
+def _model(
+    path: str | os.PathLike[str], tool: str | os.PathLike[str] | None, scene: str | os.PathLike[str] | None, packages: list[Path]
+) -> _Model | Bare:
     """What is known of an arm."""
     bare = BARE.get(str(path))
     if bare is None:
-        return _Model.of(_file(path), None if tool is None else _file(tool), None if scene is None else _file(scene))
+        return _Model.of(_file(path), None if tool is None else _file(tool), None if scene is None else _file(scene), packages)
     if tool is not None or scene is not None:
         refuse(CallError, f"'{bare.name}' has no model that a tool or a scene could be added to", "load its URDF or MJCF file")
     return bare
@@ -114,6 +138,8 @@ class _Model:
     tip: bool
     """Whether the tool's file says where its tip is."""
     speeds: Mapping[str, float]
+    notes: tuple[str, ...]
+    """What was put right in the arm's file."""
 
     @property
     def name(self) -> str:
@@ -130,13 +156,16 @@ class _Model:
         return driver
 
     @classmethod
-    def of(cls, arm: Path, tool: Path | None, scene: Path | None) -> Self:
-        own, speeds = (urdf.mjcf(arm), urdf.speed_limits(arm)) if urdf.is_urdf(arm) else (None, {})
+    def of(cls, arm: Path, tool: Path | None, scene: Path | None, packages: list[Path]) -> Self:
+        own, speeds, notes = None, {}, ()
+        if urdf.is_urdf(arm):
+            converted = urdf.convert(arm, packages)
+            own, speeds, notes = converted.text, converted.speeds, converted.notes
         if tool is None and scene is None:
-            return cls(arm, own, None, set(), False, speeds)
+            return cls(arm, own, None, set(), False, speeds, notes)
         file = _kept(own, arm)
         whole, joints = assemble(file, tool, scene), joint_names(file)
-        return cls(arm, own, whole, joints, tool is not None and has_site(tool, TIP_SITE), speeds)
+        return cls(arm, own, whole, joints, tool is not None and has_site(tool, TIP_SITE), speeds, notes)
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """The machine."""

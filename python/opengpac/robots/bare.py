@@ -44,6 +44,11 @@ class Bare:
         """What tells it from others."""
         return f"name:{self.name}"
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None: there is no file."""
+        return ()
+
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """Without a driver there is nothing to open."""
         refuse(

@@ -34,8 +34,8 @@ def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dic
 
 
 def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., Any] | None:
-    """`joint_follower` for a drive that takes positions, `joint_decoupled_servo` for one that knows the arm's dynamics; none, the type's own, for
-    one of efforts alone. Refused: a channel is missing.
+    """`joint_follower` for a drive that takes positions, `joint_decoupled_servo` for one that knows the arm's dynamics; none, the type's
+    own, for one of efforts alone. Refused: a channel is missing.
     """
     suits = joint_follower if _takes_positions(drive) else joint_decoupled_servo if "decoupled" in drive.about else joint_servo
     chosen = verb or suits

@@ -93,7 +93,9 @@ impl Plant {
     fn world(&self, tool: &Tool, point_m: &[f64; 3]) -> [f64; 3] {
         let (mut place, mut turn, upright) = ([0.0; 3], [0.0; 9], [1.0, 0.0, 0.0, 0.0]);
         // SAFETY: the body is one of this model, and the arrays have the sizes of the header.
-        unsafe { (self.arm.mujoco.mj_local2Global)(self.motion.data(), place.as_mut_ptr(), turn.as_mut_ptr(), point_m.as_ptr(), upright.as_ptr(), tool.body, 0) };
+        unsafe {
+            (self.arm.mujoco.mj_local2Global)(self.motion.data(), place.as_mut_ptr(), turn.as_mut_ptr(), point_m.as_ptr(), upright.as_ptr(), tool.body, 0)
+        };
         place
     }
 }

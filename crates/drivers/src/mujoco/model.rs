@@ -5,9 +5,9 @@
 //! changed once: actuation is off, because every effort goes in as a generalised force (`qfrc_applied`). So an arm whose actuators
 //! are motors and one whose actuators are position servos are commanded alike, by torque; and the automatic reset after a
 //! numerical failure is off, because a plant that jumps to its start is worse than one that is lost.
+use super::actuators::{efforts, speeds};
 use super::compile::compile;
 use super::functions::{BatchConfig, Model, MuJoCo, object};
-use super::actuators::{efforts, speeds};
 use super::{contacts, refusals, survey};
 use device::{Command, DriverError, Part, Servo, UNLIMITED};
 use serde_json::{Value, json};

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The meshes of a URDF: found, brought into a form that MuJoCo reads, or left out. An arm moves without its skin."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ... import cache
+from .packages import Packages
+from .source import Source
+
+READ_BY_MUJOCO = (".stl", ".obj", ".msh")
+FACES_MAX = 200_000
+"""More faces than this are in no mesh that MuJoCo reads."""
+_STL_HEAD, _STL_FACE = 84, 50
+
+
+def place(source: Source, packages: Packages) -> None:
+    """Gives every mesh its whole path; one that is not there or cannot be read is left out, with a note."""
+    kept: dict[str, str | None] = {}
+    for link in source.root.findall("link"):
+        for shape in [shape for kind in ("visual", "collision") for shape in link.findall(kind)]:
+            mesh = shape.find("geometry/mesh")
+            if mesh is None:
+                continue
+            name = mesh.get("filename", "")
+            if name not in kept:
+                kept[name] = _usable(source, mesh, packages.find(name))
+            if kept[name] is None:
+                link.remove(shape)
+            else:
+                mesh.set("filename", kept[name] or "")
+    _compiler(source.root).attrib.update({"strippath": "false", "meshdir": ""})
+
+
+def leave_out(source: Source, problem: str) -> bool:
+    """Leaves out the meshes that a message of MuJoCo names; false where it names none."""
+    words = set(re.findall(r"[^'\"\s,;:()]+", problem))
+    named = {Path(word).stem for word in words} | words
+    left_out: set[str] = set()
+    for link in source.root.findall("link"):
+        for shape in [shape for kind in ("visual", "collision") for shape in link.findall(kind)]:
+            mesh = shape.find("geometry/mesh")
+            if mesh is not None and Path(mesh.get("filename", "")).stem in named:
+                link.remove(shape)
+                left_out.add(Path(mesh.get("filename", "")).name)
+    for name in sorted(left_out):
+        source.note(f"mesh '{name}' is left out: {' '.join(problem.removeprefix('Error: ').split())}")
+    return bool(left_out)
+
+
+def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str | None:
+    """The path of a file that MuJoCo reads, of another that it is converted to, or nothing, with a note."""
+    name = mesh.get("filename", "")
+    if file is None:
+        source.note(f"mesh '{name}' was not found, and is left out; package_paths= says where packages are", mesh)
+        return None
+    if file.suffix.lower() in READ_BY_MUJOCO and not _is_ascii_stl(file):
+        return str(file)
+    try:
+        trimesh = importlib.import_module("trimesh")
+    except ImportError:
+        source.note(f"mesh '{name}' is left out: 'trimesh' reads {file.suffix or 'such files'}, and is not installed", mesh)
+        return None
+    try:
+        content = trimesh.load(file, force="mesh").export(file_type="stl")
+    except Exception as error:  # the reader of each format raises its own
+        source.note(f"mesh '{name}' is left out: {error}", mesh)
+        return None
+    kept = cache.folder("models") / hashlib.sha256(content).hexdigest()[:32] / f"{file.stem}.stl"
+    if not kept.exists():
+        cache.keep(kept, content)
+    return str(kept)
+
+
+def _is_ascii_stl(file: Path) -> bool:
+    """Whether an STL file is text: MuJoCo reads the binary form alone, whose length follows from its number of faces."""
+    if file.suffix.lower() != ".stl":
+        return False
+    with open(file, "rb") as opened:
+        head = opened.read(_STL_HEAD)
+    faces = int.from_bytes(head[80:84], "little") if len(head) == _STL_HEAD else 0
+    return head[:5] == b"solid" and file.stat().st_size != _STL_HEAD + faces * _STL_FACE
+
+
+def _compiler(root: ElementTree.Element) -> ElementTree.Element:
+    """The element in which MuJoCo takes its settings from a URDF."""
+    mujoco = root.find("mujoco")
+    if mujoco is None:
+        mujoco = ElementTree.SubElement(root, "mujoco")
+    compiler = mujoco.find("compiler")
+    return ElementTree.SubElement(mujoco, "compiler") if compiler is None else compiler

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where the files are that a URDF names by `package://PACKAGE/PATH`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from urllib.parse import unquote
+from xml.etree import ElementTree
+
+
+class Packages:
+    """The folders in which the files of a URDF are looked for.
+
+    In this order: `given` (folders of packages, or packages themselves), those of `ROS_PACKAGE_PATH`, `share` of those of
+    `AMENT_PREFIX_PATH`, and the folders above the file.
+    """
+
+    def __init__(self, file: Path, given: Iterable[Path] = ()) -> None:
+        self._folder = file.parent
+        ros = [Path(path) for path in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if path]
+        ament = [Path(path) / "share" for path in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if path]
+        self._roots = [*given, *ros, *ament, *file.absolute().parents]
+
+    def find(self, name: str) -> Path | None:
+        """The file of that name, as URDF writes it: in a package, by a URL, relative to the URDF, else beside it."""
+        name = unquote(name.strip())
+        if name.startswith("package://"):
+            package, _, path = name.removeprefix("package://").partition("/")
+            candidates = [folder / path for folder in self._folders(package)]
+        else:
+            path = name.removeprefix("file://")
+            candidates = [self._folder / path]
+        candidates += [self._folder / path, self._folder / Path(path).name]
+        return next((found for found in candidates if found.is_file()), None)
+
+    def _folders(self, package: str) -> Iterator[Path]:
+        for root in self._roots:
+            if root.name == package or _name(root) == package:
+                yield root
+            if (root / package).is_dir():
+                yield root / package
+
+
+def _name(folder: Path) -> str | None:
+    """What the `package.xml` of a folder calls it."""
+    try:
+        name = ElementTree.parse(folder / "package.xml").find("name")
+    except (OSError, ElementTree.ParseError):
+        return None
+    return name.text.strip() if name is not None and name.text else None

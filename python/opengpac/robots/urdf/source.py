@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A URDF file as a tree of elements that know their lines."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import NoReturn
+from xml.etree import ElementTree
+from xml.parsers import expat
+
+from ...errors import DeviceFailed, refuse
+from ...files import XML_DEPTH_MAX
+
+
+class Source:
+    """A file that is being put right: its elements, and the notes on what was changed."""
+
+    def __init__(self, file: Path, root: ElementTree.Element, lines: dict[ElementTree.Element, int]) -> None:
+        self.file = file
+        self.root = root
+        self.notes: list[str] = []
+        self.followers: set[str] = set()
+        """Joints that follow another one (`mimic`)."""
+        self._lines = lines
+
+    @classmethod
+    def read(cls, file: Path) -> Source:
+        """The file, with the macros of xacro expanded. Raises `DeviceFailed` with the line of what is wrong."""
+        try:
+            content = file.read_bytes()
+        except OSError as error:
+            refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", "give the path of a URDF file")
+        found = _parsed(file, content)
+        if file.suffix == ".xacro" or any(element.tag.startswith("xacro:") or _is_macro(element) for element in found.root.iter()):
+            found = _parsed(file, _expanded(file))
+        if found.root.tag != "robot":
+            refuse(DeviceFailed, f"'{file}' begins with <{found.root.tag}>, not with <robot>", "give a URDF or MJCF file")
+        return found
+
+    def line(self, element: ElementTree.Element) -> int:
+        """The line that an element begins at."""
+        return self._lines.get(element, 1)
+
+    def note(self, sentence: str, element: ElementTree.Element | None = None) -> None:
+        """Tells what was put right."""
+        place = f"{self.file.name}:{self.line(element)}: " if element is not None else f"{self.file.name}: "
+        self.notes.append(place + sentence)
+
+    def refuse(self, element: ElementTree.Element, problem: str, remedy: str) -> NoReturn:
+        """Refuses the file for what stands at an element."""
+        refuse(DeviceFailed, f"{self.file}:{self.line(element)}: {problem}", remedy)
+
+    def numbers(self, element: ElementTree.Element, attribute: str, count: int, default: str) -> list[float]:
+        """The numbers of an attribute; refused where they are none, or not finite."""
+        text = element.get(attribute, default)
+        try:
+            values = [float(word) for word in text.split()]
+        except ValueError:
+            values = []
+        if len(values) != count or not all(abs(value) < float("inf") for value in values):
+            wanted = "a number" if count == 1 else f"{count} numbers"
+            self.refuse(element, f'{attribute}="{text[:60]}" of <{element.tag}> is not {wanted}', f"write {wanted} there")
+        return values
+
+    def text(self) -> str:
+        """The file as it is now."""
+        return ElementTree.tostring(self.root, encoding="unicode")
+
+
+def _is_macro(element: ElementTree.Element) -> bool:
+    return any("${" in value or "$(" in value for value in element.attrib.values())
+
+
+def _expanded(file: Path) -> bytes:
+    """What xacro makes of a file."""
+    try:
+        xacro = importlib.import_module("xacro")
+    except ImportError:
+        refuse(
+            DeviceFailed,
+            f"'{file}' has macros of xacro, which is not installed",
+            "pip install xacro, or expand it before: xacro FILE > arm.urdf",
+        )
+    try:
+        return bytes(xacro.process_file(str(file)).toxml(), "utf-8")
+    except Exception as error:  # xacro raises a dozen kinds
+        refuse(DeviceFailed, f"xacro cannot expand '{file}': {error}", "try it in a terminal: xacro FILE")
+
+
+def _parsed(file: Path, content: bytes) -> Source:
+    """The elements, with their lines. Prefixes need no declaration: those of plugins and macros often have none."""
+    parser = expat.ParserCreate()
+    lines: dict[ElementTree.Element, int] = {}
+    open_elements: list[ElementTree.Element] = []
+    roots: list[ElementTree.Element] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        element = ElementTree.Element(tag, attributes)
+        lines[element] = parser.CurrentLineNumber
+        if len(open_elements) >= XML_DEPTH_MAX:
+            refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", "give a URDF file")
+        (open_elements[-1] if open_elements else roots).append(element)
+        open_elements.append(element)
+
+    parser.StartElementHandler = start
+    parser.EndElementHandler = lambda _tag: open_elements.pop()
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        what = expat.ErrorString(error.code)
+        refuse(DeviceFailed, f"{file}:{error.lineno}: this is not XML: {what}", "give the path of a URDF or MJCF file")
+    return Source(file, roots[0], lines)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""URDF files as people have them: what is put right, with which note, and what is refused."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import opengpac as gpac
+from opengpac import robots
+from opengpac.robots import urdf
+
+ARM = """<robot name="arm">
+<link name="base"/>
+<joint name="turn" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>{limit}</joint>
+<link name="upper">{inertial}{shape}</link>
+{more}
+</robot>"""
+LIMIT = '<limit lower="-2" upper="2" effort="100" velocity="2"/>'
+INERTIAL = (
+    '<inertial><origin xyz="0.2 0 0"/><mass value="2"/><inertia ixx="0.01" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+BOX = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
+MESH = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
+CUBE_OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+MORE = (
+    '<joint name="{name}" type="{kind}"><parent link="upper"/><child link="fore"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>'
+    '<limit lower="-1" upper="1" effort="50" velocity="1"/>{inside}</joint><link name="fore">' + INERTIAL + "</link>"
+)
+
+
+def arm(folder: Path, *, limit: str = LIMIT, inertial: str = INERTIAL, shape: str = "", more: str = "", name: str = "arm.urdf") -> Path:
+    """A URDF file of one turning joint, with these parts."""
+    file = folder / name
+    file.write_text(ARM.format(limit=limit, inertial=inertial, shape=shape, more=more))
+    return file
+
+
+PUT_RIGHT = {
+    "no inertia, no shape": ({"inertial": ""}, r"arm.urdf:4: link 'upper' has neither an inertia nor a shape"),
+    "no mass": (
+        {"inertial": '<inertial><mass value="0"/></inertial>', "shape": BOX},
+        r"arm.urdf:4: link 'upper' has a mass of 0 kg: it is taken from its shapes",
+    ),
+    "an impossible inertia": (
+        {"inertial": '<inertial><mass value="2"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'},
+        r"link 'upper' has an inertia that no body has: that of a ball of 5 cm",
+    ),
+    "an empty range": (
+        {"limit": '<limit lower="2" upper="-2" effort="100" velocity="2"/>'},
+        r"arm.urdf:3: the range of joint 'turn' is 2 to -2",
+    ),
+    "no range": ({"limit": '<limit effort="100" velocity="2"/>'}, r"revolute joint 'turn' has no range"),
+    "no limit": ({"limit": ""}, r"arm.urdf:3: revolute joint 'turn' has no limit"),
+    "no effort": ({"limit": '<limit lower="-2" upper="2" effort="0" velocity="2"/>'}, r"joint 'turn' has no limit of effort"),
+    "a mesh that is not there": ({"shape": MESH.format("package://maker/meshes/gone.stl")}, r"gone.stl' was not found, and is left out"),
+    "a mesh that is none": ({"shape": MESH.format("odd.obj")}, r"odd.*left out"),
+    "one name twice": (
+        {"more": MORE.format(name="turn", kind="revolute", inside="")},
+        r"arm.urdf:5: a second joint 'turn' is called 'turn_2'",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", PUT_RIGHT)
+def test_what_no_arm_can_have_is_put_right_and_told(tmp_path: Path, kind: str) -> None:
+    parts, note = PUT_RIGHT[kind]
+    (tmp_path / "odd.obj").write_text("v 0 0 0\n")
+    file = arm(tmp_path, **parts)
+    converted = urdf.convert(file)
+    assert any(re.search(note, told) for told in converted.notes), converted.notes
+    with pytest.warns(UserWarning, match=note):
+        loaded = robots.load(file, clock="virtual", name="put-right")
+    with loaded.system:
+        assert loaded.notes == converted.notes
+        loaded.enable()
+        goal = [0.1] * len(loaded)
+        assert np.allclose(gpac.motion.move_absolute(loaded, goal, time_limit="20 s").position, goal, atol=1e-3)
+    with pytest.raises(gpac.DeviceFailed, match=r"not as they should be: .*" + note):
+        robots.load(file, clock="virtual", strict=True)
+
+
+WHOLE = ARM.format(limit=LIMIT, inertial=INERTIAL, shape="", more="")
+REFUSED = {
+    "no XML": ("<robot", r"arm.urdf:1: this is not XML: unclosed token"),
+    "another root": ("<sdf/>", r"begins with <sdf>, not with <robot>"),
+    "an unknown link": (
+        WHOLE.replace('child link="upper"', 'child link="uper"'),
+        r"arm.urdf:3: the child link of joint 'turn' is 'uper'",
+    ),
+    "a number that is none": (WHOLE.replace('upper="2"', 'upper="2 rad"'), r'arm.urdf:3: upper="2 rad" of <limit> is not a number'),
+    "an axis of no length": (WHOLE.replace("0 1 0", "0 0 0", 1), r"the axis of joint 'turn' is 0 0 0"),
+    "an unknown kind": (WHOLE.replace("revolute", "hinge"), r"joint 'turn' is of type 'hinge'"),
+    "two links of a name": (WHOLE.replace("</robot>", '<link name="upper"/></robot>'), r"there are two links 'upper'"),
+}
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_what_has_no_meaning_is_refused_with_its_place(tmp_path: Path, kind: str) -> None:
+    text, problem = REFUSED[kind]
+    (tmp_path / "arm.urdf").write_text(text)
+    with pytest.raises(gpac.DeviceFailed, match=problem):
+        robots.load(tmp_path / "arm.urdf", clock="virtual")
+
+
+def test_prefixes_that_nobody_declared_and_plugins_are_no_obstacle(tmp_path: Path) -> None:
+    file = arm(tmp_path, more='<gazebo><plugin:thing sensor:x="1"/></gazebo><transmission name="t"><type>simple</type></transmission>')
+    assert urdf.convert(file).notes == ()
+
+
+@pytest.mark.parametrize("way", ["above", "package.xml", "package_paths", "ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"])
+def test_packages_are_found_where_everybody_looks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: str) -> None:
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    package = {
+        "above": tmp_path / "maker",
+        "package.xml": tmp_path / "checked_out",
+        "package_paths": tmp_path / "elsewhere" / "maker",
+        "ROS_PACKAGE_PATH": tmp_path / "ros" / "maker",
+        "AMENT_PREFIX_PATH": tmp_path / "install" / "share" / "maker",
+    }[way]
+    (package / "meshes").mkdir(parents=True)
+    (package / "meshes" / "cube.obj").write_text(CUBE_OBJ)
+    (package / "package.xml").write_text("<package><name>maker</name></package>")
+    monkeypatch.setenv(way, str(package.parents[1] if way == "AMENT_PREFIX_PATH" else package.parent)) if way.isupper() else None
+    home = package / "urdf" if way in ("above", "package.xml") else tmp_path / "robot"
+    home.mkdir()
+    file = arm(home, shape=MESH.format("package://maker/meshes/cube.obj"))
+    converted = urdf.convert(file, [package.parent] if way == "package_paths" else [])
+    assert converted.notes == () and "cube.obj" in converted.text
+
+
+def test_macros_need_xacro(tmp_path: Path) -> None:
+    file = arm(tmp_path, limit=LIMIT.replace("100", "${effort}"))
+    with pytest.raises(gpac.DeviceFailed, match=r"has macros of xacro, which is not installed; pip install xacro"):
+        urdf.convert(file)
+
+
+def test_a_joint_that_mimics_another_follows_it_and_is_no_joint_of_the_arm(tmp_path: Path) -> None:
+    more = MORE.format(name="fold", kind="revolute", inside='<mimic joint="turn" multiplier="-0.5"/>')
+    loaded = robots.load(arm(tmp_path, more=more), clock="virtual", name="mimic")
+    with loaded.system:
+        assert [joint.short_name for joint in loaded] == ["turn"]
+        loaded.enable()
+        gpac.motion.move_absolute(loaded, [1.0], time_limit="20 s")
+        assert abs(loaded.turn.sensed.value - 1.0) < 0.01
+
+
+def test_a_range_without_zero_begins_at_its_nearest_end(tmp_path: Path) -> None:
+    loaded = robots.load(arm(tmp_path, limit='<limit lower="0.5" upper="2" effort="100" velocity="2"/>'), clock="virtual", name="inside")
+    with loaded.system:
+        loaded.enable()
+        assert loaded.values("home") == [0.5] and abs(loaded.turn.sensed.value - 0.5) < 1e-6
+
+
+def test_links_of_an_arm_do_not_collide_with_each_other(tmp_path: Path) -> None:
+    """Shapes of three links overlap, as convex hulls of real ones do."""
+    big = '<collision><geometry><box size="0.9 0.2 0.2"/></geometry></collision>'
+    more = MORE.format(name="fold", kind="revolute", inside="").replace("</link>", f"{big}</link>") + (
+        '<joint name="twist" type="revolute"><parent link="fore"/><child link="hand"/><axis xyz="0 0 1"/>' + LIMIT + "</joint>"
+        '<link name="hand">' + INERTIAL + big + "</link>"
+    )
+    loaded = robots.load(arm(tmp_path, shape=big, more=more), clock="virtual", name="touching")
+    with loaded.system:
+        loaded.enable()
+        assert np.allclose(gpac.motion.move_absolute(loaded, [0.3, 0.3, 0.3], time_limit="20 s").position, 0.3, atol=1e-3)
+
+
+def test_an_arm_collides_with_what_stands_around_it(tmp_path: Path) -> None:
+    wall = tmp_path / "wall.xml"
+    wall.write_text(
+        '<mujoco><compiler angle="radian"/><worldbody><geom type="box" size="0.1 1 0.1" pos="0.4 0 -0.3"/></worldbody></mujoco>'
+    )
+    shape = '<collision><origin xyz="0.4 0 0"/><geometry><sphere radius="0.05"/></geometry></collision>'
+    loaded = robots.load(arm(tmp_path, shape=shape), clock="virtual", name="wall", scene=wall)
+    with loaded.system:
+        loaded.enable()
+        with pytest.raises(gpac.Terminated):
+            gpac.motion.move_absolute(loaded, [1.5], time_limit="20 s")
+        assert loaded.turn.sensed.value < 0.8, "the wall is in the way"
