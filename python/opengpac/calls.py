@@ -251,8 +251,9 @@ class Calls(Asking):
         """Lets a channel of a device stop everything that moves."""
         return self._ask("emergency_stop_input", {"device": device, "channel": channel, "at_zero": at_zero})
 
-    def reset(self) -> None:
-        """Ends the emergency stop."""
+    def reset(self) -> dict[str, Any]:
+        """Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still,
+        each with why."""
         return self._ask("reset")
 
     def pause(self, devices: list[str] | None = None) -> list[str]:

@@ -61,8 +61,10 @@ class Commanded(Observed):
         with refusals:
             self._alive().emergency_stop_input(channel.device.name, channel.name, not trips)
 
-    def reset(self, within: Quantity | None = None) -> None:
+    def reset(self, within: Quantity | None = None) -> dict[str, str]:
         """Takes back an emergency stop, and opens lost devices again. Everything stays disabled, nothing goes on.
+
+        Returns the physical devices that are lost still, each with why; nothing is lost any more where that is empty.
 
         Refused while a cause is present, naming it (`EmergencyStopped`): at once, or where none has gone `within` that time.
         """

@@ -31,14 +31,18 @@ from __future__ import annotations
 
 import functools
 import inspect
+import math
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar, overload
+from typing import Any, Final, TypeVar, overload
 
 from . import _native
 from .errors import CallError, DefinitionError, DeviceFailed, did_you_mean, refusals, refuse
 
-__all__ = ["Channel", "Counter", "Driver", "Option", "Service", "counter", "read", "service", "write"]
+__all__ = [
+    "NOTHING_NEW", "Channel", "Counter", "Driver", "NothingNew", "Option", "Part", "PartValues", "Service", "counter", "part", "read",
+    "service", "write",
+]  # fmt: skip
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -47,6 +51,20 @@ _FORMATS = {
     "uint64_t": "Q", "float": "f", "double": "d",
 }  # fmt: skip
 _NEEDED: Any = object()
+_UNLIMITED = 1e6
+"""What stands for no limit of a part, as in drivers of other languages."""
+
+
+class NothingNew:
+    """Type of `NOTHING_NEW`."""
+
+    def __repr__(self) -> str:
+        return "NOTHING_NEW"
+
+
+NOTHING_NEW: Final = NothingNew()
+"""What `exchange` returns where the machine has told nothing since the last one: its readings are those from before."""
+
 _KINDS: dict[str, type] = {"str": str, "int": int, "float": float, "bool": bool, "list": list, "dict": dict}
 _KIND_NAMES: dict[type | None, str] = {str: "text", int: "whole", float: "number", bool: "bool", list: "list", dict: "table"}
 """As declarations of drivers name them."""
@@ -121,6 +139,53 @@ class Channel(_Named):
         return values[0] if self.elements is None else list(values)
 
 
+class Part(_Named):
+    """A joint of the machine; made by `part`. On the object it is its `PartValues`."""
+
+    def __init__(self, unit: str, command: str, operating: bool, limits: Mapping[str, Any]) -> None:
+        self.unit, self.command, self.limits = unit, command, limits
+        force = "N.m" if unit == "rad" else "N"
+        self.channels = {
+            "position": Channel("double", unit, "where it is", False, None, None),
+            "velocity": Channel("double", f"{unit}/s", "how fast it moves", False, None, None),
+        }
+        if command == "position":
+            self.channels["goal"] = Channel("double", unit, "where it is to be; NaN: it stays", True, math.nan, None)
+        else:
+            self.channels["bias"] = Channel("double", force, "the effort that holds it", False, None, None)
+            self.channels["effort"] = Channel("double", force, "what moves it", True, None, None)
+        if operating:
+            self.channels["operating"] = Channel("bool", "", "whether it follows what it is told", False, None, None)
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+        for word, channel in self.channels.items():
+            channel.name = f"{name}.{word}"
+
+    def about(self) -> dict[str, Any]:
+        """As devices have it."""
+        return {"name": self.name, "unit": self.unit, "command": self.command, **self.limits}
+
+
+class PartValues:
+    """What a joint is told and tells: `position`, `velocity`, and `goal` or `bias` and `effort`, as its `part` declares.
+
+    `engaged` says whether a verb commands it; the motor of a joint that is not is to be off, or to hold.
+    """
+
+    def __init__(self, part: Part) -> None:
+        self.__dict__["engaged"] = False
+        self.__dict__.update({word: channel.initial for word, channel in part.channels.items()})
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in self.__dict__:
+            raise AttributeError(f"a part has no channel '{name}'; {did_you_mean(name, self.__dict__)}")
+        self.__dict__[name] = value
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"a part has no channel '{name}'; {did_you_mean(name, self.__dict__)}")
+
+
 class Counter(_Named):
     """What a driver counts; made by `counter`. On the object it is the number so far."""
 
@@ -193,6 +258,45 @@ def write(type: str = "double", *, unit: str = "", doc: str = "", safe: Any = No
     return Channel(type, unit, doc, True, safe, slew)
 
 
+def part(
+    *,
+    unit: str = "rad",
+    command: str = "position",
+    range: tuple[float | str, float | str] | None = None,
+    speed_max: float | str | None = None,
+    effort_max: float | str | None = None,
+    home: float | str = 0.0,
+    kp: float = 0.0,
+    kd: float = 0.0,
+    operating: bool = False,
+) -> Any:
+    """A joint of the machine, `elbow = part(range=("-150 deg", "150 deg"), speed_max=2.0)`: `exchange` sets `self.elbow.position` and
+    `self.elbow.velocity`, and finds `self.elbow.goal`, NaN for no goal. `gpac.robots.Joint(…, drive=device["elbow"])` moves it.
+
+    `unit`: `rad` or `m`. `command="effort"` is a joint whose loop is closed by the program, with gains `kp` and `kd` at 1 kHz: it finds
+    `effort`, and sets `bias`, the effort that holds it. `operating=True`: `exchange` sets `self.elbow.operating`, and `enable` and verbs
+    wait until it is true. Limits that are left out are none; numbers are in `unit`, texts in any unit.
+    """
+    if unit not in ("rad", "m") or command not in ("position", "effort"):
+        refuse(DefinitionError, f"a part in '{unit}' with command '{command}'", "unit is 'rad' or 'm', command 'position' or 'effort'")
+
+    def number(value: float | str | None, of: str, without: float) -> float:
+        if isinstance(value, str):
+            with refusals:
+                return _native.number_in(value, of)
+        return without if value is None else float(value)
+
+    force = "N.m" if unit == "rad" else "N"
+    lower, upper = (number(None if range is None else range[end], unit, none) for end, none in ((0, -_UNLIMITED), (1, _UNLIMITED)))
+    limits = {
+        "range_min": lower, "range_max": upper, "home": number(home, unit, 0.0), "servo": {"kp": float(kp), "kd": float(kd)},
+        "speed_max": number(speed_max, f"{unit}/s", _UNLIMITED), "effort_max": number(effort_max, force, _UNLIMITED),
+    }  # fmt: skip
+    if not (lower < upper and limits["speed_max"] > 0 and limits["effort_max"] > 0):
+        refuse(DefinitionError, f"a part with the limits {limits}", "give a range that rises, and maxima above 0")
+    return Part(unit, command, operating, limits)
+
+
 def counter(doc: str, *, unit: str = "") -> Any:
     """What a driver counts, `damaged = counter("answers with a wrong check sum")`: 0 at first, and `exchange` adds to it. Programs find it
     in `device.counters`, `statistics` and `opengpac top`."""
@@ -240,6 +344,8 @@ class Driver:
             self.__dict__[name] = option.taken(_annotated(type(self), name), given, what) if name in options else given
         for name, channel in self.members(Channel).items():
             self.__dict__[name] = channel.initial
+        for name, declared_part in self.members(Part).items():
+            self.__dict__[name] = PartValues(declared_part)
         for name in self.members(Counter):
             self.__dict__[name] = 0
 
@@ -260,8 +366,12 @@ class Driver:
     def open(self) -> None:
         """Opens the device; called once. What it raises is why it cannot be opened."""
 
-    def exchange(self) -> None:
-        """Exchanges values with the machine, once a period: channels that are written hold commands, those that are read are to be set."""
+    def exchange(self) -> float | NothingNew | None:
+        """Exchanges values with the machine, once a period: channels that are written hold commands, those that are read are to be set.
+
+        Returns nothing where the readings are of now, how old they are, s, where the machine tells, and `NOTHING_NEW` where it has told
+        nothing: the readings stay those from before, and the channel `age` goes on growing.
+        """
         raise NotImplementedError(f"{type(self).__name__} has no exchange()")
 
     def safe_state(self) -> None:
@@ -269,6 +379,23 @@ class Driver:
 
     def close(self) -> None:
         """Closes the device; called once, also after a failure."""
+
+
+def channels_of(kind: type[Driver]) -> dict[str, Channel]:
+    """The channels of a class by name, those of its parts too, in the order in which they are declared."""
+    found: dict[str, Channel] = {}
+    for name, member in kind.members(_Named).items():
+        if isinstance(member, Channel):
+            found[name] = member
+        elif isinstance(member, Part):
+            found |= {channel.name: channel for channel in member.channels.values()}
+    return found
+
+
+def place_of(driver: Driver, channel: Channel) -> tuple[dict[str, Any], str]:
+    """Where a channel has its value on the object: a dictionary, and the name in it."""
+    part, _, word = channel.name.rpartition(".")
+    return (vars(driver.__dict__[part]) if part else driver.__dict__), word
 
 
 def services_of(kind: type[Driver]) -> dict[str, Service]:
@@ -301,12 +428,13 @@ def _scans(kind: type[Driver]) -> bool:
 
 
 def about(kind: type[Driver]) -> dict[str, Any]:
-    """What a driver declares, as manuals have it: `doc`, `options`, `services`, `counters`, `scans`."""
+    """What a driver declares, as manuals have it: `doc`, `options`, `services`, `counters`, `parts`, `scans`."""
     return {
         "doc": (inspect.getdoc(kind) or "").partition("\n")[0].rstrip("."),
         "options": [option.about(name, _annotated(kind, name)) for name, option in kind.members(_Option).items()],
         "services": [made.about() for made in services_of(kind).values()],
         "counters": [made.about() for made in kind.members(Counter).values()],
+        "parts": [made.about() for made in kind.members(Part).values()],
         "scans": _scans(kind),
     }
 

@@ -13,7 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from . import _native, driver_handover
-from .driver import Channel, Counter, Driver, about, services_of, the_driver
+from .driver import NOTHING_NEW, Channel, Counter, Driver, about, channels_of, place_of, services_of, the_driver
+
+_Placed = tuple[Channel, int, dict[str, Any], str]
+"""A channel, where it lies in its group, and where its value is on the object."""
+_AGE_MAX_S = 1e6
+"""Readings that are older are none that a program could use."""
 
 
 class Exchange:
@@ -27,9 +32,9 @@ class Exchange:
                 sys.path.append(path)
         self._kind = loaded(options.get("path"), options.get("module"), options.get("class"))
         self._driver: Driver = self._kind(**options.get("options", {}))
-        self._declared: dict[str, Channel] = dict(self._kind.members(Channel))
-        self._reads: list[tuple[Channel, int]] = []
-        self._writes: list[tuple[Channel, int]] = []
+        self._declared = channels_of(self._kind)
+        self._reads: list[_Placed] = []
+        self._writes: list[_Placed] = []
         self._counters = [*self._kind.members(Counter)]
         self._services = services_of(self._kind)
         self._readings = bytearray()
@@ -38,9 +43,9 @@ class Exchange:
 
     @property
     def beside(self) -> str:
-        """What it does beside its exchange, as JSON: services and counters."""
+        """What it has beside its channels, as JSON: services, counters, parts."""
         told = about(self._kind)
-        return json.dumps({name: told[name] for name in ("services", "counters") if told[name]})
+        return json.dumps({name: told[name] for name in ("services", "counters", "parts") if told[name]})
 
     @property
     def channels(self) -> str:
@@ -55,9 +60,9 @@ class Exchange:
 
     def place(self, offsets: list[int], readings_len: int) -> None:
         """Says where each channel lies, in the order of `channels`, and how long the readings are."""
-        placed = [*zip(self._declared.values(), offsets, strict=True)]
-        self._reads = [(c, offset) for c, offset in placed if not c.write]
-        self._writes = [(c, offset) for c, offset in placed if c.write]
+        placed = [(c, offset, *place_of(self._driver, c)) for c, offset in zip(self._declared.values(), offsets, strict=True)]
+        self._reads = [each for each in placed if not each[0].write]
+        self._writes = [each for each in placed if each[0].write]
         self._readings = bytearray(readings_len)
 
     def open(self) -> None:
@@ -67,17 +72,22 @@ class Exchange:
                 self._sign = driver_handover.taken_over(self._device)
             self._driver.open()
 
-    def exchange(self, commands: bytes) -> tuple[bytes, list[int]]:
-        """One exchange: the driver finds the commands in its channels, and leaves readings there; and what it has counted so far."""
+    def exchange(self, commands: bytes, engaged: bytes = b"") -> tuple[bytes, list[int], float | None]:
+        """One exchange: the driver finds the commands in its channels, and leaves readings there.
+
+        Returns the readings, what it has counted so far, and how old the readings are, s; None where they are those from before.
+        `engaged`: for each channel that is written, whether a verb commands it; all are where nothing is said.
+        """
         with self._busy:
-            values = self._driver.__dict__
-            for channel, offset in self._writes:
-                values[channel.name] = channel.unpack(commands, offset)
-            self._driver.exchange()
-            for channel, offset in self._reads:
-                packed = channel.pack(values[channel.name])
+            for index, (channel, offset, values, name) in enumerate(self._writes):
+                values[name] = channel.unpack(commands, offset)
+                if "." in channel.name:
+                    values["engaged"] = engaged == b"" or engaged[index] != 0
+            age_s = _age_of(self._driver.exchange())
+            for channel, offset, values, name in self._reads:
+                packed = channel.pack(values[name])
                 self._readings[offset : offset + len(packed)] = packed
-            return bytes(self._readings), [max(0, int(values[name])) for name in self._counters]
+            return bytes(self._readings), [max(0, int(self._driver.__dict__[name])) for name in self._counters], age_s
 
     def serve(self, service: str, arguments_json: str) -> str:
         """Carries out a service; its answer as JSON. Refused: it has no such service, or gives an answer of another type."""
@@ -94,14 +104,28 @@ class Exchange:
     def safe_state(self) -> None:
         """Brings the outputs to their safe state."""
         with self._busy:
-            for channel, _ in self._writes:
-                self._driver.__dict__[channel.name] = channel.initial
+            for channel, _, values, name in self._writes:
+                values[name] = channel.initial
+                if "." in channel.name:
+                    values["engaged"] = False
             self._driver.safe_state()
 
     def close(self) -> None:
         """Closes the device."""
         with self._busy:
             self._driver.close()
+
+
+def _age_of(told: Any) -> float | None:
+    """How old readings are, s, by what `exchange` returned. Refused: it says nothing that this could be."""
+    if told is None:
+        return 0.0
+    if told is NOTHING_NEW:
+        return None
+    if isinstance(told, int | float) and not isinstance(told, bool) and 0.0 <= told <= _AGE_MAX_S:
+        return float(told)
+    remedy = f"return nothing, opengpac.driver.NOTHING_NEW, or how old its readings are, 0 to {_AGE_MAX_S:.0f} s"
+    raise ValueError(f"exchange() returns {told!r}: {remedy}")
 
 
 def loaded(path: str | None, module: str | None, name: str | None) -> type[Driver]:

@@ -43,7 +43,11 @@ struct PythonDriver {
     exchange: Py<PyAny>,
     channels: Vec<Channel>,
     age: Slot,
+    /// When its machine took the newest readings, on the clock of its releases.
+    taken_ns: i64,
     commands: Vec<u8>,
+    /// For each channel that is written: 1 where a verb commands it.
+    engaged: Vec<u8>,
     counters: Option<Arc<Counters>>,
     services: Option<Arc<Carried>>,
 }
@@ -97,12 +101,13 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     for channel in layout.channels().iter().filter(|channel| channel.direction == Direction::Write) {
         commands[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
     }
+    let engaged = vec![0; layout.channels().iter().filter(|channel| channel.direction == Direction::Write).count()];
     let counters = (!words.counters.is_empty()).then(|| Arc::new(Counters::new(words.counters)));
     let services = Python::attach(|py| {
         let carried = || Arc::new(Carried { exchange: exchange.clone_ref(py), words: words.services });
         (!words.services.is_empty()).then(carried)
     });
-    Ok((Box::new(PythonDriver { exchange, channels: layout.into_channels(), age, commands, counters, services }), about))
+    Ok((Box::new(PythonDriver { exchange, channels: layout.into_channels(), age, taken_ns: 0, commands, engaged, counters, services }), about))
 }
 
 impl PythonDriver {
@@ -126,26 +131,34 @@ impl Driver for PythonDriver {
         &self.channels
     }
 
-    fn open(&mut self, _: i64) -> Result<(), DeviceError> {
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        self.taken_ns = now_ns;
         self.call("open")
     }
 
-    fn read(&mut self, _: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         Python::attach(|py| {
-            let read = self.exchange.call_method1(py, "exchange", (PyBytes::new(py, &self.commands),)).map_err(|why| failed(py, &why))?;
-            let (bytes, counted): (&[u8], Vec<u64>) = read.extract(py).map_err(|why| failed(py, &why))?;
+            let read = self
+                .exchange
+                .call_method1(py, "exchange", (PyBytes::new(py, &self.commands), PyBytes::new(py, &self.engaged)))
+                .map_err(|why| failed(py, &why))?;
+            let (bytes, counted, age_s): (&[u8], Vec<u64>, Option<f64>) = read.extract(py).map_err(|why| failed(py, &why))?;
             readings.copy_from_slice(bytes);
+            if let Some(age_s) = age_s {
+                self.taken_ns = release_ns.saturating_sub((age_s * 1e9) as i64);
+            }
             if let Some(counters) = &self.counters {
                 counted.into_iter().enumerate().for_each(|(index, value)| counters.set(index, value));
             }
             Ok(())
         })?;
-        self.age.set_double(readings, 0, 0.0);
+        self.age.set_double(readings, 0, (release_ns - self.taken_ns).max(0) as f64 * 1e-9);
         Ok(())
     }
 
-    fn write(&mut self, _: i64, commands: &[u8], _: &[bool]) -> Result<(), DeviceError> {
+    fn write(&mut self, _: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
         self.commands.copy_from_slice(commands);
+        self.engaged.iter_mut().zip(engaged).for_each(|(flag, engaged)| *flag = u8::from(*engaged));
         Ok(())
     }
 
@@ -156,6 +169,10 @@ impl Driver for PythonDriver {
 
     fn close(&mut self) {
         let _told = self.call("close");
+    }
+
+    fn taken_ns(&self) -> Option<i64> {
+        Some(self.taken_ns)
     }
 
     fn services(&self) -> Option<Arc<dyn Services>> {

@@ -41,13 +41,15 @@
 //     make         channels and parts, from the options; it may allocate and read files. Nothing of the machine is touched
 //     open         once before the first exchange; now_ns is the clock of the exchange
 //     read, write  at the start and the end of each firing. Inline: bounded; no allocation, no lock, no wait, for this is the real-time thread
+//     taken        after each read: when the machine took its readings, on the clock of release_ns. Left out: with the read. One that has heard
+//                  nothing new answers the time from before, and the channel age of its device grows
 //     safe_state   all outputs to their safe state now: after a fault, an emergency stop, at the end; also where it never was open
 //     close        once at the end, also where it never was open; then the struct is freed
 //     handles      after open: what the guard writes when this process is gone (safe_handle)
 //     service      (self, host, name): from another thread while read and write run; what both use is atomic
 //     scan         (host): looks for devices and moves nothing (found)
 //
-// All but safe_state and close return OK, or the cause for people: return because("no answer from %s", host). A cause of read or write
+// All but taken, safe_state and close return OK, or the cause for people: return because("no answer from %s", host). A cause of read or write
 // means that the device is lost. The host lives as long as the call that is given it; texts of options live as long as the driver.
 //
 // The bytes below are described by the Rust file foreign/abi.rs too; a test compares them.
@@ -152,6 +154,7 @@ typedef struct {
     const char *(*handles)(void *self, opengpac_host *host);
     const char *(*service)(void *self, opengpac_host *host, const char *name);
     const char *(*scan)(opengpac_host *host);
+    int64_t (*taken)(void *self);
 } opengpac_driver;
 
 typedef const opengpac_driver *(*opengpac_driver_getter)(void);
@@ -365,6 +368,7 @@ OGD_INLINE_FUNCTION void found(opengpac_host *host, const char *what, const char
     OGD_FUNCTION(NAME, const char *, service, (void *self, opengpac_host *host, const char *name), (struct NAME *, opengpac_host *, const char *), \
                  ((struct NAME *)self, host, name), return) \
     OGD_FUNCTION(NAME, const char *, scan, (opengpac_host *host), (opengpac_host *), (host), return) \
+    OGD_FUNCTION(NAME, int64_t, taken, (void *self), (struct NAME *), ((struct NAME *)self), return) \
     static const opengpac_driver_item opengpac_items_##NAME[] = {OGD_EACH(OGD_ITEM, __VA_ARGS__) {0, 0, "", "", "", 0, 0.0, 0, 0, 0}}; \
     static const opengpac_driver *opengpac_driver_##NAME(void) { \
         static opengpac_driver driver; \
@@ -376,7 +380,7 @@ OGD_INLINE_FUNCTION void found(opengpac_host *host, const char *what, const char
         driver.read = NAME##_read ? opengpac_read_##NAME : 0, driver.write = NAME##_write ? opengpac_write_##NAME : 0; \
         driver.safe_state = NAME##_safe_state ? opengpac_safe_state_##NAME : 0, driver.close = NAME##_close ? opengpac_close_##NAME : 0; \
         driver.handles = NAME##_handles ? opengpac_handles_##NAME : 0, driver.service = NAME##_service ? opengpac_service_##NAME : 0; \
-        driver.scan = NAME##_scan ? opengpac_scan_##NAME : 0; \
+        driver.scan = NAME##_scan ? opengpac_scan_##NAME : 0, driver.taken = NAME##_taken ? opengpac_taken_##NAME : 0; \
         return &driver; \
     } \
     static const opengpac_driver_getter opengpac_getter_##NAME __attribute__((section("opengpac_drivers"), used)) = opengpac_driver_##NAME;

@@ -219,8 +219,9 @@ void opengpac_close(opengpac_system *system);
  *   emergency_stop_input(device, channel, [at_zero])
  *       Lets a channel of a device stop everything that moves.
  *         at_zero: It stops at zero, not at one.
- *   reset()
- *       Ends the emergency stop.
+ *   reset() -> map of text
+ *       Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still,
+ *       each with why.
  *   pause([devices]) -> list of text
  *       Suspends what is done with these logical devices, or with all, and waits until it is. Returns the
  *       names of these instances.

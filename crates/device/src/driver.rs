@@ -37,6 +37,11 @@ pub trait Driver: Send {
     fn watchdog_ns(&self) -> Option<i64> {
         None
     }
+    /// When the device took the readings of the latest [`Driver::read`], on the clock of its `release_ns`: earlier than that where the device has
+    /// told nothing new. Asked after each `read`; real-time safe. Default: with the `read`.
+    fn taken_ns(&self) -> Option<i64> {
+        None
+    }
     /// What carries out its declared services. Asked once, after it is made. Default: it has none.
     fn services(&self) -> Option<Arc<dyn Services>> {
         None

@@ -85,6 +85,10 @@ impl Driver for Watchdog {
         self.inner.read(release_ns, readings)
     }
 
+    fn taken_ns(&self) -> Option<i64> {
+        self.inner.taken_ns()
+    }
+
     fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
         self.commanded_ns = engaged.contains(&true).then_some(release_ns);
         self.inner.write(release_ns, commands, engaged)

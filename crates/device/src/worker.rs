@@ -17,7 +17,13 @@ pub(crate) const IN_PLACE: OptionWord =
 /// The options that every driver of the class has.
 pub(crate) const WORDS: [OptionWord; 3] = [
     OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often it exchanges, on a thread of its own").unit("ns"),
-    OptionWord::with_default("age_max_ns", Kind::Whole, "what the driver declares", "older readings are no readings: the device is lost").unit("ns"),
+    OptionWord::with_default(
+        "age_max_ns",
+        Kind::Whole,
+        "what the driver declares; then a device that tells nothing new may do so for long",
+        "older readings are no readings: the device is lost",
+    )
+    .unit("ns"),
     IN_PLACE,
 ];
 
@@ -25,11 +31,13 @@ pub(crate) const WORDS: [OptionWord; 3] = [
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pace {
     pub period_ns: i64,
-    /// Older readings mean that the device is lost.
+    /// A longer time since the latest exchange means that the device is lost.
     pub age_max_ns: i64,
+    /// So do older readings, where that was asked for: a device may have told nothing new for longer than an exchange takes.
+    pub taken_max_ns: Option<i64>,
     /// How long its device may take to be there, ns.
     pub waits_ns: i64,
-    /// On the thread of its source, with an age of 0: no thread has a pace of its own under the virtual clock.
+    /// On the thread of its source: no thread has a pace of its own under the virtual clock.
     pub in_place: bool,
 }
 
@@ -56,10 +64,11 @@ pub(crate) fn pace<'a>(given: &Given<'a>, life: &Life) -> Result<(Pace, Given<'a
     if !(100_000..=10_000_000_000).contains(&period_ns) {
         return Err(given.wrong(period.name, "0.1 ms to 10 s is asked for"));
     }
-    let age_max_ns = of(age_max).unwrap_or(if life.lost_within_ns > 0 { life.lost_within_ns } else { 10 * period_ns });
+    let taken_max_ns = of(age_max);
+    let age_max_ns = taken_max_ns.unwrap_or(if life.lost_within_ns > 0 { life.lost_within_ns } else { 10 * period_ns });
     if age_max_ns < 2 * period_ns {
         return Err(given.wrong(age_max.name, format!("at least two periods are asked for, {} ms", 2.0 * period_ns as f64 * 1e-6)));
     }
     let in_place = given.value()[IN_PLACE.name].as_bool() == Some(true);
-    Ok((Pace { period_ns, age_max_ns, waits_ns: life.waits_ns, in_place }, rest))
+    Ok((Pace { period_ns, age_max_ns, taken_max_ns, waits_ns: life.waits_ns, in_place }, rest))
 }

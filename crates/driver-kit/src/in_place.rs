@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver of the worker class on the thread of its source: its readings are never old.
-use crate::readings::Aged;
-use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
+//! A driver of the worker class on the thread of its source: its readings are as old as the device says.
+use crate::readings::{Aged, check_age};
+use device::{Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
 use std::sync::Arc;
 
 pub(crate) struct InPlace {
     inner: Box<dyn Driver>,
     aged: Aged,
+    pace: Pace,
 }
 
 impl InPlace {
-    pub(crate) fn new(inner: Box<dyn Driver>) -> Self {
+    pub(crate) fn new(inner: Box<dyn Driver>, pace: Pace) -> Self {
         let aged = Aged::new(inner.channels());
-        InPlace { inner, aged }
+        InPlace { inner, aged, pace }
     }
 }
 
@@ -26,8 +27,9 @@ impl Driver for InPlace {
     }
 
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
-        self.aged.age.set_double(readings, 0, 0.0);
-        self.inner.read(release_ns, &mut readings[..self.aged.readings_len])
+        self.inner.read(release_ns, &mut readings[..self.aged.readings_len])?;
+        let age_ns = self.aged.set_age(readings, release_ns, self.inner.taken_ns().unwrap_or(release_ns));
+        check_age(&self.pace, age_ns)
     }
 
     fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {

@@ -28,5 +28,5 @@ pub fn lend() {
 
 /// The driver at its pace: its last channel is `age`, in seconds.
 fn paced(driver: Box<dyn Driver>, pace: Pace) -> Box<dyn Driver> {
-    if pace.in_place { Box::new(in_place::InPlace::new(driver)) } else { Box::new(worker::Worker::new(driver, pace)) }
+    if pace.in_place { Box::new(in_place::InPlace::new(driver, pace)) } else { Box::new(worker::Worker::new(driver, pace)) }
 }

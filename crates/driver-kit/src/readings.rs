@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The channels of a driver, with the age of its readings behind them.
-use device::{Channel, Direction, Slot, Type};
+use device::{Channel, DeviceError, Direction, Pace, Slot, Type};
 
 /// Name of the channel that a worker adds.
 const AGE: &str = "age";
@@ -26,4 +26,17 @@ impl Aged {
         let written = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
         Aged { channels, age, readings_len, commands_len: end(Direction::Write), written }
     }
+    /// Stores how old readings are that the device took at a time, and returns it, ns. Real-time safe.
+    pub(crate) fn set_age(&self, readings: &mut [u8], release_ns: i64, taken_ns: i64) -> i64 {
+        let age_ns = release_ns.saturating_sub(taken_ns).max(0);
+        self.age.set_double(readings, 0, age_ns as f64 * 1e-9);
+        age_ns
+    }
+}
+
+/// Errors: the device has told nothing new for longer than its readings may be old.
+pub(crate) fn check_age(pace: &Pace, age_ns: i64) -> Result<(), DeviceError> {
+    let Some(most_ns) = pace.taken_max_ns.filter(|most_ns| age_ns > *most_ns) else { return Ok(()) };
+    let (age, most) = (age_ns as f64 * 1e-6, most_ns as f64 * 1e-6);
+    Err(DeviceError { message: format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers, and tells nothing new") })
 }

@@ -6,9 +6,10 @@
 //! |---|---|
 //! | an exchange fails | the next `read` of the source fails: the device is lost |
 //! | an exchange lasts | readings grow old; beyond `age_max_ns` the device is lost |
+//! | the device tells nothing new | readings grow old too; the device is lost beyond `age_max_ns` where that option was given |
 //! | the source leaves no commands for as long | the thread brings the outputs to their safe state |
 //! | `safe_state` | the thread is woken; it happens behind the exchange that runs |
-use crate::readings::Aged;
+use crate::readings::{Aged, check_age};
 use device::{Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
 use interconnect::{TripleReader, TripleWriter, triple_buffer};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -19,8 +20,10 @@ use std::time::{Duration, Instant};
 
 /// How long an exchange that runs may last when the driver is opened or closed, beside what the device may take to be there.
 const EXCHANGE: Duration = Duration::from_secs(5);
-/// Bytes before readings and commands: when they were taken, ns.
+/// Bytes before commands: when they were written, ns.
 const STAMP: usize = size_of::<i64>();
+/// Bytes before readings: when they were exchanged, and when the device took them, ns.
+const STAMPS: usize = 2 * STAMP;
 
 /// What the source and the thread share beside the buffers.
 #[derive(Default)]
@@ -81,7 +84,7 @@ impl Driver for Worker {
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
         let Some(inner) = self.inner.take() else { return Err(DeviceError { message: "it was opened before; open the device anew".to_owned() }) };
         let shared = Arc::new(Shared::default());
-        let (to_source, readings) = triple_buffer(STAMP + self.aged.readings_len);
+        let (to_source, readings) = triple_buffer(STAMPS + self.aged.readings_len);
         let (commands, from_source) = triple_buffer(STAMP + self.aged.written + self.aged.commands_len);
         let (opened, opens) = sync_channel(1);
         let (ends, ended) = sync_channel(1);
@@ -118,15 +121,16 @@ impl Driver for Worker {
             return Err(running.shared.why());
         }
         running.readings.latch();
-        let (stamp, newest) = running.readings.front().split_at(STAMP);
+        let (stamps, newest) = running.readings.front().split_at(STAMPS);
         readings[..self.aged.readings_len].copy_from_slice(newest);
-        let age_ns = (release_ns - stamp_of(stamp)).max(0);
-        self.aged.age.set_double(readings, 0, age_ns as f64 * 1e-9);
-        if age_ns > self.pace.age_max_ns {
-            let (age, most) = (age_ns as f64 * 1e-6, self.pace.age_max_ns as f64 * 1e-6);
+        let (exchanged, taken) = stamps.split_at(STAMP);
+        let age_ns = self.aged.set_age(readings, release_ns, stamp_of(taken));
+        let silent_ns = release_ns - stamp_of(exchanged);
+        if silent_ns > self.pace.age_max_ns {
+            let (age, most) = (silent_ns as f64 * 1e-6, self.pace.age_max_ns as f64 * 1e-6);
             return Err(DeviceError { message: format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers too slowly or not at all") });
         }
-        Ok(())
+        check_age(&self.pace, age_ns)
     }
 
     fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
@@ -262,8 +266,10 @@ impl Exchange {
     fn read(&mut self) -> Result<(), DeviceError> {
         let now_ns = self.clock.now_ns();
         let place = self.readings.back();
+        self.inner.read(now_ns, &mut place[STAMPS..])?;
+        let taken_ns = self.inner.taken_ns().unwrap_or(now_ns);
         place[..STAMP].copy_from_slice(&now_ns.to_ne_bytes());
-        self.inner.read(now_ns, &mut place[STAMP..])?;
+        place[STAMP..STAMPS].copy_from_slice(&taken_ns.to_ne_bytes());
         self.readings.publish();
         Ok(())
     }

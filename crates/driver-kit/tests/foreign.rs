@@ -57,7 +57,7 @@ fn every_offset_is_the_same() {
         Part as "opengpac_part" { size, is_slide, by_position, reserved, name, range_min, range_max, effort_max, speed_max, home, kp, kd }
         Handle as "opengpac_handle" { size, latches, descriptor, length, offset, bytes }
         Host as "opengpac_host" { abi, size, at, number, whole, text, json, length, number_at, text_at, channel, part, counter, watchdog, handle, answer, found }
-        Driver as "opengpac_driver" { size, line, name, doc, file, items, item_size, item_count, instance_size, make, open, read, write, safe_state, close, handles, service, scan }
+        Driver as "opengpac_driver" { size, line, name, doc, file, items, item_size, item_count, instance_size, make, open, read, write, safe_state, close, handles, service, scan, taken }
         Module as "opengpac_driver_module" { abi, size, drivers, count, reserved, target, compiler }
     };
     let constants = [

@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ..driver import Channel
+from ..driver import Channel, channels_of, place_of
 from ..driver_process import Exchange
 
 SENTENCES = {
@@ -52,7 +52,7 @@ class Subject:
     def __init__(self, options_json: str) -> None:
         self._exchange = Exchange(options_json)
         self.driver = self._exchange._driver
-        channels = dict(self.driver.members(Channel))
+        channels = channels_of(type(self.driver))
         self.reads = [channel for channel in channels.values() if not channel.write]
         self.writes = [channel for channel in channels.values() if channel.write]
         offsets, ends = [], {False: 0, True: 0}
@@ -83,16 +83,21 @@ class Subject:
             except Exception as why:
                 raise Wrong(f"exchange() raises {said(why)} at exchange {number}, though nothing is commanded") from why
             if odd := self.odd():
-                raise Wrong(f"reading '{odd}' is {getattr(self.driver, odd)!r} after {number} exchanges")
+                raise Wrong(f"reading '{odd.name}' is {self.value(odd)!r} after {number} exchanges")
             if time.monotonic() > end_s:
                 return number
         return times
 
-    def odd(self) -> str | None:
-        """The name of a reading that is not finite."""
-        values = ((channel.name, self.driver.__dict__[channel.name]) for channel in self.reads)
-        flat = ((name, one) for name, value in values for one in (value if isinstance(value, (list, tuple)) else [value]))
-        return next((name for name, one in flat if isinstance(one, float) and not math.isfinite(one)), None)
+    def value(self, channel: Channel) -> Any:
+        """What a channel has on the object."""
+        values, name = place_of(self.driver, channel)
+        return values[name]
+
+    def odd(self) -> Channel | None:
+        """A channel whose reading is not finite."""
+        values = ((channel, self.value(channel)) for channel in self.reads)
+        flat = ((channel, one) for channel, value in values for one in (value if isinstance(value, (list, tuple)) else [value]))
+        return next((channel for channel, one in flat if isinstance(one, float) and not math.isfinite(one)), None)
 
 
 def said(why: BaseException) -> str:
@@ -197,7 +202,7 @@ def values(options: str) -> None:
                     # It is refused: the device is lost, and its safe state comes about all the same.
                     continue
                 if odd := subject.odd():
-                    made = f"makes reading '{odd}' {getattr(subject.driver, odd)!r}"
+                    made = f"makes reading '{odd.name}' {subject.value(odd)!r}"
                     raise Wrong(f"command '{channel.name}' that is {name} {made}; refuse it by raising")
 
 

@@ -3107,11 +3107,11 @@ export interface Calls {
     };
     result: null;
   };
-  /** Ends the emergency stop. */
+  /** Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still, each with why. */
   reset: {
     role: "operate";
     arguments: Record<string, never>;
-    result: null;
+    result: { [name: string]: string };
   };
   /** Suspends what is done with these logical devices, or with all, and waits until it is. Returns the names of these instances. */
   pause: {

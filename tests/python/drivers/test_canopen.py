@@ -261,3 +261,18 @@ def test_a_verb_of_its_own_waits_for_the_drive_too(bus: fake.CanOpenBus, cell: g
     assert bus.drives()[0].drive == "operation enabled"
     # It begins when the drive is there: 0.2 rad/s from its start, not 2 s of that at once.
     assert abs(bus.drives()[0].position - before) <= 0.2 * 0.2 * 1000 + 1
+
+
+def test_a_reset_says_which_device_is_lost_still_and_why(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    joint(cell, bus.interface).enable()
+    bus.power(NODE, False)
+    before = lost(cell)
+    still = cell.reset()
+    assert [*still] == ["line"] and still["line"].startswith("cannot open device 'line' again: ")
+    now = str(cell.statistics["physical_devices"]["line"]["lost"])
+    assert now != before and still["line"].endswith(now)
+    assert any(now in alarm.text for alarm in cell.alarms)
+    with pytest.raises(gpac.DeviceFailed, match="cannot open device 'line' again"):
+        cell.physical_devices["line"].reopen()
+    bus.power(NODE, True)
+    assert cell.reset() == {}

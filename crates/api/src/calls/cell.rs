@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What is of the whole cell: emergency stop, pause, modes.
 use crate::waits::paused as until_paused;
+use std::collections::BTreeMap;
 use supervisor::Mode;
 
 crate::calls! {
@@ -17,8 +18,8 @@ crate::calls! {
             may at_zero: bool,
         ) -> (): commands("device"), goes_with("delete_physical_device", "device"), watches
             => |system| system.emergency_stop_input(&device, &channel, at_zero);
-        /// Ends the emergency stop.
-        Operate reset() -> (): commands(""), told, outcome_journalled
+        /// Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still, each with why.
+        Operate reset() -> BTreeMap<String, String>: commands(""), told, outcome_journalled
             => |system| system.reset();
         /// Suspends what is done with these logical devices, or with all, and waits until it is. Returns the names of these instances.
         Operate pause(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, lasts, stops, free

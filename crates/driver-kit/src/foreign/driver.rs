@@ -113,6 +113,11 @@ impl Driver for ForeignDriver {
         self.watchdog_ns
     }
 
+    fn taken_ns(&self) -> Option<i64> {
+        // SAFETY: see `open`.
+        self.instance.of.taken.map(|taken| unsafe { taken(self.instance.memory()) }).filter(|taken_ns| *taken_ns != i64::MIN)
+    }
+
     fn services(&self) -> Option<Arc<dyn Services>> {
         self.services.clone().map(|calls| calls as Arc<dyn Services>)
     }

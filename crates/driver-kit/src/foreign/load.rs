@@ -6,6 +6,7 @@ use super::words;
 use device::{Declaration, DriverError};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use std::collections::BTreeMap;
+use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -64,11 +65,15 @@ fn open(path: &Path) -> Result<Vec<&'static Declaration>, String> {
 
 fn declaration(driver: *const Driver) -> Result<&'static Declaration, String> {
     // SAFETY: a driver begins with its size.
+    let size = unsafe { (*driver).size } as usize;
+    if size < offset_of!(Driver, taken) {
+        return Err("the size of a driver's table is not that of its version: build it again with this system's opengpac_driver.h".to_owned());
+    }
+    // SAFETY: pointers and functions that are not there are 0, and so are those behind the end of a table that was built before they were.
     let driver: &'static Driver = unsafe {
-        if ((*driver).size as usize) < size_of::<Driver>() {
-            return Err("the size of a driver's table is not that of its version: build it again with this system's opengpac_driver.h".to_owned());
-        }
-        &*driver
+        let mut whole = Box::new(std::mem::MaybeUninit::<Driver>::zeroed());
+        std::ptr::copy_nonoverlapping(driver.cast::<u8>(), whole.as_mut_ptr().cast::<u8>(), size.min(size_of::<Driver>()));
+        Box::leak(whole).assume_init_ref()
     };
     // SAFETY: texts of a library that stays.
     let name = unsafe { abi::text(driver.name) };

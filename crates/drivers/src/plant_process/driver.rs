@@ -19,6 +19,16 @@ const END: Duration = Duration::from_secs(5);
 /// Readings of this part of their greatest age are late.
 const LATE: i64 = 8;
 
+/// How long may pass before it is lost, ns.
+pub(super) struct Bounds {
+    /// Without a step of the process.
+    pub(super) silent_ns: i64,
+    /// Since its machine took the newest readings, where that was asked for.
+    pub(super) taken_max_ns: Option<i64>,
+    /// Without a new command.
+    pub(super) timeout_ns: Option<i64>,
+}
+
 pub(super) struct PlantProcess {
     /// None once it is closed: nothing of it is left then, however long others hold this.
     link: Option<UnixLink>,
@@ -27,6 +37,8 @@ pub(super) struct PlantProcess {
     channels: Vec<Channel>,
     shape: Shape,
     silent_ns: i64,
+    /// Readings that are older mean that it is lost, however often it answers.
+    taken_max_ns: Option<i64>,
     timeout_ns: Option<i64>,
     /// Where the process says when its readings were taken, and a program reads how old they are; none: it is a machine, which says nothing.
     age: Option<Slot>,
@@ -48,12 +60,26 @@ struct Session {
     ahead_ns: i64,
 }
 
+impl Session {
+    /// Returns for how long the process has made no step, ns.
+    fn silent_ns(&mut self, release_ns: i64) -> i64 {
+        let steps = self.region.steps().load(Ordering::Acquire);
+        match self.stepped_ns {
+            Some(stepped_ns) if steps == self.steps => release_ns - stepped_ns,
+            _ => {
+                (self.steps, self.stepped_ns) = (steps, Some(release_ns));
+                0
+            }
+        }
+    }
+}
+
 impl PlantProcess {
     pub fn new(
         link: UnixLink,
         child: Option<Child>,
         (channels, about): (Vec<Channel>, &Value),
-        (silent_ns, timeout_ns): (i64, Option<i64>),
+        Bounds { silent_ns, taken_max_ns, timeout_ns }: Bounds,
         path: Option<PathBuf>,
     ) -> PlantProcess {
         PlantProcess {
@@ -63,6 +89,7 @@ impl PlantProcess {
             child,
             channels,
             silent_ns,
+            taken_max_ns,
             timeout_ns,
             path,
             session: None,
@@ -91,17 +118,21 @@ impl PlantProcess {
         let taken_ns = age.of(readings).try_into().map_or(i64::MIN, i64::from_ne_bytes);
         let age_ns = (release_ns - session.ahead_ns).saturating_sub(taken_ns).max(0);
         age.set_double(readings, 0, age_ns as f64 * 1e-9);
+        let silent_ns = session.silent_ns(release_ns);
         // Whether it lives is looked at when it is late only: that is a system call.
-        let is_late = age_ns > self.silent_ns / LATE;
+        let is_late = silent_ns > self.silent_ns / LATE;
         if let Some(status) = self.child.as_ref().filter(|_| is_late).and_then(|child| child.wait(Duration::ZERO)) {
             return Err(DeviceError { message: format!("its process {status}") });
         }
-        if age_ns <= self.silent_ns {
-            return Ok(());
+        let old = |age_ns: i64, most_ns: i64, what: &str| {
+            let (age, most) = (age_ns as f64 * 1e-6, most_ns as f64 * 1e-6);
+            Err(DeviceError { message: format!("its newest readings are {age:.1} ms old, more than {most} ms: {what}") })
+        };
+        match self.taken_max_ns {
+            _ if silent_ns > self.silent_ns => old(silent_ns, self.silent_ns, "it answers too slowly or not at all"),
+            Some(most_ns) if age_ns > most_ns => old(age_ns, most_ns, "it answers too slowly, or tells nothing new"),
+            _ => Ok(()),
         }
-        let (age, most) = (age_ns as f64 * 1e-6, self.silent_ns as f64 * 1e-6);
-        let message = format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers too slowly or not at all");
-        Err(DeviceError { message })
     }
 
     fn leave(&mut self, group: &[u8], engaged: Option<&[bool]>) {
@@ -152,14 +183,9 @@ impl Driver for PlantProcess {
         if let Some(age) = self.age {
             return self.read_aged(age, release_ns, readings);
         }
-        let steps = session.region.steps().load(Ordering::Acquire);
-        match session.stepped_ns {
-            Some(stepped_ns) if steps == session.steps => {
-                if release_ns - stepped_ns > self.silent_ns {
-                    return Err(DeviceError { message: format!("the plant process has made no step for {} ms", (release_ns - stepped_ns) / 1_000_000) });
-                }
-            }
-            _ => (session.steps, session.stepped_ns) = (steps, Some(release_ns)),
+        let silent_ns = session.silent_ns(release_ns);
+        if silent_ns > self.silent_ns {
+            return Err(DeviceError { message: format!("the plant process has made no step for {} ms", silent_ns / 1_000_000) });
         }
         session.readings.latch();
         readings.copy_from_slice(session.readings.front());

@@ -25,6 +25,7 @@ pub use words::PlantState;
 
 use asking::{SOCKET, ask, place};
 use device::{Declaration, DriverError, Found, Geometry, Given, Kind, Opened, OptionWord, Reach, SafeBy, SafeState};
+use driver::Bounds;
 use process_kit::{connect, is_abandoned, run_folder};
 use serde::Deserialize;
 use serde_json::Value;
@@ -109,7 +110,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     };
     clean();
     let path = made.name.as_deref().map(place).transpose().map_err(|error| lost(error.to_string()))?;
-    let bounds = (options.silent_ns.unwrap_or(SILENT_NS), options.timeout_ns);
+    let bounds = Bounds { silent_ns: options.silent_ns.unwrap_or(SILENT_NS), taken_max_ns: None, timeout_ns: options.timeout_ns };
     opened(given, KIND, made, options.command.map_or_else(beside, |words| Ok(words.into_iter().map(OsString::from).collect()))?, bounds, path)
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver in Python, in a process of its own. What runs there is the driver [`OBJECT`], which the program that embeds Python registers; the process, its
 //! memory and its life are those of a plant, but that it ends with its commander, its outputs safe.
+use super::driver::Bounds;
 use super::starting::opened;
 use super::words::Made;
 use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, Reach, SafeBy, SafeState, interpreter};
@@ -33,7 +34,13 @@ const OPTIONS: [OptionWord; 8] = [
     OptionWord::with_default("options", Kind::Table, "none", "what the class declares as Option"),
     OptionWord::with_default("paths", Kind::List, "those of its interpreter", "where else its process looks for modules").reaches(Reach::Code),
     OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often its exchange() is called").unit("ns"),
-    OptionWord::with_default("age_max_ns", Kind::Whole, "10 periods, at least 100 ms", "older readings are no readings: the device is lost").unit("ns"),
+    OptionWord::with_default(
+        "age_max_ns",
+        Kind::Whole,
+        "10 periods, at least 100 ms; then it may tell nothing new for long",
+        "older readings are no readings: the device is lost",
+    )
+    .unit("ns"),
     OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it is made safe, and lost").unit("ns"),
 ];
 
@@ -79,5 +86,6 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
         name: None,
     };
     let command = [interpreter(), "-m".into(), PROCESS.into()].into();
-    opened(given, KIND, made, command, (age_max_ns, options.timeout_ns), None)
+    let bounds = Bounds { silent_ns: age_max_ns, taken_max_ns: options.age_max_ns, timeout_ns: options.timeout_ns };
+    opened(given, KIND, made, command, bounds, None)
 }

@@ -67,6 +67,7 @@ struct Plant {
     safe_group: Vec<u8>,
     /// Where it says when its readings were taken.
     age: Option<Slot>,
+    taken: Taken,
     listener: Option<Listener>,
     /// Who talks to it, each with a number.
     links: Vec<(u64, UnixLink)>,
@@ -87,6 +88,25 @@ struct Plant {
     /// When somebody was connected last.
     seen_ns: i64,
     is_put_away: bool,
+}
+
+/// When the machine took the newest readings.
+struct Taken {
+    /// As the driver told it, on the clock of its steps.
+    told_ns: Option<i64>,
+    /// On the monotonic clock of this host.
+    at_ns: i64,
+}
+
+impl Taken {
+    /// Takes what the driver tells after the step at `time_ns`, which began at `begun_ns`. What it told before has its time already: the clock of
+    /// steps stands still while they are late.
+    fn look(&mut self, told_ns: Option<i64>, time_ns: i64, begun_ns: i64) {
+        if told_ns.is_none() || told_ns != self.told_ns {
+            let old_ns = told_ns.map_or(0, |told_ns| time_ns.saturating_sub(told_ns).max(0));
+            *self = Taken { told_ns, at_ns: begun_ns.saturating_sub(old_ns) };
+        }
+    }
 }
 
 /// What it shares with the driver that has opened it.
@@ -114,6 +134,7 @@ impl Plant {
         let age = age_of(driver.channels(), &about);
         Ok(Plant {
             age,
+            taken: Taken { told_ns: None, at_ns: now_ns() },
             described: Described { made, channels, about, step_ns },
             group: safe_group.clone(),
             engaged: vec![false; shape.writes],
@@ -180,7 +201,8 @@ impl Plant {
                 self.failed = Some(error.message);
             }
             if let Some(age) = self.age {
-                age.of_mut(&mut self.readings).copy_from_slice(&begun_ns.to_ne_bytes());
+                self.taken.look(self.driver.taken_ns(), self.time_ns, begun_ns);
+                age.of_mut(&mut self.readings).copy_from_slice(&self.taken.at_ns.to_ne_bytes());
             }
         }
         self.steps += 1;

@@ -15,7 +15,7 @@ pub(super) fn opened(
     kind: &'static str,
     made: Made,
     command: Vec<OsString>,
-    bounds: (i64, Option<i64>),
+    bounds: driver::Bounds,
     path: Option<PathBuf>,
 ) -> Result<Opened, DriverError> {
     let lost = |problem: String| DriverError::Process { kind: kind.into(), problem };

@@ -99,6 +99,9 @@ impl Servos {
         self.store(joint, self.map.goal, &self.protocol.goal(counts)[..usize::from(self.map.goal.len)])?;
         self.set_watchdog(joint)?;
         self.store(joint, self.map.torque, &[1])?;
+        if self.ask(joint, self.map.torque)?.value == 0 {
+            return Err(self.wrong(joint, "was told to hold and says that its torque is off; look at its supply and its load, then reset()"));
+        }
         let held = &mut self.joints[joint];
         (held.goal, held.has_torque) = (held.wired.angle(counts), true);
         Ok(())

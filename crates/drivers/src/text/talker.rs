@@ -269,6 +269,10 @@ impl Driver for Talker {
         *self.line.stream() = None;
     }
 
+    fn taken_ns(&self) -> Option<i64> {
+        self.heard_ns
+    }
+
     fn services(&self) -> Option<Arc<dyn Services>> {
         Some(self.line.clone())
     }

@@ -18,10 +18,13 @@ pub(super) struct Dashboard {
 }
 
 impl Dashboard {
-    pub fn connect(to: SocketAddr) -> Result<Dashboard> {
-        let stream = TcpStream::connect_timeout(&to, WITHIN)?;
-        stream.set_read_timeout(Some(WITHIN))?;
-        stream.set_write_timeout(Some(WITHIN))?;
+    /// `within`: how long each answer may take, and the connection.
+    pub fn connect(to: SocketAddr, within: Duration) -> Result<Dashboard> {
+        // A timeout of 0 would be none.
+        let within = within.clamp(Duration::from_millis(1), WITHIN);
+        let stream = TcpStream::connect_timeout(&to, within)?;
+        stream.set_read_timeout(Some(within))?;
+        stream.set_write_timeout(Some(within))?;
         let mut dashboard = Dashboard { stream: BufReader::new(stream) };
         dashboard.line()?;
         Ok(dashboard)
@@ -68,7 +71,7 @@ impl Services for Panel {
     fn call(&self, service: &str, _: &Value) -> std::result::Result<Value, DeviceError> {
         let (_, commands) = ASKED.iter().find(|(word, _)| word.name == service).ok_or_else(|| DeviceError { message: format!("no service '{service}'") })?;
         let failed = |why: Error| DeviceError { message: format!("the dashboard at {} has not answered: {why}", self.to) };
-        let mut dashboard = Dashboard::connect(self.to).map_err(failed)?;
+        let mut dashboard = Dashboard::connect(self.to, WITHIN).map_err(failed)?;
         let mut answer = String::new();
         for command in *commands {
             answer = dashboard.ask(command).map_err(failed)?;

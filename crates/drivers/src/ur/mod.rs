@@ -55,7 +55,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     within("speed_max", options.speed_max, 0.001, 10.0)?;
     within("deceleration", options.deceleration, 0.1, 100.0)?;
     for (option, value, least) in
-        [("wait_ns", options.wait_ns, 0), ("silence_ns", options.silence_ns, 4_000_000), ("timeout_ns", options.timeout_ns, 4_000_000)]
+        [("wait_ns", options.wait_ns(), 0), ("silence_ns", options.silence_ns, 4_000_000), ("timeout_ns", options.timeout_ns, 4_000_000)]
     {
         if !(least..=3_600_000_000_000).contains(&value) {
             return Err(given.wrong(option, format!("{} ms to an hour is asked for", least / 1_000_000)));

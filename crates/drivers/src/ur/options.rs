@@ -5,6 +5,8 @@ use device::{Kind, OptionWord};
 use serde::Deserialize;
 
 pub(super) const WAIT_NS: i64 = 10_000_000_000;
+/// Where the arm is to be powered on too.
+const WAIT_FOR_POWER_NS: i64 = 70_000_000_000;
 pub(super) const SILENCE_NS: i64 = 100_000_000;
 const TIMEOUT_NS: i64 = 40_000_000;
 
@@ -14,7 +16,13 @@ pub(super) const OPTIONS: [OptionWord; 13] = [
     OptionWord::with_default("dashboard_port", Kind::Whole, "29999", "where it offers its dashboard"),
     OptionWord::with_default("script_port", Kind::Whole, "30002", "where it takes programs"),
     OptionWord::with_default("power_on", Kind::Bool, "false", "powers the arm on and releases its brakes when it is opened"),
-    OptionWord::with_default("wait_ns", Kind::Whole, "10 s", "how long a controller that is not there yet is waited for").unit("ns"),
+    OptionWord::with_default(
+        "wait_ns",
+        Kind::Whole,
+        "10 s; 70 s with power_on",
+        "how long it may take until the arm follows, a controller that boots included",
+    )
+    .unit("ns"),
     OptionWord::with_default("silence_ns", Kind::Whole, "100 ms", "without a package for so long the arm is lost").unit("ns"),
     OptionWord::with_default("timeout_ns", Kind::Whole, "40 ms", "without a command for so long the controller stops the arm by itself").unit("ns"),
     OptionWord::with_default("speed_max", Kind::Number, "3.14", "no goal is farther from the one before than this speed allows").unit("rad/s"),
@@ -32,7 +40,7 @@ pub(super) struct Options {
     pub(super) dashboard_port: u16,
     pub(super) script_port: u16,
     pub(super) power_on: bool,
-    pub(super) wait_ns: i64,
+    pub(super) wait_ns: Option<i64>,
     pub(super) silence_ns: i64,
     pub(super) timeout_ns: i64,
     pub(super) speed_max: f64,
@@ -50,7 +58,7 @@ impl Default for Options {
             dashboard_port: dashboard::PORT,
             script_port: 30002,
             power_on: false,
-            wait_ns: WAIT_NS,
+            wait_ns: None,
             silence_ns: SILENCE_NS,
             timeout_ns: TIMEOUT_NS,
             speed_max: std::f64::consts::PI,
@@ -59,5 +67,12 @@ impl Default for Options {
             deceleration: 5.0,
             lockstep: false,
         }
+    }
+}
+
+impl Options {
+    /// How long it may take until the arm follows, ns.
+    pub(super) fn wait_ns(&self) -> i64 {
+        self.wait_ns.unwrap_or(if self.power_on { WAIT_FOR_POWER_NS } else { WAIT_NS })
     }
 }

@@ -16,8 +16,8 @@ use std::time::{Duration, Instant, SystemTime};
 const ANSWER: Duration = Duration::from_secs(10);
 /// In lockstep nothing depends on how fast anybody is, so this is for who never answers.
 const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(120);
-/// How long an arm may take to be powered on and to release its brakes.
-const POWER: Duration = Duration::from_secs(60);
+/// However short a time is given, so long is waited for an arm whose controller is there.
+const LEAST: Duration = Duration::from_secs(1);
 const RETRY: Duration = Duration::from_millis(50);
 /// Packages a second.
 const FREQUENCY: f64 = 1e9 / CYCLE_NS as f64;
@@ -35,29 +35,37 @@ pub(super) struct Session {
     pub refused: u64,
     /// How long it may take to answer.
     pub answer: Duration,
+    /// When the arm is to follow.
+    deadline: Instant,
 }
 
 impl Session {
     /// Brings the arm to follow. It stands until it is told goals.
     pub fn begin(options: &Options, address: IpAddr) -> Result<Session, DeviceError> {
-        Self::try_to(options, address).map_err(|message| DeviceError { message })
+        let wait = Duration::from_nanos(options.wait_ns().unsigned_abs());
+        let deadline = Instant::now() + if options.lockstep { wait.max(ANSWER_IN_LOCKSTEP) } else { wait.max(LEAST) };
+        Self::try_to(options, address, deadline).map_err(|why| {
+            let is_late = !wait.is_zero() && Instant::now() >= deadline;
+            let message = if is_late { format!("{why} (waited for {} s, option wait)", wait.as_secs_f64()) } else { why };
+            DeviceError { message }
+        })
     }
 
-    fn try_to(options: &Options, address: IpAddr) -> Result<Session, String> {
-        let mut session = Self::connected(options, SocketAddr::new(address, options.rtde_port))?;
+    fn try_to(options: &Options, address: IpAddr, deadline: Instant) -> Result<Session, String> {
+        let mut session = Self::connected(options, SocketAddr::new(address, options.rtde_port), deadline)?;
         session.exchange()?;
         let mut dashboard = None;
         if options.power_on && is_off(&session.sample) {
-            let dashboard = Self::dashboard(&mut dashboard, options, address)?;
+            let dashboard = Self::dashboard(&mut dashboard, options, address, deadline)?;
             for command in ["power on", "brake release"] {
                 dashboard.ask(command).map_err(|why| format!("the dashboard has not answered '{command}': {why}"))?;
             }
-            session.until(POWER, |sample| !is_off(sample))?.then_some(()).ok_or("the arm was told to power on, and is not on after a minute")?;
+            session.until(|sample| !is_off(sample))?.then_some(()).ok_or("the arm was told to power on, and is not on yet")?;
         }
         if let Some(why) = hindrance(&session.sample) {
             return Err(why.to_owned());
         }
-        let answer = Self::dashboard(&mut dashboard, options, address)?.ask("is in remote control");
+        let answer = Self::dashboard(&mut dashboard, options, address, deadline)?.ask("is in remote control");
         if answer.as_deref().map(str::to_lowercase).is_ok_and(|answer| answer == "false") {
             return Err("remote control is not enabled: choose it on the pendant, at its upper right corner".to_owned());
         }
@@ -65,35 +73,37 @@ impl Session {
         Ok(session)
     }
 
-    fn dashboard<'a>(open: &'a mut Option<Dashboard>, options: &Options, address: IpAddr) -> Result<&'a mut Dashboard, String> {
+    fn dashboard<'a>(open: &'a mut Option<Dashboard>, options: &Options, address: IpAddr, deadline: Instant) -> Result<&'a mut Dashboard, String> {
         let to = SocketAddr::new(address, options.dashboard_port);
         if open.is_none() {
-            *open = Some(Dashboard::connect(to).map_err(|why| format!("no dashboard answers at {to}: {why}; enable it in the controller's services"))?);
+            *open = Some(
+                Dashboard::connect(to, left(deadline)).map_err(|why| format!("no dashboard answers at {to}: {why}; enable it in the controller's services"))?,
+            );
         }
         open.as_mut().ok_or_else(String::new)
     }
 
     /// A connection whose recipes the controller has taken, tried until the time is over that the controller may take to be there.
-    fn connected(options: &Options, to: SocketAddr) -> Result<Session, String> {
-        let deadline = Instant::now() + Duration::from_nanos(options.wait_ns.unsigned_abs());
+    fn connected(options: &Options, to: SocketAddr, deadline: Instant) -> Result<Session, String> {
+        let tries_until = Instant::now() + Duration::from_nanos(options.wait_ns().unsigned_abs());
         let answer = if options.lockstep { ANSWER_IN_LOCKSTEP } else { ANSWER };
         loop {
-            let link = Link::connect(to, Duration::from_secs(1));
+            let link = Link::connect(to, LEAST);
             let made = link.map_err(|why| Failure::NotThere(format!("no controller answers at {to}: {why}; is it on, and is this its address?")));
-            match made.and_then(|link| Self::agreed(link, answer)) {
+            match made.and_then(|link| Self::agreed(link, answer, deadline)) {
                 Ok(session) => return Ok(session),
-                Err(Failure::NotThere(_)) if Instant::now() < deadline => std::thread::sleep(RETRY),
+                Err(Failure::NotThere(_)) if Instant::now() < tries_until => std::thread::sleep(RETRY),
                 Err(Failure::NotThere(why) | Failure::Refused(why)) => return Err(why),
             }
         }
     }
 
-    fn agreed(mut link: Link, answer: Duration) -> Result<Session, Failure> {
+    fn agreed(mut link: Link, answer: Duration, deadline: Instant) -> Result<Session, Failure> {
         let mut ask = |kind: u8, contents: &[u8], pick: &dyn Fn(Message<'_>) -> Option<Answer>| -> Result<Answer, Failure> {
             link.send(&request(kind, contents))?;
-            let (mut found, deadline) = (None, Instant::now() + answer);
+            let (mut found, until) = (None, deadline.min(Instant::now() + answer));
             while found.is_none() {
-                if !link.wait(deadline).map_err(Broken::from)? {
+                if !link.wait(until).map_err(Broken::from)? {
                     return Err(Failure::NotThere(format!("the controller has not answered RTDE's request '{}'", char::from(kind))));
                 }
                 link.receive(|message| found = found.take().or_else(|| pick(message)))?;
@@ -126,7 +136,7 @@ impl Session {
             return Err(Failure::Refused("the controller does not start RTDE".to_owned()));
         }
         let recipes = [outputs.number, inputs.number].map(|number| number as u8);
-        Ok(Session { link, recipes, number: number(), sample: Sample::default(), told: Told::default(), refused: 0, answer })
+        Ok(Session { link, recipes, number: number(), sample: Sample::default(), told: Told::default(), refused: 0, answer, deadline })
     }
 
     /// Starts the program, at rest, and waits until it says that it runs.
@@ -139,10 +149,11 @@ impl Session {
             deceleration: options.deceleration,
         };
         let failed = |why: std::io::Error| format!("no program can be sent to {to}: {why}; enable the secondary interface in the controller's services");
-        let mut stream = TcpStream::connect_timeout(&to, ANSWER).map_err(failed)?;
+        let mut stream = TcpStream::connect_timeout(&to, left(self.deadline).min(ANSWER)).map_err(failed)?;
+        stream.set_write_timeout(Some(left(self.deadline).min(ANSWER))).map_err(failed)?;
         stream.write_all(program.text().as_bytes()).map_err(failed)?;
         let number = self.number;
-        let runs = self.until(self.answer, |sample| hindrance(sample).is_some() || interruption(sample, number).is_none())?;
+        let runs = self.until(|sample| hindrance(sample).is_some() || interruption(sample, number).is_none())?;
         match hindrance(&self.sample) {
             Some(why) => Err(why.to_owned()),
             None if runs => Ok(()),
@@ -150,11 +161,10 @@ impl Session {
         }
     }
 
-    /// Exchanges until something holds; false: it did not within that time.
-    fn until(&mut self, within: Duration, holds: impl Fn(&Sample) -> bool) -> Result<bool, String> {
-        let deadline = Instant::now() + within;
+    /// Exchanges until something holds; false: it did not in time.
+    fn until(&mut self, holds: impl Fn(&Sample) -> bool) -> Result<bool, String> {
         while !holds(&self.sample) {
-            if Instant::now() > deadline {
+            if Instant::now() > self.deadline {
                 return Ok(false);
             }
             self.exchange()?;
@@ -166,7 +176,7 @@ impl Session {
     fn exchange(&mut self) -> Result<(), String> {
         (self.told.mode, self.told.mask) = (0, 0);
         self.send().map_err(|why| why.to_string())?;
-        self.wait(self.answer).map_err(|why| why.to_string())?.then_some(()).ok_or("the controller sends nothing any more")?;
+        self.wait(left(self.deadline).min(self.answer)).map_err(|why| why.to_string())?.then_some(()).ok_or("the controller sends nothing any more")?;
         self.told.goals = self.sample.position;
         Ok(())
     }
@@ -211,6 +221,11 @@ impl Session {
         let goals: [f64; JOINTS] = self.sample.position;
         (self.told.mode, self.told.goals) = (0, goals);
     }
+}
+
+/// How long it is until then; a little where that is over, as sockets take no time of 0.
+fn left(deadline: Instant) -> Duration {
+    deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1))
 }
 
 /// What a request is answered with.

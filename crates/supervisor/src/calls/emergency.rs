@@ -7,6 +7,7 @@ use crate::safety::emergency::{Input, read_channel};
 use crate::system::System;
 use kernel::Ask;
 use model::refusal::{Class, Refusals};
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 impl System {
@@ -41,10 +42,12 @@ impl System {
         self.shared.locked().safety.emergency.reason.clone()
     }
 
-    /// Lifts the latch; processors that were lost get a new process, devices that were lost are opened again.
-    pub fn reset(&self) -> Result<(), Refusals> {
+    /// Lifts the latch; processors that were lost get a new process, devices that were lost are opened again. Returns the devices that are lost
+    /// still, each with why.
+    pub fn reset(&self) -> Result<BTreeMap<String, String>, Refusals> {
         self.revive()?;
-        self.reopen_lost()?;
-        self.shared.command(lift)
+        let still = self.reopen_lost()?;
+        self.shared.command(lift)?;
+        Ok(still)
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Lost physical devices are opened again without taking the configuration apart.
 use crate::core::Core;
-use crate::protection::causes::alarm_closed;
+use crate::protection::causes::{alarm_closed, alarm_lost};
 use crate::refuse::{invalid_state, refuse, unknown};
 use crate::remote::processors::processor_of;
 use crate::scripts::Purpose;
@@ -10,6 +10,7 @@ use device::Beside;
 use kernel::{Device, Op, SourceId};
 use model::refusal::{Class, Refusals};
 use runtime::{Renewal, remote_device};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -40,11 +41,14 @@ impl System {
             Some(remote) => remote.open(name, &kind, &options.to_string()).map(|_| remote_device::renew(&device)),
             None => self.reopen_here(name, &device, source, &kind, &options)?.map(|of| beside = Some(of)),
         };
-        opened.map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{name}' again: {why}"), "look at its power and cable, and try again"))?;
         self.shared.command(|core| {
-            reopened(core, name, beside);
+            match &opened {
+                Ok(()) => reopened(core, name, beside),
+                Err(why) => still_lost(core, name, why),
+            }
             Ok(())
-        })
+        })?;
+        opened.map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{name}' again: {why}"), "look at its power and cable, and try again"))
     }
 
     /// Of a device of this process: services and counters of its new driver. The inner error: what that says.
@@ -87,8 +91,8 @@ impl System {
         }
     }
 
-    /// Opens every lost device whose processor is there; one that is still gone stays lost, and says so in the log.
-    pub(crate) fn reopen_lost(&self) -> Result<(), Refusals> {
+    /// Opens every lost device whose processor is there. Returns those that are still gone, each with why: they stay lost.
+    pub(crate) fn reopen_lost(&self) -> Result<BTreeMap<String, String>, Refusals> {
         // What was told of losses is taken in first.
         self.shared.command(|_| Ok(()))?;
         let lost: Vec<String> = {
@@ -100,22 +104,27 @@ impl System {
                 .map(|(name, _)| name.clone())
                 .collect()
         };
+        let mut still = BTreeMap::new();
         for name in lost {
             if let Err(why) = self.reopen(&name) {
-                let text = why.iter().map(|refusal| refusal.message.as_str()).collect::<Vec<_>>().join("; ");
-                self.shared.command(|core| {
-                    let now_ns = core.host.now_ns();
-                    core.observation.log.add(now_ns, "device", &name, text);
-                    Ok(())
-                })?;
+                still.insert(name, why.iter().map(|refusal| refusal.message.as_str()).collect::<Vec<_>>().join("; "));
             }
         }
-        Ok(())
+        Ok(still)
     }
 }
 
 /// How long a source may take to give a driver back: something that it does between two firings.
 const BOUNDARY: Duration = Duration::from_secs(5);
+
+/// It was tried to open a lost device again, and it is lost still: for this reason now, not for the one before.
+fn still_lost(core: &mut Core, name: &str, why: &str) {
+    let Some(physical) = core.registry.physical.get_mut(name) else { return };
+    physical.lost = Some(why.to_owned());
+    let now_ns = core.host.now_ns();
+    core.observation.log.add(now_ns, "device", name, format!("cannot open device '{name}' again: {why}"));
+    alarm_lost(core, name, why);
+}
 
 fn reopened(core: &mut Core, name: &str, beside: Option<Beside>) {
     let Some(physical) = core.registry.physical.get_mut(name) else { return };

@@ -136,7 +136,7 @@ impl Witness {
                 let _held = system.write(SVVS[svv], &model::value::Value::Number(2.5));
             }
             Act::EmergencyStop => system.emergency_stop("tested").unwrap(),
-            Act::Reset => system.reset().unwrap(),
+            Act::Reset => drop(system.reset().unwrap()),
         }
         let values = self.rig.read_all(&SVVS);
         self.seen.push(format!("{values:?} at {}", self.rig.system.now_ns()));

@@ -148,6 +148,8 @@ pub struct Driver {
     pub handles: Option<unsafe extern "C" fn(*mut c_void, *mut Host) -> Cause>,
     pub service: Option<unsafe extern "C" fn(*mut c_void, *mut Host, *const c_char) -> Cause>,
     pub scan: Option<unsafe extern "C" fn(*mut Host) -> Cause>,
+    /// Drivers that were built before end in front of it. `i64::MIN`: with the read.
+    pub taken: Option<unsafe extern "C" fn(*mut c_void) -> i64>,
 }
 
 #[repr(C)]

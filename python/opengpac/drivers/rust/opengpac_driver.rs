@@ -36,6 +36,11 @@ pub trait Driver: Sized + Send {
     }
     /// At the start of each firing. An error means that the device is lost.
     fn read(&mut self, release_ns: i64, readings: Readings) -> Done;
+    /// After each `read`: when the machine took its readings, on the clock of `release_ns`. One that has heard nothing new answers the time from
+    /// before, and the channel `age` of its device grows. Left out: with the read.
+    fn taken_ns(&self) -> Option<i64> {
+        None
+    }
     /// At the end of each firing.
     fn write(&mut self, release_ns: i64, commands: Commands) -> Done;
     /// All outputs to their safe state now.
@@ -146,6 +151,11 @@ unsafe extern "C" fn write<T: Driver>(memory: *mut c_void, release_ns: i64, comm
     place.cause(done)
 }
 
+unsafe extern "C" fn taken<T: Driver>(memory: *mut c_void) -> i64 {
+    let place = unsafe { Cycle::<T>::at(memory) };
+    place.driver().and_then(|driver| driver.taken_ns()).unwrap_or(i64::MIN)
+}
+
 unsafe extern "C" fn safe_state<T: Driver>(memory: *mut c_void) {
     if let Some(driver) = unsafe { Cycle::<T>::at(memory) }.driver() {
         driver.safe_state();
@@ -206,6 +216,7 @@ unsafe extern "C" fn table<T: Driver>() -> *const abi::Driver {
         handles: Some(handles::<T>),
         service: Some(serve::<T>),
         scan: T::SCANS.then_some(scan::<T>),
+        taken: Some(taken::<T>),
     }))
 }
 
