@@ -27,6 +27,7 @@ mod shelf;
 mod sources;
 mod span;
 mod state;
+mod values;
 
 pub use about::{Recorded, RecordedChannel, RecordedEnd};
 pub use again::Again;

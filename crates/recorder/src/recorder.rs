@@ -4,8 +4,9 @@ use crate::ABOUT;
 use crate::file::{Book, Sink};
 use crate::page::Page;
 use crate::room::{ROOM, Room};
-use crate::sources::{Inputs, Numbered, Source, Timing, Values};
+use crate::sources::{Inputs, Numbered, Source, Timing};
 use crate::state;
+use crate::values::Values;
 use indexmap::IndexMap;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::{Deserialize, Serialize};
@@ -123,17 +124,8 @@ impl Recorder {
         let (room, state, observer) = (recorder.room.clone(), recorder.state.clone(), system.observer());
         let stops = recorder.stops.clone();
         let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer, &stops, said)).map_err(cannot)?;
-        let drain = Drain {
-            room: recorder.room.clone(),
-            stops: recorder.stops.clone(),
-            is_virtual: system.is_virtual(),
-            values,
-            log,
-            ends,
-            timing,
-            state: state_of,
-            inputs,
-        };
+        let drain =
+            Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), system: system.observer(), values, log, ends, timing, state: state_of, inputs };
         let drained = spawn("recorder", move || drain.run()).map_err(|why| {
             recorder.room.close();
             cannot(why)
@@ -240,7 +232,7 @@ fn tell_more(system: &System, said: &mut BTreeMap<String, String>) -> bool {
 struct Drain {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
-    is_virtual: bool,
+    system: System,
     values: Values,
     log: Numbered<Entry>,
     ends: Numbered<End>,
@@ -262,14 +254,15 @@ impl Drain {
             self.timing.drain(&mut page);
             self.state.drain(&mut page, self.log.next() > heard);
             self.values.tap.heard(self.log.next(), self.ends.next());
-            self.values.drain(&mut page);
+            let passed_ns = if stops { i64::MAX } else { self.system.now_ns() };
+            self.values.drain(&mut page, passed_ns);
             self.inputs.iter_mut().for_each(|inputs| inputs.drain(&mut page));
             if stops {
                 self.state.shapes(&mut page, true);
             }
             channels += page.definitions.len();
             if !page.is_empty() {
-                page = self.room.put(page, self.is_virtual);
+                page = self.room.put(page, self.system.is_virtual());
             }
             if stops {
                 return self.room.close();

@@ -1,66 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is recorded: values of SVVs, the log, end reports, how the interrupt sources do, and what a replay needs.
+//! What is recorded beside values: the log, end reports, how the interrupt sources do, and what a replay needs.
 use crate::page::{ChannelId, Page};
-use crate::{ENDS, LOG, json};
+use crate::{ENDS, LOG};
 use model::refusal::Refusals;
-use model::types::Type;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
-use supervisor::{End, Entry, Samples, System, Tap};
+use supervisor::{End, Entry, System};
 
 /// Something that gives messages. Drained every 20 ms or so by the recorder's thread, once more at the end.
 pub(crate) trait Source: Send {
     /// Appends what is new.
     fn drain(&mut self, page: &mut Page);
-}
-
-/// Every value of the SVVs and cells that a tap observes.
-pub(crate) struct Values {
-    pub tap: Tap,
-    samples: Samples,
-    channels: Vec<(ChannelId, Type)>,
-}
-
-impl Values {
-    pub fn new(tap: Tap) -> Values {
-        Values { tap, samples: Samples::default(), channels: Vec::new() }
-    }
-
-    /// Channels for what the tap has come to observe.
-    fn define(&mut self, page: &mut Page) {
-        for of in &self.tap.channels()[self.channels.len()..] {
-            // The type of a running SVV has been read before.
-            let value_type =
-                Type::parse(&of.type_text, &Default::default()).unwrap_or(Type::Array(Box::new(Type::Scalar(model::types::Scalar::Uint8)), of.size));
-            let kind = if of.name.contains(':') { "cell" } else { "svv" };
-            let metadata = [("kind", kind), ("type", of.type_text.as_str()), ("unit", of.unit.as_str())];
-            let metadata: BTreeMap<String, String> = metadata.map(|(name, text)| (name.to_owned(), text.to_owned())).into();
-            let schema = json::schema(&value_type, &of.unit);
-            let name = format!("opengpac.value {} {}", of.type_text, of.unit);
-            self.channels.push((page.channel(&of.name, (name.trim_end(), &schema), metadata), value_type));
-        }
-    }
-}
-
-impl Source for Values {
-    fn drain(&mut self, page: &mut Page) {
-        self.tap.take(&mut self.samples);
-        self.define(page);
-        for (run, (channel, of)) in self.samples.runs.iter().zip(&self.channels) {
-            page.lost(*channel, run.lost);
-            let size = of.size();
-            for (index, (number, time_ns)) in run.numbers.iter().zip(&run.times_ns).enumerate() {
-                page.put(*channel, *time_ns, *number, |out| {
-                    out.extend_from_slice(b"{\"number\":");
-                    out.extend_from_slice(number.to_string().as_bytes());
-                    out.extend_from_slice(b",\"value\":");
-                    json::write(of, &run.bytes[index * size..][..size], out);
-                    out.push(b'}');
-                });
-            }
-        }
-    }
 }
 
 fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, message: &impl Serialize) {

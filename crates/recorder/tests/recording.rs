@@ -94,6 +94,32 @@ fn every_value_comes_back_with_its_bits_number_and_time() {
 }
 
 #[test]
+fn times_of_a_value_rise_from_its_first_row_on() {
+    let (system, file) = (system(), Scratch::new("rising"));
+    for name in ["y", "set"] {
+        svv(&system, name, json!({"type_text": "double"}));
+    }
+    let (_, recorder) = Recorder::start(&system, &file.0, &Options::default()).unwrap();
+    let write = |value: f64| drop(system.write("set", &model::value::Value::Number(value)).unwrap());
+    let id = wave(&system, "y");
+    for ms in 0..20 {
+        (0..=ms % 4).for_each(|part| write(f64::from(10 * ms + part)));
+        system.advance(MS).unwrap();
+    }
+    (0..3).for_each(|part| write(f64::from(part)));
+    recorder.stop();
+    system.halt(id).unwrap();
+    let recording = file.read();
+    for name in ["y", "set"] {
+        let times = &recording.series[name].times_ns;
+        assert!(times.is_sorted_by(|a, b| a < b), "'{name}' at {times:?}");
+    }
+    assert!(values(&recording, "y").len() >= 20, "each value that a block stored");
+    let set: Vec<f64> = (0..20).map(|ms| f64::from(10 * ms + ms % 4)).chain([2.0]).collect();
+    assert_eq!(values(&recording, "set"), set, "the last value of each instant, and that of the end");
+}
+
+#[test]
 fn what_is_made_later_is_taken_in_and_what_was_not_asked_for_is_not() {
     let (system, file) = (system(), Scratch::new("later"));
     svv(&system, "arm.q", json!({"type_text": "double"}));

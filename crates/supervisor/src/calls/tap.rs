@@ -155,7 +155,7 @@ impl Tap {
         for (channel, time_ns, bytes) in arrived.stores.drain(..now) {
             let known = &mut self.known[channel];
             let number = known.seen.map_or(0, |(_, number, _)| number);
-            known.put(&mut out.runs[channel], time_ns, number, &bytes);
+            known.put(&mut out.runs[channel], time_ns, number, false, &bytes);
         }
         let later = arrived.lost.split_off(&self.known.len());
         for (channel, lost) in std::mem::replace(&mut arrived.lost, later) {

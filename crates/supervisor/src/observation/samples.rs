@@ -9,6 +9,8 @@ pub struct Run {
     pub times_ns: Vec<i64>,
     /// Of each value: the number of the invocation that stored it. What the programming system stored has the number before it.
     pub numbers: Vec<u64>,
+    /// Of each value: whether a block stored it. The others are the present value at the beginning, and what the programming system stored.
+    pub by_block: Vec<bool>,
     /// The values, one after the other.
     pub bytes: Vec<u8>,
     /// Values of this channel that were lost since the take before.
@@ -27,6 +29,7 @@ impl Run {
     pub(crate) fn clear(&mut self) {
         self.times_ns.clear();
         self.numbers.clear();
+        self.by_block.clear();
         self.bytes.clear();
         self.lost = 0;
     }
@@ -91,7 +94,7 @@ impl Known {
         let lost = lost_between(before.filter(|_| !is_first_of_writer), &stamp, ratio, gap);
         run.lost += lost;
         if is_stored {
-            self.put(run, stamp.time_ns, stamp.number, value);
+            self.put(run, stamp.time_ns, stamp.number, true, value);
         } else if lost > 0 {
             // The last of those that were lost: when it was stored is not known any more.
             (self.bytes, self.has_value) = (value.to_vec(), true);
@@ -103,20 +106,21 @@ impl Known {
     /// No block has stored it; the programming system may have.
     fn changed(&mut self, run: &mut Run, row_ns: i64, value: &[u8]) {
         if !self.has_value && self.tells_present {
-            let (number, time_ns) =
-                self.seen.filter(|(_, _, time_ns)| *time_ns != kernel::NEVER_NS).map_or((0, row_ns), |(_, number, time_ns)| (number, time_ns));
-            self.put(run, time_ns, number, value);
+            let stored = self.seen.filter(|(_, _, time_ns)| *time_ns != kernel::NEVER_NS);
+            let (number, time_ns) = stored.map_or((0, row_ns), |(_, number, time_ns)| (number, time_ns));
+            self.put(run, time_ns, number, stored.is_some(), value);
         } else if !self.has_value {
             (self.bytes, self.has_value) = (value.to_vec(), true);
         } else if self.bytes != value {
             let number = self.seen.map_or(0, |(_, number, _)| number);
-            self.put(run, row_ns, number, value);
+            self.put(run, row_ns, number, false, value);
         }
     }
 
-    pub(crate) fn put(&mut self, run: &mut Run, time_ns: i64, number: u64, value: &[u8]) {
+    pub(crate) fn put(&mut self, run: &mut Run, time_ns: i64, number: u64, by_block: bool, value: &[u8]) {
         run.times_ns.push(time_ns);
         run.numbers.push(number);
+        run.by_block.push(by_block);
         run.bytes.extend_from_slice(value);
         self.bytes.clear();
         self.bytes.extend_from_slice(value);
