@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 import opengpac as gpac
-from afar import until
+from afar import children, until
 from daemons import environment
 from opengpac import activate
 from opengpac import library as lib
@@ -109,6 +109,35 @@ def test_close_ends_everything_while_the_program_holds_on(folder: Path) -> None:
     assert held and not after[0] - before[0]
     assert not after[1] - before[1]
     assert (after[2] - before[2], after[3]) == (set(), before[3])
+
+
+def test_a_reset_leaves_no_name_of_the_processes_that_were_killed() -> None:
+    def names() -> list[Path]:
+        return [name for folder in Path("/dev/shm").glob("opengpac-left-reset-*") for name in folder.iterdir()]
+
+    with gpac.System("left-reset", progress=False) as cell:
+        near, far = cell.processor("near"), cell.processor("far", process=True)
+        here, there = near.timer("here", period="5 ms", priority=50), far.timer("there", period="5 ms", priority=50)
+        verb = gpac.Verb(
+            "goes_out",
+            blocks={"a": lib.signal_generator(shape=0, offset=3.0), "g": lib.gain},
+            instantiation_parameters={"y": "g.y"},
+            cells={"u": ["a.y", "g.u"]},
+            command_lists={"start": [activate("a", every="5 ms"), activate("g", every="5 ms")]},
+        )
+        before = 0
+        for life in range(4):
+            y = cell.svv(f"y{life}")
+            instance = verb.on({"a": there, "g": here}).asynch(y)
+            until(lambda y=y: y.value == 3.0, "a value has come through")
+            assert not [name for name in names() if name.is_symlink() and not name.exists()]
+            before = before or len(names())
+            assert len(names()) == before
+            (process,) = children("run_processor")
+            os.kill(process, signal.SIGKILL)
+            with pytest.raises(gpac.Terminated, match="SIGKILL"):
+                instance.wait()
+            cell.reset()
 
 
 _PROGRAM = """

@@ -4,7 +4,7 @@
 //! Any process of the run may write any of it, so nothing hangs on it: who sleeps looks again after [`SLEEP_MAX`] at the latest, rung or not.
 use crate::folder::Folder;
 use crate::locks;
-use crate::offer::{Offer, offered, offering};
+use crate::offer::{Offer, offered, offering, remove_left};
 use crate::sealed::{LINE, Sealed};
 use std::fs;
 use std::io;
@@ -50,22 +50,16 @@ impl Bells {
         Ok(Bells { _offer: Offer::new(folder.file(&name), memory.as_fd())?, memory })
     }
 
-    /// Those of this process, else of the one that started it, else of any: what is no memory of bells is passed over.
+    /// Those of this process, else of the one that started it, else of any: what is no memory of bells is passed over. Names that killed processes
+    /// left are removed.
     fn present(folder: &Folder) -> Option<Sealed> {
         let known = [std::process::id(), parent_id()];
         let far = |path: &Path| fs::read_link(path).ok().and_then(|to| offering(&to)).map(|of| known.iter().position(|one| *one == of).unwrap_or(2));
         let is_one = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(NAME.as_bytes()));
         let mut offers: Vec<_> = folder.files().filter(|path| is_one(path)).collect();
+        offers.iter().for_each(|path| remove_left(path));
         offers.sort_by_key(|path| far(path).unwrap_or(usize::MAX));
-        offers.iter().find_map(|path| match offered(path) {
-            Ok(Some((memory, _))) => Sealed::received(memory, LEN).ok(),
-            Ok(None) => {
-                // Of a process that was killed. Gone meanwhile is as good.
-                let _removed = fs::remove_file(path);
-                None
-            }
-            Err(_) => None,
-        })
+        offers.iter().find_map(|path| offered(path).ok().flatten().and_then(|(memory, _)| Sealed::received(memory, LEN).ok()))
     }
 
     /// Claims a bell that no living process has, until `self` is dropped; none where all are taken.

@@ -10,12 +10,13 @@ use crate::fate::Fate;
 use crate::folder::Folder;
 use crate::layout::{self, Layout, MADE};
 use crate::locks;
-use crate::offer::{Offer, offered};
+use crate::offer::{Offer, is_left, offered, remove_left};
 use crate::sealed::{LINE, Sealed};
 use interconnect::triple::{BACK_AT_FIRST, FRONT_AT_FIRST, MIDDLE_AT_FIRST, in_the_middle};
 use interconnect::{ConnectionSpec, EndError, TripleMemory};
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::{Duration, Instant};
@@ -79,6 +80,16 @@ impl Connection {
         })
     }
 
+    /// Removes the names of ends whose processes were killed: those in their place may have other numbers.
+    pub fn sweep(folder: &Folder) {
+        for path in folder.files().filter(|path| is_left(path)) {
+            let Some(number) = number_of(&path) else { continue };
+            // Somebody who comes to this very connection replaces the name.
+            let Ok(_alone) = folder.alone(number) else { continue };
+            remove_left(&path);
+        }
+    }
+
     fn entered(folder: &Arc<Folder>, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Self, Failure> {
         let _alone = folder.alone(number)?;
         let (own, others) = (folder.file(&role.file(number)), folder.file(&role.other().file(number)));
@@ -96,6 +107,12 @@ impl Connection {
         let offer = Some(Offer::new(own, layout.memory().as_fd())?);
         Ok(Connection { layout, index, fate, role, number, offer, folder: folder.clone() })
     }
+}
+
+/// The connection that a name of the folder is of.
+fn number_of(path: &Path) -> Option<u64> {
+    let (number, _) = path.file_name()?.to_str()?.strip_prefix('c')?.split_once('-')?;
+    number.parse().ok()
 }
 
 impl Drop for Connection {

@@ -75,7 +75,7 @@ pub struct SharedMemory {
 }
 
 impl SharedMemory {
-    /// Enters the shared memory of run `run` of a system, and removes what dead processes of any run left. All processes that are to be
+    /// Enters the shared memory of run `run` of a system, and removes what dead processes of any run, and of this one, left. All processes that are to be
     /// connected give the same name and the same run ([`new_run`], passed on by the process that starts them); others never meet.
     ///
     /// # Errors
@@ -86,6 +86,7 @@ impl SharedMemory {
         };
         folder::sweep();
         let folder = Folder::enter(system, run).map_err(failed)?;
+        Connection::sweep(&folder);
         let bells = Bells::open(&folder).map_err(failed)?;
         Ok(SharedMemory { listener: None, bells: Arc::new(bells), folder: Arc::new(folder), fates: Vec::new() })
     }

@@ -63,6 +63,19 @@ pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
     Ok(Some((memory.into(), process)))
 }
 
+/// Removes what a process that has ended left under `path`. The caller keeps others from offering there meanwhile.
+pub(crate) fn remove_left(path: &Path) {
+    if is_left(path) {
+        // Gone meanwhile is as good.
+        let _removed = fs::remove_file(path);
+    }
+}
+
+/// Whether a process that has ended offered what is under `path`.
+pub(crate) fn is_left(path: &Path) -> bool {
+    fs::read_link(path).ok().and_then(|leads_to| offering(&leads_to)).is_some_and(is_gone)
+}
+
 /// The process that a link names.
 pub(crate) fn offering(leads_to: &Path) -> Option<u32> {
     let (process, descriptor) = leads_to.to_str()?.strip_prefix("/proc/")?.split_once("/fd/")?;
@@ -86,5 +99,23 @@ mod tests {
         for other in ["/etc/passwd", "/proc/self/fd/3", "/proc/12/fd/../mem", "/proc/12/mem", "/proc/12/fd/", "proc/12/fd/3", "/proc//fd/3"] {
             assert_eq!(offering(Path::new(other)), None, "{other}");
         }
+    }
+
+    #[test]
+    fn what_a_living_process_offers_stays_and_that_of_a_dead_one_goes() {
+        let mut child = std::process::Command::new("sleep").arg("600").spawn().expect("there is sleep");
+        let path = std::env::temp_dir().join(format!("opengpac-offer-{}", std::process::id()));
+        let _absent = fs::remove_file(&path);
+        symlink(format!("/proc/{}/fd/0", child.id()), &path).expect("a name");
+        remove_left(&path);
+        assert!(path.is_symlink());
+        child.kill().expect("it is our child");
+        // A process of which nobody has asked for its status has ended too.
+        while !is_left(&path) {
+            std::hint::spin_loop();
+        }
+        child.wait().expect("it is our child");
+        remove_left(&path);
+        assert!(!path.is_symlink());
     }
 }

@@ -95,6 +95,28 @@ fn a_reader_keeps_the_last_complete_group_of_each_writer_that_is_killed() {
     assert_eq!(folders(&system), Vec::<std::path::PathBuf>::new());
 }
 
+/// Of a run's folder, the names that lead to processes which are gone.
+fn left_names(system: &str) -> Vec<std::path::PathBuf> {
+    let names = folders(system).into_iter().flat_map(|folder| std::fs::read_dir(folder).expect("its folder").flatten().map(|entry| entry.path()));
+    names.filter(|path| path.is_symlink() && !path.exists()).collect()
+}
+
+#[test]
+fn who_comes_in_the_place_of_a_killed_process_removes_its_names() {
+    let (system, run) = (system("killed-names"), new_run());
+    let _first = SharedMemory::new(&system, run).expect("there is shared memory");
+    for life in 1..=3 {
+        // Each has a connection of a number of its own, as each process in the place of one before.
+        let mut writer = FarEnd::start("write", &system, run, &[CONNECTION + life, STRIDE]);
+        assert_eq!(writer.hear(), "ready");
+        assert_eq!(left_names(&system), Vec::<std::path::PathBuf>::new());
+        writer.kill();
+        assert_eq!(left_names(&system).len(), 2, "its bells and its end");
+    }
+    drop(SharedMemory::new(&system, run).expect("there is shared memory"));
+    assert_eq!(left_names(&system), Vec::<std::path::PathBuf>::new());
+}
+
 /// Publishes and pushes until `enough`, which gets the number published last.
 fn write(sender: &mut dyn Sender, number: &mut u64, row: &mut u64, mut enough: impl FnMut(u64) -> bool) {
     while !enough(*number) {
