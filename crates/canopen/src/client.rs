@@ -11,6 +11,9 @@ use std::fmt;
 use std::io;
 use std::time::{Duration, Instant};
 
+/// Frames that are taken at once: beyond them a bus is never silent, and what waits for an answer looks at its time.
+const TAKEN_MAX: usize = 4096;
+
 /// An end of a bus that hears answers of SDO servers.
 pub struct Client {
     link: Box<dyn Link>,
@@ -76,7 +79,11 @@ impl Client {
     fn transfer(&mut self, node: u8, (mut transfer, request): (Transfer, [u8; 8])) -> Result<Vec<u8>, Refused> {
         let to = 0x600 + u16::from(node);
         // What is late from before is no answer to this.
-        while self.link.receive().map_err(Refused::Link)?.is_some() {}
+        for _ in 0..TAKEN_MAX {
+            if self.link.receive().map_err(Refused::Link)?.is_none() {
+                break;
+            }
+        }
         self.link.send(&Frame::new(to, &request)).map_err(Refused::Link)?;
         let mut until = Instant::now() + self.answer;
         loop {
@@ -95,6 +102,7 @@ impl Client {
                 }
                 Answered::Done(value) => return Ok(value),
                 Answered::Aborted(code) => return Err(Refused::Aborted(code)),
+                Answered::Strange if Instant::now() >= until => return Err(Refused::Silent),
                 Answered::Strange => {}
                 Answered::Broken(code) => {
                     let _ = self.link.send(&Frame::new(to, &transfer.abort(code)));
@@ -104,9 +112,10 @@ impl Client {
         }
     }
 
-    /// The next answer of this node that is there.
+    /// The next answer of this node that is there, behind [`TAKEN_MAX`] other frames at most.
     fn next(&mut self, node: u8) -> Result<Option<[u8; 8]>, Refused> {
-        while let Some(came) = self.link.receive().map_err(Refused::Link)? {
+        for _ in 0..TAKEN_MAX {
+            let Some(came) = self.link.receive().map_err(Refused::Link)? else { break };
             if let Came::Frame(frame) = came
                 && let Some(Message::Sdo { node: from, bytes }) = message::read(&frame)
                 && from == node
@@ -147,7 +156,8 @@ impl Client {
     }
 
     fn gather(&mut self, found: &mut Vec<(u8, u32)>) -> io::Result<()> {
-        while let Some(came) = self.link.receive()? {
+        for _ in 0..TAKEN_MAX {
+            let Some(came) = self.link.receive()? else { break };
             if let Came::Frame(frame) = came
                 && let Some(Message::Sdo { node, bytes }) = message::read(&frame)
                 && bytes[1..4] == [0x00, 0x10, 0]

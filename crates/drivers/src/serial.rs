@@ -101,11 +101,15 @@ impl SerialLine {
         check(unsafe { libc::ioctl(self.raw(), libc::TCSETS2, &raw const terminal) })
     }
 
-    /// Reads what is there, at least one byte; `Ok(0)`: nothing had come when the deadline was reached. A deadline that is over does not wait.
+    /// Reads what is there, at least one byte; `Ok(0)`: nothing had come when the deadline was reached. A deadline that is over does not wait,
+    /// and [`OVERTIME`] behind it nothing is read any more.
     ///
     /// # Errors
     /// The line is gone: its adapter was unplugged, the other end of the pseudo terminal closed.
     pub(crate) fn read(&self, buffer: &mut [u8], deadline: Instant) -> Result<usize> {
+        if is_overtime(deadline) {
+            return Ok(0);
+        }
         loop {
             match (&self.file).read(buffer) {
                 // A terminal without a byte says that it would block, so this is its end.
@@ -171,8 +175,20 @@ impl AsFd for SerialLine {
     }
 }
 
-/// Waits until a descriptor is ready (`POLLIN`, `POLLOUT`) or has failed; false: the deadline came first.
+/// How long behind a deadline that is taken which came before it, where the system did not let this thread run. Without this bound whoever reads on
+/// until nothing comes would never end where the other side is never silent.
+pub(crate) const OVERTIME: Duration = Duration::from_secs(2);
+
+/// Whether a deadline is over by more than [`OVERTIME`].
+pub(crate) fn is_overtime(deadline: Instant) -> bool {
+    Instant::now() > deadline + OVERTIME
+}
+
+/// Waits until a descriptor is ready (`POLLIN`, `POLLOUT`) or has failed; false: the deadline came first, or is over by [`OVERTIME`].
 pub(crate) fn wait(of: BorrowedFd<'_>, events: i16, deadline: Instant) -> Result<bool> {
+    if is_overtime(deadline) {
+        return Ok(false);
+    }
     loop {
         let left = deadline.saturating_duration_since(Instant::now());
         let mut asked = libc::pollfd { fd: of.as_raw_fd(), events, revents: 0 };

@@ -2,7 +2,7 @@
 //! A stream of bytes to a device: a TCP connection or a serial line, by an address in one text.
 //!
 //! `tcp/192.0.2.5:502` and `rtu//dev/ttyUSB0?baud=19200&parity=even&stop=1`; the word before the first slash of a serial line is its driver's.
-use crate::serial::{Parity, SerialLine, Settings, wait};
+use crate::serial::{Parity, SerialLine, Settings, is_overtime, wait};
 use std::fmt;
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -95,6 +95,9 @@ impl Stream {
     /// # Errors
     /// The other end is gone.
     pub(crate) fn read(&self, buffer: &mut [u8], deadline: Instant) -> Result<usize> {
+        if is_overtime(deadline) {
+            return Ok(0);
+        }
         match self {
             Stream::Serial(line) => line.read(buffer, deadline),
             Stream::Tcp(connection) => loop {
@@ -139,6 +142,7 @@ impl Stream {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Duration;
 
     fn parse(text: &str) -> std::result::Result<Address, String> {
         Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))

@@ -289,7 +289,8 @@ impl Line {
         }
         // What still lies there belongs to nobody.
         self.filled = 0;
-        while self.fill(Instant::now())? {
+        let begun = Instant::now();
+        while self.fill(begun)? {
             self.filled = 0;
             link.count(Count::Late);
         }

@@ -129,11 +129,11 @@ impl Talker {
         Talker { silent_ns, ..self }
     }
 
-    /// Takes all that has come; then, until the deadline, waits for a text that is declared.
+    /// Takes all that has come; then, until the deadline, waits for a text that is declared. A device that is never silent is left at the deadline.
     fn hear(&mut self, deadline: Instant, release_ns: i64) -> Result<bool, DeviceError> {
         let mut heard = false;
         loop {
-            let until = if heard { Instant::now() } else { deadline };
+            let until = if heard { deadline.min(Instant::now()) } else { deadline };
             let more = {
                 let stream = self.line.stream();
                 let stream = stream.as_ref().ok_or_else(|| DeviceError { message: "it is not open".to_owned() })?;

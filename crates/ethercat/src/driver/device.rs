@@ -112,7 +112,14 @@ impl EtherCat {
         }
         // Outputs that came before SYNC0 wait for it.
         let until = Instant::now() + TO_OP;
-        while line.synced_from_ns.is_some_and(|from_ns| !cycle.has_come(from_ns)) && Instant::now() < until {
+        while line.synced_from_ns.is_some_and(|from_ns| !cycle.has_come(from_ns)) {
+            if Instant::now() > until {
+                let clock = stations.first().map_or_else(String::new, |station| station.subdevice.title());
+                return Err(format!(
+                    "the clock of the line ({clock} is its first) has not come to the first SYNC0 within {} s: it stands still",
+                    TO_OP.as_secs()
+                ));
+            }
             self.exchange_idle(&mut cycle)?;
         }
         self.reset_faults(&mut cycle)?;
