@@ -3,7 +3,7 @@
 //!
 //! A position that stays is where the machine stays; so are a temperature, a pressure, a switch. A torque that stays accelerates whatever it
 //! acts on. Such an output has an idle value, which it takes when the verb that writes it is suspended: a channel its safe value, an SVV that
-//! commands a device the value that it began with.
+//! commands a device 0. One that began with another value than 0 is a limit and stays.
 
 /// Quantities that drive on, a unit of each.
 const DRIVING: [(&str, &str); 15] = [

@@ -11,7 +11,7 @@ pub(crate) struct SvvRecord {
     pub type_text: String,
     pub unit: String,
     pub size: usize,
-    /// The value that it began with: its idle value, where it commands a device.
+    /// The value that it began with. Where that is 0 and it commands a device, 0 is its idle value.
     pub first: Vec<u8>,
     /// Minimum and maximum value that the PS may store.
     pub within: Option<model::range::Range>,
