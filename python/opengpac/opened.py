@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import atexit
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NoReturn
 from weakref import WeakValueDictionary
 
+from .again import differences
 from .errors import InUse, refuse
 
 if TYPE_CHECKING:
@@ -31,15 +33,27 @@ def systems() -> list[System]:
     return list(_open.values())
 
 
+def running(name: Any, asked: Mapping[str, Any]) -> System | None:
+    """The system of that name in which something runs, where it was asked for equally. Refused with `InUse` where it was not."""
+    last = _open.get(name) if isinstance(name, str) else None
+    if last is None or not (instances := last._running()):
+        return None
+    if said := differences(last._given, asked):
+        _refuse(last.name, instances, f": {said}")
+    return last
+
+
 def close_last(name: str) -> None:
     """Closes the system of that name, for one that is made again. Refused with `InUse` while something runs in it."""
-    last = _open.get(name)
-    if last is None:
+    if (last := _open.get(name)) is None:
         return
-    running = last._running()
-    if running:
-        refuse(InUse, f"system '{name}' exists and runs {', '.join(running)}", "halt them, or close the system first: system.close()")
+    if instances := last._running():
+        _refuse(name, instances)
     last.close()
+
+
+def _refuse(name: str, instances: list[str], why: str = "") -> NoReturn:
+    refuse(InUse, f"system '{name}' exists and runs {', '.join(instances)}{why}", "halt them, or close the system first: system.close()")
 
 
 @atexit.register

@@ -202,6 +202,7 @@ class PhysicalDevice(_Channels):
         with refusals:
             native.delete_physical_device(self.name)
         self.system.physical_devices.pop(self.name, None)
+        self.system._by_name.forget("physical device", self.name)
 
     def _here(self) -> RealTimeSystem:
         """The system that it is in. Refused where it was deleted and another has its name: that one's channels may be others."""

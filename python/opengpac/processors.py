@@ -38,7 +38,7 @@ class Processor(Shown, Declared):
 
         `name` is its own within the processor. `virtual_cost` is how long each of its firings takes under the virtual clock, so that
         sources of higher priority preempt it there; on the monotonic clock it means nothing. Raises `ValueRefused` for a period
-        (at least 10 µs) or priority out of range, `InUse` where the name is taken.
+        (at least 10 µs) or priority out of range, `InUse` where the name is that of another source.
         """
         return self._source(name, "timer", duration_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
 
@@ -60,18 +60,22 @@ class Processor(Shown, Declared):
         """Opens a driver as the physical device of that `name`.
 
         Its channels are read at the start of each firing of `exchange` and written at its end. Raises `DeviceFailed` where it cannot be
-        opened, `InUse` where the name is taken.
+        opened, `InUse` where the name is that of another one.
         """
         if not isinstance(driver, Driver):
             refuse(CallError, f"physical device '{name}' is given {driver!r}", "give a driver: gpac.drivers.mujoco('arm.xml')")
         if not isinstance(exchange, Source):
             refuse(CallError, f"physical device '{name}' is given exchange={exchange!r}", "give the interrupt source that serves it")
+        asked = {"driver": driver.kind, "options": driver.options, "exchange": exchange.name}
+        if self.system._by_name.equal("physical device", name, asked):
+            return self.system.physical_devices[name]
         with refusals:
             described = self.system._alive().physical_device(
                 self.name, name, driver.kind, exchange.name, cast(dict[str, Any], driver.options), here().json()
             )
         device = PhysicalDevice(self.system, name, exchange, described)
         self.system.physical_devices[name] = device
+        self.system._by_name.keep("physical device", name, asked, device)
         return device
 
     def _source(self, name: str, kind: str, period_ns: int, priority: int, cost: Quantity) -> Source:
@@ -81,10 +85,15 @@ class Processor(Shown, Declared):
             refuse(CallError, f"the period of timer '{name}' is {period_ns / 1e9:g} s", "time does not run backwards")
         if not 0 <= priority <= 255:
             refuse(CallError, f"the priority of source '{name}' is {priority}", "give a whole number, 1 to 98; a larger one preempts")
+        cost_ns, full = duration_ns(cost, "the virtual cost"), f"{self.name}.{name}"
+        asked = {"kind": kind, "period": f"{period_ns / 1e6:g} ms", "priority": priority, "virtual_cost": f"{cost_ns / 1e3:g} us"}
+        if self.system._by_name.equal("source", full, asked):
+            return self.system.sources[full]
         with refusals:
-            self.system._alive().source(self.name, name, kind, priority, period_ns, duration_ns(cost, "the virtual cost"))
+            self.system._alive().source(self.name, name, kind, priority, period_ns, cost_ns)
         source = Source(self.system, self, name, kind, period_ns, priority)
         self.system.sources[source.name] = source
+        self.system._by_name.keep("source", full, asked, source)
         return source
 
     def _table(self) -> Table:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import json
 import logging
 import os
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 from . import checking, existing, files, forks, hosts, opened, programs, restart
 from .adoption import TakenOver, taken_over
+from .again import Made
 from .checks import Definitions
 from .commanded import Commanded
 from .declared import Declared
@@ -56,8 +58,11 @@ class System(Commanded, Timed, Declared):
     chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
     none yet nothing is restored. `adopt=True` looks for processors in processes of their own that have lost a system of this name:
     what runs there goes on with `take_over()`. `progress=True` shows how far a call that waits has come, `False` never does; left out it is
-    shown at a terminal. A context manager: leaving it halts the actions, then disables the devices. Making a
-    system again rebuilds it if nothing runs in it.
+    shown at a terminal. A context manager: leaving it halts the actions, then disables the devices.
+
+    A cell of a notebook may be run again: a system that is made again is rebuilt where nothing runs in it; where something does, it is the
+    same one, and so are its processors, sources, physical devices, SVVs and arms, each asked for as before. Asked for otherwise it is
+    `InUse`, with what differs.
 
     Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
     `gpac.connect(url)` gives a system that others configured.
@@ -74,6 +79,11 @@ class System(Commanded, Timed, Declared):
 
     _settable = frozenset({"closed", "progress"})
 
+    def __new__(cls, *given: Any, **named: Any) -> Self:
+        asked = _asked(given, named)
+        last = opened.running(asked.get("name"), asked)
+        return last if isinstance(last, cls) else super().__new__(cls)
+
     def __init__(
         self,
         name: str,
@@ -85,6 +95,8 @@ class System(Commanded, Timed, Declared):
         restore: str | os.PathLike[str] | None = None,
         adopt: bool = False,
     ) -> None:
+        if "_given" in self.__dict__:
+            return
         if clock not in ("monotonic", "virtual"):
             refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
         if not isinstance(name, str) or not name:
@@ -92,6 +104,7 @@ class System(Commanded, Timed, Declared):
         if "://" in name:
             refuse(CallError, f"the name of a system is {name!r}, which is a URL", f"connect to the system there: gpac.connect({name!r})")
         opened.close_last(name)
+        given = {"seed": seed, "interconnect": interconnect, "progress": progress, "restore": restore, "adopt": adopt}
         virtual = clock == "virtual" or checking.active()
         url = None if checking.active() else os.environ.get("OPENGPAC_SYSTEM")
         if url:
@@ -112,6 +125,7 @@ class System(Commanded, Timed, Declared):
             with refusals:
                 self._native.close()
             raise
+        self._given = _asked((name, clock), given)
         opened.keep(self, name)
         programs.made(self)
 
@@ -129,6 +143,8 @@ class System(Commanded, Timed, Declared):
         self.physical_devices: dict[str, PhysicalDevice] = {}
         self._svvs: dict[str, SVV[Any]] = {}
         self._definitions = Definitions(native)
+        self._by_name = Made()
+        self._given: dict[str, Any] = {}
         self._rights_said = virtual
         self._restored: restart.Restored | None = None
         self._studio: Studio | None = None
@@ -163,17 +179,15 @@ class System(Commanded, Timed, Declared):
         `-`, `_`, `.`, at most 64), InUse where that is another processor's own process, InvalidState where the process cannot be
         started or is lost.
         """
+        bounds = optional_ns(lost_after, "lost_after"), optional_ns(patience, "patience")
+        asked = {"core": core, "supervisor": supervisor, "process": process, "host": host, "lost_after": lost_after, "patience": patience}
+        if self._by_name.equal("processor", name, asked):
+            return self.processors[name]
         with refusals:
-            self._alive().processor(
-                name,
-                core,
-                supervisor,
-                process,
-                host,
-                optional_ns(lost_after, "lost_after"),
-                optional_ns(patience, "patience"),
-            )
-        return self.processors.setdefault(name, Processor(self, name, apart=bool(process or host)))
+            self._alive().processor(name, core, supervisor, process, host, *bounds)
+        made = self.processors.setdefault(name, Processor(self, name, apart=bool(process or host)))
+        self._by_name.keep("processor", name, asked, made)
+        return made
 
     def listen(
         self,
@@ -268,7 +282,8 @@ class System(Commanded, Timed, Declared):
 
         `unit` is text, `"rad"`; `initial` its first value, 0 where it is left out; `history` how many last values are kept, at most what
         fits in 1 GiB. `within` is the range of what Python may store in it, `(0, 1)` or `"[0, inf)"`. Of a remote system a name
-        alone gives the SVV that is there.
+        alone gives the SVV that is there. One that this program has made already is given again, with the value that it has, where it is
+        asked for equally; else it is `InUse`.
         """
         if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
             return self._svv(name)
@@ -276,12 +291,19 @@ class System(Commanded, Timed, Declared):
         value = None if initial is None else {"value": plain(initial, f"the initial value of SVV '{name}'")}
         kept = whole(history, f"the history of SVV '{name}'", 0, 2**32 - 1)
         ends = range_of(within, f"the range of SVV '{name}'")
+        asked = {"type": text, "types": types, "unit": unit, "initial": value, "history": kept, "within": ends}
+        there = self._by_name.thing("SVV", name)
+        if there is not None and not there._is_there():
+            self._by_name.forget("SVV", name)
+        if self._by_name.equal("SVV", name, asked):
+            return cast("SVV[Any]", there)
         specification = {"type_text": text, "unit": unit, "initial": value, "history": kept, "within": ends, "types": types}
         with refusals:
             self._alive().svv(specification, name, here().json())
         self._svvs.pop(name, None)
         made = self._svv(name)
         _ = made._asked  # From here on it stands for this one.
+        self._by_name.keep("SVV", name, asked, made)
         return made
 
     # ---- what is there ----
@@ -404,3 +426,13 @@ class System(Commanded, Timed, Declared):
 
 def _short(name: Any) -> str:
     return str(name.get("name", name)) if isinstance(name, dict) else str(name)
+
+
+def _asked(given: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of a new system by name, also those that are left out; empty where they are not those of one."""
+    try:
+        bound = inspect.signature(System.__init__).bind(None, *given, **named)
+    except TypeError:
+        return {}
+    bound.apply_defaults()
+    return {name: value for name, value in bound.arguments.items() if name != "self"}

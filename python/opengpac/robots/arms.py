@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from .. import cache, drivers, files
 from ..errors import CallError, DeviceFailed, PlacementError, UnknownName, did_you_mean, refuse
@@ -62,7 +62,8 @@ def load(
     (`gpac.drivers.plant_process`), which a text names for programs that come later. `driver` commands a real arm in place of the simulated
     one, `gpac.drivers.ur("192.0.2.10")`; `path` then says its geometry and its limits; `"so101"` is an arm without geometry, whose servos
     a `gpac.drivers.feetech(port)` finds by itself. `contacts` is the number of contacts that the simulation reports
-    (`gpac.drivers.mujoco`). The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    (`gpac.drivers.mujoco`). An arm that is there is the same where it is asked for equally, else it is `InUse` with what differs. The
+    physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     model = _model(path, tool, scene, [Path(folder) for folder in package_paths])
     _tell(model.notes, strict)
@@ -74,12 +75,23 @@ def load(
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
+    source = on or _fastest(rtp)
+    asked = {
+        "model": f"{path} ({model.identity})",
+        "package_paths": [str(folder) for folder in package_paths],
+        "tool": tool,
+        "scene": scene,
+        "source": source.name,
+        "arbitration": arbitration,
+        "apart": apart,
+        "driver": None if driver is None else (driver.kind, driver.options),
+        "contacts": contacts,
+    }
+    if (last := _made_before(rtp.system, name, asked)) is not None:
+        return last
     if driver is not None and contacts:
         refuse(CallError, "contacts are told of a simulated arm, and this one has a driver of its own", "leave contacts= out")
-    if driver is not None:
-        device = rtp.physical_device(name, driver, exchange=on or _fastest(rtp))
-    else:
-        device = model.open(rtp, name, on or _fastest(rtp), apart, contacts)
+    device = rtp.physical_device(name, driver, exchange=source) if driver is not None else model.open(rtp, name, source, apart, contacts)
     known = model.own_joints or device.parts
     own = [part for part in device.parts if part in known]
     joints: list[Joint] = []
@@ -89,6 +101,7 @@ def load(
                 joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name)))
         arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes)
         arm.model = model.identity
+        rtp.system._by_name.keep("arm", name, asked, arm)
         return arm
     except BaseException:
         for joint in joints:
@@ -111,6 +124,14 @@ def _tell(notes: tuple[str, ...], strict: bool) -> None:
             DeviceFailed, f"{len(notes)} things in the file are not as they should be: {shown}", "mend them, or load it without strict=True"
         )
     warnings.warn(shown, UserWarning, stacklevel=4)
+
+
+def _made_before(system: System, name: str, asked: Mapping[str, Any]) -> Arm | None:
+    """The arm of that name with all its joints, if it was asked for equally. Refused with `InUse` where it is another."""
+    last: Arm | None = system._by_name.thing("arm", name)
+    if last is not None and any(system.devices.get(joint.name) is not joint for joint in last):
+        system._by_name.forget("arm", name)
+    return last if system._by_name.equal("arm", name, asked) else None
 
 
 def _model(

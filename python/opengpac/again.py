@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a program makes twice under one name, as a cell of a notebook that is run again: the same thing where it is asked for equally."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from .errors import InUse, refuse
+
+
+class Made:
+    """What was made in a system, each thing under its kind and name, with what it was asked to be."""
+
+    def __init__(self) -> None:
+        self._things: dict[tuple[str, str], tuple[dict[str, Any], Any]] = {}
+
+    def keep(self, kind: str, name: str, asked: Mapping[str, Any], thing: Any) -> None:
+        """Keeps a thing that was made; what had its name before is forgotten."""
+        self._things[kind, name] = dict(asked), thing
+
+    def forget(self, kind: str, name: str) -> None:
+        """Forgets a thing that is gone."""
+        self._things.pop((kind, name), None)
+
+    def thing(self, kind: str, name: str) -> Any:
+        """The thing of that kind and name; None where none was made."""
+        return self._things.get((kind, name), (None, None))[1]
+
+    def equal(self, kind: str, name: str, asked: Mapping[str, Any]) -> bool:
+        """Whether a thing was made that was asked for equally. Refused with `InUse` where it is another, naming what differs."""
+        known = self._things.get((kind, name))
+        if known is None:
+            return False
+        if said := differences(known[0], asked):
+            refuse(InUse, f"there is a {kind} '{name}' already: {said}", "make it as it is, or give it another name")
+        return True
+
+
+def differences(was: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
+    """What differs between two askings, with both values; empty where nothing does."""
+    told = [f"its {word.replace('_', ' ')} is {was.get(word)!r}, not {value!r}" for word, value in asked.items() if was.get(word) != value]
+    return ", ".join(told)
