@@ -123,6 +123,7 @@ def test_a_reset_leaves_no_name_of_the_processes_that_were_killed() -> None:
             blocks={"a": lib.signal_generator(shape=0, offset=3.0), "g": lib.gain},
             instantiation_parameters={"y": "g.y"},
             cells={"u": ["a.y", "g.u"]},
+            modes={"g.u": "asynchronous"},
             command_lists={"start": [activate("a", every="5 ms"), activate("g", every="5 ms")]},
         )
         before = 0

@@ -11,7 +11,7 @@ use std::fmt;
 use std::io;
 use std::time::{Duration, Instant};
 
-/// Frames that are taken at once: beyond them a bus is never silent, and what waits for an answer looks at its time.
+/// Maximum number of frames taken before a wait for an answer looks at its time: a bus may never be silent.
 const TAKEN_MAX: usize = 4096;
 
 /// An end of a bus that hears answers of SDO servers.

@@ -101,8 +101,8 @@ impl SerialLine {
         check(unsafe { libc::ioctl(self.raw(), libc::TCSETS2, &raw const terminal) })
     }
 
-    /// Reads what is there, at least one byte; `Ok(0)`: nothing had come when the deadline was reached. A deadline that is over does not wait,
-    /// and [`OVERTIME`] behind it nothing is read any more.
+    /// Reads what is there, at least one byte; `Ok(0)`: nothing had come when the deadline was reached. After the deadline it does not wait,
+    /// and [`OVERTIME`] after it it reads nothing.
     ///
     /// # Errors
     /// The line is gone: its adapter was unplugged, the other end of the pseudo terminal closed.
@@ -175,8 +175,8 @@ impl AsFd for SerialLine {
     }
 }
 
-/// How long behind a deadline that is taken which came before it, where the system did not let this thread run. Without this bound whoever reads on
-/// until nothing comes would never end where the other side is never silent.
+/// Time after a deadline in which data is still read: it may have come before the deadline while the system did not run this thread. After it a
+/// loop that reads until nothing more comes ends, also where the other side is never silent.
 pub(crate) const OVERTIME: Duration = Duration::from_secs(2);
 
 /// Whether a deadline is over by more than [`OVERTIME`].

@@ -149,6 +149,21 @@ mod tests {
     }
 
     #[test]
+    fn who_reads_until_nothing_comes_ends_where_the_other_side_is_never_silent() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let deadline = Instant::now();
+        let long = deadline + Duration::from_secs(60);
+        let stream = Stream::open(&Address::Tcp(listener.local_addr().unwrap().to_string()), long).unwrap();
+        let mut babble = listener.accept().unwrap().0;
+        let babbler = std::thread::spawn(move || while babble.write_all(&[0; 65_536]).is_ok() {});
+        let mut buffer = [0; 64];
+        assert!(stream.read(&mut buffer, long).unwrap() > 0);
+        while stream.read(&mut buffer, deadline).unwrap() > 0 {}
+        drop(stream);
+        babbler.join().unwrap();
+    }
+
+    #[test]
     fn an_address_is_one_text() {
         assert_eq!(parse("tcp/192.0.2.5"), Ok(Address::Tcp("192.0.2.5:502".to_owned())));
         assert_eq!(parse("tcp/[::1]:1502"), Ok(Address::Tcp("[::1]:1502".to_owned())));

@@ -100,7 +100,7 @@ fn times_of_a_value_rise_from_its_first_row_on() {
         svv(&system, name, json!({"type_text": "double"}));
     }
     let (_, recorder) = Recorder::start(&system, &file.0, &Options::default()).unwrap();
-    let write = |value: f64| drop(system.write("set", &model::value::Value::Number(value)).unwrap());
+    let write = |value: f64| system.write("set", &model::value::Value::Number(value)).unwrap();
     let id = wave(&system, "y");
     for ms in 0..20 {
         (0..=ms % 4).for_each(|part| write(f64::from(10 * ms + part)));

@@ -129,7 +129,8 @@ impl Talker {
         Talker { silent_ns, ..self }
     }
 
-    /// Takes all that has come; then, until the deadline, waits for a text that is declared. A device that is never silent is left at the deadline.
+    /// Takes all that has come; then, until the deadline, waits for a text that is declared. Ends soon after the deadline
+    /// where the device is never silent.
     fn hear(&mut self, deadline: Instant, release_ns: i64) -> Result<bool, DeviceError> {
         let mut heard = false;
         loop {
