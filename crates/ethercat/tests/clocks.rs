@@ -90,17 +90,6 @@ fn axes_with_sync0_go_to_op_and_follow() {
 }
 
 #[test]
-fn a_line_whose_clock_stands_still_is_not_opened() {
-    let interface = format!("local:standing-{}", std::process::id());
-    let _server = serve_at(&interface, Segment::new(&[drive("first", 0)]), || 1_000_000_000).unwrap();
-    let _ = device::register(&ethercat::DRIVER);
-    let axes = json!([{ "name": "x", "counts": COUNTS }]);
-    let (mut driver, _) = device::open("ethercat", &json!({ "interface": interface, "axes": axes, "sync0_ns": 1_000_000 })).unwrap();
-    let why = driver.open(0).expect_err("its outputs would wait for SYNC0 for ever").message;
-    assert!(why.contains("has not come to the first SYNC0 within 10 s"), "{why}");
-}
-
-#[test]
 fn sync0_is_refused_where_it_cannot_be() {
     let _ = device::register(&ethercat::DRIVER);
     let refused = |name: &str, value: i64, sync0: Option<i64>| {

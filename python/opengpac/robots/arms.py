@@ -65,7 +65,8 @@ def load(
     (`gpac.drivers.mujoco`). An arm that is there is the same where it is asked for equally, else it is `InUse` with what differs. The
     physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
-    model = _model(path, tool, scene, [Path(folder) for folder in package_paths])
+    packages = [Path(folder) for folder in package_paths]
+    model = _model(path, tool, scene, packages)
     _tell(model.notes, strict)
     driver = model.wired(driver)
     name = name or model.name
@@ -78,7 +79,7 @@ def load(
     source = on or _fastest(rtp)
     asked = {
         "model": f"{path} ({model.identity})",
-        "package_paths": [str(folder) for folder in package_paths],
+        "package_paths": packages,
         "tool": tool,
         "scene": scene,
         "source": source.name,

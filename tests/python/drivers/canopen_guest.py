@@ -57,7 +57,7 @@ def drive(said: dict[str, Any]) -> None:
     import opengpac as gpac
 
     peer = Peer("vcan0", NODE)
-    axis = {"node": NODE, "counts": 1000, "speed_max": 5.0, "range": [-10, 10]}
+    axis = {"node": NODE, "counts": 1000, "speed_max": 5.0, "range": [-10, 10], "operating_within_s": 60.0}
     said["found"] = [found["what"] for found in gpac.drivers.scan("canopen", interface="vcan0")]
     with gpac.System("cell", progress=False) as cell:
         rtp = cell.processor("rtp0")
@@ -113,7 +113,7 @@ def brake(said: dict[str, Any]) -> None:
     import opengpac as gpac
 
     peer = Peer("vcan0", NODE)
-    axis = {"node": NODE, "counts": 1000, "brake": {"release_ns": 20_000_000, "close_ns": 20_000_000}}
+    axis = {"node": NODE, "counts": 1000, "brake": {"release_ns": 20_000_000, "close_ns": 20_000_000}, "operating_within_s": 60.0}
     with gpac.System("hoist", progress=False) as cell:
         rtp = cell.processor("rtp0")
         fast = rtp.timer("fast", period="20 ms", priority=80)
