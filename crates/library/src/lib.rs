@@ -4,6 +4,7 @@
 //! To add one, write its file: `build.rs` lists the folder. The folder within `blocks` is its category. What several blocks
 //! share is beside `blocks`.
 pub mod kinematics;
+pub mod lead;
 pub mod motion;
 pub mod online;
 pub mod pace;

@@ -5,6 +5,7 @@
 //! `interpolation` 20, a new set-point is reached after 20 invocations, in equal steps, and the step gives the rate at which it moves
 //! (the *interpolated position mode* of drives). It costs that many invocations of delay.
 
+use crate::lead::{Braking, Lead};
 use crate::span::Span;
 use opengpac::Invocation;
 
@@ -66,6 +67,8 @@ pub struct Spline {
     left: u32,
     /// After lost time: how the way that was missed is caught up with.
     catching_up: Option<CatchingUp>,
+    /// Set-points to come whose change of speed is kept within the acceleration, because they follow ones that braked.
+    wary: u32,
 }
 
 /// How a reference catches up with set-points that went on while its servo stood still: no faster than it moved and than the set-points move, and
@@ -82,14 +85,19 @@ struct CatchingUp {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Approach {
     spline: Spline,
+    lead: Lead,
     offset_before: f64,
     span: Span,
 }
 
 /// What a reference is led by in one invocation.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Led {
     pub setpoint: f64,
+    /// How fast the set-point moves, how that changes, and when it was stored, ns; 0 where it does not say so.
+    pub velocity: f64,
+    pub acceleration: f64,
+    pub time_ns: i64,
     /// Where the joint is.
     pub position: f64,
     /// What is added to its readings.
@@ -97,8 +105,10 @@ pub struct Led {
     /// None where its zero is not known: then its numbers mean nothing.
     pub range: Option<(f64, f64)>,
     pub speed_max: f64,
-    /// Maximum acceleration while it catches up after lost time.
+    /// Maximum acceleration while it catches up after lost time, or brakes because no set-points come any more.
     pub acceleration_max: f64,
+    /// Maximum jerk while it brakes.
+    pub jerk_max: f64,
 }
 
 /// Where a reference is.
@@ -111,6 +121,8 @@ pub struct Approached {
     pub limited: bool,
     /// Time of one cycle, s; 0 in the first.
     pub span_s: f64,
+    /// How far it has braked beyond the last set-point, where no new one came in its time.
+    pub braking: Braking,
 }
 
 impl Approach {
@@ -125,16 +137,23 @@ impl Approach {
         }
         if first {
             self.spline = Spline::at(led.position);
+            self.lead.begin(&led);
         } else if led.offset != self.offset_before {
             self.spline.shift(led.offset - self.offset_before);
+            self.lead.shift(led.offset - self.offset_before, &led);
         }
         self.offset_before = led.offset;
         let (position_min, position_max) = led.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         let bounds = Bounds { position_min, position_max, step_max: led.speed_max * span_s, change_max: led.acceleration_max * span_s * span_s };
         let interpolation = interpolation(span_s);
-        let (reference, step, limited) = self.spline.advance(led.setpoint, interpolation, bounds);
+        let velocity = if span_s > 0.0 { self.spline.speed / span_s } else { 0.0 };
+        let next = self.lead.next(&led, interpolation, passed.cycle_s(), velocity, invocation.now_ns);
+        if next.is_return {
+            self.spline.wary = WARY;
+        }
+        let (reference, step, limited) = self.spline.advance(next.position, interpolation, bounds);
         let moving = interpolation > 1 && span_s > 0.0;
-        Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s }
+        Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, braking: self.lead.braking() }
     }
 }
 
@@ -153,6 +172,8 @@ pub fn is_bad_limit(limit: f64) -> bool {
 
 /// Closer than this, in position and in speed per invocation, it is there.
 const THERE: f64 = 1e-13;
+/// Set-points after which a generator that has come back is one like any other: those of the cubic through which the reference goes.
+const WARY: u32 = 3;
 /// A set-point at a bound is not beyond it because of the last bits of a sum: less than this, in position and of the maximum speed.
 const ROUNDING: f64 = 1e-9;
 
@@ -179,7 +200,8 @@ impl Spline {
             self.setpoint = wanted;
             // The speed to come to, from which an even change to rest ends at the set-point.
             let even = if interpolation > 1 { (wanted - self.value) / span - self.speed / 2.0 } else { wanted - self.value };
-            let speed = if even.is_nan() { even } else { self.caught_up(even.clamp(-bounds.step_max, bounds.step_max), span, bounds.change_max) };
+            let even_max = even.clamp(-bounds.step_max, bounds.step_max);
+            let speed = if even.is_nan() { even } else { self.within(even_max, span, bounds.change_max) };
             limited |= (even - speed).abs() > ROUNDING * bounds.step_max;
             (self.change, self.left) = ((speed - self.speed) / span, interpolation.max(1));
         }
@@ -217,6 +239,28 @@ impl Spline {
             return even;
         }
         towards * reached
+    }
+
+    /// `even`, as far as the acceleration allows after a generator has come back, and while it catches up.
+    fn within(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
+        let even = self.returned(even, span, change_max);
+        self.caught_up(even, span, change_max)
+    }
+
+    /// `even`, as far as a generator that comes back after the reference has braked may lead it. Where its set-points are far from the reference,
+    /// they are caught up with as after lost time.
+    fn returned(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
+        if self.wary == 0 {
+            return even;
+        }
+        let (most, change) = (change_max * span, (even - self.speed).abs());
+        if change > 2.0 * most && self.catching_up.is_none() {
+            (self.catching_up, self.wary) = (Some(CatchingUp { speed: even.abs().max(self.speed.abs()), lost: 0.0 }), 0);
+            return even;
+        }
+        // What is held back now is left to those that follow.
+        self.wary = if change > most { WARY } else { self.wary - 1 };
+        even.clamp(self.speed - most, self.speed + most)
     }
 
     /// Counts positions from another origin: nothing moves, all numbers are `by` greater.
@@ -315,7 +359,7 @@ mod tests {
             } else {
                 0.6 - 0.25 * (2.6 - t.min(2.6)).powi(2)
             };
-            let led = Led { setpoint, position: 0.0, offset: 0.0, range: None, speed_max: 3.0, acceleration_max: 5.0 };
+            let led = Led { setpoint, range: None, speed_max: 3.0, acceleration_max: 5.0, ..Led::default() };
             let now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 20).reference;
             let speed = (now - before) / 1e-3;
             (fastest, hardest) = (fastest.max(speed), hardest.max((speed - rate).abs() / 1e-3));
@@ -342,7 +386,7 @@ mod tests {
         let mut now = 0.0;
         for k in 0..2000u64 {
             let number = 2 * k;
-            let led = Led { setpoint: (number / 20) as f64 * 0.006, position: 0.0, offset: 0.0, range: None, speed_max: 3.0, acceleration_max: 5.0 };
+            let led = Led { setpoint: (number / 20) as f64 * 0.006, speed_max: 3.0, acceleration_max: 5.0, ..Led::default() };
             now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 10).reference;
         }
         assert!((now - 0.3 * 3.97).abs() < 0.01, "{now}");

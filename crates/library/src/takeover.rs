@@ -3,7 +3,8 @@
 //!
 //! A generator stores with each set-point how fast it moves and how that changes, and when it was stored. The one that follows goes on
 //! from that state, so neither speed nor acceleration has a step. Where the last set-point is older than a cycle, nobody leads the joint any more:
-//! its servo is at rest or about to be, and its speed is that of the servo.
+//! its servo is at rest, or brakes by itself and says how far beyond that set-point it leads the joint, and how fast.
+use crate::lead::Braking;
 use crate::motion::Motion;
 use crate::online::State;
 use crate::profile::{JOINTS_MAX, Limits};
@@ -23,7 +24,12 @@ pub struct Last<'a> {
     pub acceleration: &'a [f64],
     /// When they were stored, ns of the system's clock.
     pub time_ns: &'a [i64],
+    /// How their servos brake those that nobody leads any more, as [`Braking`] has it.
+    pub braking: &'a [[f64; 4]],
 }
+
+/// A servo that brakes and has not formed a set-point for so long stands still itself.
+const BRAKING_S: f64 = 0.1;
 
 /// Where joints are when a motion begins, and by how much its first set-point is ahead of that.
 #[derive(Clone, Copy, Debug)]
@@ -36,7 +42,7 @@ impl Last<'_> {
     /// The state to go on from at `now_ns`, for a generator with a cycle of `cycle_s`; `None` where a number is not finite.
     pub fn begin(&self, now_ns: i64, cycle_s: f64) -> Option<Begun> {
         let mut states = [State::default(); JOINTS_MAX];
-        let mut ahead_s = 0.0f64;
+        let mut ahead_s = None;
         for (i, state) in states[..self.position.len()].iter_mut().enumerate() {
             *state = self.state(i, now_ns, cycle_s);
             if !(state.position.is_finite() && state.velocity.is_finite() && state.acceleration.is_finite()) {
@@ -45,31 +51,44 @@ impl Last<'_> {
             if let Some(age_s) = self.age_s(i, now_ns, cycle_s)
                 && !state.is_at_rest()
             {
-                ahead_s = ahead_s.max(age_s);
+                ahead_s = Some(age_s.max(ahead_s.unwrap_or(0.0)));
             }
         }
-        let ahead_s = if ahead_s > 0.0 { ahead_s } else { cycle_s };
+        // A set-point of this very instant is replaced by the one a cycle ahead; one of a servo is followed.
+        let is_braking = (0..self.position.len()).any(|i| self.is_braking(i));
+        let ahead_s = ahead_s.filter(|s| *s > 0.0 || is_braking).unwrap_or(cycle_s);
         Some(Begun { motion: Motion::of(&states[..self.position.len()]), ahead_s })
     }
 
-    /// Whether a joint moves.
+    /// Whether a joint moves, or has come to rest elsewhere than at its last set-point.
     pub fn is_moving(&self, now_ns: i64, cycle_s: f64) -> bool {
-        (0..self.position.len()).any(|i| !self.state(i, now_ns, cycle_s).is_at_rest())
+        (0..self.position.len()).any(|i| !self.state(i, now_ns, cycle_s).is_at_rest() || (self.is_braking(i) && self.braking[i][0] != 0.0))
     }
 
     /// The state of joint `i`.
     pub fn state(&self, i: usize, now_ns: i64, cycle_s: f64) -> State {
-        let (velocity, acceleration) = match self.age_s(i, now_ns, cycle_s) {
-            Some(_) => (self.velocity[i], self.acceleration[i]),
-            None => (self.servo_velocity[i], 0.0),
-        };
+        let is_led = self.age_s(i, now_ns, cycle_s).is_some();
+        if self.is_braking(i) {
+            let Braking { distance, velocity, acceleration, .. } = Braking::of(self.braking[i]);
+            let there = State { position: self.position[i] + distance, velocity, acceleration };
+            let servo = State { velocity: self.servo_velocity[i], acceleration: 0.0, ..there };
+            return if is_led || there.is_at_rest() { there } else { servo };
+        }
+        let (velocity, acceleration) = if is_led { (self.velocity[i], self.acceleration[i]) } else { (self.servo_velocity[i], 0.0) };
         State { position: self.position[i], velocity, acceleration }
+    }
+
+    /// Whether the servo of joint `i` leads it by itself, since no set-points came.
+    fn is_braking(&self, i: usize) -> bool {
+        let since_ns = Braking::of(self.braking[i]).time_ns;
+        since_ns != 0 && since_ns > self.time_ns[i]
     }
 
     /// How old the set-point of joint `i` is, if it leads its servo still.
     fn age_s(&self, i: usize, now_ns: i64, cycle_s: f64) -> Option<f64> {
-        let age_s = now_ns.checked_sub(self.time_ns[i])? as f64 * 1e-9;
-        (0.0..=CYCLES * cycle_s).contains(&age_s).then_some(age_s)
+        let (since_ns, most_s) = if self.is_braking(i) { (Braking::of(self.braking[i]).time_ns, BRAKING_S) } else { (self.time_ns[i], CYCLES * cycle_s) };
+        let age_s = now_ns.checked_sub(since_ns)? as f64 * 1e-9;
+        (0.0..=most_s).contains(&age_s).then_some(age_s)
     }
 }
 
@@ -152,14 +171,14 @@ impl Default for Tail {
 }
 
 impl Tail {
-    /// Adds the set-points of one cycle; speed and acceleration of each joint at its end are those of the parabola through the last three.
-    /// A motion that goes on from that state has no greater differences than its own.
-    pub fn push(&mut self, setpoint: &[f64], cycle_s: f64, velocity: &mut [f64], acceleration: &mut [f64]) {
+    /// Adds the set-points of one cycle; speed and acceleration of each joint at its end are those of the parabola through the last three, or
+    /// 0 where the motion `rests`. A motion that goes on from that state has no greater differences than its own.
+    pub fn push(&mut self, setpoint: &[f64], cycle_s: f64, rests: bool, velocity: &mut [f64], acceleration: &mut [f64]) {
         for (i, now) in setpoint.iter().enumerate() {
             let step = if self.count == 0 { 0.0 } else { now - self.before[i] };
             let change = if self.count == 0 { 0.0 } else { step - self.step[i] };
             (self.before[i], self.step[i]) = (*now, step);
-            (velocity[i], acceleration[i]) = if cycle_s > 0.0 { ((step + change / 2.0) / cycle_s, change / (cycle_s * cycle_s)) } else { (0.0, 0.0) };
+            (velocity[i], acceleration[i]) = if cycle_s > 0.0 && !rests { ((step + change / 2.0) / cycle_s, change / (cycle_s * cycle_s)) } else { (0.0, 0.0) };
         }
         self.count = self.count.saturating_add(1);
     }
@@ -170,7 +189,7 @@ mod tests {
     use super::*;
 
     fn last(time_ns: &i64) -> Last<'_> {
-        Last { position: &[1.0], servo_velocity: &[0.1], velocity: &[0.3], acceleration: &[-2.0], time_ns: std::slice::from_ref(time_ns) }
+        Last { position: &[1.0], servo_velocity: &[0.1], velocity: &[0.3], acceleration: &[-2.0], time_ns: std::slice::from_ref(time_ns), braking: &[[0.0; 4]] }
     }
 
     #[test]
@@ -191,12 +210,30 @@ mod tests {
     }
 
     #[test]
+    fn a_servo_that_brakes_hands_over_where_it_leads_to() {
+        let (at, braking) = (100_000_000, [[0.25, 0.2, -5.0, 1e8]]);
+        let state = State { position: 1.25, velocity: 0.2, acceleration: -5.0 };
+        for (now_ns, ahead_s) in [(112_000_000, 0.012), (at, 0.0)] {
+            let begun = Last { braking: &braking, ..last(&80_000_000) }.begin(now_ns, 0.02).expect("finite");
+            assert_eq!(begun.motion.state(0), state);
+            assert!((begun.ahead_s - ahead_s).abs() < 1e-12, "{} s", begun.ahead_s);
+        }
+        let rests = Last { braking: &[[0.25, 0.0, 0.0, 1e8]], ..last(&80_000_000) };
+        assert!(rests.is_moving(at, 0.02), "the next one begins elsewhere than at the last set-point");
+        assert_eq!(rests.begin(i64::MAX, 0.02).expect("finite").motion.state(0), State { position: 1.25, ..State::default() });
+        let newer = Last { braking: &braking, ..last(&110_000_000) }.begin(112_000_000, 0.02).expect("finite");
+        assert_eq!(newer.motion.state(0).position, 1.0, "a newer set-point leads");
+    }
+
+    #[test]
     fn the_last_three_setpoints_give_speed_and_acceleration() {
         let (mut tail, mut v, mut a) = (Tail::default(), [0.0], [0.0]);
         for k in 0..5 {
             let t = 0.02 * f64::from(k);
-            tail.push(&[1.0 + 0.5 * t + 1.5 * t * t], 0.02, &mut v, &mut a);
+            tail.push(&[1.0 + 0.5 * t + 1.5 * t * t], 0.02, false, &mut v, &mut a);
         }
         assert!((v[0] - (0.5 + 3.0 * 0.08)).abs() < 1e-9 && (a[0] - 3.0).abs() < 1e-9);
+        tail.push(&[1.1], 0.02, true, &mut v, &mut a);
+        assert_eq!((v[0], a[0]), (0.0, 0.0), "nothing is to be braked at the end");
     }
 }

@@ -56,28 +56,28 @@ fn the_names_of_the_interface_stay() {
         ),
         (
             "joint_servo",
-            "setpoint position velocity bias offset homed effort error reference reference_velocity limited kp ki kd limit interpolation position_min \
-             position_max speed_max acceleration_max needs_home following_error",
+            "setpoint setpoint_velocity setpoint_acceleration setpoint_time position velocity bias offset homed effort error reference reference_velocity limited braking kp ki kd limit interpolation position_min \
+             position_max speed_max acceleration_max jerk_max needs_home following_error",
         ),
         (
             "joint_reference",
-            "setpoint position offset homed goal error reference reference_velocity limited period position_min position_max speed_max acceleration_max \
+            "setpoint setpoint_velocity setpoint_acceleration setpoint_time position offset homed goal error reference reference_velocity limited braking period position_min position_max speed_max acceleration_max jerk_max \
              needs_home following_error",
         ),
         (
             "motion_generator",
-            "n start start_velocity last_velocity last_acceleration last_time goal speed fastest acceleration jerk position_min position_max override \
-             cell_override gap_max holding setpoint velocity setpoint_acceleration setpoint_time lost target complete duration left lead relative finished held \
+            "n start start_velocity last_velocity last_acceleration last_time braking goal speed fastest acceleration jerk position_min position_max override \
+             cell_override gap_max holding setpoint velocity setpoint_acceleration setpoint_time lost target complete duration lead relative finished held \
              gap",
         ),
         (
             "velocity_generator",
-            "n start start_velocity last_velocity last_acceleration last_time velocity acceleration jerk position_min position_max override cell_override \
+            "n start start_velocity last_velocity last_acceleration last_time braking velocity acceleration jerk position_min position_max override cell_override \
              gap_max holding setpoint setpoint_velocity setpoint_acceleration setpoint_time lost lead reverse in_velocity stopped held at_limit gap",
         ),
         (
             "gear_generator",
-            "master start start_velocity last_velocity last_acceleration last_time ratio speed acceleration deceleration jerk position_min position_max gap_max \
+            "master start start_velocity last_velocity last_acceleration last_time braking ratio speed acceleration deceleration jerk position_min position_max gap_max \
              setpoint velocity setpoint_velocity setpoint_acceleration setpoint_time lost engaged lead in_gear at_limit too_fast gap",
         ),
         ("heartbeat", "beat lost age limit late"),
@@ -102,22 +102,22 @@ fn the_names_of_the_interface_stay() {
         ("differential_kinematics", "n pose start speed_max position_min position_max setpoint behind turned chain slowed lost"),
         (
             "line_planner",
-            "n start start_velocity last_velocity last_acceleration last_time goal speed angular_speed speed_max acceleration_max position_min position_max \
+            "n start start_velocity last_velocity last_acceleration last_time braking goal speed angular_speed speed_max acceleration_max position_min position_max \
              line target duration chain acceleration jerk angular_acceleration angular_jerk slowest lead waits unreachable limit singular",
         ),
         (
             "line_generator",
-            "n line start start_velocity last_velocity last_acceleration last_time override cell_override holding gap_max speed_max acceleration_max \
+            "n line start start_velocity last_velocity last_acceleration last_time braking override cell_override holding gap_max speed_max acceleration_max \
              jerk_max setpoint setpoint_velocity setpoint_acceleration setpoint_time lost pose progress complete lead chain finished held singular gap",
         ),
         (
             "polyline_planner",
-            "n start start_velocity last_velocity last_acceleration last_time poses blend speed angular_speed speed_max acceleration_max position_min \
+            "n start start_velocity last_velocity last_acceleration last_time braking poses blend speed angular_speed speed_max acceleration_max position_min \
              position_max path target duration refused chain acceleration angular_acceleration slowest lead waits unreachable limit singular",
         ),
         (
             "polyline_generator",
-            "n path start start_velocity last_velocity last_acceleration last_time override cell_override holding gap_max speed_max acceleration_max \
+            "n path start start_velocity last_velocity last_acceleration last_time braking override cell_override holding gap_max speed_max acceleration_max \
              jerk_max setpoint setpoint_velocity setpoint_acceleration setpoint_time lost pose progress complete lead chain finished held singular gap",
         ),
         ("payload_effort", "n q effort held chain mass centre gravity rate"),
@@ -125,13 +125,13 @@ fn the_names_of_the_interface_stay() {
         ("flag", "y value"),
         (
             "path_planner",
-            "n start start_velocity last_velocity last_acceleration last_time points blend speed speed_max acceleration_max position_min position_max path \
+            "n start start_velocity last_velocity last_acceleration last_time braking points blend speed speed_max acceleration_max position_min position_max path \
              target duration refused lead waits limit",
         ),
         (
             "path_generator",
-            "n path start start_velocity last_velocity last_acceleration last_time override cell_override holding gap_max acceleration_max jerk_max \
-             setpoint velocity setpoint_velocity setpoint_acceleration setpoint_time lost progress complete lead finished held gap",
+            "n path start start_velocity last_velocity last_acceleration last_time braking override cell_override holding gap_max acceleration_max jerk_max \
+             setpoint velocity setpoint_acceleration setpoint_time lost progress complete lead finished held gap",
         ),
     ];
     for (name, items) in expected {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Motions that take over from each other at any instant keep to the limits of the joint: speed, acceleration and jerk.
+//! Motions that take over from each other at any instant keep to the limits of the joint: speed, acceleration and jerk. So does the servo
+//! of a joint whose motion is taken away, and the motion that begins from there.
 //!
 //! `make test` tries a thousand takeovers, others each day; `OPENGPAC_TAKEOVERS` says how many, and `OPENGPAC_SEED` the first seed.
+use library::lead::Braking;
 use library::reference::{Approach, Led};
 use opengpac::Invocation;
 use opengpac::read::{BlockFace, TypeFace};
@@ -66,26 +68,41 @@ fn face(name: &str) -> BlockFace {
     faces.find(|face| face.name == name).expect("it is registered")
 }
 
+/// State from which a motion begins.
+#[derive(Clone, Copy)]
+struct Start {
+    position: f64,
+    velocity: f64,
+    acceleration: f64,
+    /// Of the set-point, and what the servo says that it has led the joint on since; ns, the motion begins at 0.
+    time_ns: i64,
+    braking: Braking,
+}
+
 /// The generators, one of each kind.
 const KINDS: [&str; 3] = ["motion_generator", "velocity_generator", "gear_generator"];
 
-/// A generator that takes over from `last`: set-point, its speed, acceleration and time.
-fn begun(face: &BlockFace, last: (f64, f64, f64, i64), cycle_s: f64, numbers: &mut Numbers) -> Trial {
+/// A generator that takes over from `last`.
+fn begun(face: &BlockFace, last: Start, cycle_s: f64, numbers: &mut Numbers) -> Trial {
     let (kind, mut trial) = (face.name.as_str(), Trial::of(face.clone()));
     if kind != "gear_generator" {
         trial.set("n", &1u32.to_ne_bytes()).expect("a size");
     }
-    for (name, value) in [("start", last.0), ("last_velocity", last.1), ("last_acceleration", last.2), ("lead", cycle_s), ("jerk", JERK)] {
+    for (name, value) in [("start", last.position), ("last_velocity", last.velocity), ("last_acceleration", last.acceleration)] {
         trial.set_numbers(name, &[value]).expect(name);
     }
-    trial.set("last_time", &last.3.to_ne_bytes()).expect("a time");
+    for (name, value) in [("lead", cycle_s), ("jerk", JERK)] {
+        trial.set_numbers(name, &[value]).expect(name);
+    }
+    trial.set("last_time", &last.time_ns.to_ne_bytes()).expect("a time");
+    trial.set_numbers("braking", &last.braking.numbers()).expect("four numbers");
     let share = |numbers: &mut Numbers| if numbers.between(0.0, 1.0) < 0.5 { 1.0 } else { numbers.between(0.05, 1.0) };
     let acceleration = ACCELERATION * share(numbers);
     trial.set_numbers("acceleration", &[acceleration]).expect("a limit");
     match kind {
         "motion_generator" => {
             trial.set_numbers("speed", &[SPEED * share(numbers)]).expect("a limit");
-            trial.set_numbers("goal", &[last.0 + numbers.between(-1.5, 1.5) * numbers.between(0.0, 1.0)]).expect("a goal");
+            trial.set_numbers("goal", &[last.position + numbers.between(-1.5, 1.5) * numbers.between(0.0, 1.0)]).expect("a goal");
         }
         "velocity_generator" => {
             let stops = numbers.between(0.0, 1.0) < 0.4;
@@ -100,19 +117,20 @@ fn begun(face: &BlockFace, last: (f64, f64, f64, i64), cycle_s: f64, numbers: &m
     trial
 }
 
-/// `CHAIN` motions after each other at one cycle; what is wrong, if anything.
+/// `CHAIN` motions after each other at one cycle, the one before each taken over or taken away; what is wrong, if anything.
 fn sequence(faces: &[BlockFace; 3], seed: u64, cycle_ms: i64) -> Result<(), String> {
     let cycle_s = cycle_ms as f64 * 1e-3;
     let mut numbers = Numbers::of(seed);
     let mut watch = Watch { cycle_s, last: [0.0; 4], count: 0 };
-    let mut last = (0.0, 0.0, 0.0, i64::MIN);
-    let (mut approach, mut fine) = (Approach::default(), (0.0, 0.0, 0u64));
+    let mut last = Start { position: 0.0, velocity: 0.0, acceleration: 0.0, time_ns: i64::MIN, braking: Braking::default() };
+    let mut servo = Servo::new(cycle_ms);
     for taken in 0..CHAIN {
         let face = &faces[(numbers.between(0.0, 3.0) as usize).min(2)];
         let kind = face.name.as_str();
         let mut generator = begun(face, last, cycle_s, &mut numbers);
         generator.period_ns = cycle_ms * 1_000_000;
         let cycles = numbers.between(1.0, 1.2 / cycle_s).powf(numbers.between(0.3, 1.0)) as u32;
+        let told = |cycle: u32, wrong: String| format!("seed {seed}, {cycle_ms} ms: takeover {taken} by {kind}, cycle {cycle}: {wrong}");
         // The master of a gear moves evenly: its own jumps would be the slave's.
         let mut master = 0.0;
         for cycle in 0..cycles.max(1) {
@@ -124,29 +142,84 @@ fn sequence(faces: &[BlockFace; 3], seed: u64, cycle_ms: i64) -> Result<(), Stri
             let velocity = if kind == "motion_generator" { "velocity" } else { "setpoint_velocity" };
             let number = |name: &str| generator.number(name).expect("an output");
             // A trial's time begins at 0: the set-point before that is a cycle old.
-            last = (number("setpoint"), number(velocity), number("setpoint_acceleration"), -cycle_ms * 1_000_000);
-            let told = |wrong: String| format!("seed {seed}, {cycle_ms} ms: takeover {taken} by {kind}, cycle {cycle}: {wrong}");
-            watch.push(last.0).map_err(told)?;
-            follow(&mut approach, &mut fine, last.0, cycle_ms).map_err(told)?;
+            let time_ns = -cycle_ms * 1_000_000;
+            last = Start {
+                position: number("setpoint"),
+                velocity: number(velocity),
+                acceleration: number("setpoint_acceleration"),
+                time_ns,
+                braking: Braking::default(),
+            };
+            watch.push(last.position).map_err(|wrong| told(cycle, wrong))?;
+            servo.follow(&last, cycle_ms).map_err(|wrong| told(cycle, wrong))?;
+        }
+        if numbers.between(0.0, 1.0) < 0.4 {
+            let away_ms = numbers.between(0.0, 30.0).powf(numbers.between(1.0, 2.0)) as i64 + 1;
+            last = servo.left_alone(last, away_ms).map_err(|wrong| told(cycles, format!("taken away for {away_ms} ms: {wrong}")))?;
+            watch.count = 0;
         }
     }
     Ok(())
 }
 
-/// The servo's reference at 1 ms: its speed and acceleration.
-fn follow(approach: &mut Approach, fine: &mut (f64, f64, u64), setpoint: f64, cycle_ms: i64) -> Result<(), String> {
-    for _ in 0..cycle_ms {
-        let led = Led { setpoint, position: 0.0, offset: 0.0, range: None, speed_max: 1e6, acceleration_max: 1e6 };
-        let invocation = Invocation { number: fine.2, time_ns: fine.2 as i64 * 1_000_000, now_ns: 0 };
-        let reference = approach.advance(&invocation, led, |_| cycle_ms as u32).reference;
-        let speed = (reference - fine.0) / 1e-3;
-        let acceleration = (speed - fine.1) / 1e-3;
-        *fine = (reference, speed, fine.2 + 1);
+/// A servo at 1 ms: its reference, and the speed of that.
+struct Servo {
+    approach: Approach,
+    cycle_ms: i64,
+    reference: f64,
+    speed: f64,
+    number: u64,
+}
+
+impl Servo {
+    fn new(cycle_ms: i64) -> Servo {
+        Servo { approach: Approach::default(), cycle_ms, reference: 0.0, speed: 0.0, number: 0 }
+    }
+
+    /// Follows a set-point that is stored now.
+    fn follow(&mut self, to: &Start, span_ms: i64) -> Result<(), String> {
+        let stored_ns = self.now_ns();
+        (0..span_ms).try_for_each(|_| self.advance(to, stored_ns).map(|_| ()))
+    }
+
+    /// After a set-point that was followed for a cycle no other one comes for some time: the state at its end.
+    fn left_alone(&mut self, last: Start, away_ms: i64) -> Result<Start, String> {
+        let stored_ns = self.now_ns() - self.cycle_ms * 1_000_000;
+        let mut braking = Braking::default();
+        for _ in 0..away_ms {
+            braking = self.advance(&last, stored_ns)?;
+        }
+        // A trial's time begins at 0, which says that set-points lead.
+        let since = |time_ns: i64| if time_ns == 0 { 0 } else { time_ns - self.now_ns() - 1 };
+        Ok(Start { time_ns: since(stored_ns), braking: Braking { time_ns: since(braking.time_ns), ..braking }, ..last })
+    }
+
+    /// One invocation; what is wrong with its speed or acceleration.
+    fn advance(&mut self, to: &Start, stored_ns: i64) -> Result<Braking, String> {
+        let led = Led {
+            setpoint: to.position,
+            velocity: to.velocity,
+            acceleration: to.acceleration,
+            time_ns: stored_ns,
+            speed_max: 1e6,
+            acceleration_max: ACCELERATION,
+            jerk_max: JERK,
+            ..Led::default()
+        };
+        let invocation = Invocation { number: self.number, time_ns: self.now_ns(), now_ns: self.now_ns() };
+        let now = self.approach.advance(&invocation, led, |_| self.cycle_ms as u32);
+        let speed = (now.reference - self.reference) / 1e-3;
+        let acceleration = (speed - self.speed) / 1e-3;
+        (self.reference, self.speed, self.number) = (now.reference, speed, self.number + 1);
         if speed.abs() > SPEED * (1.0 + 1e-6) || acceleration.abs() > ACCELERATION * (1.0 + 1e-6) + 1e-8 {
             return Err(format!("its servo goes at {speed} rad/s, {acceleration} rad/s²"));
         }
+        Ok(now.braking)
     }
-    Ok(())
+
+    fn now_ns(&self) -> i64 {
+        self.number as i64 * 1_000_000
+    }
 }
 
 #[test]

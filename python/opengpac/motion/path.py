@@ -13,7 +13,7 @@ from ..decorated import verb
 from ..errors import Terminated, Unreachable
 from ..groups import Group
 from ..parameters import each, input
-from ..robots.generators import HOMED, suspended
+from ..robots.generators import HOMED, handed, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
 from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
@@ -45,7 +45,7 @@ class PathRefused(Terminated, Unreachable):
         **ENDS,
     },
     objects={"arm": each(Joint)},
-    instantiation_parameters=FOLLOWED,
+    instantiation_parameters={**FOLLOWED, **handed(["planner", "generator"], ["generator"], velocity={"generator": "velocity"})},
     cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
         "points": input("planner.points", form=way_points),

@@ -64,6 +64,7 @@ def handed(takes: Sequence[str], gives: Sequence[str], velocity: Mapping[str, st
             *(f"{label}.setpoint_acceleration" for label in gives),
         ],
         "arm.setpoint_time": [*(f"{label}.last_time" for label in takes), *(f"{label}.setpoint_time" for label in gives)],
+        "arm.braking": [f"{label}.braking" for label in takes],
     }
 
 

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from ..devices import LogicalDevice, parameter, svv
 from ..physical import Part
 from ..quantities import Quantity
@@ -23,7 +25,9 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     `commanded` is the set-point that a verb stores, `reference` and `commanded_velocity` are where the servo wants the joint to be now,
     which follows the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's
     invocations in which these held it back. `setpoint_velocity`, `setpoint_acceleration` and `setpoint_time` (ns of the system's clock)
-    belong to the last set-point: a motion that takes over goes on from there. Where more than `max_gap` is lost at once, because
+    belong to the last set-point: a motion that takes over goes on from there. Where no motion leads a joint any more that moves, its servo
+    brakes it within `max_acceleration` and `max_jerk`, beyond `commanded`, and the next motion begins there: `braking` is by how far, how
+    fast, how that changes, and since when (ns); all 0 where set-points lead. Where more than `max_gap` is lost at once, because
     releases were skipped, a motion comes to rest. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is
     that of the whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
 
@@ -37,9 +41,11 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     velocity: SVV[float] = svv(unit="rad/s")
     commanded: SVV[float] = svv(unit="rad", initial="sensed", history=HISTORY, within=("position_min", "position_max"))
     commanded_velocity: SVV[float] = svv(unit="rad/s")
-    setpoint_velocity: SVV[float] = svv(unit="rad/s")
-    setpoint_acceleration: SVV[float] = svv(unit="rad/s^2")
+    # Without units: what the last set-point says of itself stays when its motion ends, unlike a command that drives on.
+    setpoint_velocity: SVV[float] = svv()
+    setpoint_acceleration: SVV[float] = svv()
     setpoint_time: SVV[int] = svv()
+    braking: SVV[np.ndarray] = svv("double[4]")
     reference: SVV[float] = svv(unit="rad", history=HISTORY)
     goal: SVV[float] = svv(unit="rad", initial="sensed", within=("position_min", "position_max"))
     limited: SVV[int] = svv()

@@ -31,6 +31,12 @@ reading = Graph(
     cells={"reading": ["read.y", "zero.u"]},
 )
 
+
+def _led(label: str) -> dict[str, str | list[str]]:
+    """χ of the state of the last set-point, and of how a servo brakes when no other one follows it."""
+    return {name: f"{label}.{name}" for name in ("setpoint_velocity", "setpoint_acceleration", "setpoint_time", "braking")}
+
+
 joint_servo = Verb(
     "robot_joint_servo",
     doc="Keeps a joint at its commanded position, within its range and maximum speed: PID with the plant's gravity compensation.",
@@ -51,6 +57,7 @@ joint_servo = Verb(
         "sensed": ["position.y", "servo.position"],
         "velocity": ["speed.y", "servo.velocity"],
         "commanded": "servo.setpoint",
+        **_led("servo"),
         "reference": "servo.reference",
         "commanded_velocity": "servo.reference_velocity",
         "limited": "servo.limited",
@@ -64,6 +71,7 @@ joint_servo = Verb(
         "max_effort": "servo.limit",
         "max_speed": "servo.speed_max",
         "max_acceleration": "servo.acceleration_max",
+        "max_jerk": "servo.jerk_max",
         "position_min": "servo.position_min",
         "position_max": "servo.position_max",
         "needs_home": "servo.needs_home",
@@ -145,6 +153,7 @@ joint_follower = Verb(
         "sensed": ["position.y", "follow.position"],
         "velocity": "speed.y",
         "commanded": "follow.setpoint",
+        **_led("follow"),
         "reference": "follow.reference",
         "commanded_velocity": "follow.reference_velocity",
         "limited": "follow.limited",
@@ -154,6 +163,7 @@ joint_follower = Verb(
     input_parameters={
         "max_speed": "follow.speed_max",
         "max_acceleration": "follow.acceleration_max",
+        "max_jerk": "follow.jerk_max",
         "position_min": "follow.position_min",
         "position_max": "follow.position_max",
         "needs_home": "follow.needs_home",

@@ -94,13 +94,10 @@ class Drawn:
         return gpac.compose(f"chain{self.number()}", {"a": first, "b": second}, transitions={("a", None): "b", **back})
 
     def together(self) -> Motion:
-        """Motions of both arms at once, and perhaps one more of `left`.
-
-        That follows the end of both only: `until="any"` takes its set-points from an arm that still moves, which its servo stops dead.
-        """
+        """Motions of both arms at once, and perhaps one more of `left`."""
         goes_on = self.rng.random() < 0.5
         parts = {"l": self.leaf("left"), "r": self.leaf("right")}
-        both = gpac.together(parts, name=f"both{self.number()}", until="all" if goes_on else self.rng.choice(["any", "all"]))
+        both = gpac.together(parts, name=f"both{self.number()}", until=self.rng.choice(["any", "all"]))
         if not goes_on:
             return both
         return gpac.compose(f"then{self.number()}", {"a": both, "b": self.leaf("left")}, transitions={("a", None): "b"})

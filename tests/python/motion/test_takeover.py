@@ -120,6 +120,65 @@ def test_every_motion_takes_over_every_other_within_the_limits(first: str, secon
             assert (change <= limits * 1.02).all(), f"{change.max()} rad/s² when '{second}' takes over '{first}' after {when}"
 
 
+AWAY: dict[str, tuple[gpac.Verb[..., Any], Callable[[gpac.robots.Arm], dict[str, Any]]]] = {
+    "joints": (motion.move_absolute, lambda arm: {"goal": goal(arm, 0.6, 0.0, 0.3), "speed": "40 %"}),
+    "velocity": (motion.move_velocity, lambda arm: {"velocity": by(0, 1.0)}),
+    "jog": (motion.jog, lambda arm: {"heartbeat": arm.system.svv("button", int), "velocity": "100 %"}),
+    "line": (motion.move_linear, lambda arm: {"pose": gpac.Pose((0.1, -0.1, 0.05)) @ arm.pose(), "speed": 0.2}),
+    "path": (motion.follow, lambda arm: {"points": [goal(arm, 0.2, 0.1), goal(arm, 0.3)]}),
+    "line of several": (
+        motion.follow_linear,
+        lambda arm: {"poses": [gpac.Pose((0.05, -0.05, 0.0)) @ arm.pose(), arm.pose()], "speed": 0.2},
+    ),
+    "robots.move": (gpac.robots.move, lambda arm: {"goal": goal(arm, 0.4)}),
+}
+"""Motions that may be a part, and their inputs."""
+
+
+def taken_away(arm: gpac.robots.Arm, name: str, when_s: float) -> None:
+    """Ends a motion by the end of another part after so long: its generators write no more, and nothing slows it down."""
+    part, inputs = AWAY[name]
+    clock = gpac.Verb(
+        "clock",
+        blocks={"clock": gpac.library.time_limit(limit=when_s)},
+        command_lists={"start": [gpac.activate("clock", every="1 ms")]},
+        conditions={"over": gpac.on("clock.expired", returns=[])},
+    )
+    report = gpac.together({"part": part, "clock": clock}, name="taken_away")(arm, **inputs(arm))
+    assert report.condition == "over"
+
+
+def check(arm: gpac.robots.Arm, told: str) -> None:
+    """The references of all joints kept to speed, acceleration and range at 1 ms."""
+    for joint in arm:
+        reference = joint.reference.history[:]["value"]
+        assert np.abs(np.diff(reference)).max() / 1e-3 <= joint.max_speed * (1 + 1e-6), f"{joint.short_name}: {told}"
+        change = np.abs(np.diff(reference, 2)).max() / 1e-6
+        assert change <= joint.max_acceleration * 1.02, f"{joint.short_name}: {change} rad/s² {told}"
+        assert joint.position_min <= reference.min() and reference.max() <= joint.position_max
+
+
+@pytest.mark.parametrize("after", [1, 33, 2000])
+@pytest.mark.parametrize("name", AWAY)
+def test_a_motion_that_is_taken_away_is_braked_and_the_next_one_begins_from_there(name: str, after: int) -> None:
+    """While it speeds up and while it moves evenly; the next one begins at once, while the servo brakes, or at rest."""
+    for when_s in (0.107, 0.15):
+        for second, to in [(name, -1.0) for name in MOTIONS if after == 33 or name in ("joints", "line")]:
+            arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
+            with arm.system as cell, arm.enabled():
+                taken_away(arm, name, when_s)
+                cell.advance(f"{after} ms")
+                told = f"when '{name}' is taken away after {when_s} s and '{second}' begins {after} ms later"
+                if after == 2000:
+                    rests = np.array([joint.reference.value for joint in arm])
+                    last = np.array(arm.values("commanded"))
+                    beyond = np.array([joint.braking.value[0] for joint in arm])
+                    assert np.abs(rests - last - beyond).max() < 1e-12 and np.abs(beyond).max() > 1e-3
+                assert MOTIONS[second](arm, to).wait().condition in ("arrived", "stopped")
+                check(arm, told)
+                assert all(joint.braking.value[3] == 0 for joint in arm), "the next one leads"
+
+
 @pytest.mark.parametrize("when", ["47 ms", "81 ms", "120 ms", "200 ms", "320 ms"])
 @pytest.mark.parametrize("how", ["halt", "stop", "back", "robots.move back", "suspend"])
 def test_jerk_is_kept_whatever_ends_a_motion_that_speeds_up(how: str, when: str) -> None:

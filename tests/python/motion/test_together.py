@@ -39,6 +39,12 @@ class Arms:
         return np.array([*self.left.values("commanded_velocity"), *self.right.values("commanded_velocity")])
 
 
+def keeps_to_its_limits(arm: gpac.robots.Arm) -> bool:
+    """Whether the references of all joints kept to their accelerations at 1 ms."""
+    changes = [np.abs(np.diff(joint.reference.history[:]["value"], 2)).max() / 1e-6 for joint in arm]
+    return all(change <= joint.max_acceleration * (1 + 1e-6) for joint, change in zip(arm, changes, strict=True))
+
+
 @pytest.fixture(params=[1, 2])
 def arms(request: pytest.FixtureRequest) -> Iterator[Arms]:
     """Arms on one processor, and on two."""
@@ -66,6 +72,10 @@ def test_without_it_the_first_ends_both(arms: Arms) -> None:
     report: Any = arms.verb()(arms.left, right_arm=arms.right, goal=NEAR, right_goal=FAR)
     assert report.condition == "arrived"
     assert np.allclose(report.position, NEAR, atol=0.01) and not np.allclose(report.right_position, FAR, atol=0.1)
+    arms.cell.advance("1 s")
+    assert np.abs(arms.speeds()).max() == 0.0 and keeps_to_its_limits(arms.right), "its servos brake the arm that still moves"
+    motion.move_absolute(arms.right, NEAR)
+    assert keeps_to_its_limits(arms.right)
 
 
 @pytest.mark.parametrize("until", ["any", "all"])
@@ -109,6 +119,8 @@ def test_a_part_that_fails_ends_all(arms: Arms) -> None:
     with pytest.raises(gpac.Terminated) as caught:
         vi.wait()
     assert caught.value.condition == "device_disabled"
+    arms.cell.advance("1 s")
+    assert np.abs(arms.left.values("commanded_velocity")).max() == 0.0 and keeps_to_its_limits(arms.left), "its servos brake the other arm"
 
 
 def test_it_leads_on(arms: Arms) -> None:

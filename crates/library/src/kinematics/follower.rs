@@ -136,7 +136,7 @@ impl Follower {
         // It may go on, where that does not end the motion.
         self.is_lost &= gap_s.is_none();
         let (mut velocity, mut acceleration) = ([0.0; JOINTS_MAX], [0.0; JOINTS_MAX]);
-        self.tail.push(&self.q, span_s, &mut velocity, &mut acceleration);
+        self.tail.push(&self.q, span_s, complete || self.pace == 0.0, &mut velocity, &mut acceleration);
         Ok(Followed {
             setpoint: self.q,
             velocity,

@@ -3,7 +3,7 @@
 //! and that such a line covers is a transition now.
 use super::part::MERGED;
 use super::{Composing, Step};
-use crate::conditions::{LIMITS, SYSTEM};
+use crate::conditions::{ENDS, LIMITS, SYSTEM};
 use crate::definition::Transition;
 use crate::refusal::Class;
 use indexmap::{IndexMap, IndexSet};
@@ -37,6 +37,7 @@ impl Composing<'_> {
         }
         if self.refusals.is_empty() {
             self.check_reached();
+            self.check_endings(&lines, &augmented);
         }
     }
 
@@ -222,6 +223,48 @@ impl Composing<'_> {
         let part = self.parts[lists[0].0].described();
         let message = format!("{} changes nothing: '{condition}' does not end '{}' of {part}: {why}", text(step), step.from.join("', '"));
         self.refuse(Class::CompositionConflict, message, "leave the line out, or name a list that it ends", &step.place);
+    }
+
+    /// Refuses a line that names a condition and is never made: it begins in lists that bring the verb to its end, and leads back to work.
+    fn check_endings(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
+        let (work, ending) = self.work_and_ending();
+        let mut never: Vec<(usize, String)> = Vec::new();
+        for (at, (_, step, _)) in lines.iter().enumerate() {
+            let Some(to) = self.list_of(&step.to).filter(|to| work.contains(to)) else { continue };
+            let Some(condition) = step.condition.as_deref().filter(|name| !ENDS.contains(name)) else { continue };
+            let froms: Vec<&String> = augmented.iter().filter(|(_, (_, of))| *of == at).map(|((from, _), _)| from).collect();
+            if froms.is_empty() || froms.iter().any(|from| work.contains(*from) || !ending.contains(*from)) {
+                continue;
+            }
+            let from = froms.iter().min().map_or("", |from| from.as_str());
+            let told = self.verb.transitions.iter().find(|line| line.to == from && ENDS.contains(&line.condition.as_str()));
+            let told = told.map_or("halted", |line| line.condition.as_str());
+            never.push((at, format!("'{from}' follows '{told}', which tells the verb to end, so '{condition}' ends it there and '{to}' does not begin")));
+        }
+        for (at, why) in never {
+            let (_, step, _) = &lines[at];
+            let remedy =
+                format!("leave the line out, or name what tells the verb to end, if '{}' is how it ends: ('{}', 'halted')", step.to, step.from.join("', '"));
+            self.refuse(Class::CompositionConflict, format!("{} is never made: {why}", text(step)), &remedy, &step.place);
+        }
+    }
+
+    /// The lists that the initial one leads to while nothing has told the verb to end, and those that something that has leads to.
+    fn work_and_ending(&self) -> (IndexSet<String>, IndexSet<String>) {
+        let lines = || self.verb.transitions.iter().map(|line| (line, ENDS.contains(&line.condition.as_str())));
+        let mut work: IndexSet<String> = self.verb.initial.iter().cloned().collect();
+        let mut at = 0;
+        while let Some(list) = work.get_index(at).cloned() {
+            work.extend(lines().filter(|(line, ends)| line.from == list && !ends).map(|(line, _)| line.to.clone()));
+            at += 1;
+        }
+        let mut ending: IndexSet<String> = lines().filter(|(line, ends)| *ends && work.contains(&line.from)).map(|(line, _)| line.to.clone()).collect();
+        at = 0;
+        while let Some(list) = ending.get_index(at).cloned() {
+            ending.extend(lines().filter(|(line, ends)| line.from == list && (*ends || !work.contains(&line.to))).map(|(line, _)| line.to.clone()));
+            at += 1;
+        }
+        (work, ending)
     }
 
     /// Every part can be reached from the initial list.

@@ -209,6 +209,28 @@ fn transitions_lead_from_what_ends_a_part_to_a_part() {
 }
 
 #[test]
+fn a_line_that_would_lead_from_an_ending_back_to_work_is_refused() {
+    let slows = || {
+        json!({"command_lists": {"start": list(&["+s 1ms"]), "stop": list(&["+s 2ms"])}, "initial": "start",
+            "transitions": [{"from": "start", "condition": "halted", "to": "stop"}],
+            "conditions": {"enough": {"on": ["s.above"], "returns": ["last"], "during": ["start"]}, "rests": {"on": ["s.above"], "during": ["stop"]}}})
+    };
+    let lines = |more: Value| {
+        let mut lines = vec![json!({"from": "a", "condition": "enough", "to": "b"})];
+        lines.extend(more.as_array().expect("lines").iter().cloned());
+        refused(slows(), plain(), json!({"transitions": lines}))
+    };
+    assert_eq!(
+        lines(json!([{"from": "a", "condition": "rests", "to": "b"}])),
+        "CompositionConflict: the transition ('a', 'rests') → 'b' is never made: 'a.stop' follows 'halted', which tells the verb to end, so 'rests' ends it there and 'b.start' does not begin; leave the line out, or name what tells the verb to end, if 'b' is how it ends: ('a', 'halted') at c.py:9"
+    );
+    assert_eq!(lines(json!([{"from": "b", "condition": "halted", "to": "a.stop"}])), "", "a list of ending may be shared");
+    assert_eq!(lines(json!([{"from": "a", "to": "b"}])), "", "every normal end leads on from the others");
+    let parks = json!({"transitions": [{"from": "a", "condition": "rests", "to": "b"}]});
+    assert_eq!(refused(slows(), plain(), parks), "", "what is reached in this way alone is no work");
+}
+
+#[test]
 fn a_part_finds_what_it_needs_when_it_begins() {
     let goal = |name: &str, input: &str| {
         one(name, "lib.relaxed", "1ms", json!({"instantiation_parameters": {"u": ["b.u"]}, "input_parameters": {input: {"targets": ["b.u"]}}}))

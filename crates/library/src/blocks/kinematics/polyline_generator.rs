@@ -37,6 +37,9 @@ pub struct PolylineGenerator {
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
+    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
+    braking: [[f64; 4]; 16],
     /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     r#override: [f64; 16],
@@ -117,6 +120,7 @@ impl Step for PolylineGenerator {
             velocity: &self.last_velocity[..n],
             acceleration: &self.last_acceleration[..n],
             time_ns: &self.last_time[..n],
+            braking: &self.braking[..n],
         };
         let (acceleration, jerk, has_plan) = (&self.acceleration_max[..n], &self.jerk_max[..n], self.path.path.plan >= 1.0);
         if let Some(now) = self.brake.step(&last, acceleration, jerk, self.lead, has_plan, invocation) {
@@ -195,7 +199,7 @@ mod tests {
         let arm = chain.read(6).expect("a chain");
         let mut block = PolylineGenerator {
             n: 6, path, r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, speed_max: [2.0; 16], setpoint: [0.0; 16], pose: [0.0; 7],
-            progress: 0.0, complete: false, chain, finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0), gap: ConditionOf::new(0.0), start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16], acceleration_max: [5.0; 16], jerk_max: [50.0; 16], lead: 0.02,
+            progress: 0.0, complete: false, chain, finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0), gap: ConditionOf::new(0.0), start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16], braking: [[0.0; 4]; 16], acceleration_max: [5.0; 16], jerk_max: [50.0; 16], lead: 0.02,
             brake: Brake::default(), gap_max: [0.5; 16], setpoint_velocity: [0.0; 16], setpoint_acceleration: [0.0; 16], setpoint_time: [0; 16], lost: 0.0,
             follower: Follower::default(),
         };

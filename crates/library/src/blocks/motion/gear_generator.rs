@@ -45,6 +45,9 @@ pub struct GearGenerator {
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = i64::MIN, range = "[-inf, inf)")]
     last_time: i64,
+    /// how its servo leads it by themselves, because no set-points came in their time: see `joint_servo`
+    #[input(asynchronous, default = [0.0; 4], range = "[-inf, inf)")]
+    braking: [f64; 4],
     /// steps of the slave for each step of the master; negative: the other way
     #[input(asynchronous, default = 1.0, range = "[-inf, inf)")]
     ratio: f64,
@@ -144,10 +147,11 @@ impl Step for GearGenerator {
         if first {
             let (start, servo_velocity, time_ns) = ([self.start], [self.start_velocity], [self.last_time]);
             let (velocity, acceleration) = ([self.last_velocity], [self.last_acceleration]);
-            let last = Last { position: &start, servo_velocity: &servo_velocity, velocity: &velocity, acceleration: &acceleration, time_ns: &time_ns };
+            let last = Last { position: &start, servo_velocity: &servo_velocity, velocity: &velocity, acceleration: &acceleration, time_ns: &time_ns, braking: &[self.braking] };
             let Some(begun) = last.begin(invocation.now_ns, self.lead) else { return Outcome::Fault(NOT_FINITE) };
             span_s = begun.ahead_s;
-            (self.state, self.setpoint, self.before) = (begun.motion.state(0), self.start, self.master);
+            self.state = begun.motion.state(0);
+            (self.setpoint, self.before) = (self.state.position, self.master);
             // At rest its last steps are known.
             self.steps.count = if self.state.is_at_rest() { 2 } else { 0 };
         }
@@ -232,7 +236,7 @@ mod tests {
 
     fn gear(ratio: f64) -> GearGenerator {
         GearGenerator {
-            master: 1.0, start: 0.25, start_velocity: 0.0, last_velocity: 0.0, last_acceleration: 0.0, last_time: i64::MIN, gap_max: [0.5], setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, lost: 0.0, ratio, speed: 1.0, acceleration: 2.0, deceleration: [5.0], jerk: [50.0],
+            master: 1.0, start: 0.25, start_velocity: 0.0, last_velocity: 0.0, last_acceleration: 0.0, last_time: i64::MIN, braking: [0.0; 4], gap_max: [0.5], setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, lost: 0.0, ratio, speed: 1.0, acceleration: 2.0, deceleration: [5.0], jerk: [50.0],
             position_min: [-1e6], position_max: [1e6], setpoint: 0.0, velocity: 0.0, engaged: false, lead: 0.02,
             in_gear: Condition::new(), at_limit: Condition::new(), too_fast: Condition::new(), before: 0.0, gap: ConditionOf::new(0.0), state: State::default(), steps: Steps::default(), span: Span::default(),
         }

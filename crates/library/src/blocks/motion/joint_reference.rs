@@ -12,12 +12,22 @@ const INTERPOLATION_MAX: f64 = 1e6;
 /// q_r is that of `joint_servo`: a new set-point is approached within `period`, the time between two of them, so that a generator at 20 ms
 /// leads a drive at 2 ms without stairs and without steps of speed, at a delay of one and a half periods. q_r stays within the range of the
 /// joint and its maximum speed, and begins where the joint is. Where releases of its own were skipped it goes on from where it was, no faster
-/// than before and than the set-points move. For a drive that takes an effort instead, use `joint_servo`.
+/// than before and than the set-points move. A set-point that says by `setpoint_velocity` that it moves, and is not followed by another in its
+/// time, is braked within `acceleration_max` and `jerk_max`, beyond it; one that says nothing is a place to be at. For a drive that takes an effort instead, use `joint_servo`.
 #[derive(FunctionBlock)]
 pub struct JointReference {
     /// position that is commanded
     #[input(asynchronous, unit = "rad|m")]
     setpoint: f64,
+    /// how fast the set-point moves, where it says so
+    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
+    setpoint_velocity: f64,
+    /// how that changes
+    #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
+    setpoint_acceleration: f64,
+    /// when it was stored, ns of the system's clock
+    #[input(asynchronous, default = 0, range = "[-inf, inf)")]
+    setpoint_time: i64,
     /// position q
     #[input(unit = "rad|m")]
     position: f64,
@@ -42,6 +52,10 @@ pub struct JointReference {
     /// invocations in which the range or the maximum speed held q_r back
     #[output]
     limited: i64,
+    /// how q_r is led beyond the last set-point, because no new one came in its time: by how far, how fast, how that changes, and since when (ns
+    /// of the system's clock); all 0 where set-points lead
+    #[output]
+    braking: [f64; 4],
     /// time between two set-points
     #[param(default = 0.02, unit = "s", range = "(0, inf)")]
     period: f64,
@@ -54,9 +68,12 @@ pub struct JointReference {
     /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s", range = "[0, inf)")]
     speed_max: f64,
-    /// maximum |q_r''| while it catches up after lost time
+    /// maximum |q_r''| while it catches up after lost time, or brakes because no set-points come any more
     #[param(default = 1e6, unit = "rad/s^2|m/s^2", range = "(0, inf)")]
     acceleration_max: f64,
+    /// maximum jerk of the set-points by which it brakes
+    #[param(default = 1e9, unit = "rad/s^3|m/s^3", range = "(0, inf)")]
+    jerk_max: f64,
     /// whether the range is kept to only when the joint is homed
     #[param(default = false)]
     needs_home: bool,
@@ -74,11 +91,23 @@ impl Step for JointReference {
             return Outcome::Fault(BAD_LIMIT);
         }
         let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
-        let led = Led { setpoint: self.setpoint, position: self.position, offset: self.offset, range, speed_max: self.speed_max, acceleration_max: self.acceleration_max };
+        let led = Led {
+            setpoint: self.setpoint,
+            velocity: self.setpoint_velocity,
+            acceleration: self.setpoint_acceleration,
+            time_ns: self.setpoint_time,
+            position: self.position,
+            offset: self.offset,
+            range,
+            speed_max: self.speed_max,
+            acceleration_max: self.acceleration_max,
+            jerk_max: self.jerk_max,
+        };
         let invocations = |span_s: f64| if span_s > 0.0 { (self.period / span_s).round().clamp(1.0, INTERPOLATION_MAX) as u32 } else { 1 };
         let now = self.approach.advance(invocation, led, invocations);
         (self.reference, self.reference_velocity, self.goal) = (now.reference, now.velocity, now.reference - self.offset);
         self.limited += i64::from(now.limited);
+        self.braking = now.braking.numbers();
         self.error = now.reference - self.position;
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
@@ -93,7 +122,7 @@ mod tests {
 
     fn reference() -> JointReference {
         JointReference {
-            setpoint: 0.7, position: 0.7, offset: 0.0, homed: true, goal: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, period: 0.02,
+            setpoint: 0.7, position: 0.7, offset: 0.0, homed: true, goal: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], jerk_max: 1e9, period: 0.02,
             position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false, following_error: ConditionOf::new(0.0), approach: Approach::default(),
         }
     }

@@ -12,13 +12,23 @@ const BAD_LIMIT: u32 = 1;
 /// generator at 20 ms drives a servo at 1 ms without stairs and without steps of speed, at a delay of one and a half generator
 /// periods. q_r stays within the range of the joint and its maximum speed, whatever the set-points are: these are the last
 /// limits before the physical device. Where releases of its own were skipped it goes on from where it was, no faster than before and than the
-/// set-points move. `bias` is the effort that holds the arm where it is (gravity, Coriolis and centrifugal force), as
+/// set-points move. A set-point that says by `setpoint_velocity` that it moves, and is not followed by another in its time, is braked within
+/// `acceleration_max` and `jerk_max`, beyond it; one that says nothing is a place to be at. `bias` is the effort that holds the arm where it is (gravity, Coriolis and centrifugal force), as
 /// the plant or a model of it tells. A change of `offset` moves the numbers, not the joint: q and the set-point must change with it.
 #[derive(FunctionBlock)]
 pub struct JointServo {
     /// position that is commanded
     #[input(asynchronous, unit = "rad|m")]
     setpoint: f64,
+    /// how fast the set-point moves, where it says so
+    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
+    setpoint_velocity: f64,
+    /// how that changes
+    #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
+    setpoint_acceleration: f64,
+    /// when it was stored, ns of the system's clock
+    #[input(asynchronous, default = 0, range = "[-inf, inf)")]
+    setpoint_time: i64,
     /// position q
     #[input(unit = "rad|m")]
     position: f64,
@@ -49,6 +59,10 @@ pub struct JointServo {
     /// invocations in which the range or the maximum speed held q_r back
     #[output]
     limited: i64,
+    /// how q_r is led beyond the last set-point, because no new one came in its time: by how far, how fast, how that changes, and since when (ns
+    /// of the system's clock); all 0 where set-points lead
+    #[output]
+    braking: [f64; 4],
     /// proportional gain
     #[param(default = 100.0, unit = "N.m/rad|N/m", range = "[0, inf)")]
     kp: f64,
@@ -73,9 +87,12 @@ pub struct JointServo {
     /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s", range = "[0, inf)")]
     speed_max: f64,
-    /// maximum |q_r''| while it catches up after lost time
+    /// maximum |q_r''| while it catches up after lost time, or brakes because no set-points come any more
     #[param(default = 1e6, unit = "rad/s^2|m/s^2", range = "(0, inf)")]
     acceleration_max: f64,
+    /// maximum jerk of the set-points by which it brakes
+    #[param(default = 1e9, unit = "rad/s^3|m/s^3", range = "(0, inf)")]
+    jerk_max: f64,
     /// whether the range is kept to only when the joint is homed
     #[param(default = false)]
     needs_home: bool,
@@ -96,10 +113,24 @@ impl Step for JointServo {
             return Outcome::Fault(BAD_LIMIT);
         }
         let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
-        let led = Led { setpoint: self.setpoint, position: self.position, offset: self.offset, range, speed_max: self.speed_max, acceleration_max: self.acceleration_max };
+        // Taken at once, a set-point is a place to be at.
+        let time_ns = if self.interpolation > 1 { self.setpoint_time } else { 0 };
+        let led = Led {
+            setpoint: self.setpoint,
+            velocity: self.setpoint_velocity,
+            acceleration: self.setpoint_acceleration,
+            time_ns,
+            position: self.position,
+            offset: self.offset,
+            range,
+            speed_max: self.speed_max,
+            acceleration_max: self.acceleration_max,
+            jerk_max: self.jerk_max,
+        };
         let now = self.approach.advance(invocation, led, |_| self.interpolation);
         (self.reference, self.reference_velocity) = (now.reference, now.velocity);
         self.limited += i64::from(now.limited);
+        self.braking = now.braking.numbers();
         self.error = now.reference - self.position;
         let law = Law { kp: self.kp, ki: self.ki, kd: self.kd, limit: self.limit };
         self.effort = law.effort(self.error, self.reference_velocity - self.velocity, self.bias, now.span_s, &mut self.integral);
@@ -116,7 +147,7 @@ mod tests {
 
     fn servo() -> JointServo {
         JointServo {
-            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0,
+            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], jerk_max: 1e9,
             kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false,
             following_error: ConditionOf::new(0.0), approach: Approach::default(), integral: 0.0,
         }

@@ -43,6 +43,9 @@ pub struct MotionGenerator {
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
+    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
+    braking: [[f64; 4]; 16],
     /// where they are to go
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
@@ -100,9 +103,6 @@ pub struct MotionGenerator {
     /// how long the motion takes as it was planned first
     #[output(unit = "s")]
     duration: f64,
-    /// how long it still takes as it is planned now
-    #[output(unit = "s")]
-    left: f64,
     /// time by which the first set-point is ahead of the start: the interval of this block
     #[param(default = 0.02, unit = "s", range = "[0, inf)")]
     lead: f64,
@@ -157,9 +157,10 @@ impl Step for MotionGenerator {
                 velocity: &self.last_velocity[..n],
                 acceleration: &self.last_acceleration[..n],
                 time_ns: &self.last_time[..n],
+                braking: &self.braking[..n],
             };
             let Some(begun) = last.begin(invocation.now_ns, self.lead) else { return Outcome::Fault(NOT_FINITE) };
-            (self.way.motion, ahead_s, self.way.origin) = (begun.motion, begun.ahead_s, self.start);
+            (self.way.motion, ahead_s, self.way.origin) = (begun.motion, begun.ahead_s, std::array::from_fn(|i| begun.motion.state(i).position));
         }
         let Some(rate) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
         let wanted = match self.wanted(n, rate) {
@@ -223,8 +224,7 @@ impl MotionGenerator {
             let state = self.way.motion.state(i);
             (self.setpoint[i], self.velocity[i], self.setpoint_acceleration[i]) = (state.position, state.velocity, state.acceleration);
         }
-        self.left = self.way.motion.left_s();
-        let rests = self.left == 0.0;
+        let rests = self.way.motion.left_s() == 0.0;
         if self.way.is_lost && rests {
             // They may go on, where that does not end the motion.
             self.way.is_lost = false;
@@ -247,10 +247,10 @@ mod tests {
     fn generator(start: [f64; 2], goal: [f64; 2]) -> MotionGenerator {
         let wide = |values: [f64; 2]| std::array::from_fn(|i| values.get(i).copied().unwrap_or(f64::NAN));
         MotionGenerator {
-            n: 2, start: wide(start), start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16], fastest: 1e6,
+            n: 2, start: wide(start), start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16], braking: [[0.0; 4]; 16], fastest: 1e6,
             gap_max: [0.5; 16], setpoint_acceleration: [0.0; 16], setpoint_time: [0; 16], lost: 0.0, gap: ConditionOf::new(0.0), goal: wide(goal), speed: [0.5; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
             position_min: [-6.3; 16], position_max: [6.3; 16], r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, setpoint: [0.0; 16],
-            velocity: [0.0; 16], target: [0.0; 16], complete: false, duration: 0.0, left: 0.0, lead: 0.02, relative: false, finished: Condition::new(),
+            velocity: [0.0; 16], target: [0.0; 16], complete: false, duration: 0.0, lead: 0.02, relative: false, finished: Condition::new(),
             held: Condition::new(), way: Way::default(),
         }
     }

@@ -44,6 +44,9 @@ pub struct PathGenerator {
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
+    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
+    braking: [[f64; 4]; 16],
     /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     r#override: [f64; 16],
@@ -68,9 +71,6 @@ pub struct PathGenerator {
     /// how fast they are to be there, rad/s or m/s
     #[output(sized)]
     velocity: [f64; 16],
-    /// how fast they are to be there, rad/s or m/s
-    #[output(sized)]
-    setpoint_velocity: [f64; 16],
     /// how that changes, rad/s^2 or m/s^2
     #[output(sized)]
     setpoint_acceleration: [f64; 16],
@@ -136,10 +136,11 @@ impl Step for PathGenerator {
             velocity: &self.last_velocity[..n],
             acceleration: &self.last_acceleration[..n],
             time_ns: &self.last_time[..n],
+            braking: &self.braking[..n],
         };
         let (acceleration, jerk, has_plan) = (&self.acceleration_max[..n], &self.jerk_max[..n], self.path.plan >= 1.0);
         if let Some(now) = self.brake.step(&last, acceleration, jerk, self.lead, has_plan, invocation) {
-            (self.setpoint, self.velocity, self.setpoint_velocity, self.setpoint_acceleration) = (now.setpoint, now.velocity, now.velocity, now.acceleration);
+            (self.setpoint, self.velocity, self.setpoint_acceleration) = (now.setpoint, now.velocity, now.acceleration);
             (self.setpoint_time, self.complete) = ([invocation.now_ns; 16], false);
             if now.is_at_rest && self.holding {
                 self.held.report();
@@ -175,7 +176,8 @@ impl Step for PathGenerator {
         self.time_s += span_s * (pace + after) / 2.0;
         self.pace = after;
         self.store(n);
-        self.tail.push(&self.setpoint[..n], span_s, &mut self.setpoint_velocity[..n], &mut self.setpoint_acceleration[..n]);
+        let rests = self.complete || self.pace == 0.0;
+        self.tail.push(&self.setpoint[..n], span_s, rests, &mut self.velocity[..n], &mut self.setpoint_acceleration[..n]);
         self.setpoint_time = [invocation.now_ns; 16];
         Outcome::Done
     }
@@ -195,11 +197,7 @@ impl PathGenerator {
     }
 
     fn store(&mut self, n: usize) {
-        let mut planned = [0.0; 16];
-        self.path.evaluate(self.time_s, &mut self.setpoint[..n], &mut planned[..n], &mut [0.0; 16][..n]);
-        for (velocity, planned) in self.velocity.iter_mut().zip(planned) {
-            *velocity = planned * self.pace;
-        }
+        self.path.evaluate(self.time_s, &mut self.setpoint[..n], &mut [0.0; 16][..n], &mut [0.0; 16][..n]);
         self.complete = self.time_s >= self.path.duration;
         if self.is_lost && (self.pace == 0.0 || self.complete) {
             // It may go on, where that does not end the motion.
@@ -226,8 +224,8 @@ mod tests {
         PathGenerator {
             n: case.n as u32, path: plan(1.0, &case.start, &case.points, &case.passing, &case.limits), r#override: [1.0; 16], cell_override: [1.0; 16], holding: false,
             acceleration_max: std::array::from_fn(|i| case.limits.get(i).map_or(1.0, |l| l.acceleration)), setpoint: [0.0; 16], velocity: [0.0; 16],
-            progress: 0.0, complete: false, finished: Condition::new(), held: Condition::new(), plan: 0.0, time_s: 0.0, pace: 0.0, span: Span::default(), is_lost: false, tail: Tail::default(), gap: ConditionOf::new(0.0), start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16],
-            jerk_max: [50.0; 16], lead: 0.02, brake: Brake::default(), gap_max: [0.5; 16], setpoint_velocity: [0.0; 16],
+            progress: 0.0, complete: false, finished: Condition::new(), held: Condition::new(), plan: 0.0, time_s: 0.0, pace: 0.0, span: Span::default(), is_lost: false, tail: Tail::default(), gap: ConditionOf::new(0.0), start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16], braking: [[0.0; 4]; 16],
+            jerk_max: [50.0; 16], lead: 0.02, brake: Brake::default(), gap_max: [0.5; 16],
             setpoint_acceleration: [0.0; 16], setpoint_time: [0; 16], lost: 0.0,
         }
     }

@@ -38,6 +38,9 @@ pub struct PathPlanner {
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
+    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
+    braking: [[f64; 4]; 16],
     /// way-points, one row each; columns beyond n are not used
     #[input(asynchronous)]
     points: [[f64; 16]; POINTS_MAX],
@@ -94,6 +97,7 @@ impl Step for PathPlanner {
             velocity: &self.last_velocity[..n],
             acceleration: &self.last_acceleration[..n],
             time_ns: &self.last_time[..n],
+            braking: &self.braking[..n],
         };
         if self.waits && (self.has_planned || last.is_moving(invocation.now_ns, self.lead)) {
             return Outcome::Done;

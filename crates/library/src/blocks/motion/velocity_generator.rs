@@ -42,6 +42,9 @@ pub struct VelocityGenerator {
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
+    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
+    braking: [[f64; 4]; 16],
     /// how fast they are to move
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     velocity: [f64; 16],
@@ -143,6 +146,7 @@ impl Step for VelocityGenerator {
                 velocity: &self.last_velocity[..n],
                 acceleration: &self.last_acceleration[..n],
                 time_ns: &self.last_time[..n],
+                braking: &self.braking[..n],
             };
             let Some(begun) = last.begin(invocation.now_ns, self.lead) else { return Outcome::Fault(NOT_FINITE) };
             (self.way.motion, ahead_s) = (begun.motion, begun.ahead_s);
@@ -230,7 +234,7 @@ mod tests {
 
     fn generator(velocity: f64) -> VelocityGenerator {
         VelocityGenerator {
-            n: 1, start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16],
+            n: 1, start: [0.0; 16], start_velocity: [0.0; 16], last_velocity: [0.0; 16], last_acceleration: [0.0; 16], last_time: [i64::MIN; 16], braking: [[0.0; 4]; 16],
             gap_max: [0.5; 16], setpoint_acceleration: [0.0; 16], setpoint_time: [0; 16], lost: 0.0, gap: ConditionOf::new(0.0), velocity: [velocity; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
             position_min: [-3.0; 16], position_max: [3.0; 16], r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, setpoint: [0.0; 16],
             setpoint_velocity: [0.0; 16], lead: 0.02, reverse: false, in_velocity: Condition::new(), stopped: Condition::new(), held: Condition::new(),

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The set-point that leads the reference of a servo: that of a generator, or, when no new one comes in its time, one that brakes.
+//!
+//! A generator may be taken away while its joint moves: another part of a composition has ended it, its processor is lost, its block
+//! has a fault. Its last set-point says how fast it moved and how that changed. From that state the servo makes set-points itself, at the pace
+//! at which they came, until they rest: within the acceleration and jerk of the joint. They are part of one function with those that came
+//! before, so the reference has no step. A set-point that says nothing about its speed is a place to be at: there the reference rests.
+use crate::online::{State, towards};
+use crate::profile::Limits;
+use crate::reference::Led;
+
+/// How far a servo that brakes by itself has led its joint beyond the last set-point, and how it moves there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Braking {
+    pub distance: f64,
+    pub velocity: f64,
+    pub acceleration: f64,
+    /// When it formed this set-point, ns of the system's clock; 0 where set-points lead.
+    pub time_ns: i64,
+}
+
+impl Braking {
+    /// As ports have it: a double tells times of a clock apart that are 256 ns apart.
+    pub fn numbers(self) -> [f64; 4] {
+        [self.distance, self.velocity, self.acceleration, self.time_ns as f64]
+    }
+
+    /// From a port.
+    pub fn of([distance, velocity, acceleration, time_ns]: [f64; 4]) -> Braking {
+        Braking { distance, velocity, acceleration, time_ns: time_ns as i64 }
+    }
+}
+
+/// What leads a reference.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lead {
+    /// The last set-point, as it was stored, and when.
+    seen: f64,
+    seen_ns: i64,
+    /// Where it leads to now.
+    now: State,
+    /// Invocations until the next set-point is due.
+    left: u32,
+    /// When the servo formed the set-point `now` itself.
+    braked_ns: Option<i64>,
+}
+
+/// A set-point for the reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Next {
+    pub position: f64,
+    /// It is the first of a generator after the servo has braked.
+    pub is_return: bool,
+}
+
+/// Cycles by whose change of speed a declared speed may differ from the reference's, which lags one and a half cycles behind.
+const LAG: f64 = 3.0;
+
+impl Lead {
+    /// Begins with the set-point that is stored, which is a place to be at.
+    pub fn begin(&mut self, led: &Led) {
+        *self = Lead { seen: led.setpoint, seen_ns: led.time_ns, now: State { position: led.setpoint, ..State::default() }, ..Lead::default() };
+    }
+
+    /// Counts positions from another origin, as the set-point does from this invocation on.
+    pub fn shift(&mut self, by: f64, led: &Led) {
+        self.seen = led.setpoint;
+        self.now.position = if self.braked_ns.is_some() { self.now.position + by } else { led.setpoint };
+    }
+
+    /// The set-point of this invocation. `interpolation` invocations lie between two of them, `cycle_s` between two invocations; the
+    /// reference moves at `velocity`.
+    pub fn next(&mut self, led: &Led, interpolation: u32, cycle_s: f64, velocity: f64, now_ns: i64) -> Next {
+        let mut is_return = false;
+        if led.setpoint != self.seen || led.time_ns != self.seen_ns {
+            let span_s = f64::from(interpolation) * cycle_s;
+            is_return = self.braked_ns.is_some();
+            self.now = declared(led, velocity, LAG * span_s * led.acceleration_max, led.time_ns != self.seen_ns);
+            (self.seen, self.seen_ns, self.left, self.braked_ns) = (led.setpoint, led.time_ns, interpolation, None);
+        } else if self.left == 0 && !self.now.is_at_rest() {
+            self.brake(led, f64::from(interpolation) * cycle_s);
+            (self.left, self.braked_ns) = (interpolation, Some(now_ns));
+        }
+        self.left = self.left.saturating_sub(1);
+        Next { position: self.now.position, is_return }
+    }
+
+    /// What a motion that takes over has to know.
+    pub fn braking(&self) -> Braking {
+        match self.braked_ns {
+            Some(time_ns) => Braking { distance: self.now.position - self.seen, velocity: self.now.velocity, acceleration: self.now.acceleration, time_ns },
+            None => Braking::default(),
+        }
+    }
+
+    /// One set-point further on the way to rest, and no further than the range.
+    fn brake(&mut self, led: &Led, span_s: f64) {
+        let next = towards(self.now, 0.0, Limits { speed: led.speed_max, acceleration: led.acceleration_max, jerk: led.jerk_max }, span_s);
+        let (least, most) = led.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let kept = next.position.clamp(least.min(self.now.position), most.max(self.now.position));
+        let rests = kept != next.position || next.is_at_rest();
+        self.now = if rests { State { position: kept, ..State::default() } } else { next };
+    }
+}
+
+/// The state that a set-point declares. One that cannot be braked, or is not declared, is at rest. No declared speed is farther from the
+/// reference's than `most`: a number in another unit leads nowhere.
+fn declared(led: &Led, velocity: f64, most: f64, is_declared: bool) -> State {
+    let rest = State { position: led.setpoint, ..State::default() };
+    let limits = [led.acceleration_max, led.jerk_max];
+    let numbers = [led.velocity, led.acceleration, led.setpoint, velocity, most];
+    if !is_declared || !limits.iter().all(|limit| limit.is_finite() && *limit > 0.0) || !numbers.iter().all(|x| x.is_finite()) {
+        return rest;
+    }
+    let acceleration = led.acceleration.clamp(-led.acceleration_max, led.acceleration_max);
+    State { velocity: led.velocity.clamp(velocity - most, velocity + most), acceleration, ..rest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn led(position: f64, velocity: f64, acceleration: f64, time_ns: i64) -> Led {
+        Led {
+            setpoint: position,
+            velocity,
+            acceleration,
+            time_ns,
+            position: 0.0,
+            offset: 0.0,
+            range: Some((-1.0, 1.0)),
+            speed_max: 3.0,
+            acceleration_max: 5.0,
+            jerk_max: 50.0,
+        }
+    }
+
+    /// A lead whose set-point of 1 ms says this, and where it leads in each of 2000 invocations.
+    fn left_alone(last: Led) -> (Lead, Vec<f64>) {
+        let mut lead = Lead::default();
+        lead.begin(&led(0.0, 0.0, 0.0, 0));
+        let ways = (0..2000).map(|k| lead.next(&last, 20, 1e-3, last.velocity, k).position).collect();
+        (lead, ways)
+    }
+
+    #[test]
+    fn a_setpoint_that_moves_and_is_the_last_is_braked_within_its_limits() {
+        let (lead, ways) = left_alone(led(0.0, 0.5, 2.0, 1));
+        assert!(ways[..20].iter().all(|q| *q == 0.0), "the next one is due after 20 invocations");
+        let knots: Vec<f64> = ways.iter().copied().step_by(20).collect();
+        for three in knots.windows(3) {
+            let acceleration = (three[2] - 2.0 * three[1] + three[0]) / 4e-4;
+            assert!((-5.0 - 1e-9..=2.0 + 1.0).contains(&acceleration), "{acceleration} rad/s²");
+        }
+        let braking = lead.braking();
+        assert!(braking.distance > 0.05 && braking.distance < 0.1, "{braking:?}");
+        assert_eq!((braking.velocity, braking.acceleration, *ways.last().expect("many")), (0.0, 0.0, braking.distance));
+    }
+
+    #[test]
+    fn one_that_rests_says_nothing_or_cannot_be_braked_is_where_it_leads() {
+        let ends = |last: Led| *left_alone(last).1.last().expect("many");
+        assert_eq!(ends(led(0.3, 0.0, 0.0, 1)), 0.3);
+        assert_eq!(ends(led(0.3, 0.5, 0.0, 0)), 0.3, "its time is that of another one");
+        assert_eq!(ends(led(0.3, f64::NAN, 0.0, 1)), 0.3);
+        assert_eq!(ends(Led { jerk_max: 0.0, ..led(0.3, 0.5, 0.0, 1) }), 0.3);
+        assert_eq!(ends(led(0.99, 1.0, 0.0, 1)), 1.0, "the range is kept");
+    }
+
+    #[test]
+    fn a_speed_in_another_unit_leads_nowhere() {
+        let mut lead = Lead::default();
+        lead.begin(&led(0.0, 0.0, 0.0, 0));
+        let ends = (0..3000).map(|k| lead.next(&led(0.1, 57.0, 0.0, 1), 20, 1e-3, 0.0, k).position).fold(0.0, f64::max);
+        assert!(ends < 0.15, "{ends} rad");
+    }
+
+    #[test]
+    fn the_next_setpoint_leads_again_and_a_new_origin_moves_nothing() {
+        let (mut lead, ways) = left_alone(led(0.2, 0.5, 0.0, 1));
+        let end = *ways.last().expect("many");
+        let moved = led(0.7, 0.5, 0.0, 1);
+        lead.shift(0.5, &moved);
+        assert_eq!(lead.next(&moved, 20, 1e-3, 0.0, 9), Next { position: end + 0.5, is_return: false });
+        assert!((lead.braking().distance - (end - 0.2)).abs() < 1e-15);
+        assert_eq!(lead.next(&led(0.6, 0.0, 0.0, 1), 20, 1e-3, 0.0, 10), Next { position: 0.6, is_return: true });
+        assert_eq!(lead.braking(), Braking::default());
+    }
+}
