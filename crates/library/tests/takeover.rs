@@ -201,7 +201,7 @@ impl Servo {
             velocity: to.velocity,
             acceleration: to.acceleration,
             time_ns: stored_ns,
-            speed_max: 1e6,
+            speed_max: SPEED,
             acceleration_max: ACCELERATION,
             jerk_max: JERK,
             ..Led::default()

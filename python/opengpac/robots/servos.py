@@ -112,6 +112,7 @@ joint_decoupled_servo = Verb(
         "sensed": ["position.y", "servo.position"],
         "velocity": ["speed.y", "servo.velocity"],
         "commanded": "servo.setpoint",
+        **_led("servo"),
         "reference": "servo.reference",
         "commanded_velocity": "servo.reference_velocity",
         "limited": "servo.limited",
