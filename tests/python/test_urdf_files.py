@@ -54,6 +54,10 @@ PUT_RIGHT = {
         r"arm.urdf:3: the range of joint 'turn' is 2 to -2",
     ),
     "no range": ({"limit": '<limit effort="100" velocity="2"/>'}, r"revolute joint 'turn' has no range"),
+    "limits that are all zero": (
+        {"limit": '<limit lower="0" upper="0" effort="0" velocity="0"/>'},
+        r"arm.urdf:3: revolute joint 'turn' has no range",
+    ),
     "no limit": ({"limit": ""}, r"arm.urdf:3: revolute joint 'turn' has no limit"),
     "no effort": ({"limit": '<limit lower="-2" upper="2" effort="0" velocity="2"/>'}, r"joint 'turn' has no limit of effort"),
     "a mesh that is not there": ({"shape": MESH.format("package://maker/meshes/gone.stl")}, r"gone.stl' was not found, and is left out"),
@@ -147,6 +151,22 @@ def test_a_joint_that_mimics_another_follows_it_and_is_no_joint_of_the_arm(tmp_p
         loaded.enable()
         gpac.motion.move_absolute(loaded, [1.0], time_limit="20 s")
         assert abs(loaded.turn.sensed.value - 1.0) < 0.01
+
+
+def test_an_inertia_that_rounding_made_impossible_is_taken(tmp_path: Path) -> None:
+    """A + B is less than C in the last digit."""
+    thin = INERTIAL.replace('ixx="0.01" iyy="0.03" izz="0.03"', 'ixx="0.01" iyy="0.02" izz="0.030001"')
+    loaded = robots.load(arm(tmp_path, inertial=thin), clock="virtual", name="thin")
+    with loaded.system:
+        assert loaded.notes == () and loaded.enable().turn.state == "standstill"
+
+
+def test_a_fixed_range_is_a_fixed_joint(tmp_path: Path) -> None:
+    more = MORE.format(name="fold", kind="revolute", inside="").replace('lower="-1" upper="1"', 'lower="0" upper="0"')
+    with pytest.warns(UserWarning, match=r"the range of joint 'fold' is 0 to 0: it is fixed there"):
+        loaded = robots.load(arm(tmp_path, more=more), clock="virtual", name="fixed")
+    with loaded.system:
+        assert [joint.short_name for joint in loaded] == ["turn"]
 
 
 def test_a_range_without_zero_begins_at_its_nearest_end(tmp_path: Path) -> None:

@@ -64,7 +64,17 @@ def convert(file: Path, package_paths: Iterable[Path] = ()) -> Converted:
         spec = _compiled(mujoco, source)
     except (ValueError, OSError, mujoco.FatalError) as error:
         refuse(DeviceFailed, f"MuJoCo cannot read the URDF file '{file}': {error}", "mend what it names, or give the arm as MJCF")
-    return Converted(spec.to_xml(), speeds, tuple(source.notes))
+    return Converted(_balanced(spec.to_xml()), speeds, tuple(source.notes))
+
+
+def _balanced(text: str) -> str:
+    """The model, to be read with `balanceinertia`, which MuJoCo does not write: inertias of URDF files break A + B >= C by rounding."""
+    root = ElementTree.fromstring(text)
+    compiler = root.find("compiler")
+    if compiler is None:
+        compiler = ElementTree.SubElement(root, "compiler")
+    compiler.set("balanceinertia", "true")
+    return ElementTree.tostring(root, encoding="unicode")
 
 
 def _compiled(mujoco: Any, source: Source) -> Any:

@@ -96,7 +96,7 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
     elif low > high:
         source.note(f"the range of joint '{name}' is {low:g} to {high:g}, which is empty: its ends are exchanged", limit)
         limit.attrib.update({"lower": f"{high}", "upper": f"{low}"})
-    elif "lower" not in limit.attrib and "upper" not in limit.attrib:
+    elif ("lower" not in limit.attrib and "upper" not in limit.attrib) or not any((low, high, speed, effort)):
         source.note(f"{kind} joint '{name}' has no range: it turns or slides without end", limit)
         _free(joint)
     elif low == high:
