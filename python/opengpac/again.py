@@ -9,6 +9,10 @@ from typing import Any
 from .errors import InUse, refuse
 
 
+VOWELS = "aeiouS"
+"""How the names of kinds begin that are spoken with a vowel: an arm, an SVV."""
+
+
 class Made:
     """What was made in a system, each thing under its kind and name, with what it was asked to be."""
 
@@ -33,7 +37,7 @@ class Made:
         if known is None:
             return False
         if said := differences(known[0], asked):
-            refuse(InUse, f"there is a {kind} '{name}' already: {said}", "make it as it is, or give it another name")
+            refuse(InUse, f"there is {'an' if kind[0] in VOWELS else 'a'} {kind} '{name}' already: {said}", "make it as it is, or give it another name")
         return True
 
 

@@ -171,7 +171,11 @@ class _Model:
     @property
     def identity(self) -> str:
         """What tells it from others."""
-        return "file:" + hashlib.sha256(self.arm.read_bytes()).hexdigest()[:32]
+        try:
+            content = self.arm.read_bytes()
+        except OSError as error:
+            refuse(DeviceFailed, f"cannot read '{self.arm}': {error.strerror}", "give the path of an MJCF or URDF file")
+        return "file:" + hashlib.sha256(content).hexdigest()[:32]
 
     def wired(self, driver: drivers.Driver | None) -> drivers.Driver | None:
         """The driver as it is."""

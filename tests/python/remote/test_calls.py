@@ -81,10 +81,10 @@ def test_a_snapshot_and_a_history(far: gpac.System) -> None:
 REFUSED: list[Callable[[gpac.System], object]] = [
     lambda cell: cell.svv("x", "duble"),
     lambda cell: cell.svv("x", "double[0]"),
-    lambda cell: [cell.svv("twice", "double"), cell.svv("twice", "double")],
+    lambda cell: [cell.svv("twice", "double"), cell.svv("twice", "float")],
     lambda cell: setattr(cell.svv("small", within=(0.0, 1.0)), "value", 2.0),
     lambda cell: cell.processor("rtp1").timer("t", period="1 us"),
-    lambda cell: cell.processor("rtp0"),
+    lambda cell: cell.processor("rtp0", core=0),
     lambda cell: cell.processor("rtp1", core=4096),
     lambda cell: cell.place({"move": gpac.Source(cell, gpac.Processor(cell, "rtp9"), "fast", "timer", 1_000_000, 5)}),
     lambda cell: cell.resume(gpac.cell.DigitalOutput.__new__(gpac.cell.DigitalOutput)),

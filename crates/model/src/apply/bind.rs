@@ -306,11 +306,17 @@ impl<'a> Draft<'a> {
         match (self.layout(first), self.layout(second)) {
             (Some(a), Some(b)) if origin != Origin::Parameter => !Arc::ptr_eq(&a, &b) && a.text != b.text,
             (Some(a), Some(b)) => a.text != b.text && alone(&a) != alone(&b),
+            // Of an array whose size is still open: it may come to be one alone.
             _ => match (self.element(first), self.element(second)) {
-                (Some(a), Some(b)) => a != b,
+                (Some(a), Some(b)) => a != b && !self.is_one_of(second, &a) && !self.is_one_of(first, &b),
                 _ => false,
             },
         }
+    }
+
+    /// Whether a port has this type as a whole: an array of which another one, whose size is open, has one element.
+    fn is_one_of(&self, port: Port, element: &str) -> bool {
+        matches!(&self.flat(port.0).kind.shapes[port.1], Shape::Fixed(layout) if layout.text == element)
     }
 
     /// Type of the elements of a port, of a port that is no array its own.

@@ -26,8 +26,8 @@ tone.on(fast)()
 
 
 def main() -> None:
-    for name in ("a", "a"):
-        cell.svv(name)
+    for type in ("double", "float"):
+        cell.svv("a", type)
 
 
 main()
