@@ -14,7 +14,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "channel-overlap", sentence: "no channel lies on another one of its direction", run: overlap },
     Check {
         name: "safe-values",
-        sentence: "each channel that is written has a safe value of its type, and it is finite (of a goal: none, NaN)",
+        sentence: "each channel that is written has a safe value of its type, and it is finite (of a goal or a decoupled effort: none, NaN)",
         run: safe_values,
     },
     Check { name: "slews", sentence: "a limit of change is above 0, and of a double that is written", run: slews },
@@ -85,8 +85,8 @@ fn safe_values(subject: &Subject) -> Tried {
         }
         let slot = Slot { offset: 0, len: channel.len };
         let is_double = channel.type_text.starts_with("double");
-        let is_goal = channel.name.ends_with(".goal");
-        (is_double && !is_goal && (0..channel.len / 8).any(|i| !slot.double(&channel.safe, i).is_finite()))
+        let may_be_none = [".goal", ".decoupled"].iter().any(|end| channel.name.ends_with(end));
+        (is_double && !may_be_none && (0..channel.len / 8).any(|i| !slot.double(&channel.safe, i).is_finite()))
             .then(|| format!("that of '{}' is not finite", channel.name))
     }))
 }
