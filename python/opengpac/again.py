@@ -8,7 +8,6 @@ from typing import Any
 
 from .errors import InUse, refuse
 
-
 VOWELS = "aeiouS"
 """How the names of kinds begin that are spoken with a vowel: an arm, an SVV."""
 
@@ -37,7 +36,8 @@ class Made:
         if known is None:
             return False
         if said := differences(known[0], asked):
-            refuse(InUse, f"there is {'an' if kind[0] in VOWELS else 'a'} {kind} '{name}' already: {said}", "make it as it is, or give it another name")
+            article = "an" if kind[0] in VOWELS else "a"
+            refuse(InUse, f"there is {article} {kind} '{name}' already: {said}", "make it as it is, or give it another name")
         return True
 
 
