@@ -76,9 +76,9 @@ def load(
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
-    source = on or _fastest(rtp)
+    source, identity = on or _fastest(rtp), model.identity
     asked = {
-        "model": f"{path} ({model.identity})",
+        "model": f"{path} ({identity})",
         "package_paths": packages,
         "tool": tool,
         "scene": scene,
@@ -101,7 +101,7 @@ def load(
             if part.name in own:
                 joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name)))
         arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes)
-        arm.model = model.identity
+        arm.model = identity
         rtp.system._by_name.keep("arm", name, asked, arm)
         return arm
     except BaseException:

@@ -32,9 +32,20 @@ reading = Graph(
 )
 
 
-def _led(label: str) -> dict[str, str | list[str]]:
-    """χ of the state of the last set-point, and of how a servo brakes when no other one follows it."""
-    return {name: f"{label}.{name}" for name in ("setpoint_velocity", "setpoint_acceleration", "setpoint_time", "braking")}
+def _kept(label: str, velocity: str | list[str]) -> dict[str, str | list[str]]:
+    """χ of a block that keeps a joint where it is commanded to be. `velocity`: where the joint's speed is stored and read."""
+    return {
+        "offset": ["position.offset", f"{label}.offset"],
+        "sensed": ["position.y", f"{label}.position"],
+        "velocity": velocity,
+        "commanded": f"{label}.setpoint",
+        # Of the last set-point, and how the block brakes when no other one follows it.
+        **{name: f"{label}.{name}" for name in ("setpoint_velocity", "setpoint_acceleration", "setpoint_time", "braking")},
+        "reference": f"{label}.reference",
+        "commanded_velocity": f"{label}.reference_velocity",
+        "limited": f"{label}.limited",
+        "homed": f"{label}.homed",
+    }
 
 
 joint_servo = Verb(
@@ -53,15 +64,7 @@ joint_servo = Verb(
         "drive.bias": "load.channel",
         "load_effort": "load.u",
         "drive.effort": "write.channel",
-        "offset": ["position.offset", "servo.offset"],
-        "sensed": ["position.y", "servo.position"],
-        "velocity": ["speed.y", "servo.velocity"],
-        "commanded": "servo.setpoint",
-        **_led("servo"),
-        "reference": "servo.reference",
-        "commanded_velocity": "servo.reference_velocity",
-        "limited": "servo.limited",
-        "homed": "servo.homed",
+        **_kept("servo", ["speed.y", "servo.velocity"]),
     },
     cells={"bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
     input_parameters={
@@ -108,15 +111,7 @@ joint_decoupled_servo = Verb(
         "drive.decoupled": "write.channel",
         "drive.effort": "load.channel",
         "load_effort": "load.u",
-        "offset": ["position.offset", "servo.offset"],
-        "sensed": ["position.y", "servo.position"],
-        "velocity": ["speed.y", "servo.velocity"],
-        "commanded": "servo.setpoint",
-        **_led("servo"),
-        "reference": "servo.reference",
-        "commanded_velocity": "servo.reference_velocity",
-        "limited": "servo.limited",
-        "homed": "servo.homed",
+        **_kept("servo", ["speed.y", "servo.velocity"]),
     },
     cells={"effort": ["servo.effort", "write.u"]},
     modes={"load.u": "asynchronous"},
@@ -150,15 +145,7 @@ joint_follower = Verb(
         "drive.position": "position.read.channel",
         "drive.velocity": "speed.channel",
         "drive.goal": "write.channel",
-        "offset": ["position.offset", "follow.offset"],
-        "sensed": ["position.y", "follow.position"],
-        "velocity": "speed.y",
-        "commanded": "follow.setpoint",
-        **_led("follow"),
-        "reference": "follow.reference",
-        "commanded_velocity": "follow.reference_velocity",
-        "limited": "follow.limited",
-        "homed": "follow.homed",
+        **_kept("follow", "speed.y"),
     },
     cells={"goal": ["follow.goal", "write.u"]},
     input_parameters={

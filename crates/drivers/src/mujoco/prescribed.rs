@@ -34,14 +34,17 @@ impl Prescribed {
         }
     }
 
-    /// The accelerations M^-1 `effort` of the degrees of freedom that are not left out; those that are have none.
-    pub fn accelerations(&mut self, inertia: &[f64], left_out: &[bool], effort: &[f64]) -> &[f64] {
-        let n = effort.len();
-        for i in 0..n {
-            self.acceleration[i] = if left_out[i] { 0.0 } else { effort[i] };
+    /// Takes the inertia M of the degrees of freedom that are not left out, for [`Prescribed::accelerations`].
+    pub fn take(&mut self, inertia: &[f64], left_out: &[bool]) {
+        self.factorise(inertia, left_out, left_out.len());
+    }
+
+    /// The accelerations M^-1 `effort` by the inertia that was taken; those that were left out have none.
+    pub fn accelerations(&mut self, left_out: &[bool], effort: &[f64]) -> &[f64] {
+        for (i, is_left_out) in left_out.iter().enumerate() {
+            self.acceleration[i] = if *is_left_out { 0.0 } else { effort[i] };
         }
-        self.factorise(inertia, left_out, n);
-        self.solve(left_out, n);
+        self.solve(left_out, left_out.len());
         &self.acceleration
     }
 

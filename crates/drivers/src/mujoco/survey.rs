@@ -22,18 +22,18 @@ const BANDWIDTH_MAX: f64 = 125.0;
 const GAIN_PERIOD: f64 = 0.5;
 /// Period of the servos that a joint is given, s.
 const SERVO_PERIOD_S: f64 = 1e-3;
-/// How many poses are looked at, besides the one at the start.
+/// Number of poses surveyed besides the starting pose.
 const POSES: usize = 64;
 /// The part of its range that is looked at where a joint has no limits, rad or m either way.
 const RANGE_RAD: f64 = PI;
 const RANGE_M: f64 = 0.5;
-/// What a joint is given where nothing says another: its maximum speed, and its maximum acceleration, which is never above this.
+/// Default maximum speed and acceleration of a joint; surveyed accelerations never exceed the default.
 const SPEED: f64 = PI;
 const SPEED_M: f64 = 0.25;
 const ACCELERATION_MAX: f64 = 5.0;
 const ACCELERATION_MAX_M: f64 = 1.0;
-/// The share of what gravity and friction leave of an effort that accelerations may use, and the least share of the effort itself that counts
-/// as left over: an arm that cannot hold some of its poses still moves in the others.
+/// Share of the effort left over by gravity and friction that accelerations may use, and the smallest share of the limit that is assumed to be
+/// left over: an arm that cannot hold some of its poses can still move in the others.
 const EFFORT_SHARE: f64 = 0.7;
 const EFFORT_LEFT: f64 = 0.1;
 /// Of the effort that one joint needs in the worst case, a joint with less than this share is not slowed down for it.
@@ -116,42 +116,44 @@ fn ratio(dimensions: usize) -> f64 {
 
 /// Of each joint, the smallest inertia that it moves while all others give way.
 fn free_inertias(arm: &Arm, poses: &[Pose]) -> Vec<f64> {
-    let mut solver = Prescribed::new(arm.apart.len());
-    let mut least = |v: usize| poses.iter().map(|pose| 1.0 / moved(arm, pose, &mut solver, &unit(v, arm.apart.len()))[v]).fold(f64::INFINITY, f64::min);
-    arm.joints.iter().map(|joint| least(joint.velocity)).collect()
-}
-
-fn unit(v: usize, n: usize) -> Vec<f64> {
-    (0..n).map(|i| f64::from(u8::from(i == v))).collect()
-}
-
-/// The accelerations that efforts give at rest without gravity, M^-1 effort, of the trees that the arm is in.
-fn moved(arm: &Arm, pose: &Pose, solver: &mut Prescribed, effort: &[f64]) -> Vec<f64> {
-    solver.accelerations(&pose.inertia, &arm.apart, effort).to_vec()
+    let n = arm.apart.len();
+    let (mut solver, mut effort, mut least) = (Prescribed::new(n), vec![0.0; n], vec![f64::INFINITY; arm.joints.len()]);
+    for pose in poses {
+        solver.take(&pose.inertia, &arm.apart);
+        for (joint, least) in arm.joints.iter().zip(&mut least) {
+            effort[joint.velocity] = 1.0;
+            *least = least.min(1.0 / solver.accelerations(&arm.apart, &effort)[joint.velocity]);
+            effort[joint.velocity] = 0.0;
+        }
+    }
+    least
 }
 
 /// The largest eigenvalue of m^1/2 M^-1 m^1/2 over the poses, where m are the inertias of the joints moved alone: 1 without coupling.
 fn coupling(arm: &Arm, poses: &[Pose], inertias: &[f64]) -> f64 {
-    let n = arm.apart.len();
-    let mut solver = Prescribed::new(n);
-    let mut largest = |pose: &Pose| {
-        let mut vector = vec![1.0; inertias.len()];
-        let mut value = 1.0;
-        for _ in 0..POWER_ROUNDS {
-            let mut effort = vec![0.0; n];
-            for (k, joint) in arm.joints.iter().enumerate() {
-                effort[joint.velocity] = inertias[k].sqrt() * vector[k];
-            }
-            let answer = moved(arm, pose, &mut solver, &effort);
-            for (k, joint) in arm.joints.iter().enumerate() {
-                vector[k] = inertias[k].sqrt() * answer[joint.velocity];
-            }
-            value = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-            vector.iter_mut().for_each(|x| *x /= value.max(f64::MIN_POSITIVE));
-        }
-        value
+    let mut solver = Prescribed::new(arm.apart.len());
+    let largest = |pose: &Pose| {
+        solver.take(&pose.inertia, &arm.apart);
+        eigenvalue(arm, &mut solver, inertias)
     };
-    poses.iter().map(&mut largest).fold(1.0, f64::max) * POWER_RESERVE
+    poses.iter().map(largest).fold(1.0, f64::max) * POWER_RESERVE
+}
+
+/// The largest one in the pose whose inertia the solver has taken, by power iteration.
+fn eigenvalue(arm: &Arm, solver: &mut Prescribed, inertias: &[f64]) -> f64 {
+    let (mut vector, mut effort, mut value) = (vec![1.0; inertias.len()], vec![0.0; arm.apart.len()], 1.0);
+    for _ in 0..POWER_ROUNDS {
+        for (k, joint) in arm.joints.iter().enumerate() {
+            effort[joint.velocity] = inertias[k].sqrt() * vector[k];
+        }
+        let answer = solver.accelerations(&arm.apart, &effort);
+        for (k, joint) in arm.joints.iter().enumerate() {
+            vector[k] = inertias[k].sqrt() * answer[joint.velocity];
+        }
+        value = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+        vector.iter_mut().for_each(|x| *x /= value.max(f64::MIN_POSITIVE));
+    }
+    value
 }
 
 /// Lowers the maximum speeds at which damping would take more than half of what gravity leaves of the effort, where that is below what a joint
@@ -171,7 +173,7 @@ fn heaviest(poses: &[Pose], v: usize) -> f64 {
     poses.iter().map(|pose| pose.weight[v].abs()).fold(0.0, f64::max)
 }
 
-/// What is left of an effort beside another.
+/// Returns the effort left over when part of the limit is used.
 fn left(most: f64, used: f64) -> f64 {
     (most - used).max(EFFORT_LEFT * most)
 }

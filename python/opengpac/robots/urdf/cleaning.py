@@ -28,9 +28,10 @@ def clean(source: Source) -> dict[str, float]:
         root.remove(element)
     _number_names(source, "link")
     _number_names(source, "joint")
+    links = {link.get("name", "") for link in root.findall("link")}
     speeds = {}
     for joint in root.findall("joint"):
-        speed = _clean_joint(source, joint)
+        speed = _clean_joint(source, joint, links)
         if speed > 0.0:
             speeds[joint.get("name", "")] = speed
     moved = {child.get("link") for joint in root.findall("joint") if joint.get("type") in _MOVING for child in joint.findall("child")}
@@ -59,15 +60,14 @@ def _number_names(source: Source, tag: str) -> None:
         known.add(fresh)
 
 
-def _clean_joint(source: Source, joint: ElementTree.Element) -> float:
-    """Puts a joint right; its maximum speed, 0 without one."""
+def _clean_joint(source: Source, joint: ElementTree.Element, links: set[str]) -> float:
+    """Puts a joint right, and gives its maximum speed, 0 without one. `links` are those of the file."""
     name, kind = joint.get("name", ""), joint.get("type", "")
     if kind not in _KINDS:
         source.refuse(joint, f"joint '{name}' is of type '{kind}'", f"its type is one of {', '.join(_KINDS)}")
     for end in ("parent", "child"):
         link = joint.find(end)
-        known = [other.get("name") for other in source.root.findall("link")]
-        if link is None or link.get("link") not in known:
+        if link is None or link.get("link") not in links:
             found = "none" if link is None else f"'{link.get('link')}'"
             source.refuse(joint, f"the {end} link of joint '{name}' is {found}, which is not in the file", "name one of its links")
     if kind not in _MOVING:
