@@ -2,10 +2,10 @@
 //! The supervisor's side of the guard: two guard processes that are told the same and act alike. While one of them is dead, stands still or is
 //! being replaced, the other one guards, whatever becomes of the supervisor meanwhile.
 use crate::canary;
-use crate::heard::Heard;
 use crate::member::{Member, Tells};
 use crate::messages::WardText;
 use crate::registry::{Registry, Request, Ward, copied};
+use crate::reports::Reports;
 use crate::told::{Found, GuardCommand, GuardError, GuardEvent};
 use crate::watch::Bounds;
 use device::SafeHandle;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// When it is dropped, both processes go on with what has not been forgotten, and end where that is nothing.
 pub struct Guard {
     members: [Member; 2],
-    heard: Arc<Heard>,
+    reports: Arc<Reports>,
 }
 
 /// Only one of two watchers writes beside the guards: a third one would add nothing.
@@ -31,7 +31,7 @@ fn no_descriptor(error: &io::Error) -> GuardError {
     GuardError(format!("no descriptor can be made for the guard: {error}"))
 }
 
-/// How each of the two is started, and found.
+/// Returns the commands that start the two processes, each with its own path.
 fn commands(command: GuardCommand) -> [GuardCommand; 2] {
     let second = command.path.as_ref().map(|path| {
         let mut path = path.clone().into_os_string();
@@ -48,11 +48,11 @@ impl Guard {
     /// # Errors
     /// [`GuardError`]: they cannot be started, or ended at once.
     pub fn start(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<Guard, GuardError> {
-        let heard = Arc::new(Heard::new(Box::new(tell)));
+        let reports = Arc::new(Reports::new(Box::new(tell)));
         let [first, second] = commands(command);
-        let first = Member::start(first, WATCHES[0], says(&heard))?;
-        let second = Member::start(second, WATCHES[1], says(&heard))?;
-        Ok(Guard { members: [first, second], heard })
+        let first = Member::start(first, WATCHES[0], says(&reports))?;
+        let second = Member::start(second, WATCHES[1], says(&reports))?;
+        Ok(Guard { members: [first, second], reports })
     }
 
     /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that is gone. Where one of
@@ -61,20 +61,20 @@ impl Guard {
     /// # Errors
     /// [`GuardError`]: nobody listens there, or what answers is no guard.
     pub fn adopt(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<(Guard, Vec<Found>), GuardError> {
-        let heard = Arc::new(Heard::new(Box::new(tell)));
+        let reports = Arc::new(Reports::new(Box::new(tell)));
         let [first, second] = commands(command);
-        let adopt = |command: &GuardCommand, watches| Member::adopt(command.clone(), watches, says(&heard));
+        let adopt = |command: &GuardCommand, watches| Member::adopt(command.clone(), watches, says(&reports));
         let members = match (adopt(&first, WATCHES[0]), adopt(&second, WATCHES[1])) {
             (Ok(first), Ok(second)) => [first, second],
-            (Ok(first), Err(_)) => [first, Member::start(second, WATCHES[1], says(&heard))?],
-            (Err(_), Ok(second)) => [Member::start(first, WATCHES[0], says(&heard))?, second],
+            (Ok(first), Err(_)) => [first, Member::start(second, WATCHES[1], says(&reports))?],
+            (Err(_), Ok(second)) => [Member::start(first, WATCHES[0], says(&reports))?, second],
             (Err(why), Err(_)) => return Err(why),
         };
         let [first, second] = &members;
         tell_unknown(first, second)?;
         tell_unknown(second, first)?;
         let found = first.registered(Registry::found).map_err(|error| no_descriptor(&error))?;
-        Ok((Guard { members, heard }, found))
+        Ok((Guard { members, reports }, found))
     }
 
     /// Guards a process from now on, under a number of the caller's. `heartbeat`: it counts as lost too when that stands still for its bounds,
@@ -99,7 +99,7 @@ impl Guard {
 
     fn add(&self, ward: u64, name: &str, process: OwnedFd, heartbeat: Option<(Heartbeat, Bounds)>, is_spared: bool) -> Result<(), GuardError> {
         let text = WardText { ward, name: name.to_owned(), bounds: heartbeat.as_ref().map(|(_, bounds)| *bounds), is_spared };
-        self.heard.begin(ward);
+        self.reports.begin(ward);
         self.request(|registry| {
             let copy = |heart: &Heartbeat| heart.descriptor().and_then(Heartbeat::received);
             let process = process.try_clone().map_err(|error| no_descriptor(&error).0)?;
@@ -162,9 +162,9 @@ impl Guard {
     }
 }
 
-fn says(heard: &Arc<Heard>) -> Tells {
-    let heard = heard.clone();
-    Box::new(move |event| heard.hear(event))
+fn says(reports: &Arc<Reports>) -> Tells {
+    let reports = reports.clone();
+    Box::new(move |event| reports.hear(event))
 }
 
 /// Tells a guard what the other one guards and it does not: one of two may have been told less before their supervisor was gone.

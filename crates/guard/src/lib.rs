@@ -14,10 +14,10 @@
 pub mod canary;
 mod guard;
 mod handles;
-mod heard;
 mod member;
 mod messages;
 mod registry;
+mod reports;
 mod rights;
 pub mod serve;
 mod starting;

@@ -13,11 +13,11 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How often a guard that died may be started again.
+/// Limit on restarting a guard that died: a number of restarts within a time.
 const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
 /// The number of what another guard is told of its own accord; requests of callers begin behind it.
 const HANDED_OVER: u64 = 0;
-/// How long a guard with nothing to guard may take to end.
+/// Maximum time that a guard with nothing to guard may take to end.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// Whom what happens is told to.
@@ -26,7 +26,7 @@ pub(crate) type Tells = Box<dyn Fn(GuardEvent) + Send + Sync>;
 /// A guard process of this supervisor. When it is dropped, the process goes on with what has not been forgotten, and ends where that is nothing.
 pub(crate) struct Member {
     shared: Arc<Shared>,
-    /// Who hears the guard, and the watcher.
+    /// The thread that receives from the guard, and the watcher's.
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -47,22 +47,22 @@ struct State {
     /// Requests that wait for an answer, and those that have one.
     requests: Vec<(u64, Option<Result<(), String>>)>,
     restarts: Restarts,
-    /// What a guard that was started again has not answered yet.
+    /// The handover to a restarted guard, until it has answered all of it.
     handover: Option<Handover>,
     /// Why there is no guard any more.
     gone: Option<String>,
     is_closing: bool,
 }
 
-/// What another guard was told. Until it has answered all of it, what is registered is guarded by the watcher alone.
+/// A handover of all registrations to a restarted guard. Until the guard has answered all of it, the watcher alone guards them.
 struct Handover {
-    /// How the last guard ended.
+    /// The reason that the previous guard ended.
     how: String,
     /// Answers that have not come yet, its greeting among them.
     awaited: usize,
     /// Requests up to this one are answered by the registrations.
     last_request: u64,
-    /// What it could not take.
+    /// The registrations that it refused.
     refused: Vec<String>,
 }
 
@@ -130,7 +130,7 @@ impl Member {
         see(&self.shared.state().registry)
     }
 
-    /// What the hearts of this guard and of the supervisor's watcher say.
+    /// Returns the heartbeats of this guard and of the supervisor's watcher.
     pub fn hearts(&self) -> &Hearts {
         &self.shared.watcher.hearts
     }

@@ -5,8 +5,8 @@ use process_kit::now_ns;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
 
-/// What two guards say, as one.
-pub(crate) struct Heard {
+/// Merges the reports of the two guards: each event is passed on once.
+pub(crate) struct Reports {
     state: Mutex<State>,
     tell: Box<dyn Fn(GuardEvent) + Send + Sync>,
 }
@@ -27,9 +27,9 @@ struct Spared {
     went_on_ns: i64,
 }
 
-impl Heard {
-    pub fn new(tell: Box<dyn Fn(GuardEvent) + Send + Sync>) -> Heard {
-        Heard { state: Mutex::default(), tell }
+impl Reports {
+    pub fn new(tell: Box<dyn Fn(GuardEvent) + Send + Sync>) -> Reports {
+        Reports { state: Mutex::default(), tell }
     }
 
     /// One of the guards says something. It is told where the other one has not said it.

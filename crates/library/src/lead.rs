@@ -9,7 +9,7 @@ use crate::online::{State, towards};
 use crate::profile::Limits;
 use crate::reference::Led;
 
-/// How far a servo that brakes by itself has led its joint beyond the last set-point, and how it moves there.
+/// The state of a servo that brakes by itself: its distance beyond the last set-point, and the motion there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Braking {
     pub distance: f64,
@@ -31,13 +31,13 @@ impl Braking {
     }
 }
 
-/// What leads a reference.
+/// The source of the set-points that a reference follows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lead {
     /// The last set-point, as it was stored, and when.
     seen: f64,
     seen_ns: i64,
-    /// Where it leads to now.
+    /// The set-point in force, with its speed and acceleration.
     now: State,
     /// Invocations until the next set-point is due.
     left: u32,
@@ -85,7 +85,7 @@ impl Lead {
         Next { position: self.now.position, is_return }
     }
 
-    /// What a motion that takes over has to know.
+    /// Returns the state from which a motion that takes over begins.
     pub fn braking(&self) -> Braking {
         match self.braked_ns {
             Some(time_ns) => Braking { distance: self.now.position - self.seen, velocity: self.now.velocity, acceleration: self.now.acceleration, time_ns },

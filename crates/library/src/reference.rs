@@ -94,7 +94,7 @@ pub struct Approach {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Led {
     pub setpoint: f64,
-    /// How fast the set-point moves, how that changes, and when it was stored, ns; 0 where it does not say so.
+    /// Speed and acceleration of the set-point, and the time at which it was stored, ns; 0 if it declares none.
     pub velocity: f64,
     pub acceleration: f64,
     pub time_ns: i64,
@@ -121,7 +121,7 @@ pub struct Approached {
     pub limited: bool,
     /// Time of one cycle, s; 0 in the first.
     pub span_s: f64,
-    /// How far it has braked beyond the last set-point, where no new one came in its time.
+    /// Distance and motion beyond the last set-point, if the servo brakes because no new one came in its time.
     pub braking: Braking,
 }
 

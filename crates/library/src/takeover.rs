@@ -24,7 +24,7 @@ pub struct Last<'a> {
     pub acceleration: &'a [f64],
     /// When they were stored, ns of the system's clock.
     pub time_ns: &'a [i64],
-    /// How their servos brake those that nobody leads any more, as [`Braking`] has it.
+    /// State of the servos that brake joints without a generator, in the layout of [`Braking`].
     pub braking: &'a [[f64; 4]],
 }
 
@@ -60,7 +60,7 @@ impl Last<'_> {
         Some(Begun { motion: Motion::of(&states[..self.position.len()]), ahead_s })
     }
 
-    /// Whether a joint moves, or has come to rest elsewhere than at its last set-point.
+    /// Returns whether a joint moves, or rests away from its last set-point.
     pub fn is_moving(&self, now_ns: i64, cycle_s: f64) -> bool {
         (0..self.position.len()).any(|i| !self.state(i, now_ns, cycle_s).is_at_rest() || (self.is_braking(i) && self.braking[i][0] != 0.0))
     }
@@ -219,7 +219,7 @@ mod tests {
             assert!((begun.ahead_s - ahead_s).abs() < 1e-12, "{} s", begun.ahead_s);
         }
         let rests = Last { braking: &[[0.25, 0.0, 0.0, 1e8]], ..last(&80_000_000) };
-        assert!(rests.is_moving(at, 0.02), "the next one begins elsewhere than at the last set-point");
+        assert!(rests.is_moving(at, 0.02), "the next motion does not begin at the last set-point");
         assert_eq!(rests.begin(i64::MAX, 0.02).expect("finite").motion.state(0), State { position: 1.25, ..State::default() });
         let newer = Last { braking: &braking, ..last(&110_000_000) }.begin(112_000_000, 0.02).expect("finite");
         assert_eq!(newer.motion.state(0).position, 1.0, "a newer set-point leads");

@@ -21,11 +21,11 @@ pub(crate) struct Values {
 struct Channel {
     id: ChannelId,
     value_type: Type,
-    held: Option<Held>,
+    held: Option<HeldValue>,
 }
 
 /// A value that no block stored and that the clock has not passed yet.
-struct Held {
+struct HeldValue {
     time_ns: i64,
     number: u64,
     bytes: Vec<u8>,
@@ -72,7 +72,7 @@ impl Channel {
             if run.by_block[index] {
                 self.put(page, *time_ns, *number, bytes);
             } else {
-                self.held = Some(Held { time_ns: *time_ns, number: *number, bytes: bytes.to_vec() });
+                self.held = Some(HeldValue { time_ns: *time_ns, number: *number, bytes: bytes.to_vec() });
             }
         }
     }

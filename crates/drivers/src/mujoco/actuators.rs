@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the actuators of a model say of its joints: the greatest effort, and the greatest speed.
+//! The effort and speed limits that the actuators of a model give its joints.
 use super::model::Fields;
 use device::UNLIMITED;
 
@@ -8,7 +8,7 @@ const TRANSMISSION_JOINT_IN_PARENT: i32 = 1;
 /// Columns of `actuator_gear` and of `actuator_gainprm`.
 const GEAR_COLUMNS: usize = 6;
 
-/// For each joint: the greatest effort of its actuators together, `None` without one.
+/// Returns the effort limit of each joint, the sum over its actuators; `None` for a joint without one.
 pub(super) fn efforts(fields: &Fields, joints: usize) -> Vec<Option<f64>> {
     let (kind, target, gear) = (fields.ints("actuator_trntype"), fields.ints("actuator_trnid"), fields.reals("actuator_gear"));
     let (force_limited, force) = (fields.flags("actuator_forcelimited"), fields.reals("actuator_forcerange"));
@@ -42,7 +42,7 @@ pub(super) fn efforts(fields: &Fields, joints: usize) -> Vec<Option<f64>> {
     efforts
 }
 
-/// For each joint: the greatest speed that the input of a velocity actuator can ask for.
+/// Returns the speed limit of each joint: the fastest that the input range of a velocity actuator allows.
 pub(super) fn speeds(fields: &Fields, joints: usize) -> Vec<f64> {
     let (kind, target, gear) = (fields.ints("actuator_trntype"), fields.ints("actuator_trnid"), fields.reals("actuator_gear"));
     let (limited, input) = (fields.flags("actuator_ctrllimited"), fields.reals("actuator_ctrlrange"));

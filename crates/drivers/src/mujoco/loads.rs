@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What acts on the plant in one time step: efforts of the drives and brakes, and the push at the tool.
+//! The loads on the plant in one time step: efforts of the drives and brakes, and the push at the tool.
 use super::model::Tool;
 use super::plant::Plant;
 
@@ -89,7 +89,7 @@ impl Plant {
         self.forces[place + 3..place + 6].copy_from_slice(&torque);
     }
 
-    /// Where a point of the tool's body is in the world.
+    /// Returns the world coordinates of a point of the tool's body.
     fn world(&self, tool: &Tool, point_m: &[f64; 3]) -> [f64; 3] {
         let (mut place, mut turn, upright) = ([0.0; 3], [0.0; 9], [1.0, 0.0, 0.0, 0.0]);
         // SAFETY: the body is one of this model, and the arrays have the sizes of the header.

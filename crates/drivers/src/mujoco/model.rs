@@ -49,7 +49,7 @@ pub(super) struct Joint {
 }
 
 impl Joint {
-    /// What the driver says of it.
+    /// Describes the joint as the driver does to the programs that use it.
     pub fn about(&self) -> Value {
         let mut about = json!(self.part);
         about["decoupled"] = json!(self.decoupled);

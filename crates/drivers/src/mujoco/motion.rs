@@ -3,7 +3,7 @@
 use super::functions::{Data, MuJoCo};
 use super::model::Arm;
 
-/// One configuration of a model and MuJoCo's working memory for it, freed when dropped.
+/// A configuration of a model with MuJoCo's working memory for it, freed when dropped.
 pub(super) struct Motion(*mut Data, &'static MuJoCo);
 
 // SAFETY: the data is owned by this value; MuJoCo keeps nothing about it for a thread.

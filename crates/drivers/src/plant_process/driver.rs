@@ -19,7 +19,7 @@ const END: Duration = Duration::from_secs(5);
 /// Readings of this part of their greatest age are late.
 const LATE: i64 = 8;
 
-/// How long may pass before it is lost, ns.
+/// Times after which the process counts as lost, ns.
 pub(super) struct Bounds {
     /// Without a step of the process.
     pub(super) silent_ns: i64,

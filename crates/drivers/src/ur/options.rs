@@ -5,7 +5,7 @@ use device::{Kind, OptionWord};
 use serde::Deserialize;
 
 pub(super) const WAIT_NS: i64 = 10_000_000_000;
-/// Where the arm is to be powered on too.
+/// Default of the same with `power_on`.
 const WAIT_FOR_POWER_NS: i64 = 70_000_000_000;
 pub(super) const SILENCE_NS: i64 = 100_000_000;
 const TIMEOUT_NS: i64 = 40_000_000;
@@ -71,7 +71,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// How long it may take until the arm follows, ns.
+    /// Returns the maximum time until the arm follows, ns.
     pub(super) fn wait_ns(&self) -> i64 {
         self.wait_ns.unwrap_or(if self.power_on { WAIT_FOR_POWER_NS } else { WAIT_NS })
     }

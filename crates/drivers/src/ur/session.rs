@@ -223,7 +223,7 @@ impl Session {
     }
 }
 
-/// How long it is until then; a little where that is over, as sockets take no time of 0.
+/// Returns the time left until a deadline, at least 1 ms: sockets take no timeout of 0.
 fn left(deadline: Instant) -> Duration {
     deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1))
 }
