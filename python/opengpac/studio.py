@@ -138,6 +138,10 @@ def _has_screen() -> bool:
 # ---- opengpac studio PROGRAM.py
 
 
+# Python notes a signal that arrives just before a sleep begins, and acts on it when that sleep ends. So no sleep may be long.
+_SLICE_S = 0.2
+
+
 class _Shown(programs.Watcher):
     """Serves the page of every system of the program."""
 
@@ -163,7 +167,7 @@ class _Shown(programs.Watcher):
         if not system.closed:
             print(f"'{self.program}' is through with system '{system.name}', which goes on; Ctrl-C ends it", flush=True)
             while True:
-                time.sleep(3600)
+                time.sleep(_SLICE_S)
 
 
 def add_to(commands: Any) -> None:

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import argparse
 import signal
 import socket
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -14,7 +16,7 @@ import pytest
 import opengpac as gpac
 from browser import Browser
 from daemons import Daemon, environment
-from opengpac import _native
+from opengpac import _native, studio
 
 PROGRAM = """
 import sys
@@ -59,6 +61,21 @@ def test_a_program_goes_on_with_its_page_until_it_is_ended(page: Path, tmp_path:
     assert ended == (0, "")
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection((browser.host, browser.port))
+
+
+def test_no_sleep_of_ours_delays_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python acts on a signal that arrives just before a sleep when that sleep is over: it must be a short one."""
+    slept: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        slept.append(seconds)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(time, "sleep", sleep)
+    shown = studio._Shown(argparse.Namespace(port=0, role="operate", edit=False, page=None, no_browser=True, program="line.py"))
+    with gpac.System("line", clock="virtual") as cell, pytest.raises(KeyboardInterrupt):
+        shown.left(cell)
+    assert len(slept) == 1 and slept[0] <= 0.5
 
 
 def test_a_program_that_fails_ends_its_page(page: Path, tmp_path: Path) -> None:
