@@ -1,7 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The clock of the control interface.
+use std::sync::LazyLock;
+use std::time::Instant;
+
+/// Where the clock that clients are told begins. Random, so that a time of another run is no time of this one.
+static BEGUN: LazyLock<(Instant, u64)> = LazyLock::new(|| (now(), u64::from(getrandom::u32().unwrap_or(1 << 31)) + (1 << 32)));
 
 /// What time it is, by the clock of the runtime: a test may let that stand still.
-pub(crate) fn now() -> std::time::Instant {
+pub(crate) fn now() -> Instant {
     tokio::time::Instant::now().into_std()
+}
+
+/// The time that clients are told by the heartbeat of a stream, ms.
+pub(crate) fn told_ms() -> u64 {
+    let (begun, offset_ms) = *BEGUN;
+    offset_ms + u64::try_from(now().duration_since(begun).as_millis()).expect("less than 500 million years")
 }

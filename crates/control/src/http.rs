@@ -10,10 +10,11 @@ use crate::caller::{Caller, Peer};
 use crate::calls::{self, Call};
 use crate::clock::now;
 use crate::failure::Failure;
+use crate::freshness;
 use crate::lanes::{BRIEF, Entered, Lane};
 use crate::leaving::leaving;
 use crate::presence::{present, shut_out};
-use crate::requests;
+use crate::requests::{self, Asked};
 use crate::service::{Presence, Service};
 use crate::slots::Slot;
 use crate::stream;
@@ -132,13 +133,14 @@ async fn call(
     let Some(call) = calls::find(&name) else {
         return Err(Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "see docs/control.md"));
     };
+    let as_of_ms = freshness::as_of_ms(&headers)?;
     let entered = service.lanes.enter(Lane::of(call), &caller)?;
     let (given, room) = roomy(&service, &caller, given, calls::body_max(call)).await?;
     if call.stops {
         let begun = entered.run({
             let (service, caller, presence) = (service.clone(), caller.clone(), presence.clone());
             // Nothing is waited for. Naming what it is about, and entering it into the log, go first too.
-            move || supervisor::first(|| begin(&service, call, &given, &caller, presence.as_deref(), Duration::ZERO))
+            move || supervisor::first(|| begin(&service, call, (&given, None), &caller, presence.as_deref(), Duration::ZERO))
         });
         let begun = begun.await?;
         // Where there is no room for the wait, the caller goes on with it.
@@ -146,13 +148,13 @@ async fn call(
         return ended(&service, &caller, presence, begun, waits, Role::Operate).await;
     }
     if call.lasts && call.brief {
-        let begun = entered.begin(|| begin(&service, call, &given, &caller, presence.as_deref(), BRIEF))?;
+        let begun = entered.begin(|| begin(&service, call, (&given, as_of_ms), &caller, presence.as_deref(), BRIEF))?;
         drop((given, room));
         return ended(&service, &caller, presence, begun, Some(entered), call.role).await;
     }
     let (here, by) = (service.clone(), caller.clone());
     let answer = entered.run(move || {
-        let asked = requests::asked(&given, call.lasts)?;
+        let asked = Asked { as_of_ms, ..requests::asked(&given, call.lasts)? };
         drop((given, room));
         text(&here.call(call, asked, &by, presence.as_deref())?)
     });
@@ -171,9 +173,16 @@ impl Begun {
     }
 }
 
-/// Makes a call here and now, and waits for its end `within` that time at the most.
-fn begin(service: &Arc<Service>, call: &Call, given: &[u8], caller: &Caller, presence: Option<&Presence>, within: Duration) -> Result<Begun, Failure> {
-    let mut asked = requests::asked(given, call.lasts)?;
+/// Makes a call here and now, and waits for its end `within` that time at the most. `given`: its body, and when it was given.
+fn begin(
+    service: &Arc<Service>,
+    call: &Call,
+    (given, as_of_ms): (&[u8], Option<u64>),
+    caller: &Caller,
+    presence: Option<&Presence>,
+    within: Duration,
+) -> Result<Begun, Failure> {
+    let mut asked = Asked { as_of_ms, ..requests::asked(given, call.lasts)? };
     let left = asked.slice.saturating_sub(within);
     asked.slice -= left;
     Ok(Begun { answer: service.call(call, asked, caller, presence)?, left })

@@ -12,6 +12,7 @@ mod code;
 mod definitions;
 mod failure;
 mod files;
+mod freshness;
 mod http;
 mod inside;
 pub mod journal;

@@ -9,6 +9,7 @@ use crate::journal::ledger::Kept;
 use crate::journal::lines::{By, Line, Subject};
 use crate::journal::{Journal, needed};
 use crate::service::Service;
+use crate::sessions::Sessions;
 use api::Answered;
 use model::refusal::{Class, Refusal, Refusals};
 use serde_json::{Map, Value as Json, json};
@@ -240,13 +241,16 @@ impl Player<'_> {
             ("create", Some(Subject::Instance(number))) => {
                 let instance = result.as_u64().unwrap_or_default();
                 self.instances.insert(*number, instance);
-                self.own(by, instance);
+                self.owned(by, instance, |sessions| sessions.make(&by.session, instance));
             }
-            ("start", Some(Subject::Instance(number))) => self.own(by, self.instances.get(number).copied().unwrap_or_default()),
+            ("start", Some(Subject::Instance(number))) => {
+                let instance = self.instances.get(number).copied().unwrap_or_default();
+                self.owned(by, instance, |sessions| drop(sessions.own(&by.session, instance)));
+            }
             ("enable", Some(Subject::Device(device))) => {
                 let instance = result.as_u64().unwrap_or_default();
                 self.devices.insert(device.clone(), instance);
-                self.own(by, instance);
+                self.owned(by, instance, |sessions| drop(sessions.own(&by.session, instance)));
                 return self.enabled(device);
             }
             _ => {}
@@ -254,10 +258,11 @@ impl Player<'_> {
         Ok(())
     }
 
-    fn own(&self, by: &By, instance: u64) {
+    /// Restores the session of a line, where it names one, and gives it the instance.
+    fn owned(&self, by: &By, instance: u64, give: impl FnOnce(&Sessions)) {
         if !by.session.is_empty() && instance > 0 {
             self.service.sessions.restore(&by.session, &caller(by), Instant::now());
-            self.service.sessions.own(&by.session, instance);
+            give(&self.service.sessions);
         }
     }
 

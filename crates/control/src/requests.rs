@@ -17,6 +17,8 @@ pub struct Asked {
     pub arguments: Map<String, Json>,
     /// How long the request may last.
     pub slice: Duration,
+    /// The time of the daemon at which it was given, ms. None: its client does not say.
+    pub as_of_ms: Option<u64>,
 }
 
 /// The body of a call: a JSON object, or nothing; `slice_ms` (1 to 1,000) is of the request, not of the call.
@@ -30,7 +32,7 @@ pub fn asked(body: &[u8], lasts: bool) -> Result<Asked, Failure> {
         },
         Some(_) => return Err(wrong("this call does not last and has no slice_ms".to_owned(), "leave it out")),
     };
-    Ok(Asked { arguments, slice })
+    Ok(Asked { arguments, slice, as_of_ms: None })
 }
 
 /// A body of some form; an empty one is `{}`.

@@ -7,6 +7,7 @@ use crate::clock::now;
 use crate::code::Named;
 use crate::failure::Failure;
 use crate::files::Files;
+use crate::freshness;
 use crate::journal::Journal;
 use crate::journal::lines::By;
 use crate::lanes::Lanes;
@@ -91,6 +92,7 @@ impl Service {
             _ if call.free => Ok(()),
             _ => self.sessions.require_command(presence.map(|p| p.name.as_str())),
         });
+        let allowed = allowed.and_then(|()| if role == Role::Observe || call.stops { Ok(()) } else { freshness::check(call.name, asked.as_of_ms) });
         let result = self.audited(&act, role, || allowed.and_then(|()| self.kept(call, asked, caller, presence)));
         if commands.is_some() {
             self.log(&act, result.as_ref().err());
@@ -161,7 +163,7 @@ impl Service {
         let answered = api::perform(&self.system, &asked_text(asked), asked.slice, |instance, start| {
             made = Some(instance);
             if let Some(presence) = presence {
-                self.sessions.own(&presence.name, instance);
+                self.sessions.make(&presence.name, instance);
             }
             let Some(journal) = &self.journal else { return start() };
             let by = || By::of(caller, presence.map_or("", |p| &p.name));
@@ -203,7 +205,7 @@ impl Service {
         let (name, arguments) = (with["call"].as_str().unwrap_or(""), with["arguments"].as_object().cloned().unwrap_or_default());
         let call = calls::find(name).ok_or_else(|| Failure::new(Class::CallError, format!("there is no call '{name}'"), "please report it"))?;
         // Nothing that goes on names a file or code: that was resolved when it began.
-        self.make(call, Asked { arguments, slice }, Role::Observe, presence)
+        self.make(call, Asked { arguments, slice, as_of_ms: None }, Role::Observe, presence)
     }
 
     /// Resolves files and refuses code in the options and arguments of drivers: see [`Files::resolve`].
@@ -235,11 +237,13 @@ impl Service {
             crate::records::place(self.records.as_deref(), &self.trust, call.name, &mut asked.arguments)?;
         }
         // Before the start, so that an end which comes at once has its owner.
-        if let (Some(presence), "start", Some(instance)) = (presence, call.name, instance) {
-            self.sessions.own(&presence.name, instance);
+        let starts = (call.name == "start").then_some(instance).flatten().zip(presence);
+        let before = starts.and_then(|(instance, presence)| self.sessions.own(&presence.name, instance));
+        let answered = api::begin(&self.system, call.name, &asked_text(&asked), asked.slice);
+        if let (Err(_), Some((instance, _))) = (&answered, starts) {
+            self.sessions.give_back_to(before.as_deref(), instance);
         }
-        let answered = api::begin(&self.system, call.name, &asked_text(&asked), asked.slice)?;
-        Ok(self.answer(call, answered, instance, presence))
+        Ok(self.answer(call, answered?, instance, presence))
     }
 
     fn answer(&self, call: &Call, answered: Answered, instance: Option<u64>, presence: Option<&Presence>) -> Json {
@@ -265,11 +269,11 @@ impl Service {
     /// Updates the owners of instances after a call, and what its session knows of them.
     fn follow(&self, call: &Call, result: &Json, instance: Option<u64>, name: &str) {
         match (call.name, instance) {
-            ("create" | "enable", _) => {
-                if let Some(made) = result.as_u64().filter(|made| *made > 0) {
-                    self.sessions.own(name, made);
-                }
-            }
+            ("create" | "enable", _) => match result.as_u64().filter(|made| *made > 0) {
+                Some(made) if call.name == "create" => self.sessions.make(name, made),
+                Some(servo) => drop(self.sessions.own(name, servo)),
+                None => {}
+            },
             ("perform" | "performed", Some(instance)) => {
                 self.drain();
                 self.sessions.told(name, instance);
@@ -300,7 +304,7 @@ impl Service {
         }
     }
 
-    /// Looks after sessions: who is lost is cut off, and instances of lost sessions that have ended are deleted.
+    /// Looks after sessions: who is lost is cut off, and instances that lost sessions have made are deleted when they have ended.
     pub fn look_after(&self, now: Instant) {
         self.drain();
         for (name, instances) in self.sessions.lose(now) {
@@ -311,11 +315,11 @@ impl Service {
             let _said = self.audit.write(&act, outcome);
         }
         self.drain();
-        for instance in self.sessions.orphans() {
+        for (instance, goes) in self.sessions.orphans() {
             let state = self.system.state(instance);
             // One that has ended since the last look has a report by now, which is kept only as long as it has an owner.
             self.drain();
-            if state == "deleted" || (matches!(state, "created" | "ended") && self.system.delete(instance).is_ok()) {
+            if state == "deleted" || (goes && matches!(state, "created" | "ended") && self.system.delete(instance).is_ok()) {
                 self.sessions.disown(instance);
                 if let Some(journal) = &self.journal {
                     journal.deleted(&self.system, instance);

@@ -56,7 +56,10 @@ struct Session {
 struct State {
     by_name: IndexMap<String, Session>,
     command: Command,
+    /// The session that started an instance last, or else made it.
     owners: HashMap<u64, String>,
+    /// The session that made an instance. An instance of the program has none.
+    makers: HashMap<u64, String>,
     /// Number of the next end report to be looked at.
     next_end: u64,
 }
@@ -119,8 +122,29 @@ impl State {
             return Err(Failure::new(Class::LimitExceeded, full, "close one").again_in(5));
         };
         self.by_name.shift_remove(&name);
-        self.owners.retain(|_, owner| *owner != name);
+        self.release_all(&name);
         Ok(())
+    }
+
+    /// Leaves the instances of a session without maker and owner.
+    fn release_all(&mut self, name: &str) {
+        self.owners.retain(|_, owner| owner != name);
+        self.makers.retain(|_, maker| maker != name);
+    }
+
+    /// Makes a session, or nobody, the owner of an instance. Returns its owner before.
+    fn pass(&mut self, instance: u64, to: Option<&str>) -> Option<String> {
+        let before = match to {
+            Some(name) => self.owners.insert(instance, name.to_owned()),
+            None => self.owners.remove(&instance),
+        };
+        if let Some(session) = before.as_ref().and_then(|name| self.by_name.get_mut(name)) {
+            session.instances.remove(&instance);
+        }
+        if let Some(session) = to.and_then(|name| self.by_name.get_mut(name)) {
+            session.instances.insert(instance);
+        }
+        before
     }
 }
 
@@ -210,7 +234,7 @@ impl Sessions {
         let mut state = self.locked();
         let name = state.of_id(id).map(|(name, _)| name.clone()).ok_or_else(ended)?;
         state.by_name.shift_remove(&name);
-        state.owners.retain(|_, owner| *owner != name);
+        state.release_all(&name);
         state.leave(&name, "was closed");
         Ok(name)
     }
@@ -251,32 +275,40 @@ impl Sessions {
         lost
     }
 
-    /// Instances of sessions that are lost.
-    pub fn orphans(&self) -> Vec<u64> {
-        self.locked().by_name.values().filter(|session| !session.alive).flat_map(|session| session.instances.iter().copied()).collect()
+    /// Instances that lost sessions have made or started. True for those to be deleted once they have ended: a lost session made it, and
+    /// no session that is alive has started it since.
+    pub fn orphans(&self) -> Vec<(u64, bool)> {
+        let state = self.locked();
+        let is = |name: Option<&String>, alive: bool| name.and_then(|name| state.by_name.get(name)).is_some_and(|session| session.alive == alive);
+        let known: BTreeSet<u64> = state.owners.keys().chain(state.makers.keys()).copied().collect();
+        let judged = known.into_iter().map(|instance| (instance, state.makers.get(&instance), state.owners.get(&instance)));
+        let of_lost = judged.filter(|(_, maker, owner)| is(*maker, false) || is(*owner, false));
+        of_lost.map(|(instance, maker, owner)| (instance, is(maker, false) && !is(owner, true))).collect()
     }
 
-    /// An instance belongs to a session: its end is told there, and it follows its policy when that is lost.
-    pub fn own(&self, name: &str, instance: u64) {
+    /// A session has made an instance: it owns it, and the instance is deleted with it.
+    pub fn make(&self, name: &str, instance: u64) {
         let mut state = self.locked();
-        if let Some(before) = state.owners.insert(instance, name.to_owned())
-            && before != name
-            && let Some(session) = state.by_name.get_mut(&before)
-        {
-            session.instances.remove(&instance);
-        }
-        if let Some(session) = state.by_name.get_mut(name) {
-            session.instances.insert(instance);
-        }
+        state.makers.insert(instance, name.to_owned());
+        state.pass(instance, Some(name));
+    }
+
+    /// A session starts an instance, whoever has made it: its end is told there, and it follows its policy when that is lost. Returns the
+    /// owner before.
+    pub fn own(&self, name: &str, instance: u64) -> Option<String> {
+        self.locked().pass(instance, Some(name))
+    }
+
+    /// A start was refused: the instance stays with its owner before.
+    pub fn give_back_to(&self, before: Option<&str>, instance: u64) {
+        self.locked().pass(instance, before);
     }
 
     /// The instance is deleted.
     pub fn disown(&self, instance: u64) {
         let mut state = self.locked();
-        let owner = state.owners.remove(&instance);
-        if let Some(session) = owner.and_then(|name| state.by_name.get_mut(&name)) {
-            session.instances.remove(&instance);
-        }
+        state.makers.remove(&instance);
+        state.pass(instance, None);
     }
 
     /// From which number on end reports have not been looked at.

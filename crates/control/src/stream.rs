@@ -2,6 +2,7 @@
 //! The stream: a WebSocket that carries values, statistics, the log and end reports to who subscribes. A slow reader loses frames, never holds
 //! anybody up, and is told how many.
 use crate::caller::{Caller, Pass};
+use crate::clock::told_ms;
 use crate::failure::Failure;
 use crate::lanes::Lane;
 use crate::presence::{Held, present, shut_out};
@@ -37,6 +38,8 @@ const ENTRIES_MAX: usize = 256;
 /// How often a silent reader is asked whether it is there, and how long a frame may take to leave.
 const PING: Duration = Duration::from_secs(5);
 const LEAVE_MAX: Duration = Duration::from_secs(10);
+/// How often a stream with a heartbeat tells the time: a client that hears none for longer knows that nothing reaches it.
+const BEAT: Duration = Duration::from_millis(250);
 /// Frames of a client in one second, pings among them: more than any program or page sends.
 const FRAMES_EACH_SECOND: u32 = 256;
 /// The code with which a stream is closed whose client sends more.
@@ -45,11 +48,12 @@ const TOO_MANY: u16 = 1008;
 const SHUT_OUT: u16 = 4401;
 const PARTING_MAX: Duration = Duration::from_millis(500);
 
-/// `?hold=true`: where the stream breaks, its session is lost.
+/// `?hold=true`: where the stream breaks, its session is lost. `?beat=true`: it has a heartbeat.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct Options {
     hold: bool,
+    beat: bool,
 }
 
 pub(crate) async fn open(
@@ -63,7 +67,7 @@ pub(crate) async fn open(
 ) -> Response {
     let opened = || -> Result<Response, Failure> {
         let presence = present(&service, &headers, &caller)?;
-        let Query(options) = query.map_err(|why| Failure::new(Class::CallError, why.body_text(), "write ?hold=true or nothing"))?;
+        let Query(options) = query.map_err(|why| Failure::new(Class::CallError, why.body_text(), "write ?hold=true, ?beat=true, both or nothing"))?;
         let upgrade = upgrade.map_err(|why| Failure::new(Class::CallError, why.body_text(), "the stream is a WebSocket"))?;
         let held = match (options.hold, presence) {
             (true, Some(presence)) => Some(Held::new(service.clone(), presence.id.clone())),
@@ -73,7 +77,7 @@ pub(crate) async fn open(
             (false, _) => None,
         };
         Ok(upgrade.protocols([PROTOCOL]).max_message_size(FRAME_MAX).max_frame_size(FRAME_MAX).on_upgrade(move |socket| async move {
-            Stream { service, caller, pass }.serve(socket, held).await;
+            Stream { service, caller, pass, beats: options.beat }.serve(socket, held).await;
             // It has the slot of the connection that it was before.
             drop(slot);
         }))
@@ -132,6 +136,8 @@ struct Stream {
     service: Arc<Service>,
     caller: Caller,
     pass: Pass,
+    /// Whether it has a heartbeat.
+    beats: bool,
 }
 
 impl Stream {
@@ -156,10 +162,13 @@ impl Stream {
     async fn carry(&self, socket: &mut WebSocket, held: &mut Option<Held>, subscriptions: &mut Subscriptions) -> Option<CloseFrame> {
         let (sender, mut frames): (Sender<Frame>, Receiver<Frame>) = channel(FRAMES_MAX);
         let mut ping = tokio::time::interval(PING);
+        let mut beat = tokio::time::interval(BEAT);
+        beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut pace = Pace::new();
         loop {
             let leaving = tokio::select! {
                 Some(frame) = frames.recv() => Some(frame.message()),
+                _ = beat.tick(), if self.beats => Some(Frame::text(Told { beat: Some(told_ms()), ..Told::default() }).message()),
                 _ = ping.tick() => Some((Message::Ping(Vec::new().into()), None)),
                 received = socket.recv() => {
                     let Some(Ok(received)) = received else { return None };

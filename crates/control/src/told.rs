@@ -13,6 +13,9 @@ pub(crate) struct Told {
     /// The subscription, as its client named it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
+    /// The heartbeat of a stream opened with `?beat=true`: what the daemon's clock says, ms. `OpenGPAC-As-Of` counts from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beat: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub svvs: Option<Snapshot>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -86,6 +86,7 @@ export class Control implements Source {
     await this.session.open();
     const done = await this.#sure(() => this.command.with(() => call<Orders[N][1]>(this.#asker, name, args, signal)));
     if (name === "start") this.started.add((args as Orders["start"][0]).instance);
+    if (name === "create") this.started.make(done as Orders["create"][1]);
     return done;
   }
 

@@ -2105,6 +2105,8 @@ export interface StoredFile {
 export interface StreamAnswer {
   /** The subscription, as its client named it. */
   id?: string | null;
+  /** The heartbeat of a stream opened with `?beat=true`: what the daemon's clock says, ms. `OpenGPAC-As-Of` counts from it. */
+  beat?: number | null;
   svvs?: Snapshot | null;
   statistics?: Statistics | null;
   installed?: Installed | null;

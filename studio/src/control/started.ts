@@ -1,21 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Statistics } from "./shapes";
 
-/** The verb instances that this page has started. */
+/** The verb instances that this page has started, and those among them that it has made. */
 export class Started {
   readonly #instances = new Set<number>();
+  readonly #made = new Set<number>();
 
   add(instance: number): void {
     this.#instances.add(instance);
   }
 
-  /** Of another run of the system nothing was started by this page. */
-  forget(): void {
-    this.#instances.clear();
+  make(instance: number): void {
+    this.#made.add(instance);
   }
 
-  has(instance: number): boolean {
-    return this.#instances.has(instance);
+  /** Forgets all of them: they are of another run of the system. */
+  forget(): void {
+    this.#instances.clear();
+    this.#made.clear();
+  }
+
+  /** Whether this page made the instance: it may delete it. An instance of the program, or of another page, is left alone. */
+  made(instance: number): boolean {
+    return this.#made.has(instance);
   }
 
   /** Whether one of them runs or is suspended. */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A system that is served: sessions, command, calls, waits, and a programming system that is gone.
 use crate::rig::{Rig, class, receive, send, wave};
+use crate::stream::{next, open};
 use serde_json::{Value as Json, json};
 use std::os::unix::net::UnixStream;
 
@@ -108,6 +109,78 @@ fn what_runs_follows_its_policy_when_its_programming_system_is_gone() {
     assert_eq!(rig.ask("DELETE", &format!("/v1/sessions/panel/reports?through={number}"), &[], "").0, 200);
     assert_eq!(reports(&rig)["reports"], json!([]));
     assert!(rig.audit().iter().any(|line| line["call"] == "cut_off" && line["session"] == "panel"));
+}
+
+/// An instance of `wave` that the program has made, at rest.
+fn of_the_program(rig: &Rig) -> u64 {
+    let made = json!({ "verb": "wave", "arguments": { "y": { "svv": "y" } }, "placement": { "*": "rtp0.fast" } });
+    let made = api::call(&rig.system, "create", &made.to_string()).unwrap_or_else(|r| panic!("{r:?}"));
+    made.as_u64().expect("a number")
+}
+
+#[test]
+fn an_instance_of_the_program_outlives_the_session_that_started_it() {
+    let rig = Rig::new();
+    let instance = of_the_program(&rig);
+    let panel = rig.commander("panel");
+    let held = hold(&rig, "panel", &panel);
+    rig.call(&panel, "start", json!({ "instance": instance }));
+    drop(held);
+    rig.until(|rig| is_lost(rig, "panel") && rig.system.state(instance) == "ended");
+    // Each session that opens has the lost ones looked after first.
+    let next = rig.commander("next");
+    assert_eq!(rig.system.state(instance), "ended", "it was halted, and it is there");
+    rig.call(&next, "start", json!({ "instance": instance }));
+    assert_eq!(rig.system.state(instance), "running");
+}
+
+#[test]
+fn a_start_that_is_refused_takes_no_instance_from_who_runs_it() {
+    let rig = Rig::new();
+    let first = rig.commander("first");
+    let instance = rig.running(&first, "wave");
+    let second = rig.open("second");
+    let held = hold(&rig, "second", &second);
+    rig.ask("POST", "/v1/command", &[("opengpac-session", &second)], r#"{"force": true}"#);
+    let (status, answer) = rig.ask("POST", "/v1/call/start", &[("opengpac-session", &second)], &json!({ "instance": instance }).to_string());
+    assert!(status >= 400, "{answer}");
+    drop(held);
+    rig.until(|rig| is_lost(rig, "second"));
+    rig.open("third");
+    assert_eq!(rig.system.state(instance), "running", "the session that runs it is there");
+}
+
+#[test]
+fn a_command_that_was_held_up_is_refused_and_a_stop_is_taken() {
+    let rig = Rig::new();
+    let session = rig.commander("panel");
+    let instance = of_the_program(&rig);
+    let mut stream = open(&rig, "/v1/stream?beat=true", None);
+    let now_ms = next(&mut stream)["beat"].as_u64().expect("the time");
+    let asked = |call: &str, then_ms: u64| {
+        let headers = [("opengpac-session", session.as_str()), ("opengpac-as-of", &then_ms.to_string())];
+        rig.ask("POST", &format!("/v1/call/{call}"), &headers, &json!({ "instance": instance }).to_string())
+    };
+    let (status, answer) = asked("start", now_ms - 4_300);
+    assert_eq!((status, class(&answer)), (409, "InvalidState"), "{answer}");
+    assert!(answer["errors"][0]["message"].as_str().is_some_and(|said| said.contains("within 500 ms")), "{answer}");
+    assert_eq!(rig.system.state(instance), "created");
+    assert_eq!(asked("start", now_ms - 4_300_000_000).0, 409, "of an earlier run");
+    assert_eq!(asked("start", now_ms + 60_000).0, 409, "of another run");
+    rig.call(&session, "start", json!({ "instance": instance }));
+    assert_eq!(asked("state", 0).1["result"], "running", "to look is no command");
+    let (status, answer) = asked("halt", 0);
+    assert_eq!(status, 200, "{answer}");
+    let said = rig.ask("POST", "/v1/call/start", &[("opengpac-session", &session), ("opengpac-as-of", "soon")], "{}").1;
+    assert_eq!(class(&said), "CallError");
+}
+
+#[test]
+fn a_stream_with_a_heartbeat_goes_on_telling_the_time() {
+    let rig = Rig::new();
+    let mut stream = open(&rig, "/v1/stream?beat=true", None);
+    let beats: Vec<u64> = (0..3).map(|_| next(&mut stream)["beat"].as_u64().expect("the time")).collect();
+    assert!(beats.is_sorted() && beats[2] > beats[0], "{beats:?}");
 }
 
 #[test]

@@ -41,7 +41,7 @@ fn s(seconds: u64) -> Duration {
 fn a_session_is_lost_when_it_is_silent_longer_than_its_bound() {
     let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
     let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
-    sessions.own("panel", 7);
+    sessions.make("panel", 7);
     sessions.begin(&id, &me, now + s(4)).expect("a sign of life");
     assert!(sessions.lose(now + s(60)).is_empty(), "it waits for an answer");
     sessions.end(&id, now + s(60));
@@ -49,7 +49,7 @@ fn a_session_is_lost_when_it_is_silent_longer_than_its_bound() {
     assert_eq!(sessions.lose(now + s(66)), [("panel".to_owned(), vec![7])]);
     assert!(sessions.lose(now + s(99)).is_empty(), "once");
     assert_eq!(sessions.begin(&id, &me, now + s(66)).expect_err("lost").class(), Class::SessionLost);
-    assert_eq!(sessions.orphans(), [7]);
+    assert_eq!(sessions.orphans(), [(7, true)]);
     let back = sessions.open(&me, &asked("panel", false), now + s(70)).expect("it comes back");
     assert!(back.returned && back.instances == [7] && back.session != id);
     assert!(sessions.orphans().is_empty());
@@ -105,7 +105,7 @@ fn command_has_one_holder() {
 fn reports_wait_until_the_session_shows_that_it_has_them() {
     let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
     let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
-    sessions.own("panel", 7);
+    sessions.make("panel", 7);
     sessions.keep(vec![end(0, 7), end(1, 8), end(2, 7)]);
     sessions.keep(vec![end(2, 7)]);
     let numbers = || sessions.reports("panel", &me).expect("mine").0.iter().map(|kept| kept.number).collect::<Vec<_>>();
@@ -124,7 +124,7 @@ fn reports_wait_until_the_session_shows_that_it_has_them() {
 fn what_is_kept_is_bounded_and_what_is_lost_is_counted() {
     let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
     sessions.open(&me, &asked("panel", false), now).expect("it opens");
-    sessions.own("panel", 7);
+    sessions.make("panel", 7);
     sessions.keep((0..REPORTS_MAX as u64 + 3).map(|number| end(number, 7)).collect());
     let (kept, lost) = sessions.reports("panel", &me).expect("mine");
     assert_eq!((kept.len(), kept[0].number, lost), (REPORTS_MAX, 3, 3));
@@ -142,7 +142,7 @@ fn there_is_room_as_long_as_one_is_lost() {
     }
     let (late, other) = (now + s(SESSIONS_MAX as u64), caller("token new", Role::Operate));
     assert_eq!(sessions.open(&other, &asked("more", false), late).expect_err("full").class(), Class::LimitExceeded);
-    sessions.own("s0", 7);
+    sessions.make("s0", 7);
     assert!(!sessions.lose(late).is_empty());
     sessions.open(&other, &asked("more", false), late).expect("a lost one makes room");
     let names: Vec<String> = sessions.list().into_iter().map(|listed| listed.name).collect();
@@ -166,6 +166,53 @@ fn nobody_fills_the_table_for_all() {
         sessions.lose(now + s(999 + 10 * index as u64 + 6));
     }
     assert!(sessions.list().iter().any(|listed| listed.name == "mine"), "what is kept for others stays");
+}
+
+#[test]
+fn a_lost_session_takes_along_what_it_made_and_not_what_it_started() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    let id = sessions.open(&me, &asked("maker", false), now).expect("it opens").session;
+    sessions.make("maker", 7);
+    sessions.open(&me, &asked("panel", false), now).expect("it opens");
+    // 8 is the program's.
+    sessions.own("panel", 7);
+    sessions.own("panel", 8);
+    sessions.begin(&id, &me, now + s(9)).expect("a sign of life");
+    assert_eq!(sessions.lose(now + s(10)), [("panel".to_owned(), vec![7, 8])], "both are halted");
+    assert_eq!(sessions.orphans(), [(7, false), (8, false)], "7 is its maker's, which is alive");
+    sessions.end(&id, now + s(10));
+    sessions.lose(now + s(99));
+    assert_eq!(sessions.orphans(), [(7, true), (8, false)]);
+    sessions.disown(7);
+    assert_eq!(sessions.orphans(), [(8, false)]);
+}
+
+#[test]
+fn what_another_session_has_started_since_stays_as_long_as_that() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    sessions.open(&me, &asked("maker", false), now).expect("it opens");
+    sessions.make("maker", 7);
+    let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
+    sessions.own("panel", 7);
+    sessions.begin(&id, &me, now).expect("a sign of life");
+    assert_eq!(sessions.lose(now + s(99)), [("maker".to_owned(), vec![])]);
+    assert_eq!(sessions.orphans(), [(7, false)]);
+    sessions.close(&id).expect("it closes");
+    assert_eq!(sessions.orphans(), [(7, true)]);
+}
+
+#[test]
+fn a_start_that_was_refused_changes_no_owner() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    for name in ["a", "b"] {
+        sessions.open(&me, &asked(name, false), now).expect("it opens");
+    }
+    sessions.make("a", 7);
+    for instance in [7, 8] {
+        let before = sessions.own("b", instance);
+        sessions.give_back_to(before.as_deref(), instance);
+    }
+    assert_eq!(sessions.lose(now + s(99)), [("a".to_owned(), vec![7]), ("b".to_owned(), vec![])]);
 }
 
 #[test]

@@ -83,9 +83,9 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
         arguments: argumentsOf(form, choices),
         ...(source && { placement: { "*": source } }),
       };
-      // What this page has started and has ended makes room; the reports stay.
+      // Instances that this page made and that have ended make room; their reports stay.
       for (const ended of props.instances) {
-        if (ended.state === "ended" && control.started.has(ended.id)) await control.order("delete", { instance: ended.id });
+        if (ended.state === "ended" && control.started.made(ended.id)) await control.order("delete", { instance: ended.id });
       }
       const instance = await control.order("create", application);
       try {

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The age of a command: one that was held up on its way is refused, so that nothing moves long after somebody pressed.
+use crate::clock::told_ms;
+use crate::failure::Failure;
+use axum::http::HeaderMap;
+use model::refusal::Class;
+
+/// The header with the daemon's time at which a command was given, ms: the last heartbeat of a stream, and what has passed since then.
+pub(crate) const AS_OF: &str = "opengpac-as-of";
+/// The oldest command that is obeyed, ms.
+const AGE_MAX_MS: u64 = 500;
+
+/// Reads when a request was made. None: it does not say.
+pub(crate) fn as_of_ms(headers: &HeaderMap) -> Result<Option<u64>, Failure> {
+    let Some(said) = headers.get(AS_OF) else { return Ok(None) };
+    let ms = said.to_str().ok().and_then(|text| text.parse().ok());
+    let wrong = || Failure::new(Class::CallError, "OpenGPAC-As-Of is no number of ms", "add what has passed since the last 'beat' of a stream to its number");
+    ms.map(Some).ok_or_else(wrong)
+}
+
+/// Refuses a command that is too old. One of another run of the daemon is, too: its time is none of this run.
+pub(crate) fn check(call: &str, as_of_ms: Option<u64>) -> Result<(), Failure> {
+    as_of_ms.map_or(Ok(()), |then| judge(call, told_ms(), then))
+}
+
+fn judge(call: &str, now_ms: u64, then_ms: u64) -> Result<(), Failure> {
+    // A whole millisecond may be cut off on either side.
+    let message = match (now_ms + 1).checked_sub(then_ms) {
+        Some(age_ms) if age_ms <= AGE_MAX_MS + 1 => return Ok(()),
+        Some(age_ms) if age_ms < 1 << 31 => {
+            format!("'{call}' came {} ms after it was given, and a command is obeyed within {AGE_MAX_MS} ms: it was not carried out", age_ms - 1)
+        }
+        _ => format!("'{call}' was given to an earlier run of the system: it was not carried out"),
+    };
+    Err(Failure::new(Class::InvalidState, message, "look at what the system does now, and give the command again"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_is_obeyed_within_half_a_second() {
+        for (age_ms, is_obeyed) in [(-1, true), (0, true), (500, true), (502, false), (4_300, false), (-2, false), (-60_000, false)] {
+            let then_ms = u64::try_from(100_000 - age_ms).expect("it is positive");
+            assert_eq!(judge("start", 100_000, then_ms).is_ok(), is_obeyed, "{age_ms} ms");
+        }
+    }
+
+    #[test]
+    fn a_refusal_names_the_age_or_the_earlier_run() {
+        let said = |then_ms| judge("start", 5_000_000_000, then_ms).expect_err("it is refused").refusals[0].message.clone();
+        assert!(said(4_999_995_700).contains("came 4300 ms after"), "{}", said(4_999_995_700));
+        assert!(said(5_000_100_000).contains("an earlier run") && said(0).contains("an earlier run"));
+    }
+}
