@@ -23,6 +23,31 @@ export class Commander {
     return made;
   }
 
+  /** One that only looks: it takes no command. */
+  static async look(url: string): Promise<Commander> {
+    const { origin, hash } = new URL(url);
+    const made = new Commander(origin, decodeURIComponent(hash.replace("#token=", "")));
+    const { session } = await made.#ask<{ session: string }>("POST", "/v1/sessions", { name: "looker", lost_after_ms: 60_000 });
+    made.#session = session;
+    made.#alive = setInterval(() => made.#ask("POST", "/v1/heartbeat").catch(() => {}), 2000);
+    return made;
+  }
+
+  sessions(): Promise<{ name: string; alive: boolean }[]> {
+    return this.#ask("GET", "/v1/sessions");
+  }
+
+  /** All verb instances. */
+  async instances(): Promise<{ id: number; name: string; verb: string; state: string }[]> {
+    return (await this.call<{ instances: { id: number; name: string; verb: string; state: string }[] }>("statistics", {})).instances;
+  }
+
+  /** How often something has started so far. */
+  async starts(): Promise<number> {
+    const log = await this.call<{ kind: string }[]>("log", { since: 0 });
+    return log.filter((entry) => entry.kind === "start").length;
+  }
+
   async take(force = true): Promise<void> {
     await this.#ask("POST", "/v1/command", force ? { force } : {});
   }

@@ -70,7 +70,7 @@ test("what the log has of the earlier run says so, and the new run's entries com
   await page.locator(".line").filter({ hasText: "command list 'on'" }).first().waitFor();
   await page.locator(".line").nth(6).waitFor();
   await killed(daemon);
-  await page.getByText("The system is not heard.").waitFor();
+  await page.getByText("No connection.").waitFor();
   expect(await stopRectangles(page), "the daemon is gone").toEqual([STOP]);
   daemon = await start();
   await page.getByText("The system was started again.").waitFor();

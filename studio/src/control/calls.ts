@@ -32,11 +32,14 @@ interface Waiting {
 /** Makes a call by its name; one that lasts is asked for slice by slice, until it is over or `signal` ends it. */
 export async function call<T>(asker: Asker, name: string, args: object, signal?: AbortSignal): Promise<T> {
   let asked = { call: name, arguments: args as Record<string, unknown> };
+  let by = asker;
   for (;;) {
     const body = LASTING.has(asked.call) ? { ...asked.arguments, slice_ms: SLICE_MS } : asked.arguments;
-    const said = await answer<{ result: T } | Waiting>(asker, "POST", `/v1/call/${asked.call}`, body, signal);
+    const said = await answer<{ result: T } | Waiting>(by, "POST", `/v1/call/${asked.call}`, body, signal);
     if (!("waiting" in said)) return said.result;
     asked = said.go_on;
+    // What goes on has begun in time.
+    by = { token: asker.token, session: asker.session };
   }
 }
 

@@ -75,7 +75,7 @@ export class Command {
   }
 
   look(): Promise<void> {
-    return this.#ask("GET", "/v1/command");
+    return this.#ask("GET", "/v1/command", undefined, AbortSignal.timeout(2 * LOOK_MS));
   }
 
   /** Looks once a second who commands. */
@@ -92,8 +92,8 @@ export class Command {
     clearTimeout(this.#looking);
   }
 
-  async #ask(method: string, path: string, body?: object): Promise<void> {
-    const told = (await request<Holder | null>(this.#asker, method, path, body)) ?? NOBODY;
+  async #ask(method: string, path: string, body?: object, signal?: AbortSignal): Promise<void> {
+    const told = (await request<Holder | null>(this.#asker, method, path, body, signal)) ?? NOBODY;
     const said = JSON.stringify(told);
     if (said !== this.#said) this.state.set(told);
     this.#said = said;

@@ -3,11 +3,11 @@ import { LiveValues } from "../live/values";
 import { Alarming } from "./alarming";
 import { type Asides, call, type Looks, type Orders, type Stops, stop } from "./calls";
 import { Command, may } from "./command";
-import { Refused } from "./refusals";
+import { Refused, unconnected } from "./refusals";
 import { type Asker, answer, request } from "./requests";
 import { Session } from "./session";
 import type { Role, Version } from "./shapes";
-import type { Source } from "./source";
+import type { Pressed, Source } from "./source";
 import { Started } from "./started";
 import { Stream } from "./stream";
 import { Topics } from "./topics";
@@ -35,7 +35,7 @@ export class Control implements Source {
     this.session = new Session(this.#asker);
     this.command = new Command(this.#asker, this.session.name.get);
     this.stream = new Stream(
-      () => ({ url: `${window.location.origin.replace(/^http/, "ws")}/v1/stream`, token }),
+      () => ({ url: `${window.location.origin.replace(/^http/, "ws")}/v1/stream?beat=true`, token }),
       () => this.#meet(),
     );
     this.topics = new Topics(this.stream);
@@ -81,10 +81,26 @@ export class Control implements Source {
     return this.#sure(() => call<Looks[N][1]>(this.#asker, name, args, signal));
   }
 
-  /** Makes a call that commands; takes command first. Errors: `Refused`. */
-  async order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal): Promise<Orders[N][1]> {
+  /** When the person gave the command that is being made: the time of the event that is handled now, or now. */
+  pressed(): Pressed {
+    const event = window.event;
+    return this.stream.daemon_ms(event?.isTrusted ? event.timeStamp : performance.now());
+  }
+
+  /**
+   * Makes a call that commands; takes command first. The daemon refuses it where it comes later than half a second after `pressed`, which
+   * is the beginning of the call where nothing else is given. Errors: `Refused`.
+   */
+  async order<N extends keyof Orders>(
+    name: N,
+    args: Orders[N][0],
+    signal?: AbortSignal,
+    pressed: Pressed = this.pressed(),
+  ): Promise<Orders[N][1]> {
+    if (pressed === null) throw unconnected();
     await this.session.open();
-    const done = await this.#sure(() => this.command.with(() => call<Orders[N][1]>(this.#asker, name, args, signal)));
+    const given = () => call<Orders[N][1]>({ ...this.#asker, asOf: pressed }, name, args, signal);
+    const done = await this.#sure(() => this.command.with(given));
     if (name === "start") this.started.add((args as Orders["start"][0]).instance);
     if (name === "create") this.started.make(done as Orders["create"][1]);
     return done;
@@ -102,8 +118,14 @@ export class Control implements Source {
   }
 
   /** Stops everything at once: needs the role `operate`, and no command. */
-  emergencyStop(reason: string): Promise<null> {
-    return this.#sure(() => call<null>(this.#asker, "emergency_stop", { reason }));
+  async emergencyStop(reason: string, signal?: AbortSignal): Promise<null> {
+    try {
+      return await call<null>(this.#asker, "emergency_stop", { reason }, signal);
+    } catch (why) {
+      // It needs no session: none is opened before it.
+      if (!(why instanceof Refused && why.is("SessionLost"))) throw why;
+      return await call<null>({ token: this.#asker.token, session: null }, "emergency_stop", { reason }, signal);
+    }
   }
 
   get<T>(path: string): Promise<T> {

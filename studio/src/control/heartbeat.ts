@@ -11,9 +11,14 @@ self.onmessage = (message: MessageEvent<{ token: string | null; session: string;
   if (!said) return;
   const headers: Record<string, string> = { "OpenGPAC-Session": said.session };
   if (said.token) headers.Authorization = `Bearer ${said.token}`;
+  let isUnderWay = false;
   beat = setInterval(async () => {
+    // A browser has six connections to a host: what waits for an answer does not take them all.
+    if (isUnderWay) return;
+    isUnderWay = true;
     try {
-      const answered = await fetch("/v1/heartbeat", { method: "POST", headers, cache: "no-store" });
+      const signal = AbortSignal.timeout(2 * said.every_ms);
+      const answered = await fetch("/v1/heartbeat", { method: "POST", headers, cache: "no-store", signal });
       // 410: the session is over. The page opens another one.
       if (answered.status === 410 && present === said) {
         clearInterval(beat);
@@ -21,6 +26,8 @@ self.onmessage = (message: MessageEvent<{ token: string | null; session: string;
       }
     } catch {
       // The system does not answer: the stream shows it, and the next beat tries again.
+    } finally {
+      isUnderWay = false;
     }
   }, said.every_ms);
 };

@@ -47,6 +47,20 @@ export function unreachable(why: unknown): Refused {
   );
 }
 
+/** There is no connection: a command is not even sent, for it could arrive at any time. */
+export function unconnected(): Refused {
+  return new Refused(
+    [
+      {
+        class: "ConnectionLost",
+        message: "there is no connection to the system: nothing was commanded",
+        remedy: "try again when the page says 'live'",
+      },
+    ],
+    0,
+  );
+}
+
 /** What an answer that is no success says. */
 export function refusedBy(status: number, body: string): Refused {
   try {

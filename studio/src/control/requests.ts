@@ -5,6 +5,8 @@ import { Refused, refusedBy, unreachable } from "./refusals";
 export interface Asker {
   token: string | null;
   session: string | null;
+  /** The daemon's time at which what is asked was given, ms: the daemon refuses it where it comes late. */
+  asOf?: number;
 }
 
 /** How often a request is made for which there is no room, and the longest time between, s. */
@@ -21,6 +23,7 @@ export async function answer<T>(asker: Asker, method: string, path: string, body
   const headers: Record<string, string> = {};
   if (asker.token) headers.Authorization = `Bearer ${asker.token}`;
   if (asker.session) headers["OpenGPAC-Session"] = asker.session;
+  if (asker.asOf !== undefined) headers["OpenGPAC-As-Of"] = String(asker.asOf);
   const asked: RequestInit = { method, headers, cache: "no-store" };
   if (body !== undefined) asked.body = JSON.stringify(body);
   if (signal) asked.signal = signal;

@@ -61,6 +61,9 @@ export interface Past {
   beside(name: string): Promise<Past>;
 }
 
+/** When a command was given, by the daemon's clock, ms; null: there was no connection. */
+export type Pressed = number | null;
+
 /**
  * What the views show: the running system, the same standing still, or a recording. A view reads this and asks for nothing else, so that
  * it knows neither which it is nor what time it is.
@@ -87,6 +90,8 @@ export interface Source {
   /** Makes a call that only looks. Errors: `Refused`. */
   look<N extends keyof Looks>(name: N, args: Looks[N][0], signal?: AbortSignal): Promise<Looks[N][1]>;
   /** Makes a call that commands. Errors: `Refused`: what is past cannot be commanded. */
-  order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal): Promise<Orders[N][1]>;
+  order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal, pressed?: Pressed): Promise<Orders[N][1]>;
+  /** When the person gave the command that is being made. For one of several calls: read before the first, and given to each. */
+  pressed(): Pressed;
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void>;
 }

@@ -52,6 +52,7 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
     origin: source,
     may: (role) => role === "observe",
     look: (name, args, signal) => source.look(name, args, signal),
+    pressed: () => null,
     order: () => Promise.reject(notNow("The page is paused")),
     stop: (name, args) => source.stop(name, args),
   };

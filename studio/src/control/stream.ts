@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { Beats } from "./beats";
 import type { Refusal } from "./refusals";
 import { Watched } from "./watched";
 
@@ -23,8 +24,11 @@ export interface Subscriber {
   again?(): Topic;
 }
 
-/** `out`: the system lets this page in no longer, and it does not try again. */
-export type Connection = "connecting" | "open" | "broken" | "out";
+/**
+ * `silent`: nothing new has come for longer than the heartbeat allows, though no end of the connection was seen.
+ * `out`: the system lets this page in no longer, and it does not try again.
+ */
+export type Connection = "connecting" | "open" | "silent" | "broken" | "out";
 
 const PROTOCOL = "opengpac.v1";
 /** The first four bytes of a binary frame. */
@@ -32,6 +36,11 @@ export const MAGIC = 0x47534331;
 /** The code with which a stream is closed whose caller is let in no longer: its token was revoked or has expired, its role has changed. */
 const SHUT_OUT = 4401;
 const AGAIN_MS = [250, 500, 1000, 2000, 4000];
+/** How often it is looked whether anything came, and how old the newest may be, ms: a beat comes every 250 ms. */
+const LOOK_MS = 100;
+const SILENT_MS = 750;
+/** The age from which a silent connection is given up and made again, ms. */
+const GIVE_UP_MS = 4000;
 
 /**
  * The stream of the system: one WebSocket, made again whenever it breaks, with all that is subscribed.
@@ -50,6 +59,11 @@ export class Stream {
   #failures = 0;
   #again: ReturnType<typeof setTimeout> | undefined;
   #closed = false;
+  readonly #beats = new Beats();
+  #looking: ReturnType<typeof setInterval> | undefined;
+  #looked = 0;
+  /** The local time at which the present socket was opened: it is given as long as a silent connection. */
+  #opened = 0;
 
   /** `met`: what is done whenever a connection is open, before anything is subscribed: it is found out which run answers. */
   constructor(url: () => { url: string; token: string | null }, met: (() => Promise<void>) | null = null) {
@@ -68,8 +82,23 @@ export class Stream {
     };
   }
 
+  /** How old the newest is that is known of the system, ms. */
+  age_ms(): number {
+    return this.#beats.age_ms(performance.now());
+  }
+
+  /** The daemon's time at a local time (`performance.now()`), ms; null: there is no connection that would tell. */
+  daemon_ms(local_ms: number): number | null {
+    return this.connection.get() === "open" ? this.#beats.daemon_ms(local_ms) : null;
+  }
+
   open(): void {
     this.#closed = false;
+    this.#beats.forget();
+    this.#opened = performance.now();
+    clearInterval(this.#looking);
+    this.#looked = performance.now();
+    this.#looking = setInterval(() => this.#look(), LOOK_MS);
     const { url, token } = this.#url();
     const socket = new WebSocket(url, token ? [PROTOCOL, `bearer.${token}`] : [PROTOCOL]);
     socket.binaryType = "arraybuffer";
@@ -86,17 +115,43 @@ export class Stream {
     // Where it went again before it was known who answers, the next connection asks anew.
     socket.onopen = () => void (this.#met ? this.#met().then(begin, () => socket.close()) : begin());
     socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => {
+      if (this.#socket !== socket) return;
       if (typeof message.data === "string") this.#text(message.data);
       else this.#binary(message.data);
     };
-    socket.onclose = (end?: CloseEvent) => this.#broken(end);
+    socket.onclose = (end?: CloseEvent) => {
+      if (this.#socket === socket) this.#broken(end);
+    };
     this.#socket = socket;
   }
 
   close(): void {
     this.#closed = true;
     clearTimeout(this.#again);
+    clearInterval(this.#looking);
     this.#socket?.close();
+  }
+
+  /** Looks how old the newest is. A browser that was busy itself is given the time to take what lies there. */
+  #look(): void {
+    const now = performance.now();
+    const wasBusy = now - this.#looked > 3 * LOOK_MS;
+    this.#looked = now;
+    const age_ms = this.#beats.age_ms(now);
+    if (wasBusy || age_ms <= SILENT_MS) return;
+    if (this.connection.get() === "open") this.connection.set("silent");
+    if (Math.min(age_ms, now - this.#opened) <= GIVE_UP_MS || !this.#socket) return;
+    const given = this.#socket;
+    this.#socket = null;
+    this.#known = null;
+    given.close();
+    this.#broken();
+  }
+
+  #beat(beat_ms: number): void {
+    const now = performance.now();
+    this.#beats.hear(beat_ms, now);
+    if (this.connection.get() === "silent" && this.#beats.age_ms(now) <= SILENT_MS) this.connection.set("open");
   }
 
   #say(frame: object): void {
@@ -104,6 +159,7 @@ export class Stream {
   }
 
   #broken(end?: CloseEvent): void {
+    clearInterval(this.#looking);
     const isOut = end?.code === SHUT_OUT;
     this.connection.set(isOut ? "out" : "broken");
     if (this.#closed || isOut) return;
@@ -115,6 +171,10 @@ export class Stream {
 
   #text(text: string): void {
     const frame = JSON.parse(text) as Record<string, unknown>;
+    if (typeof frame.beat === "number") {
+      this.#beat(frame.beat);
+      return;
+    }
     const subscription = this.#subscriptions.get(String(frame.id));
     if (!subscription) return;
     if (frame.errors) {

@@ -2,11 +2,12 @@
 import { useEffect, useState } from "react";
 import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
+import { ageText } from "../live/Age";
 import { AlarmBar } from "./AlarmBar";
 import { CommandHolder } from "./CommandHolder";
 import { CommandRequests } from "./CommandRequests";
 import { useLive, useTopic, useWatched } from "./context";
-import { EmergencyStop, Stopped, useEmergencyStop } from "./EmergencyStop";
+import { EmergencyStop, Stopped, StopUnheard, useEmergencyStop } from "./EmergencyStop";
 import { ModeAndPause } from "./ModeAndPause";
 import { TimeBar } from "./TimeBar";
 
@@ -20,6 +21,7 @@ export function TopBar() {
   return (
     <div className="top">
       <EmergencyStop press={press} />
+      <StopUnheard press={press} />
       <header className="bar">
         <div className={`who ${control.may("operate") ? "beside" : ""}`}>
           <h1 title={control.version.system}>{control.version.system}</h1>
@@ -34,7 +36,7 @@ export function TopBar() {
       </header>
       <Unheard />
       <Restarted />
-      <Stopped now={now} press={press} />
+      <Stopped now={now} />
       <CommandRequests />
       <AlarmBar />
       <TimeBar />
@@ -43,7 +45,7 @@ export function TopBar() {
   );
 }
 
-const SAID = { connecting: "connecting", broken: "not heard", out: "not let in" };
+const SAID = { connecting: "connecting", silent: "offline", broken: "offline", out: "not let in" };
 
 function Heard() {
   const control = useLive();
@@ -56,7 +58,8 @@ function Heard() {
 function Unheard() {
   const control = useLive();
   const connection = useWatched(control.stream.connection);
-  const since = useSince(connection === "broken");
+  const isLost = connection === "broken" || connection === "silent";
+  const age_ms = useAge(isLost);
   if (connection === "out") {
     return (
       <div className="notice bad unheard" role="alert">
@@ -64,11 +67,14 @@ function Unheard() {
       </div>
     );
   }
-  if (connection !== "broken") return null;
+  if (!isLost) return null;
   return (
     <div className="notice bad unheard" role="alert">
-      <strong>The system is not heard.</strong> Everything here is as it was{since > 0 ? ` ${since} s ago` : ""}. The page goes on by itself
-      when it is heard again.
+      <strong>No connection.</strong>{" "}
+      <span>
+        Everything here is <span className="figures">{ageText(age_ms / 1000)}</span> old, and nothing can be commanded. The page goes on by
+        itself when the system is heard again.
+      </span>
     </div>
   );
 }
@@ -90,15 +96,16 @@ function Restarted() {
   );
 }
 
-/** For how many seconds something holds. */
-function useSince(holds: boolean): number {
-  const [since, setSince] = useState(0);
+/** How old the newest is that is known of the system, ms, while that is looked at. */
+function useAge(isLooked: boolean): number {
+  const control = useLive();
+  const [age_ms, setAge] = useState(0);
   useEffect(() => {
-    setSince(0);
-    if (!holds) return;
-    const begun = Date.now();
-    const again = setInterval(() => setSince(Math.round((Date.now() - begun) / 1000)), 1000);
+    if (!isLooked) return;
+    const look = () => setAge(control.stream.age_ms());
+    look();
+    const again = setInterval(look, 500);
     return () => clearInterval(again);
-  }, [holds]);
-  return since;
+  }, [control, isLooked]);
+  return age_ms;
 }

@@ -120,6 +120,10 @@ export class Recording implements Source, Past {
     return { subscribe: () => () => undefined, connection: this.#live.stream.connection };
   }
 
+  pressed(): null {
+    return null;
+  }
+
   get past(): Past {
     return this;
   }

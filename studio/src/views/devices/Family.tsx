@@ -28,7 +28,9 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
   const columns = columnsOf(of.type);
   const states = of.devices.map((device) => now.devices[device]);
   const each = async (name: "enable" | "disable", devices: string[]) => {
-    for (const device of devices) await (name === "enable" ? control.order(name, { name: device }) : control.stop(name, { name: device }));
+    const pressed = control.pressed();
+    for (const device of devices)
+      await (name === "enable" ? control.order(name, { name: device }, undefined, pressed) : control.stop(name, { name: device }));
   };
   const operates = control.may("operate");
   return (

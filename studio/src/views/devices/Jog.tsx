@@ -46,16 +46,18 @@ export function useJog(family: DeviceFamily): JogState {
     pressed.current?.release();
     pressed.current = null;
   }, []);
-  // A button whose page is hidden or left is held no longer.
+  // A button whose page is hidden or left is held no longer, nor is one whose connection is lost.
   useEffect(() => {
+    const end = control.stream.connection.watch(release);
     window.addEventListener("blur", release);
     document.addEventListener("visibilitychange", release);
     return () => {
       release();
+      end();
       window.removeEventListener("blur", release);
       document.removeEventListener("visibilitychange", release);
     };
-  }, [release]);
+  }, [control, release]);
 
   const press = (device: string, direction: 1 | -1) => {
     if (pressed.current) return;

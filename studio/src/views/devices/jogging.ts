@@ -29,12 +29,18 @@ export class Press {
 
   async #move(device: string, velocity: string): Promise<void> {
     const control = this.#control;
+    const pressed = control.pressed();
     let beat = (Math.floor(Date.now() / BEAT_MS) % 1_000_000) + 1;
     const say = () => control.order("write", { name: BEAT, value: beat++ });
     await say();
-    const instance = await control.order("create", { verb: JOG, arguments: { arm: { devices: [device] }, heartbeat: { svv: BEAT } } });
+    const instance = await control.order(
+      "create",
+      { verb: JOG, arguments: { arm: { devices: [device] }, heartbeat: { svv: BEAT } } },
+      undefined,
+      pressed,
+    );
     try {
-      await control.order("start", { instance, values: { velocity } });
+      await control.order("start", { instance, values: { velocity } }, undefined, pressed);
       while (this.#held && (await control.look("state", { instance })) === "running") {
         await say();
         await new Promise((again) => setTimeout(again, BEAT_MS));

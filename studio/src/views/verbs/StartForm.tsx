@@ -77,6 +77,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
     if (time.wrong !== undefined) absent[TIME_LIMIT] = time.wrong;
     setMissing(absent);
     if (Object.keys(absent).length > 0) return;
+    const pressed = control.pressed();
     await action.run(async () => {
       const application = {
         verb: form.name,
@@ -87,13 +88,10 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
       for (const ended of props.instances) {
         if (ended.state === "ended" && control.started.made(ended.id)) await control.order("delete", { instance: ended.id });
       }
-      const instance = await control.order("create", application);
+      const instance = await control.order("create", application, undefined, pressed);
       try {
-        await control.order("start", {
-          instance,
-          values,
-          ...(time.value !== null && time.value !== undefined && { limits: { time_limit_ns: time.value } }),
-        });
+        const limits = time.value !== null && time.value !== undefined ? { limits: { time_limit_ns: time.value } } : {};
+        await control.order("start", { instance, values, ...limits }, undefined, pressed);
       } catch (why) {
         if (why instanceof Refused) await control.order("delete", { instance });
         throw why;

@@ -44,7 +44,7 @@ function ordered(refused = "") {
     if (name === refused) throw new Refused([{ class: "NotEnabled", message: "not enabled" }], 409);
     return name === "create" ? 9 : null;
   };
-  return { control: { order } as unknown as Source, asked };
+  return { control: { order, pressed: () => 0 } as unknown as Source, asked };
 }
 
 test("a button starts the instance of a program with its values", async () => {

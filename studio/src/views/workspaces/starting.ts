@@ -54,10 +54,11 @@ export async function start(control: Source, button: Button, workspace: string, 
     return;
   }
   const { values, ...application } = button.start;
+  const pressed = control.pressed();
   if (instance) await control.order("delete", { instance: instance.id });
-  const made = await control.order("create", { ...application, name: instanceNameOf(button, workspace) });
+  const made = await control.order("create", { ...application, name: instanceNameOf(button, workspace) }, undefined, pressed);
   try {
-    await control.order("start", { instance: made, values: values ?? {} });
+    await control.order("start", { instance: made, values: values ?? {} }, undefined, pressed);
   } catch (why) {
     if (why instanceof Refused) await control.order("delete", { instance: made });
     throw why;

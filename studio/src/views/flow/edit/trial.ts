@@ -58,6 +58,7 @@ export function verbAround(graph: Graph, every_ns: number): Record<string, unkno
 /** Installs a graph and starts it. Errors: `Refused`; what had been made before is left, so that it can be tried again. */
 export async function begin(control: Control, draft: Draft & { kind: "graph" }, faces: Faces, wanted: Wanted): Promise<Trial> {
   const graph = draft.of;
+  const pressed = control.pressed();
   const there = new Set((await control.look("names", {})).svvs);
   const named: Record<string, { svv: string }> = {};
   for (const [port, bound] of [...Object.entries(graph.inputs), ...Object.entries(graph.outputs)]) {
@@ -78,7 +79,7 @@ export async function begin(control: Control, draft: Draft & { kind: "graph" }, 
   await control.order("define_verb", verbAround(graph, wanted.every_ns) as unknown as VerbRequest);
   const placed = Object.fromEntries(Object.entries(wanted.placement).map(([label, source]) => [`${LABEL}.${label}`, source]));
   const instance = await control.order("create", { verb: graph.name, arguments: named, placement: { ...placed, "*": wanted.source } });
-  await control.order("start", { instance });
+  await control.order("start", { instance }, undefined, pressed);
   return { verb: graph.name, instance, outputs: Object.keys(graph.outputs).map((port) => named[port]?.svv ?? port) };
 }
 

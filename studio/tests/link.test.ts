@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+// A network that freezes, delays, drops and cuts, between an operator's page and its system; and a page that is closed.
+import { join } from "node:path";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import { Commander } from "./commander";
+import { Link } from "./link";
+import { browse, type Opened, open, type Running, run, shoot } from "./running";
+
+/** Presses of the emergency stop. */
+const STOPS = Number(process.env.OPENGPAC_STOPS ?? 12);
+
+let running: Running;
+let browser: Browser;
+let link: Link;
+let operator: Opened;
+let watch: Commander;
+
+/** The page's address through the link. */
+function linked(): string {
+  const url = new URL(running.url);
+  url.port = String(link.port);
+  return url.href;
+}
+
+async function show(page: Page, address: string): Promise<void> {
+  await page.evaluate((hash) => {
+    window.location.hash = hash;
+  }, address);
+}
+
+const button = (page: Page, label: string) => page.locator(`[data-button="${label}"]`);
+
+beforeAll(async () => {
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "people.py"), "--role", "configure"), browse(false)]);
+  link = await Link.to(Number(new URL(running.url).port));
+  watch = await Commander.look(running.url);
+  operator = await open(browser, linked());
+});
+
+afterEach(() => {
+  link.thaw();
+  link.mend();
+  link.delay(0);
+  link.drop(false);
+});
+
+afterAll(async () => {
+  await watch?.close();
+  await browser?.close();
+  link?.close();
+  await running?.stop();
+});
+
+test("an instance of the program outlives the page that started it", async () => {
+  const { page, context } = await open(browser, running.url);
+  const before = await watch.instances();
+  const session = await page.evaluate(() => sessionStorage.getItem("opengpac.session"));
+  await show(page, "#/panel/joint");
+  await button(page, "Home").getByRole("button", { name: "Home", exact: true }).click();
+  await button(page, "Home")
+    .getByText(/running|ended/)
+    .waitFor();
+  await context.close();
+  await expect.poll(async () => (await watch.sessions()).find((one) => one.name === session)?.alive ?? false).toBe(false);
+  // Whoever opens a session has what lost ones have left looked after first.
+  const again = await open(browser, running.url);
+  await show(again.page, "#/panel/joint");
+  await button(again.page, "Home").getByRole("button", { name: "Home", exact: true }).click();
+  await button(again.page, "Home")
+    .getByText(/running|ended/)
+    .waitFor();
+  expect((await watch.instances()).map((one) => one.name)).toEqual(before.map((one) => one.name));
+  await again.context.close();
+});
+
+/** Whether the page shows what it shows as of now. */
+const isHeard = (page: Page) => page.locator('.shell[data-heard="yes"]').waitFor();
+const isUnheard = (page: Page) => page.locator('.shell[data-heard="no"]').waitFor();
+
+test.each([
+  ["freezes", () => link.freeze(), () => link.thaw()],
+  ["drops all that is sent", () => link.drop(true), () => link.drop(false)],
+  ["delays all by two seconds", () => link.delay(2000), () => link.delay(0)],
+  ["is cut", () => link.cut(), () => link.mend()],
+])("a network that %s is seen within a second, and what is shown is grey with its age", async (how, begin, end) => {
+  const { page } = operator;
+  await isHeard(page);
+  // What the page itself says is the age of the newest when it notices, and not how quick this machine is.
+  await page.evaluate(() => {
+    const noticed = window as unknown as { noticed: Promise<string> };
+    noticed.noticed = new Promise((found) => {
+      const look = () => {
+        const said = document.querySelector(".unheard .figures")?.textContent;
+        if (said) found(said);
+        else requestAnimationFrame(look);
+      };
+      look();
+    });
+  });
+  begin();
+  await isUnheard(page);
+  await page.getByText("No connection.").waitFor();
+  const age = await page.evaluate(() => (window as unknown as { noticed: Promise<string> }).noticed);
+  expect(Number.parseFloat(age), `noticed when it was ${age} old`).toBeLessThanOrEqual(1);
+  if (how === "freezes")
+    for (const width of [1440, 800, 390]) {
+      await page.setViewportSize({ width, height: 900 });
+      await shoot(page, `no-connection-${width}`);
+    }
+  end();
+  await page.getByText("No connection.").waitFor({ state: "detached" });
+  await isHeard(page);
+});
+
+test("a press that is held up moves nothing when the network goes on", async () => {
+  const { page } = operator;
+  await isHeard(page);
+  await show(page, "#/panel/joint");
+  const home = button(page, "Home").getByRole("button", { name: "Home", exact: true });
+  await home.waitFor();
+  await button(page, "Home")
+    .getByText(/^ended/)
+    .waitFor();
+  await page.locator(".holder").getByText("nobody").waitFor();
+  const before = await watch.starts();
+  link.freeze();
+  // It is pressed before the page can know that nothing arrives.
+  await home.click();
+  await isUnheard(page);
+  link.thaw();
+  await button(page, "Home")
+    .getByText(/came \d+ ms after it was given/)
+    .waitFor();
+  expect(await watch.starts()).toBe(before);
+  // Pressed while the page knows that there is no connection, it is not even sent.
+  link.freeze();
+  await isUnheard(page);
+  await home.click();
+  await button(page, "Home").getByText("there is no connection to the system").waitFor();
+  link.thaw();
+  await isHeard(page);
+  expect(await watch.starts()).toBe(before);
+});
+
+test("the emergency stop says at once whether it was heard, and shouts when not", async () => {
+  const { page } = operator;
+  await goToPanel(page);
+  await page.evaluate(() => {
+    const said = window as unknown as { said: [string, number][] };
+    said.said = [];
+    const stop = document.querySelector("button.stop") as HTMLElement;
+    let pressed = 0;
+    stop.addEventListener("pointerdown", (event) => {
+      pressed = event.timeStamp;
+    });
+    let before = "";
+    new MutationObserver(() => {
+      const now = ["heard", "unheard", "refused"].find((one) => stop.classList.contains(one)) ?? "";
+      if (now !== "" && now !== before) said.said.push([now, performance.now() - pressed]);
+      before = now;
+    }).observe(stop, { attributes: true });
+  });
+  const stop = page.getByRole("button", { name: "Emergency stop" });
+  const shout = page.getByText("The emergency stop was not heard.");
+  const told = () => page.evaluate(() => (window as unknown as { said: [string, number][] }).said.splice(0));
+  const first: [string, number][] = [];
+  for (let index = 0; index < STOPS; index += 1) {
+    const how = ["works", "freezes", "is cut"][index % 3];
+    await isHeard(page);
+    if (how === "freezes") link.freeze();
+    if (how === "is cut") link.cut();
+    await stop.click();
+    if (how !== "works") {
+      await shout.waitFor();
+      if (index < 3)
+        for (const width of [1440, 800, 390]) {
+          await page.setViewportSize({ width, height: 900 });
+          await shoot(page, `stop-unheard-${width}`);
+        }
+      link.thaw();
+      link.mend();
+    }
+    await page.locator(".stopped").getByText("pressed in the studio").waitFor();
+    await shout.waitFor({ state: "detached" });
+    const [what] = await told();
+    expect(what?.[0], how).toBe(how === "works" ? "heard" : "unheard");
+    if (what) first.push(what);
+    await isHeard(page);
+    await page.getByRole("button", { name: "Reset" }).click();
+    await page.locator(".stopped").waitFor({ state: "detached" });
+    await page.locator("button.stop.none").waitFor();
+    await told();
+  }
+  process.stdout.write(
+    `emergency stop: ${first.length} presses, told after ${Math.max(...first.map(([, ms]) => ms)).toFixed(0)} ms at the most\n`,
+  );
+  expect(Math.max(...first.map(([, ms]) => ms))).toBeLessThanOrEqual(300);
+});
+
+async function goToPanel(page: Page): Promise<void> {
+  await page.setViewportSize({ width: 1440, height: 900 });
+  await show(page, "#/panel/joint");
+  await button(page, "Home").waitFor();
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// The network between a page and its system, as a test wants it: it freezes, delays, drops and cuts.
+import { connect, createServer, type Server, type Socket } from "node:net";
+
+export class Link {
+  readonly port: number;
+  readonly #server: Server;
+  readonly #pairs = new Set<[Socket, Socket]>();
+  #isFrozen = false;
+  #delay_ms = 0;
+  #isCut = false;
+  #drops = false;
+
+  private constructor(server: Server, port: number) {
+    this.#server = server;
+    this.port = port;
+  }
+
+  /** A link to a port of this machine. */
+  static to(target: number): Promise<Link> {
+    return new Promise((made) => {
+      let link: Link | null = null;
+      const server = createServer((near) => {
+        if (link) link.#take(near, target);
+      });
+      server.listen(0, "127.0.0.1", () => {
+        const address = server.address();
+        link = new Link(server, typeof address === "object" && address ? address.port : 0);
+        made(link);
+      });
+    });
+  }
+
+  /** Nothing arrives, on either side; nobody is told. New connections are taken, and are as silent. */
+  freeze(): void {
+    this.#isFrozen = true;
+    for (const pair of this.#pairs) for (const socket of pair) socket.pause();
+  }
+
+  /** What was held up arrives. */
+  thaw(): void {
+    this.#isFrozen = false;
+    for (const pair of this.#pairs) for (const socket of pair) socket.resume();
+  }
+
+  /** Everything arrives so much later. */
+  delay(ms: number): void {
+    this.#delay_ms = ms;
+  }
+
+  /** Loses all that is sent, for as long as it is so; connections stay. */
+  drop(drops: boolean): void {
+    this.#drops = drops;
+  }
+
+  /** Ends all connections, and refuses new ones. */
+  cut(): void {
+    this.#isCut = true;
+    for (const pair of this.#pairs) for (const socket of pair) socket.destroy();
+  }
+
+  mend(): void {
+    this.#isCut = false;
+  }
+
+  close(): void {
+    this.cut();
+    this.#server.close();
+  }
+
+  #take(near: Socket, target: number): void {
+    if (this.#isCut) {
+      near.destroy();
+      return;
+    }
+    const far = connect(target, "127.0.0.1");
+    const pair: [Socket, Socket] = [near, far];
+    this.#pairs.add(pair);
+    for (const [from, to] of [pair, [far, near]] as const) {
+      from.setNoDelay(true);
+      from.on("data", (bytes) => this.#carry(bytes, to));
+      from.on("error", () => to.destroy());
+      from.on("close", () => {
+        this.#pairs.delete(pair);
+        to.destroy();
+      });
+      if (this.#isFrozen) from.pause();
+    }
+  }
+
+  #carry(bytes: Buffer, to: Socket): void {
+    if (this.#drops) return;
+    const send = () => {
+      if (!to.destroyed) to.write(bytes);
+    };
+    if (this.#delay_ms > 0) setTimeout(send, this.#delay_ms);
+    else send();
+  }
+}
