@@ -120,6 +120,10 @@ class ComposedVerb(Verb[..., Report]):
         """The form that the model takes."""
         return self._made
 
+    def raising(self, exception: type[Terminated]) -> Verb[..., Report]:
+        """Refuses every `exception`: of a composed verb the parts raise, each of them that is to."""
+        refuse(DefinitionError, f"'{self.name}' is composed, and raising() is of one verb", "let its parts raise: retract.raising(Jammed)")
+
     def reported(self, key: str) -> str:
         """What reports call the line `key` of the tables of conditions and outputs."""
         return key.rsplit(".", 1)[-1]

@@ -23,6 +23,15 @@ class Reported(NamedTuple):
     time: float
 
 
+class Passed(NamedTuple):
+    """A command list that a condition led on from, `time` s after the start."""
+
+    command_list: str
+    condition: str
+    block: str | None
+    time: float
+
+
 class Report(Shown):
     """How a verb ended: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
 
@@ -33,8 +42,9 @@ class Report(Shown):
     - `time`: how long it ran, in s; `started` and `ended` are times of the system's clock, in s.
     - `value`: what the condition reported, of its type (a number, an array, a record), or None. `others` are the conditions that came
       in the same firing and moved nothing.
-    - `outputs`: what the condition returns, by name. A scalar is a number, an array a NumPy array of the port's shape, a struct a
-      record, each in the port's unit. An output of that name is an attribute too.
+    - `way`: the transitions that led to where it ended, in order (the last 64): each has `command_list`, `condition`, `block`, `time`.
+    - `outputs`: what the condition and those on the way returned, by name; of one name, the latest. A scalar is a number, an array a NumPy
+      array of the port's shape, a struct a record, each in the port's unit. An output of that name is an attribute too.
     - `verb`, `instance`, `command_list`, `block`: where it ended; `block` is the label of the block that reported, or None.
     - `start`: which start of the instance it was, from 1.
 
@@ -45,6 +55,7 @@ class Report(Shown):
     time: float
     value: Any
     others: tuple[Reported, ...]
+    way: tuple[Passed, ...]
     verb: str
     instance: str
     command_list: str
@@ -64,6 +75,8 @@ class Report(Shown):
         self.value = lively(given.get("value"))
         others = given.get("others")
         self.others = tuple(Reported(o["condition"], o.get("block"), o["time_s"] - self.started) for o in others) if others else ()
+        way = given.get("way")
+        self.way = tuple(Passed(p["command_list"], p["condition"], p.get("block"), p["time_s"] - self.started) for p in way) if way else ()
         self.verb = given["verb"]
         self.instance = given["instance"]
         self.command_list = given.get("command_list") or ""
@@ -90,6 +103,7 @@ class Report(Shown):
         rows += [("value", str(self.value))] if self.value is not None else []
         rows += [("message", self.message)] if self.message else []
         rows += [(name, str(value)) for name, value in self.outputs.items()]
+        rows += [("way", " → ".join(f"{p.command_list} {p.condition}" for p in self.way))] if self.way else []
         rows += [(f"also {o.condition}", f"after {o.time:.6g} s{f' by {o.block}' if o.block else ''}") for o in self.others]
         return Table("end report", ["what", "is"], rows, ["", "", "good" if self.normal else "bad"])
 
@@ -108,6 +122,8 @@ def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] 
     block = f", reported by block '{report.block}'" if report.block else ""
     value = f" with value {report.value}" if report.value is not None else ""
     detail = f": {report.message}" if report.message else ""
+    if report.way and report.way[-1].condition != report.condition:
+        detail = f"; '{report.way[-1].condition}' in '{report.way[-1].command_list}' had led there{detail}"
     error = kind(
         f"verb instance '{report.instance}' ended with '{report.condition}'{value}{where} after {report.time:.6g} s{block}{detail}",
         place=here() if packaged(verb.place) else verb.place,

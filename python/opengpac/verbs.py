@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import functools
 import inspect
 import json
@@ -15,11 +16,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, ParamSpec, Self, TypeV
 from . import checks, instances
 from .blocks import Block, Blocks, mapping_of, modules_of, names_of, systems_of, uses_of
 from .commands import checked
-from .conditions import termination_of
+from .conditions import on, termination_of
 from .declared import Declared
 from .definitions import saving
 from .demands import check_rates, interpreted
-from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
+from .errors import CallError, DefinitionError, Terminated, did_you_mean, refusals, refuse
 from .given import all_taking
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
@@ -203,6 +204,20 @@ class Verb(VerbTables, Declared, Generic[P, R]):
     def named(self, name: str) -> Verb[P, R]:
         """This verb whose next instance has that name."""
         return self._with({"instance_name": name})
+
+    def raising(self, exception: type[Terminated]) -> Verb[P, R]:
+        """This verb, whose normal ends raise `exception`: a recovery in a composition, say, which is not to pass for a success.
+
+        `gpac.compose("insert", {"push": push, "back": retract.raising(Jammed)}, transitions={("push", "jammed"): "back"})` retracts,
+        then raises `Jammed`, whose `report` has the way and the outputs. `>>` finds no normal end to lead on from, and is refused.
+        """
+        if not (isinstance(exception, type) and issubclass(exception, Terminated)):
+            refuse(DefinitionError, f"raising({exception!r}) has no class of a termination", "derive it: class Jammed(gpac.Terminated)")
+        conditions = {"completed": on(), **self.conditions}
+        normal = {name: t for name, t in conditions.items() if t.raises is None and (t.returns is not None or name == "completed")}
+        new = self._with({"conditions": {**conditions, **{n: dataclasses.replace(t, raises=exception) for n, t in normal.items()}}})
+        vars(new).pop("_text", None)
+        return new
 
     def _with(self, options: Mapping[str, Any]) -> Self:
         new = copy.copy(self)

@@ -48,7 +48,7 @@ pub use device::{Geometry, Reach, Reached};
 pub use drivers::each_reach;
 pub use handover::take_over::{Anew, OfProcessor, TakenOver};
 pub use lifecycle::instance::Limits;
-pub use lifecycle::report::{Other, Report};
+pub use lifecycle::report::{Other, Passed, Report};
 pub use lifecycle::trial::{BlockTrial, TrialRequest, trial};
 pub use observation::about::{BlockAbout, InstanceAbout, ModuleAbout, Names, SvvAbout, SvvOwn};
 pub use observation::companions::Companion;

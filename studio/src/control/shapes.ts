@@ -1088,6 +1088,15 @@ export interface Part {
   initial: string;
 }
 
+/** A command list that a condition led on from. */
+export interface Passed {
+  command_list: string;
+  condition: string;
+  /** The block that reported it, if one did. */
+  block: string | null;
+  time_s: number;
+}
+
 /** What is paused: true: all actions; false: nothing; a list: the actions on these logical devices. */
 export type Paused = boolean | string[];
 
@@ -1832,9 +1841,14 @@ export interface Report {
   value: Value | null;
   /** Why, in words. */
   message: string;
-  /** Nothing for a condition that was not reported in this start. */
+  /**
+   * What the conditions on its way and the last one return: of one name, the latest. Nothing for a condition that was not reported in
+   * this start.
+   */
   outputs: { [name: string]: Value | null };
   others: Other[];
+  /** The transitions that it took, in order: at most the last 64. */
+  way: Passed[];
 }
 
 /** What must be true of each device of an object when a verb starts. */

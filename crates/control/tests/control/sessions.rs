@@ -29,6 +29,7 @@ fn end(number: u64, instance: u64) -> End {
         message: String::new(),
         outputs: Default::default(),
         others: Vec::new(),
+        way: Vec::new(),
     };
     End { number, instance, report }
 }

@@ -82,8 +82,8 @@ impl Course<'_> {
         match to {
             _ if is_second => self.end_at_once(cause),
             Some(list) => {
-                self.depart(cause);
-                self.go(list, 0);
+                self.depart(cause.clone());
+                self.lead_on(&cause, list);
             }
             None => self.end(cause),
         }
@@ -99,6 +99,7 @@ impl Course<'_> {
         let condition = cause.condition;
         instance.ends(cause);
         instance.findings.capturing.clear();
+        instance.findings.way.capturing.clear();
         let is_through = std::mem::take(&mut instance.work.is_through) && !instance.is_under_way() && instance.ends_in_its_opening() == Some(condition);
         // A resume takes the pause back and begins nothing that is on its way to its end.
         self.core.safety.pause.forget_start(id);
@@ -166,7 +167,7 @@ impl Course<'_> {
         let owner = instance.owner.clone();
         let departed = instance.leaving.departure.is_some();
         let report = report(instance, &self.core.registry, cause);
-        instance.life = Life::Ended(report.clone());
+        instance.life = Life::Ended(Box::new(report.clone()));
         farewell::forget(&self.core.remote, &self.core.registry, &self.core.instances[&id]);
         let now_ns = self.core.host.now_ns();
         self.core.observation.log.add(
@@ -199,12 +200,13 @@ impl Course<'_> {
 }
 
 fn report(instance: &Instance, registry: &Registry, cause: Cause) -> Report {
-    let condition = &instance.plan.conditions[cause.condition];
+    let (condition, way) = (&instance.plan.conditions[cause.condition], &instance.findings.way);
     let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
     let mut outputs = IndexMap::new();
-    for &output in &condition.returns {
+    let on_the_way = way.conditions.iter().flat_map(|passed| &instance.plan.conditions[*passed].returns).map(|output| (output, &way.outputs));
+    for (&output, captured) in on_the_way.chain(condition.returns.iter().map(|output| (output, &instance.findings.outputs))) {
         let planned = &instance.plan.outputs[output];
-        if let Some(bytes) = whole(&of, &instance.findings.outputs, output) {
+        if let Some(bytes) = whole(&of, captured, output) {
             let (value, was_reported) = match planned.target {
                 Target::Report { item, .. } => reported(&bytes, item),
                 _ => (bytes.as_slice(), true),
@@ -227,5 +229,6 @@ fn report(instance: &Instance, registry: &Registry, cause: Cause) -> Report {
         message: cause.message,
         outputs,
         others: instance.findings.others.clone(),
+        way: way.told(),
     }
 }

@@ -91,8 +91,8 @@ impl Course<'_> {
             None => {
                 let (about, name) = (instance.name.clone(), instance.plan.conditions[cause.condition].name.clone());
                 self.core.observation.log.add(cause.time_ns, "condition", &about, format!("{name}: {}", cause.message));
-                self.depart(cause);
-                self.go(list, 0);
+                self.depart(cause.clone());
+                self.lead_on(&cause, list);
             }
             Some(source) => {
                 let (list, source) = (&instance.plan.lists[list].name, self.core.registry.source_name(source));
@@ -117,6 +117,7 @@ impl Course<'_> {
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         let mut builder = Builder::default();
         instance.findings.capturing.clear();
+        instance.findings.way.capturing.clear();
         for &source in &instance.installed.sources {
             let mut outputs = of.outputs_in(source, condition);
             outputs.retain(|o| !instance.findings.outputs.iter().any(|(have, _)| have == o));

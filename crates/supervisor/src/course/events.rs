@@ -161,8 +161,11 @@ impl Core {
         } else if let Some(stage) = told.stage {
             let (list, stage) = self.instances[&id].list_stage(stage);
             self.course(id).replace_sequence([]);
-            if self.instances[&id].plan.ending.list == Some(list) && !self.instances[&id].is_in_ending() {
+            let instance = &self.instances[&id];
+            if instance.plan.ending.list == Some(list) && !instance.is_in_ending() {
                 self.course(id).concluded_by_kernel(told.source, cause, &told.captured);
+            } else if stage == 0 && cause.condition < instance.plan.conditions.len() {
+                self.course(id).led_on_by_kernel(told.source, &cause, &told.captured);
             }
             self.course(id).entered(list, stage);
         } else {
@@ -247,6 +250,7 @@ impl Course<'_> {
         match of.answer(instance.position.list, instance.position.stage, condition, reported) {
             Some(Answer::Go(list, stage)) => match self.core.instances.get_mut(&id).and_then(|instance| instance.enters_again(now_ns)) {
                 Some(cause) => self.end(cause),
+                None if stage == 0 && condition.is_some() => self.lead_on(&cause, list),
                 None => self.go(list, stage),
             },
             Some(Answer::End) => self.end(cause),

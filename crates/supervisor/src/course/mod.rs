@@ -8,6 +8,7 @@ pub(crate) mod end;
 pub(crate) mod ending;
 pub(crate) mod events;
 pub(crate) mod exchange;
+pub(crate) mod leading;
 pub(crate) mod life;
 pub(crate) mod of;
 pub(crate) mod proceed;

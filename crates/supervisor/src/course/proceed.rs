@@ -141,6 +141,9 @@ impl Course<'_> {
         if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| i.is_in_ending() && !i.findings.capturing.is_empty()) {
             let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
             take_captured(&of, &mut instance.findings.outputs, &mut instance.findings.capturing, std::mem::take(&mut instance.work.captured));
+        } else if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| !i.findings.way.capturing.is_empty()) {
+            let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+            instance.findings.way.take_scripts(&of, std::mem::take(&mut instance.work.captured));
         }
         let turned = self.core.carrier().follow_writers(id);
         if !turned.is_empty() {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A verb instance: what it was made of, where it is in its life, what it still waits for.
 use crate::lifecycle::report::{Other, Report};
+use crate::lifecycle::way::Way;
 use crate::refuse::refuse;
 use crate::wiring::installed::Installed;
 use crate::wiring::sequence::Movement;
@@ -62,7 +63,7 @@ pub(crate) enum Life {
         from: State,
         cause: Cause,
     },
-    Ended(Report),
+    Ended(Box<Report>),
 }
 
 /// Why a start ends.
@@ -236,6 +237,8 @@ pub(crate) struct Findings {
     /// Outputs that the script under way captures in each source, in order.
     pub capturing: Vec<(SourceId, Vec<Piece>)>,
     pub others: Vec<Other>,
+    /// The transitions before that, and what they returned.
+    pub way: Way,
 }
 
 /// What has come in one start that leads to its end, or may.

@@ -13,5 +13,6 @@ pub(crate) mod report;
 pub(crate) mod stages;
 pub(crate) mod standing;
 pub(crate) mod trial;
+pub(crate) mod way;
 pub(crate) mod windows;
 pub(crate) mod words;

@@ -13,6 +13,17 @@ pub struct Other {
     pub time_s: f64,
 }
 
+/// A command list that a condition led on from.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Passed {
+    pub command_list: String,
+    pub condition: String,
+    /// The block that reported it, if one did.
+    pub block: Option<String>,
+    pub time_s: f64,
+}
+
 /// How one start of a verb instance ended.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -36,7 +47,10 @@ pub struct Report {
     pub value: Option<Value>,
     /// Why, in words.
     pub message: String,
-    /// Nothing for a condition that was not reported in this start.
+    /// What the conditions on its way and the last one return: of one name, the latest. Nothing for a condition that was not reported in
+    /// this start.
     pub outputs: IndexMap<String, Option<Value>>,
     pub others: Vec<Other>,
+    /// The transitions that it took, in order: at most the last 64.
+    pub way: Vec<Passed>,
 }

@@ -30,6 +30,9 @@ pub(crate) struct Verbatim<'a> {
 /// Bytes of output values that a reaction may capture; an end with more is the supervisor's.
 const CAPTURED_MAX: usize = 64 * 1024;
 
+/// The same where a condition leads on to another list, which may be often.
+const PASSED_MAX: usize = 4 * 1024;
+
 /// Conditions of a verb, and waits for others, that a kernel can remember.
 pub(crate) const REMEMBERED_MAX: usize = 64;
 
@@ -153,6 +156,14 @@ impl Verbatim<'_> {
                     return Response::Tell;
                 }
                 if to_stage == 0 {
+                    let outputs = self.outputs_in(source, condition);
+                    let captured: usize = outputs.iter().map(|piece| self.piece_len(*piece)).sum();
+                    if outputs.iter().any(|(output, _)| self.moves(*output)) || captured > PASSED_MAX {
+                        return Response::Tell;
+                    }
+                    if !outputs.is_empty() {
+                        builder.add(source, Op::Capture(self.cells_of(&outputs)));
+                    }
                     builder.add(source, Op::Forget);
                 }
                 self.enter(&mut builder, &active, to, to_stage, None);

@@ -121,7 +121,7 @@ impl Instance {
     /// The report of its latest start; nothing before its end. One that was never started is refused.
     pub fn ended(&self) -> Result<Option<Report>, Refusals> {
         match &self.life {
-            Life::Ended(report) => Ok(Some(report.clone())),
+            Life::Ended(report) => Ok(Some(Report::clone(report))),
             Life::Created => Err(invalid_state(&format!("'{}'", self.name), "created, not started", "wait for", "start it first")),
             _ => Ok(None),
         }

@@ -41,6 +41,7 @@ const ends = {
         value: null,
         outputs: { error: 0.5 },
         others: [],
+        way: [],
       },
     } satisfies End,
   ],

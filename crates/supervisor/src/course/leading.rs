@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Transitions: a condition leads on to another command list. What it returns is read as its own list goes off, and the report of the
+//! end tells the way.
+use crate::course::of::Course;
+use crate::lifecycle::instance::Cause;
+use crate::lifecycle::stages::Verbatim;
+use crate::wiring::sequence::Builder;
+use kernel::{Op, SourceId};
+
+impl Course<'_> {
+    /// The supervisor leads on to `list`. The process was taken.
+    pub fn lead_on(&mut self, cause: &Cause, list: usize) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let way = &mut instance.findings.way;
+        way.lead_on(&of, instance.position.list, cause);
+        let mut builder = Builder::default();
+        for &source in &instance.installed.sources {
+            let outputs = of.outputs_in(source, cause.condition);
+            if !outputs.is_empty() {
+                builder.add(source, Op::Capture(of.cells_of(&outputs)));
+                way.capturing.push((source, outputs));
+            }
+        }
+        self.go_from(builder, list, 0);
+    }
+
+    /// A kernel has led on, in the firing of the condition.
+    pub fn led_on_by_kernel(&mut self, source: SourceId, cause: &Cause, captured: &[u8]) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        instance.findings.way.lead_on(&of, instance.position.list, cause);
+        instance.findings.way.take(&of, source, cause.condition, captured);
+    }
+}
