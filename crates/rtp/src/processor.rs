@@ -44,6 +44,8 @@ pub struct Processor {
     /// What the drivers of devices have counted.
     counted: Mutex<HashMap<String, Counted>>,
     is_up: AtomicBool,
+    /// Its loss is being told.
+    is_leaving: AtomicBool,
     /// Why it went down last, in words.
     lost: Mutex<Option<String>>,
     /// How long it may be silent.
@@ -96,6 +98,7 @@ impl Processor {
             devices: Mutex::default(),
             counted: Mutex::default(),
             is_up: AtomicBool::new(false),
+            is_leaving: AtomicBool::new(false),
             lost: Mutex::default(),
             silence_ms: AtomicU64::new(0),
             running: Mutex::default(),
@@ -119,6 +122,15 @@ impl Processor {
     /// False before the first greeting, and after a loss.
     pub fn is_up(&self) -> bool {
         self.is_up.load(Ordering::Acquire)
+    }
+
+    /// Whether it needs a new process. Who has just been told of its loss waits here until that is complete.
+    pub fn is_down(&self) -> bool {
+        let mut answers = locked(&self.answers);
+        while self.is_leaving.load(Ordering::Acquire) {
+            answers = self.answered.wait_timeout(answers, LOOK).expect("nobody panics with the lock held").0;
+        }
+        !self.is_up()
     }
 
     /// Greets a process that was started for it, and tells it which sources the system has. After a loss a new process takes the place of

@@ -56,6 +56,7 @@ impl Processor {
 
     fn lose(&self, host: &Weak<Host>, why: &str) {
         *locked(&self.wire) = Wire::default();
+        self.is_leaving.store(true, Ordering::Release);
         if !self.closing.load(Ordering::Acquire)
             && let Some(host) = host.upgrade()
         {
@@ -64,6 +65,7 @@ impl Processor {
         *locked(&self.lost) = Some(why.to_owned());
         // Last: a thread that sees it down finds that its loss has been told.
         self.is_up.store(false, Ordering::Release);
+        self.is_leaving.store(false, Ordering::Release);
         self.answered.notify_all();
     }
 

@@ -251,8 +251,9 @@ impl System {
     pub(crate) fn revive(&self) -> Result<(), Refusals> {
         // What was told of the losses is taken in first.
         self.shared.command(|_| Ok(()))?;
-        let lost: Vec<Arc<Processor>> = self.shared.locked().remote.places().into_iter().filter(|remote| !remote.is_up()).collect();
-        for remote in lost {
+        let places = self.shared.locked().remote.places();
+        // A loss that is being told takes the core's lock: it is not held here.
+        for remote in places.into_iter().filter(|remote| remote.is_down()) {
             self.refuse_restart(&remote)?;
             self.attach(&remote).map_err(|why| self.cannot_revive(&remote, &why))?;
             let devices: Vec<(String, Arc<Device>, (String, String))> = {
