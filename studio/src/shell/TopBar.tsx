@@ -9,6 +9,7 @@ import { CommandRequests } from "./CommandRequests";
 import { useLive, useTopic, useWatched } from "./context";
 import { EmergencyStop, Stopped, StopUnheard, useEmergencyStop } from "./EmergencyStop";
 import { ModeAndPause } from "./ModeAndPause";
+import { Aim, Notices } from "./Notices";
 import { TimeBar } from "./TimeBar";
 
 /** Always seen: which system, whether it is heard, who commands, mode and pause, what is raised, the emergency stop. */
@@ -34,13 +35,16 @@ export function TopBar() {
         <CommandHolder now={now} />
         <ModeAndPause now={now} />
       </header>
-      <Unheard />
-      <Restarted />
-      <Stopped now={now} />
-      <CommandRequests />
-      <AlarmBar />
+      <Aim />
+      <Notices>
+        <Unheard />
+        <Stopped now={now} />
+        <CommandRequests />
+        <AlarmBar />
+        <Restarted />
+        <Refusals of={[...sessionTrouble, ...statisticsTrouble]} />
+      </Notices>
       <TimeBar />
-      <Refusals of={[...sessionTrouble, ...statisticsTrouble]} />
     </div>
   );
 }

@@ -101,7 +101,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                     <JogButtons of={jog} device={device} />
                   </td>
                 )}
-                <td>
+                <td className="state">
                   <StateTag of={states[index]} />
                   {!isRenewed(states[index]) && (
                     <>

@@ -28,6 +28,7 @@ export function useJog(family: DeviceFamily): JogState {
   const [share, setShare] = useState(50);
   const [ready, setReady] = useState(false);
   const pressed = useRef<Press | null>(null);
+  const last = useRef<Promise<unknown>>(Promise.resolve());
 
   const look = useCallback(() => {
     if (!joints || !control.may("operate")) return;
@@ -62,8 +63,9 @@ export function useJog(family: DeviceFamily): JogState {
   const press = (device: string, direction: 1 | -1) => {
     if (pressed.current) return;
     setRefusals([]);
-    const begun = new Press(control, device, `${direction * share} %`);
+    const begun = new Press(control, device, `${direction * share} %`, last.current);
     pressed.current = begun;
+    last.current = begun.done;
     begun.done
       .catch((why) => setRefusals(refusalsOf(why)))
       .finally(() => {

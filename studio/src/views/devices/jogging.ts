@@ -18,9 +18,13 @@ export class Press {
   /** Over: the joint stands, and the instance is gone. */
   readonly done: Promise<void>;
 
-  constructor(control: Source, device: string, velocity: string) {
+  /** `before`: the press before it, whose halt it waits for. */
+  constructor(control: Source, device: string, velocity: string, before: Promise<unknown> = Promise.resolve()) {
     this.#control = control;
-    this.done = this.#move(device, velocity);
+    this.done = before.then(
+      () => this.#move(device, velocity),
+      () => this.#move(device, velocity),
+    );
   }
 
   release(): void {
@@ -28,7 +32,10 @@ export class Press {
   }
 
   async #move(device: string, velocity: string): Promise<void> {
+    // Released before it could begin: nothing has moved.
+    if (!this.#held) return;
     const control = this.#control;
+    // The button is held now, however long the halt before it took.
     const pressed = control.pressed();
     let beat = (Math.floor(Date.now() / BEAT_MS) % 1_000_000) + 1;
     const say = () => control.order("write", { name: BEAT, value: beat++ });

@@ -50,7 +50,7 @@ export function InputField(props: {
               <span className="quiet small">{labelled ? devices[index]?.split(".").at(-1) : `[${index}]`}</span>
               {one(index)}
               <span className="quiet small">
-                {[degreesOf(texts[index] ?? "", of.unit), limitsAt(bounds, index, of.unit)].filter(Boolean).join(" · ")}
+                {[degreesOf(texts[index] ?? "", of.unit), endsWithin(of, limitsAt(bounds, index, of.unit))].filter(Boolean).join(" · ")}
               </span>
             </label>
           ))}
@@ -60,7 +60,8 @@ export function InputField(props: {
       <p className="quiet small" id={`${id}-about`}>
         {[
           unitText(of.unit),
-          range(of, bounds),
+          endsWithin(of, range(of, bounds)),
+          of.counted_from === null ? "" : `counted from ${of.counted_from}`,
           of.default === null || of.default === undefined ? "" : `default ${limitText(of.default, of.unit)}`,
           of.doc,
         ]
@@ -83,6 +84,11 @@ function placeholder(of: FormInput, index: number): string {
   return typeof shown === "object" ? "" : String(shown);
 }
 
+/** A range as it is checked: of a value that is counted from a present one, their sum has to be within it. */
+function endsWithin(of: FormInput, range: string): string {
+  return of.counted_from === null || range === "" ? range : `ends within ${range}`;
+}
+
 function range(of: FormInput, bounds: Bounds | null): string {
   if (of.minimum === null && of.maximum === null) return "";
   // Where each element has its own, they stand at the fields.
@@ -100,8 +106,8 @@ function range(of: FormInput, bounds: Bounds | null): string {
 function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write: (texts: string[]) => void }) {
   const control = useControl();
   const { of, devices, texts, write } = props;
-  // Where the joints are now is of use where positions are asked for.
-  const positions = isPosition(of.unit);
+  // Where the joints are now is of use where positions are asked for, and would be added twice to what is counted from there.
+  const positions = isPosition(of.unit) && of.counted_from === null;
   return (
     <>
       {texts.length > 1 && (

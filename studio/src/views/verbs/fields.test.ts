@@ -80,6 +80,7 @@ test("angles are told in degrees beside what was written", () => {
   expect([degreesOf("1", "m"), degreesOf("0.5", "rad|m"), degreesOf("", "rad"), degreesOf("1,5", "rad")]).toEqual(["", "", "", ""]);
   expect(endText(-2 * Math.PI, "rad")).toBe("-6.283 (-360°)");
   expect(endText(0.123456, "m")).toBe("0.1235");
+  expect(endText(-2 * Math.PI, "rad|m")).toBe("-6.283");
 });
 
 test("limits that differ stand at their elements", () => {

@@ -101,7 +101,8 @@ function degreesText(value: number, unit: string): string {
 export function endText(value: Value, unit: string | null): string {
   if (typeof value !== "number") return limitText(value, null);
   const short = String(Number(value.toPrecision(4)));
-  return unit !== null && /^rad\b/.test(unit) ? `${short} (${degreesText(value, unit)})` : short;
+  // Of a unit that is one or the other nobody knows which: no degrees.
+  return unit !== null && /^rad\b/.test(unit) && !unit.includes("|") ? `${short} (${degreesText(value, unit)})` : short;
 }
 
 /** The range of one element, where each has its own. */

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Presses by chance while messages come and go: each hits what was under the finger 100 ms before, or is refused.
+import { join } from "node:path";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { Commander } from "./commander";
+import { randomOf } from "./randomActions";
+import { browse, goTo, type Opened, open, type Running, run, shoot } from "./running";
+
+/** Presses at each width. */
+const PRESSES = Number(process.env.OPENGPAC_PRESSES ?? 40);
+const SEED = Number(process.env.OPENGPAC_SEED ?? 1);
+
+let running: Running;
+let browser: Browser;
+let studio: Opened;
+let other: Commander;
+
+beforeAll(async () => {
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "program.py"), "--role", "configure"), browse(false)]);
+  studio = await open(browser, running.url);
+  other = await Commander.open(running.url, true);
+  await other.call("define_alarm", { code: "E7", text: "oil is low", remedy: "refill it", severity: "high" });
+});
+
+afterAll(async () => {
+  await other?.close();
+  await browser?.close();
+  await running?.stop();
+});
+
+interface Target {
+  name: string;
+  x: number;
+  y: number;
+}
+
+/** One control in sight, and where its middle is; what lies under something else is none. */
+async function aimed(page: Page, part: number): Promise<Target | null> {
+  return await page.evaluate((part) => {
+    const seen = [...document.querySelectorAll<HTMLElement>("button, a[href], input, select, summary")].flatMap((control) => {
+      const box = control.getBoundingClientRect();
+      const at = { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+      const there = document.elementFromPoint(at.x, at.y);
+      if (!there?.closest("button, a[href], input, select, summary")?.isSameNode(control)) return [];
+      return [{ name: `${control.tagName} ${control.getAttribute("aria-label") ?? control.textContent}`, ...at }];
+    });
+    return seen[Math.floor(part * seen.length)] ?? null;
+  }, part);
+}
+
+/** Presses are taken down and do nothing: which control each has reached. */
+async function takeDown(page: Page): Promise<void> {
+  await page.evaluate(() => {
+    const hit = window as unknown as { hit: string[] };
+    hit.hit = [];
+    const keep = (event: Event) => {
+      const control = (event.target as Element).closest("button, a[href], input, select, summary");
+      if (control && event.type === "pointerdown")
+        hit.hit.push(`${control.tagName} ${control.getAttribute("aria-label") ?? control.textContent}`);
+      event.preventDefault();
+      event.stopPropagation();
+    };
+    for (const name of ["pointerdown", "pointerup", "mousedown", "mouseup", "click"]) document.addEventListener(name, keep, true);
+  });
+}
+
+/** Something happens in the system that the page tells of. */
+async function happens(kind: number): Promise<void> {
+  const known = () => undefined;
+  if (kind < 0.3)
+    await other.call("raise_alarm", { code: "E7", source: `press ${Math.floor(kind * 10)}`, text: "oil is low" }).catch(known);
+  else if (kind < 0.5) await other.call("clear_alarm", { code: "E7", source: `press ${Math.floor((kind - 0.3) * 10)}` }).catch(known);
+  else if (kind < 0.6) await other.call("acknowledge_alarms", {}).catch(known);
+  else if (kind < 0.75) await other.call("emergency_stop", { reason: "somebody saw something" }).catch(known);
+  else if (kind < 0.9) await other.call("reset", {}).catch(known);
+  else await other.call("enable", { name: "wrist_3" }).catch(known);
+}
+
+test("a press that follows a release at once jogs: it waits for its own halt", async () => {
+  const { page } = studio;
+  await other.giveBack();
+  await goTo(page, "Devices");
+  const before = await other.starts();
+  const box = await page.getByRole("button", { name: "Jog wrist_3 forward while held" }).boundingBox();
+  if (!box) throw new Error("there is no button to jog with");
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await expect.poll(() => other.starts()).toBe(before + 1);
+  await page.mouse.up();
+  await page.mouse.down();
+  await expect.poll(() => other.starts()).toBe(before + 2);
+  const jogs = async () => (await other.instances()).filter((one) => one.verb === "jog" && one.state === "running").length;
+  await expect.poll(jogs).toBe(1);
+  await page.mouse.up();
+  await expect.poll(jogs).toBe(0);
+  await other.take(true);
+});
+
+test.each([390, 800, 1440])("at %i pixels each press hits what was aimed at, or is refused", async (width) => {
+  const { page, errors } = studio;
+  await page.setViewportSize({ width, height: 900 });
+  await page.reload();
+  await goTo(page, "Devices");
+  await page.getByRole("button", { name: "Jog wrist_3 forward while held" }).waitFor();
+  await takeDown(page);
+  const random = randomOf(SEED * 1000 + width);
+  let refused = 0;
+  for (let index = 0; index < PRESSES; index += 1) {
+    const target = await aimed(page, random());
+    if (!target) continue;
+    const happened = happens(random());
+    await page.waitForTimeout(100 + 300 * random());
+    await page.mouse.click(target.x, target.y);
+    await happened;
+    const hit = await page.evaluate(() => (window as unknown as { hit: string[] }).hit.splice(0));
+    if (hit.length === 0) refused += 1;
+    else expect(hit, `seed ${SEED}, press ${index}`).toEqual([target.name]);
+  }
+  process.stdout.write(`at ${width} pixels: ${PRESSES} presses, ${refused} refused or on nothing\n`);
+  // Most go where they are aimed: nothing moves.
+  expect(refused).toBeLessThan(PRESSES / 5);
+  await shoot(page, `messages-${width}`);
+  expect(errors).toEqual([]);
+});
