@@ -69,6 +69,53 @@ test("the operator's panel of a program fits a tablet, is touched with a finger,
   expect(await button(page, "Sway").getByRole("button", { name: "Sway", exact: true }).isDisabled()).toBe(true);
 });
 
+test("a panel leads back from an emergency stop: reset, enable, and its own button goes home", async () => {
+  const { page } = anna;
+  await show(page, "#/panel/joint");
+  await page.setViewportSize({ width: 1440, height: 900 });
+  const recovery = page.getByRole("region", { name: "Recovery" });
+  await recovery.getByText("Ready").waitFor();
+  const home = await button(page, "Home").boundingBox();
+  await page.getByRole("button", { name: "Emergency stop" }).click();
+  await recovery.getByText("Stopped.").waitFor();
+  await button(page, "Home").getByText("emergency stop").waitFor();
+  expect(await page.getByRole("button", { name: "Home", exact: true }).isDisabled()).toBe(true);
+  for (const width of [1440, 800, 390]) {
+    await page.setViewportSize({ width, height: 900 });
+    await shoot(page, `panel-stopped-${width}`);
+    expect(await axeFindings(page), `${width}`).toEqual([]);
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+  expect(await button(page, "Home").boundingBox(), "nothing has moved").toEqual(home);
+  await recovery.getByRole("button", { name: "Reset the stop" }).click();
+  await recovery.getByText("Enable them").waitFor();
+  await page.locator('[data-value="elbow.sensed"].old').getByText(/old$/).waitFor();
+  await recovery.getByRole("button", { name: "Enable the drives" }).click();
+  await recovery.getByText("Ready").waitFor();
+  await page.locator('[data-value="elbow.sensed"]:not(.old)').waitFor();
+  await page.getByRole("button", { name: "Home", exact: true }).click();
+  await button(page, "Home")
+    .getByText(/running|ended: arrived/)
+    .waitFor();
+  await button(page, "Home")
+    .getByText(/^ended/)
+    .waitFor();
+  await page
+    .getByRole("button", { name: /^Acknowledge emergency_stop/ })
+    .first()
+    .click();
+  await page
+    .getByRole("button", { name: /^Acknowledge emergency_stop/ })
+    .first()
+    .waitFor({ state: "detached" });
+  // As the test before has left it.
+  await page.getByRole("button", { name: "Sway", exact: true }).click();
+  await button(page, "Sway")
+    .getByText(/^running/)
+    .waitFor();
+  await page.setViewportSize({ width: 1024, height: 768 });
+});
+
 test("command is asked for by name, declined with a reason, handed over; stopping needs none of it", async () => {
   const { page: holder } = anna;
   const { page: other } = bert;

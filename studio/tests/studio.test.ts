@@ -123,7 +123,14 @@ test("two that need the same joint: the second is refused, and the holder is nam
   await form.getByRole("group", { name: "goal" }).getByLabel("shoulder_pan").fill("0");
   await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("0");
   await form.getByRole("button", { name: "Start" }).click();
-  await expect.poll(() => form.getByRole("alert").last().textContent()).toMatch(/SecondWriter.*sway/);
+  await expect
+    .poll(async () => {
+      const said = await form.getByRole("alert").last().textContent();
+      // A machine that is busy with other tests may hold a press up: it is given again, as the page asks for.
+      if (said?.includes("after it was given")) await form.getByRole("button", { name: "Start" }).click();
+      return said;
+    })
+    .toMatch(/SecondWriter.*sway/);
 });
 
 test("the log has commands and who gave them, and is filtered", async () => {

@@ -2,10 +2,10 @@
 import { type ReactNode, useEffect, useRef, useState } from "react";
 import { watchAim } from "./aim";
 
-/** How long a refused press is told of, ms. */
+/** How long the page tells of a refused press, ms. */
 const TOLD_MS = 4000;
 
-/** The place of what is to be told, in every view. It is always as high, whatever is told: nothing below it moves. More is unfolded over it. */
+/** The place of messages, in every view. Its height is fixed, so that nothing below it moves; what does not fit unfolds over the view. */
 export function Notices(props: { children: ReactNode }) {
   const content = useRef<HTMLDivElement>(null);
   const [isMore, setMore] = useState(false);
@@ -37,7 +37,7 @@ export function Notices(props: { children: ReactNode }) {
   );
 }
 
-/** Refuses presses that would hit another control than was aimed at, and says so. */
+/** Refuses presses that would hit another control than the one that was aimed at, and says so. */
 export function Aim() {
   const [count, setCount] = useState(0);
   useEffect(() => watchAim(() => setCount((before) => before + 1)), []);

@@ -1,30 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-// A press is meant for what was under the finger when it was aimed. Where another control has come there since, the press is refused.
+// Guards presses against a page that changes: a press is refused where another control was under the finger when it was aimed.
 
-/** For how long a control has to be where it is pressed, ms, and how often it is looked where all of them are. */
+/** How long before a press it is aimed, ms; how often the places of all controls are sampled, ms; how many samples are kept. */
 const AIMED_MS = 100;
 const LOOK_MS = 50;
 const KEPT = 6;
-/** For how long after one's own scrolling, a new width or another view nothing is refused, ms: then one has moved it oneself. */
+/** Nothing is refused for so long after the person has scrolled, changed the width or gone to another view, ms. */
 const OWN_MS = 200;
 
 const CONTROLS = "button, a[href], input, select, summary";
 
-/** A control, where it was. */
+/** A control, and its place in a sample. */
 export interface Spot {
   control: Element;
   name: string;
   box: { left: number; top: number; right: number; bottom: number };
 }
 
-/** Whether a press at a point hits another control than the one that was aimed at. `before`: all controls, as they were then. */
+/** Returns whether a press at a point hits another control than the one that was there in the sample `before`. */
 export function isAside(control: Element, name: string, x: number, y: number, before: readonly Spot[]): boolean {
   const there = before.filter(({ box }) => x >= box.left && x < box.right && y >= box.top && y < box.bottom);
-  // A control that is drawn anew is the same to whoever looks at it.
+  // React may have made the element anew: under the same name it is the same control to a person.
   return there.length > 0 && !there.some((one) => one.control === control || one.name === name);
 }
 
-/** Watches all presses of the page, until the answer is called. `refused`: is told of each that was refused. */
+/** Guards all presses of the page until the returned function is called. Calls `refused` for each press that it refuses. */
 export function watchAim(refused: () => void): () => void {
   const samples: { time: number; spots: Spot[] }[] = [];
   let moved = Number.NEGATIVE_INFINITY;

@@ -5,8 +5,8 @@ import { Age } from "../../live/Age";
 import { LiveValue } from "../../live/LiveValue";
 import { useAction, useControl } from "../../shell/context";
 import { addressOf } from "../../shell/route";
-import { isRenewed, StateTag } from "./Family";
-import { svvName } from "./families";
+import { StateTag } from "./Family";
+import { isRenewed, svvName } from "./families";
 import { Parameters } from "./Parameters";
 import { WriteField } from "./WriteField";
 

@@ -5,18 +5,13 @@ import { Age } from "../../live/Age";
 import { LiveValue } from "../../live/LiveValue";
 import { useAction, useControl } from "../../shell/context";
 import { addressOf } from "../../shell/route";
-import { columnsOf, type DeviceFamily, shortName, svvName } from "./families";
+import { columnsOf, type DeviceFamily, isRenewed, shortName, svvName } from "./families";
 import { JogButtons, JogTools, useJog } from "./Jog";
 
 const TONES: Record<string, Tone> = { standstill: "good", moving: "accent", enabling: "warn", stopping: "warn", fault: "bad" };
 
 export function StateTag(props: { of: DeviceState | undefined }) {
   return <Tag tone={TONES[props.of ?? ""] ?? "plain"}>{props.of ?? "–"}</Tag>;
-}
-
-/** Whether the verb that keeps a device going runs, and renews its values. */
-export function isRenewed(state: DeviceState | undefined): boolean {
-  return state !== undefined && state !== "disabled" && state !== "fault";
 }
 
 /** Devices of one family in a table: state, first SVVs, enabling, jogging. */

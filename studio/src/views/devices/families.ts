@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Configuration, DeviceType, SvvSpecification } from "../../control/shapes";
+import type { Configuration, DeviceState, DeviceType, SvvSpecification } from "../../control/shapes";
 
 /** Logical devices of one type whose names begin alike: the joints of an arm. */
 export interface DeviceFamily {
@@ -37,4 +37,9 @@ export function columnsOf(type: DeviceType, most = 4): [string, SvvSpecification
 
 export function shortName(device: string): string {
   return device.slice(device.lastIndexOf(".") + 1);
+}
+
+/** Whether the verb that keeps a device going runs, and renews its values. */
+export function isRenewed(state: DeviceState | undefined): boolean {
+  return state !== undefined && state !== "disabled" && state !== "fault";
 }

@@ -35,27 +35,27 @@ export class Press {
     // Released before it could begin: nothing has moved.
     if (!this.#held) return;
     const control = this.#control;
-    // The button is held now, however long the halt before it took.
-    const pressed = control.pressed();
     let beat = (Math.floor(Date.now() / BEAT_MS) % 1_000_000) + 1;
     const say = () => control.order("write", { name: BEAT, value: beat++ });
     await say();
-    const instance = await control.order(
-      "create",
-      { verb: JOG, arguments: { arm: { devices: [device] }, heartbeat: { svv: BEAT } } },
-      undefined,
-      pressed,
-    );
+    // A button that is held commands each call at the time of that call.
+    const instance = await control.order("create", { verb: JOG, arguments: { arm: { devices: [device] }, heartbeat: { svv: BEAT } } });
+    let isStarted = false;
     try {
-      await control.order("start", { instance, values: { velocity } }, undefined, pressed);
+      // The button was released meanwhile, or the connection was lost.
+      if (!this.#held) return;
+      isStarted = true;
+      await control.order("start", { instance, values: { velocity } });
       while (this.#held && (await control.look("state", { instance })) === "running") {
         await say();
         await new Promise((again) => setTimeout(again, BEAT_MS));
       }
     } finally {
-      // Whatever has happened: the joint is halted first, which needs no command, and the instance is gone then.
-      await control.stop("halt", { instance }).catch(ended);
-      await control.look("wait", { instance }).catch(ended);
+      if (isStarted) {
+        // Whatever has happened: the joint is halted first, which needs no command, and the instance is gone then.
+        await control.stop("halt", { instance }).catch(ended);
+        await control.look("wait", { instance }).catch(ended);
+      }
       await control.order("delete", { instance });
     }
   }

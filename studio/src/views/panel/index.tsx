@@ -4,6 +4,7 @@ import { addressOf, useRoute } from "../../shell/route";
 import { Fixed } from "../workspaces/Fixed";
 import { useFindings, useWorkspace, useWorkspaces } from "../workspaces/kept";
 import "../workspaces/workspaces.css";
+import { Recovery } from "./Recovery";
 import "./panel.css";
 
 /** A workspace as a panel for operators: large, with nothing beside it but what is always at the top. */
@@ -25,6 +26,7 @@ export default function OperatorPanel() {
   return (
     <div className="operator">
       <Refusals of={[...refusals, ...more, ...findings]} />
+      <Recovery />
       {workspace && <Fixed layout={workspace.layout} workspace={name} />}
       <footer className="row">
         <span className="quiet">{workspace?.title || name}</span>

@@ -25,12 +25,14 @@ function VerbButton(props: { of: Button; workspace: string }) {
   const instance = installed?.instances.find((one) => one.name === name) ?? null;
   const state = stateOf(of, instance, ends?.entries ?? []);
   const may = control.may("operate");
+  // Nothing starts while the emergency stop is latched.
+  const isLatched = (useTopic(control.topics.statistics)?.emergency ?? null) !== null;
   return (
     <li data-button={of.label}>
       <button
         type="button"
         className="primary start"
-        disabled={!may || action.busy || state.isLive || state.isMissing}
+        disabled={!may || action.busy || isLatched || state.isLive || state.isMissing}
         onClick={() => action.run(() => start(control, of, workspace, instance))}
       >
         {of.label}
@@ -44,7 +46,7 @@ function VerbButton(props: { of: Button; workspace: string }) {
       >
         Halt
       </button>
-      <Tag tone={state.tone}>{state.text}</Tag>
+      {isLatched ? <Tag tone="bad">emergency stop</Tag> : <Tag tone={state.tone}>{state.text}</Tag>}
       <Refusals of={action.refusals} />
     </li>
   );

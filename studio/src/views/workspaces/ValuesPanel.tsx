@@ -2,8 +2,10 @@
 import { useEffect, useState } from "react";
 import type { ShownValue, SvvAbout } from "../../control/shapes";
 import { Tag } from "../../design/parts";
+import { Age } from "../../live/Age";
 import { LiveValue } from "../../live/LiveValue";
-import { useControl } from "../../shell/context";
+import { useControl, useTopic } from "../../shell/context";
+import { isRenewed } from "../devices/families";
 import { beyond, limitsText } from "./limits";
 
 /** Present values with their units and limits; one beyond a limit says so in words. */
@@ -21,6 +23,9 @@ function ValueRow(props: { of: ShownValue }) {
   const { of } = props;
   const control = useControl();
   const about = useAbout(of.name);
+  const now = useTopic(control.topics.statistics);
+  const device = Object.keys(now?.devices ?? {}).find((name) => of.name.startsWith(`${name}.`));
+  const isOld = device !== undefined && !isRenewed(now?.devices[device]);
   const [wrong, setWrong] = useState<string | null>(null);
   const [missing, setMissing] = useState<string | null>(null);
   const unit = about?.unit ?? "";
@@ -34,10 +39,11 @@ function ValueRow(props: { of: ShownValue }) {
   );
   const limits = limitsText(of);
   return (
-    <div className={wrong ? "beyond" : ""} data-value={of.name}>
+    <div className={`${wrong ? "beyond" : ""} ${isOld ? "old" : ""}`} data-value={of.name}>
       <dt title={of.name}>{of.label || of.name}</dt>
       <dd>
         <LiveValue name={of.name} type_text={about?.type_text} unit={unit} /> {wrong && <Tag tone="bad">{wrong}</Tag>}
+        {isOld && <Age of={[of.name]} />}{" "}
         {limits && <span className="quiet small limits">{`${limits}${unit ? `\u202f${unit}` : ""}`}</span>}
         {missing && <span className="wrong small">{missing}</span>}
       </dd>

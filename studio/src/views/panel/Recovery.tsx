@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Refusals } from "../../design/parts";
+import { useAction, useControl, useTopic } from "../../shell/context";
+
+/** Steps back from an emergency stop: reset, then enable. Its height is the same in every state. */
+export function Recovery() {
+  const control = useControl();
+  const action = useAction();
+  const now = useTopic(control.topics.statistics);
+  const states = Object.entries(now?.devices ?? {});
+  const off = states.filter(([, state]) => state === "disabled" || state === "fault").map(([name]) => name);
+  const step = !now ? "wait" : now.emergency !== null ? "reset" : off.length > 0 ? "enable" : "ready";
+  const enable = async () => {
+    const pressed = control.pressed();
+    for (const name of off) await control.order("enable", { name }, undefined, pressed);
+  };
+  return (
+    <section className="recovery" aria-label="Recovery" data-step={step}>
+      {step === "reset" && <strong className="wrong">Stopped. Remove the cause, then reset.</strong>}
+      {step === "enable" && (
+        <span>
+          {off.length === states.length ? "The drives are off." : `Off: ${off.join(", ")}.`} Enable them, then go to a safe position.
+        </span>
+      )}
+      {step === "ready" && <span className="quiet">Ready</span>}
+      {control.may("operate") && (
+        <span className="row steps">
+          <button
+            type="button"
+            className={step === "reset" ? "primary" : ""}
+            disabled={step !== "reset" || action.busy}
+            onClick={() => action.run(() => control.order("reset", {}))}
+          >
+            Reset the stop
+          </button>
+          <button
+            type="button"
+            className={step === "enable" ? "primary" : ""}
+            disabled={step !== "enable" || action.busy}
+            onClick={() => action.run(enable)}
+          >
+            Enable the drives
+          </button>
+        </span>
+      )}
+      <Refusals of={action.refusals} />
+    </section>
+  );
+}
