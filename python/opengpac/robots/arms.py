@@ -18,10 +18,11 @@ from ..physical import Part, PhysicalDevice
 from ..processors import Processor
 from ..sources import Source
 from ..system import System
-from . import urdf
+from . import mjcf, urdf
 from .arm import Arm
 from .assembly import assemble, has_site, joint_names
 from .bare import BARE, Bare
+from .drives import integral_gain
 from .joints import Joint
 from .kinematics import Kinematics
 
@@ -51,7 +52,8 @@ def load(
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
     `path` is an MJCF or URDF file, or the name of an arm that comes with the package. What a URDF file has that no arm can have (a mesh
-    that is not there, a mass of zero, an empty range) is put right, with a warning and in `arm.notes`; with `strict` it is refused. Its
+    that is not there, a mass of zero, an empty range) is put right, with a warning and in `arm.notes`; with `strict` it is refused. So is
+    an MJCF file without a motor, or with links that touch at the arm's home: they do not collide with each other. A URDF file's
     packages are looked for in `package_paths`, then where ROS looks for them, then in the folders above the file. `tool` is one that is
     screwed to its flange (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints
     only. Where the tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The maximum speeds
@@ -66,7 +68,7 @@ def load(
     physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     packages = [Path(folder) for folder in package_paths]
-    model = _model(path, tool, scene, packages)
+    model = _model(path, tool, scene, packages, is_simulated=driver is None)
     _tell(model.notes, strict)
     driver = model.wired(driver)
     name = name or model.name
@@ -99,7 +101,7 @@ def load(
     try:
         for part in device:
             if part.name in own:
-                joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name)))
+                joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name), part.name in model.held_back))
         arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes)
         arm.model = identity
         rtp.system._by_name.keep("arm", name, asked, arm)
@@ -136,12 +138,18 @@ def _made_before(system: System, name: str, asked: Mapping[str, Any]) -> Arm | N
 
 
 def _model(
-    path: str | os.PathLike[str], tool: str | os.PathLike[str] | None, scene: str | os.PathLike[str] | None, packages: list[Path]
+    path: str | os.PathLike[str],
+    tool: str | os.PathLike[str] | None,
+    scene: str | os.PathLike[str] | None,
+    packages: list[Path],
+    is_simulated: bool,
 ) -> _Model | Bare:
     """What is known of an arm."""
     bare = BARE.get(str(path))
     if bare is None:
-        return _Model.of(_file(path), None if tool is None else _file(tool), None if scene is None else _file(scene), packages)
+        return _Model.of(
+            _file(path), None if tool is None else _file(tool), None if scene is None else _file(scene), packages, is_simulated
+        )
     if tool is not None or scene is not None:
         refuse(CallError, f"'{bare.name}' has no model that a tool or a scene could be added to", "load its URDF or MJCF file")
     return bare
@@ -162,6 +170,8 @@ class _Model:
     speeds: Mapping[str, float]
     notes: tuple[str, ...]
     """What was put right in the arm's file."""
+    held_back: frozenset[str]
+    """Joints with dry friction, and those that others follow: their drive's equations lack that."""
 
     @property
     def name(self) -> str:
@@ -182,16 +192,19 @@ class _Model:
         return driver
 
     @classmethod
-    def of(cls, arm: Path, tool: Path | None, scene: Path | None, packages: list[Path]) -> Self:
-        own, speeds, notes = None, {}, ()
+    def of(cls, arm: Path, tool: Path | None, scene: Path | None, packages: list[Path], is_simulated: bool) -> Self:
+        own, speeds, notes, held_back = None, {}, (), frozenset[str]()
         if urdf.is_urdf(arm):
             converted = urdf.convert(arm, packages)
             own, speeds, notes = converted.text, converted.speeds, converted.notes
+            held_back = converted.held_back
+        elif is_simulated and arm.parent != _ARMS:
+            own, notes, held_back = mjcf.put_right(arm)
         if tool is None and scene is None:
-            return cls(arm, own, None, set(), False, speeds, notes)
+            return cls(arm, own, None, set(), False, speeds, notes, held_back)
         file = _kept(own, arm)
         whole, joints = assemble(file, tool, scene), joint_names(file)
-        return cls(arm, own, whole, joints, tool is not None and has_site(tool, TIP_SITE), speeds, notes)
+        return cls(arm, own, whole, joints, tool is not None and has_site(tool, TIP_SITE), speeds, notes, held_back)
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """The machine."""
@@ -220,10 +233,12 @@ def _kept(text: str | None, arm: Path) -> Path:
     return file
 
 
-def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float | None) -> Joint:
-    """A joint as its part says, no faster than the model."""
+def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float | None, is_held_back: bool) -> Joint:
+    """A joint as its part says, no faster than the model; with an integral part where friction or followers hold it back."""
     fastest = min(part.about.get("speed_max", drivers.UNLIMITED), speed or drivers.UNLIMITED)
     limits = {} if fastest >= drivers.UNLIMITED else {"max_speed": fastest}
+    if is_held_back and (gain := integral_gain(part)) > 0.0:
+        limits["ki"] = gain
     return Joint(f"{arm}.{part.name}", drive=part, on=source, arbitration=arbitration, **limits)
 
 

@@ -49,6 +49,11 @@ class Bare:
         """None: there is no file."""
         return ()
 
+    @property
+    def held_back(self) -> Collection[str]:
+        """None that is known."""
+        return ()
+
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """Without a driver there is nothing to open."""
         refuse(

@@ -17,6 +17,9 @@ from .servos import SERVO_PERIOD, joint_decoupled_servo, joint_follower, joint_s
 JOG_SPEED = 0.25
 """Maximum speed of a joint for which nothing says another, rad/s."""
 
+INTEGRAL_SHARE = 4.0 / 27.0
+"""Integral gain of a decoupled servo over kp times its bandwidth, the largest at which no pole oscillates."""
+
 _SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0}
 """Limits of sliding joints, in m, where nothing says others."""
 
@@ -31,6 +34,13 @@ def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dic
     if isinstance(fastest, int | float) and "jog_speed" not in given:
         found["jog_speed"] = min(fastest, found.get("jog_speed", JOG_SPEED))
     return found
+
+
+def integral_gain(drive: Part) -> float:
+    """Returns the integral gain for friction and followers (mimic) that the equations of a drive lack; 0 for another drive."""
+    gains = drive.about.get("decoupled")
+    # Critically damped, so the bandwidth is 2 kp / kd.
+    return INTEGRAL_SHARE * gains["kp"] * 2.0 * gains["kp"] / gains["kd"] if gains and gains["kd"] > 0.0 else 0.0
 
 
 def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., Any] | None:

@@ -29,12 +29,13 @@ class Converted:
     """An arm's URDF file, converted.
 
     `text` is the MJCF model, `speeds` the maximum speed of each joint that has one (rad/s or m/s), `notes` what was put right, one
-    sentence each.
+    sentence each, `held_back` the joints with dry friction and those that others follow.
     """
 
     text: str
     speeds: dict[str, float]
     notes: tuple[str, ...]
+    held_back: frozenset[str]
 
 
 def is_urdf(file: Path) -> bool:
@@ -59,12 +60,18 @@ def convert(file: Path, package_paths: Iterable[Path] = ()) -> Converted:
         refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
     source = Source.read(file)
     speeds = cleaning.clean(source)
+    held_back = frozenset(mimic.get("joint", "") for mimic in source.root.findall("joint/mimic")) | {
+        joint.get("name", "")
+        for joint in source.root.findall("joint")
+        for dynamics in joint.findall("dynamics")
+        if dynamics.get("friction")
+    }
     meshes.place(source, packages.Packages(file, package_paths))
     try:
         spec = _compiled(mujoco, source)
     except (ValueError, OSError, mujoco.FatalError) as error:
         refuse(DeviceFailed, f"MuJoCo cannot read the URDF file '{file}': {error}", "mend what it names, or give the arm as MJCF")
-    return Converted(_balanced(spec.to_xml()), speeds, tuple(source.notes))
+    return Converted(_balanced(spec.to_xml()), speeds, tuple(source.notes), held_back)
 
 
 def _balanced(text: str) -> str:

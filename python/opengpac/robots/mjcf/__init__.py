@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MJCF files of other people's arms: what keeps an arm from moving is put right, each with a note.
+
+A process of its own looks a file over (`survey`), for MuJoCo does not survive every file. A file that it cannot read is left as it is: the
+driver says what is wrong with it.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+_SURVEY = Path(__file__).parent / "survey.py"
+SECONDS_MAX = 60.0
+"""Time that one survey may take."""
+
+
+def put_right(file: Path) -> tuple[str | None, tuple[str, ...], frozenset[str]]:
+    """Returns the model to simulate in place of a file, or nothing where the file is used as it is, the notes on what was
+    changed, and the joints that dry friction or followers hold back."""
+    try:
+        run = subprocess.run([sys.executable, _SURVEY, file], capture_output=True, timeout=SECONDS_MAX, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return None, (), frozenset()
+    lines = run.stdout.splitlines()
+    if run.returncode != 0 or not lines:
+        return None, (), frozenset()
+    text, notes, held_back = json.loads(lines[-1])
+    return text, tuple(f"{file.name}: {note}" for note in notes), frozenset(held_back)

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Looks an MJCF file over and prints, as JSON, the model to simulate in its place (null: the file itself) and what was changed.
+
+It runs as a program, `python survey.py FILE`, in a process of its own, and imports nothing of OpenGPAC.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+mujoco: Any = importlib.import_module("mujoco")
+
+POSES = 64
+"""Number of poses looked at besides the home pose."""
+TURN, SLIDE = np.pi, 0.5
+"""The part of its range that is looked at where a joint has no limits, rad and m either way."""
+ACCELERATION = 5.0
+"""The acceleration that a motor without a limit of its own is made for, of all joints at once, rad/s^2 or m/s^2."""
+RESERVE = 2.0
+"""Effort of such a motor as a multiple of what it needs."""
+DAMPING_MAX = 1e6
+"""A joint with more damping than this is locked: no motor moves it."""
+_KINDS = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+def main(file: Path) -> None:
+    """Prints `[text or null, notes, joints that dry friction or followers hold back]`."""
+    spec = mujoco.MjSpec.from_file(str(file))
+    model = spec.compile()
+    notes: list[str] = []
+    if not any(kind == mujoco.mjtTrn.mjTRN_JOINT for kind in model.actuator_trntype):
+        notes += _give_motors(spec, model)
+        model = spec.compile()
+    notes += _exclude(spec, model)
+    print(json.dumps([_text(spec, file.parent) if notes else None, notes, _held_back(spec, model)]))
+
+
+def _held_back(spec: Any, model: Any) -> list[str]:
+    """Names the joints with dry friction and those that others follow."""
+    led = {equality.name2 for equality in spec.equalities if equality.type == mujoco.mjtEq.mjEQ_JOINT}
+    rubs = {joint.name for joint in spec.joints if joint.type in _KINDS and model.dof_frictionloss[model.jnt_dofadr[joint.id]] > 0.0}
+    return sorted(name for name in led | rubs if name)
+
+
+def _text(spec: Any, folder: Path) -> str:
+    """The model with the whole path of every file: it is read from another folder."""
+    spec.compile()
+    root = ElementTree.fromstring(spec.to_xml())
+    folders = {"texture": "", "other": ""}
+    for compiler in root.iter("compiler"):
+        compiler.set("strippath", "false")
+        assets = compiler.attrib.pop("assetdir", "")
+        folders["texture"] = compiler.attrib.pop("texturedir", assets)
+        folders["other"] = compiler.attrib.pop("meshdir", assets)
+    for element in root.iter():
+        for word in [word for word in element.attrib if word.startswith("file")]:
+            place = folders["texture" if element.tag == "texture" else "other"]
+            element.set(word, str(folder / place / element.attrib[word]))
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _give_motors(spec: Any, model: Any) -> list[str]:
+    """Gives every joint a motor, but those that follow another one or are locked. What leads a body by a mocap body is taken away."""
+    notes = []
+    leaders = {body.name for body in spec.bodies if body.mocap}
+    for equality in [equality for equality in spec.equalities if {equality.name1, equality.name2} & leaders]:
+        notes.append(f"the file leads '{equality.name1}' and '{equality.name2}' together by a mocap body: motors lead the arm instead")
+        spec.delete(equality)
+    followers = {equality.name1 for equality in spec.equalities if equality.type == mujoco.mjtEq.mjEQ_JOINT and equality.name2}
+    efforts, given = _efforts(model), []
+    for joint in spec.joints:
+        id = joint.id
+        if joint.type not in _KINDS or joint.name in followers or not joint.name:
+            continue
+        if model.dof_damping[model.jnt_dofadr[id]] > DAMPING_MAX:
+            notes.append(f"joint '{joint.name}' is locked by its damping: it has no motor")
+            continue
+        motor = spec.add_actuator(name=f"motor of {joint.name}", target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        unit = "N.m" if joint.type == mujoco.mjtJoint.mjJNT_HINGE else "N"
+        if model.jnt_actfrclimited[id]:
+            given.append(f"'{joint.name}' with the limit of the file")
+            continue
+        motor.forcelimited, motor.forcerange = True, [-efforts[id], efforts[id]]
+        given.append(f"'{joint.name}' {efforts[id]:g} {unit}")
+    return [*notes, f"no actuator drives a joint: motors are added, {', '.join(given)}"] if given else []
+
+
+def _efforts(model: Any) -> Any:
+    """For each joint, the effort that holds it against gravity, springs and friction and accelerates it, with a reserve."""
+    data, most = mujoco.MjData(model), np.zeros(model.nv)
+    inertia = np.zeros((model.nv, model.nv))
+    for _ in _poses(model, data):
+        mujoco.mj_fullM(model, data, inertia)
+        moved = np.where(model.dof_damping > DAMPING_MAX, 0.0, ACCELERATION)
+        most = np.maximum(most, np.abs(data.qfrc_bias) + np.abs(data.qfrc_spring) + np.abs(inertia) @ moved)
+    most = RESERVE * (most + model.dof_frictionloss + np.minimum(model.dof_damping, DAMPING_MAX))
+    return [float(f"{most[dof]:.2g}") for dof in model.jnt_dofadr]
+
+
+def _poses(model: Any, data: Any) -> Any:
+    """Puts the arm at its home, then at poses spread evenly over the ranges, and yields the number of each."""
+    home = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, "home")
+    mujoco.mj_resetDataKeyframe(model, data, home)
+    joints = [j for j in range(model.njnt) if model.jnt_type[j] in _KINDS]
+    places = [int(model.jnt_qposadr[j]) for j in joints]
+    whole = np.array([TURN if model.jnt_type[j] == _KINDS[0] else SLIDE for j in joints])
+    start = data.qpos[places].copy()
+    low, high = start - whole, start + whole
+    limits = model.jnt_range[joints]
+    is_limited = (model.jnt_limited[joints] != 0) & (limits[:, 0] <= limits[:, 1]) if joints else np.zeros(0, bool)
+    start = np.where(is_limited, np.clip(start, limits[:, 0], limits[:, 1]), start)
+    low, high = np.where(is_limited, limits[:, 0], low), np.where(is_limited, limits[:, 1], high)
+    # A fixed seed: a file is read alike each time.
+    shares = np.random.default_rng(1).random((POSES, len(joints)))
+    for number, pose in enumerate([start, *(low + (high - low) * shares)]):
+        data.qpos[places] = pose
+        mujoco.mj_forward(model, data)
+        yield number
+
+
+def _exclude(spec: Any, model: Any) -> list[str]:
+    """Excludes the pairs of links that touch at home; MuJoCo excludes neighbours itself."""
+    driven = {int(model.actuator_trnid[a][0]) for a in range(model.nu) if model.actuator_trntype[a] == mujoco.mjtTrn.mjTRN_JOINT}
+    trees = {int(model.body_treeid[model.jnt_bodyid[j]]) for j in driven}
+    data = mujoco.MjData(model)
+    next(_poses(model, data))
+    # A contact with an address pushes.
+    touching = {
+        tuple(sorted(int(model.geom_bodyid[geom]) for geom in contact.geom)) for contact in data.contact if contact.efc_address >= 0
+    }
+    notes = []
+    for pair in sorted(touching):
+        of = {int(model.body_treeid[body]) for body in pair}
+        first, second = (model.body(body).name for body in pair)
+        # Tree -1 is what stands still. An object that the arm touches is no part of the arm.
+        if of & trees and not of - trees - {-1} and first and second:
+            spec.add_exclude(bodyname1=first, bodyname2=second)
+            notes.append(f"'{first}' and '{second}' touch at the arm's home: they do not collide with each other")
+    return notes
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

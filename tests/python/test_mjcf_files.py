@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MJCF files as people have them: what keeps an arm from moving is put right, with a note; all else is left as it is."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import opengpac as gpac
+from opengpac.robots import mjcf
+
+ARM = """<mujoco model="arm"><compiler angle="radian"{compiler}/>{assets}
+<worldbody>
+<body name="base" pos="0 0 0.5"><geom name="base" type="sphere" size="0.08"/>
+<body name="upper"><joint name="shoulder" axis="0 0 1" range="-2 2"{joint}/>
+<geom type="capsule" fromto="0.15 0 0 0.3 0 0" size="0.03" mass="2"/>{upper}
+<body name="fore" pos="0.4 0 0"><joint name="elbow" axis="0 1 0" range="-2 2"/>
+<geom type="capsule" fromto="0.05 0 0 0.2 0 0" size="0.03" mass="1"/>
+<body name="hand" pos="0.25 0 0"><joint name="wrist" axis="0 0 1" range="-2 2"/>
+<geom type="sphere" size="0.03" pos="{hand} 0 0" mass="0.2"/></body></body></body></body>
+{world}</worldbody>{actuators}{more}</mujoco>"""
+MOTORS = "<actuator>" + "".join(f'<motor joint="{j}" ctrlrange="-80 80"/>' for j in ("shoulder", "elbow", "wrist")) + "</actuator>"
+REACHES_BACK = "-0.3"
+"""The hand's shape lies within the upper arm: two joints apart, so MuJoCo lets them collide."""
+
+
+def arm(folder: Path, *, hand: str = "0.05", actuators: str = MOTORS, **parts: str) -> Path:
+    """A model of three joints, with these parts."""
+    file = folder / "arm.xml"
+    given = {name: parts.get(name, "") for name in ("compiler", "assets", "joint", "upper", "world", "more")}
+    file.write_text(ARM.format(hand=hand, actuators=actuators, **given))
+    return file
+
+
+def moved(file: Path, goal: list[float]) -> tuple[gpac.robots.Arm, float]:
+    """The arm of a file after a move, and how far it is from the goal 0.2 s later, rad."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = gpac.robots.load(file, name=file.parent.name, clock="virtual").enable()
+    gpac.motion.move_absolute(found, goal, time_limit="20 s")
+    found.system.advance("0.2 s")
+    return found, float(np.abs(np.array(found.values("sensed")) - goal).max())
+
+
+def test_a_sound_file_is_used_as_it_is(tmp_path: Path) -> None:
+    assert mjcf.put_right(arm(tmp_path)) == (None, (), frozenset())
+    found, error = moved(arm(tmp_path), [0.5, 0.4, 0.3])
+    assert found.notes == () and error < 1e-3
+
+
+def test_links_that_touch_at_home_do_not_collide(tmp_path: Path) -> None:
+    found, error = moved(arm(tmp_path, hand=REACHES_BACK), [0.5, 0.4, 0.3])
+    assert found.notes == ("arm.xml: 'upper' and 'hand' touch at the arm's home: they do not collide with each other",)
+    assert error < 1e-3
+
+
+def test_strict_refuses_such_a_file(tmp_path: Path) -> None:
+    with pytest.raises(gpac.errors.DeviceFailed, match=r"1 things in the file .*'upper' and 'hand' touch at the arm's home"):
+        gpac.robots.load(arm(tmp_path, hand=REACHES_BACK), name="strict", clock="virtual", strict=True)
+
+
+def test_what_the_arm_meets_on_its_way_stays_there(tmp_path: Path) -> None:
+    stand = '<body name="stand"><geom type="sphere" size="0.03" pos="0 0.2 0.5"/></body>'
+    assert mjcf.put_right(arm(tmp_path, world=stand)) == (None, (), frozenset())
+
+
+def test_an_object_that_the_hand_touches_at_home_stays_in_its_way(tmp_path: Path) -> None:
+    ball = '<body name="ball" pos="0.72 0 0.5"><freejoint/><geom type="sphere" size="0.03"/></body>'
+    assert mjcf.put_right(arm(tmp_path, world=ball)) == (None, (), frozenset())
+
+
+def test_a_file_without_actuators_gets_motors(tmp_path: Path) -> None:
+    found, error = moved(arm(tmp_path, actuators=""), [0.5, 0.4, 0.3])
+    assert "no actuator drives a joint: motors are added, 'shoulder' " in found.notes[0] and "N.m, 'elbow' " in found.notes[0]
+    # The elbow holds 1 kg at 0.125 m and 0.2 kg at 0.3 m: 1.8 N.m, and as much again in reserve.
+    assert error < 1e-3 and 3.6 < found["elbow"].max_effort < 10.0
+
+
+def test_followers_and_locked_joints_get_no_motor(tmp_path: Path) -> None:
+    follows = '<equality><joint joint1="wrist" joint2="elbow"/></equality>'
+    _, notes, _ = mjcf.put_right(arm(tmp_path, actuators="", joint=' damping="1e9"', more=follows))
+    assert notes[0] == "arm.xml: joint 'shoulder' is locked by its damping: it has no motor"
+    assert "'elbow'" in notes[1] and "'wrist'" not in notes[1]
+
+
+def test_a_mocap_body_gives_way_to_the_motors(tmp_path: Path) -> None:
+    lead = '<body name="lead" mocap="true" pos="0.7 0 0.5"/>'
+    weld = '<equality><weld body1="lead" body2="hand"/></equality>'
+    found, error = moved(arm(tmp_path, actuators="", world=lead, more=weld), [0.5, 0.4, 0.3])
+    assert "'lead' and 'hand' together by a mocap body" in found.notes[0] and error < 1e-3
+
+
+def test_files_beside_the_model_are_found_from_elsewhere(tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "skin.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    skin = {"assets": '<asset><mesh name="skin" file="skin.obj" scale="0.1 0.1 0.1"/></asset>', "compiler": ' meshdir="meshes"'}
+    shape = '<geom type="mesh" mesh="skin" contype="0" conaffinity="0" mass="0.1"/>'
+    found, error = moved(arm(tmp_path, actuators="", upper=shape, **skin), [0.2, 0.2, 0.2])
+    assert len(found.notes) == 1 and error < 1e-3
+
+
+@pytest.mark.parametrize(
+    "text", ["", "<mujoco", "<mujoco><worldbody><body/></worldbody></mujoco>", '<mujoco><include file="none.xml"/></mujoco>']
+)
+def test_a_damaged_file_is_refused_by_the_driver(tmp_path: Path, text: str) -> None:
+    file = tmp_path / "odd.xml"
+    file.write_text(text)
+    assert mjcf.put_right(file) == (None, (), frozenset())
+    with pytest.raises(gpac.errors.DeviceFailed, match=r"odd\.xml"):
+        gpac.robots.load(file, name=file.parent.name, clock="virtual")
+
+
+def test_friction_and_followers_keep_no_joint_off_its_goal(tmp_path: Path) -> None:
+    file = arm(
+        tmp_path,
+        joint=' frictionloss="5" damping="2"',
+        more='<equality><joint joint1="wrist" joint2="elbow" polycoef="0 1 0 0 0"/></equality>',
+    )
+    file.write_text(file.read_text().replace('<motor joint="wrist" ctrlrange="-80 80"/>', ""))
+    _, error = moved(file, [0.5, 0.4])
+    assert error < 1e-4
