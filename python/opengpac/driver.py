@@ -38,6 +38,7 @@ from typing import Any, Final, TypeVar, overload
 
 from . import _native
 from .errors import CallError, DefinitionError, DeviceFailed, did_you_mean, refusals, refuse
+from .given import range_of
 
 __all__ = [
     "NOTHING_NEW", "Channel", "Counter", "Driver", "NothingNew", "Option", "Part", "PartValues", "Service", "counter", "part", "read",
@@ -80,8 +81,12 @@ class _Named:
 
 
 class _Option(_Named):
-    def __init__(self, doc: str, default: Any, unit: str) -> None:
+    def __init__(self, doc: str, default: Any, unit: str, within: str | Sequence[float] | None = None) -> None:
         self.doc, self.default, self.unit = doc, default, unit
+        ends = range_of(within, "the range of an option")
+        text = ends if isinstance(ends, str | None) else f"[{ends[0]}, {ends[1]}]"
+        # A time without a declared range is not negative.
+        self.range = text or ("[0, inf)" if unit in ("s", "ns") else None)
 
     def taken(self, kind: type | None, value: Any, what: str) -> Any:
         """The value of the option, of the type that its annotation says; a text with a unit where a number in that unit is asked for."""
@@ -93,12 +98,16 @@ class _Option(_Named):
         if kind is not None and (not isinstance(value, kind) or (kind is int and isinstance(value, bool))):
             unit = f" in {self.unit}" if self.unit else ""
             refuse(CallError, f"{what} is {value!r}", f"give {kind.__name__}{unit}: {self.doc}")
+        if kind in (int, float):
+            with refusals:
+                _native.check_range(what, f"{self.unit} {self.range or ''}".strip(), float(value))
         return value
 
     def about(self, name: str, kind: type | None) -> dict[str, Any]:
         """As manuals have it."""
         default = None if self.default is _NEEDED else str(self.default)
-        return {"name": name, "kind": _KIND_NAMES.get(kind, "text"), "unit": self.unit, "default": default, "doc": self.doc}
+        ranged = {} if self.range is None or kind not in (int, float) else {"range": self.range}
+        return {"name": name, "kind": _KIND_NAMES.get(kind, "text"), "unit": self.unit, **ranged, "default": default, "doc": self.doc}
 
 
 def _annotated(owner: type, name: str) -> type | None:
@@ -242,9 +251,13 @@ def _argument(name: str, parameter: inspect.Parameter) -> _Option:
     return _Option(name, _NEEDED if parameter.default is inspect.Parameter.empty else parameter.default, "")
 
 
-def Option(doc: str, default: Any = _NEEDED, *, unit: str = "") -> Any:
-    """An option of a driver: `port: str = Option("the serial port")`. Without a default it must be given; a number may have a unit."""
-    return _Option(doc, default, unit)
+def Option(doc: str, default: Any = _NEEDED, *, unit: str = "", within: str | Sequence[float] | None = None) -> Any:
+    """An option of a driver: `port: str = Option("the serial port")`. Without a default it must be given; a number may have a unit.
+
+    `within` is the range of a number, `(0, 60)` or `"(0, inf)"`: what is out of it is refused before the device is opened. A time (`s`,
+    `ns`) without one is not negative.
+    """
+    return _Option(doc, default, unit, within)
 
 
 def read(type: str = "double", *, unit: str = "", doc: str = "") -> Any:

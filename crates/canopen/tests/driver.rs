@@ -252,11 +252,11 @@ fn wrong_options_are_refused_with_their_remedy() {
         axis.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
         json!([axis])
     };
-    assert!(refused(axis(json!({ "node": 128 })), json!({})).contains("node is 128; nodes are 1 to 127"));
+    assert!(refused(axis(json!({ "node": 128 })), json!({})).contains("option 'axes.x.node': it cannot be 128: its range is 1 to 127"));
     assert!(refused(axis(json!({ "node": 127 })), json!({})).contains("127 is this controller (own_node)"));
     assert!(refused(axis(json!({ "counts": 0 })), json!({})).contains("counts is 0"));
     assert!(refused(axis(json!({ "mode": "torque" })), json!({})).contains("needs its rated_torque"));
-    assert!(refused(axis(json!({})), json!({ "cycle_ns": 1 })).contains("0.25 ms to 1 s"));
+    assert!(refused(axis(json!({})), json!({ "cycle_ns": 1 })).contains("it cannot be 1 ns: its range is 250 us to 1 s; give 1000000 for 1 ms"));
     assert!(refused(axis(json!({})), json!({ "timeout_ns": 70_000_000_000_i64 })).contains("65.535 s"));
     assert!(refused(json!([]), json!({})).contains("1 to 32 axes"));
     let silent = common::opened("emulated:gone", &axis(json!({})), &json!({})).err().expect("refused");

@@ -140,8 +140,8 @@ fn refused(module: Value) -> String {
 #[test]
 fn wrong_terminals_are_refused_with_what_they_can_be() {
     assert!(refused(json!({ "channels": { "a": {} } })).contains("channel 'a' is one of input, output, analog_input and analog_output"));
-    assert!(refused(json!({ "channels": { "a": { "input": 64 } } })).contains("channel 'a' is digital input 64; they are 0 to 63"));
-    assert!(refused(json!({ "channels": { "a": { "analog_input": 12 } } })).contains("they are 0 to 11"));
+    assert!(refused(json!({ "channels": { "a": { "input": 64 } } })).contains("channels.a.input': it cannot be 64: its range is 0 to 63"));
+    assert!(refused(json!({ "channels": { "a": { "analog_input": 12 } } })).contains("its range is 0 to 11"));
     assert!(refused(json!({ "channels": { "a": { "input": 1 }, "b": { "input": 1 } } })).contains("'a' and 'b' are both digital input 1"));
     assert!(refused(json!({ "channels": { "a": { "output": 1, "scale": 2.0 } } })).contains("it has no scale, offset or unit"));
     assert!(refused(json!({ "channels": { "a": { "output": 1, "safe": 1.5 } } })).contains("a digital output has true or false"));

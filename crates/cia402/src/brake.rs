@@ -3,6 +3,7 @@
 //!
 //! It is released only while the motor holds the axis, and the motor holds the axis until the brake has closed.
 use crate::objects::Entry;
+use device::{Kind, OptionWord};
 use serde::Deserialize;
 
 /// The digital outputs of a drive by CiA 402, and which of them the controller sets.
@@ -11,6 +12,15 @@ const MASK: u8 = 2;
 /// The option of the quick stop, and the one by which the motor holds behind the ramp.
 const QUICK_STOP_OPTION: Entry = Entry { index: 0x605A, sub: 0 };
 const STAYS_IN_QUICK_STOP: i16 = 6;
+
+/// Numbers of a brake. Its times are told to no drive; each is a pause of the driver.
+pub(crate) const FIELDS: [OptionWord; 5] = [
+    OptionWord::with_default("index", Kind::Whole, "0x60FE", "object of its output").within(0.0, 65535.0),
+    OptionWord::with_default("sub", Kind::Whole, "1", "subindex of its output").within(0.0, 255.0),
+    OptionWord::with_default("bit", Kind::Whole, "0", "bit of its output").within(0.0, 31.0),
+    OptionWord::with_default("release_ns", Kind::Whole, "0.1 s", "how long it takes to open").unit("ns").within(0.0, u32::MAX as f64),
+    OptionWord::with_default("close_ns", Kind::Whole, "0.1 s", "how long it takes to close").unit("ns").within(0.0, u32::MAX as f64),
+];
 
 /// A brake, as it is asked for.
 #[derive(Clone, Copy, Debug, Deserialize)]

@@ -6,6 +6,7 @@ use crate::declaration::Declaration;
 use crate::life::SafeState;
 use crate::services::ServiceWord;
 use crate::words::OptionWord;
+use interval::Interval;
 use serde::{Deserialize, Serialize};
 
 /// What a driver declares of itself.
@@ -42,6 +43,9 @@ pub struct OptionAbout {
     pub kind: String,
     /// Empty for none.
     pub unit: String,
+    /// Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Left out: every number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range: Option<String>,
     /// What it is where it is left out, in words; null: it must be given.
     pub default: Option<String>,
     pub doc: String,
@@ -107,7 +111,8 @@ impl From<&'static Declaration> for Manual {
 impl From<&OptionWord> for OptionAbout {
     fn from(of: &OptionWord) -> OptionAbout {
         let OptionWord { name, kind, unit, default, doc, .. } = *of;
-        OptionAbout { name: name.into(), kind: kind.name().into(), unit: unit.into(), default: default.map(str::to_owned), doc: doc.into() }
+        let range = Some(of.interval()).filter(|range| of.is_numeric() && *range != Interval::ANY).map(|range| range.to_string());
+        OptionAbout { name: name.into(), kind: kind.name().into(), unit: unit.into(), range, default: default.map(str::to_owned), doc: doc.into() }
     }
 }
 

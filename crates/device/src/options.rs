@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options that a driver is given, checked against those that it declares.
 use crate::error::DriverError;
+use crate::ranges::{Outside, outside};
 use crate::words::{Kind, OptionWord};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
@@ -39,6 +40,9 @@ impl<'a> Given<'a> {
             };
             if !is_of(word.kind, value) {
                 return wrong(name, format!("{} is asked for, and {value} is none", asked_for(word)));
+            }
+            if let Some(Outside { path, problem }) = outside("", word, value) {
+                return wrong(&path, problem);
             }
         }
         Ok(Given { kind, options: Value::Object(given) })

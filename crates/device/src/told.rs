@@ -5,7 +5,7 @@ use crate::counters::CounterWord;
 use crate::declaration::Declaration;
 use crate::manual::{CounterAbout, OptionAbout, ServiceAbout};
 use crate::services::ServiceWord;
-use crate::words::{Kind, OptionWord, Reach};
+use crate::words::{Kind, OptionWord};
 use serde::Deserialize;
 use serde_json::Value;
 use std::sync::{Mutex, PoisonError};
@@ -59,7 +59,8 @@ fn service(of: &ServiceAbout) -> Result<ServiceWord, String> {
 
 fn argument(of: &OptionAbout) -> Result<OptionWord, String> {
     let default = of.default.as_deref().map(stays);
-    Ok(OptionWord { name: stays(&of.name), kind: kind(&of.kind)?, unit: stays(&of.unit), default, doc: stays(&of.doc), reach: Reach::Device })
+    let range = of.range.as_deref().map(str::parse).transpose()?;
+    Ok(OptionWord { unit: stays(&of.unit), default, range, ..OptionWord::needed(stays(&of.name), kind(&of.kind)?, stays(&of.doc)) })
 }
 
 fn kind(name: &str) -> Result<Kind, String> {

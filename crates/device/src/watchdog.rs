@@ -16,8 +16,8 @@ use crate::services::Services;
 use crate::words::{Kind, OptionWord};
 use std::sync::Arc;
 
-/// Shorter than any source can promise.
-const TIMEOUT_NS_MIN: i64 = 1_000_000;
+/// A shorter one no source can promise to keep; a longer one guards nobody.
+const TIMEOUT_NS: [f64; 2] = [1e6, 3.6e12];
 
 struct Watchdog {
     inner: Box<dyn Driver>,
@@ -34,28 +34,17 @@ pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
     "none",
     "its watchdog: without a new command for so long after one that moves anything, it goes to its safe state by itself",
 )
-.unit("ns");
+.unit("ns")
+.within(TIMEOUT_NS[0], TIMEOUT_NS[1]);
 
 /// Makes a driver, with a watchdog where its options ask for one.
 pub(crate) fn watched(given: &Given<'_>, of: &Declaration) -> Result<Opened, DriverError> {
     let timeout_ns = given.value()[TIMEOUT.name].as_i64();
-    check_timeout(given, timeout_ns)?;
     let (inner, about) = of.make(&given.without(TIMEOUT.name))?;
     Ok(match timeout_ns {
         Some(timeout_ns) => (Box::new(Watchdog { inner, timeout_ns, commanded_ns: None, is_over: false }), about),
         None => (inner, about),
     })
-}
-
-/// Refuses one that is too short.
-///
-/// # Errors
-/// [`DriverError::Option`].
-pub fn check_timeout(given: &Given<'_>, timeout_ns: Option<i64>) -> Result<(), DriverError> {
-    if timeout_ns.is_some_and(|ns| ns < TIMEOUT_NS_MIN) {
-        return Err(given.wrong(TIMEOUT.name, "at least 1 ms"));
-    }
-    Ok(())
 }
 
 /// What a driver says when it finds that the device did not wait for it.

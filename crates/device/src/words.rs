@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A typed word of a declaration: an option of a driver, an argument of a service.
+use interval::Interval;
 
 /// What the value of an option is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +30,16 @@ pub enum Reach {
     Entries(&'static [(&'static str, Reach)]),
 }
 
+/// Tables in the value of an option, and the words of each: slices, because drivers share some of them.
+#[derive(Clone, Copy, Debug)]
+pub enum Inside {
+    Nothing,
+    /// The value is a table with these.
+    Fields(&'static [&'static [OptionWord]]),
+    /// The value is a list or a table of tables, each with these.
+    Entries(&'static [&'static [OptionWord]]),
+}
+
 /// An option of a driver.
 #[derive(Clone, Copy, Debug)]
 pub struct OptionWord {
@@ -41,6 +52,9 @@ pub struct OptionWord {
     /// One line.
     pub doc: &'static str,
     pub reach: Reach,
+    /// Range of its number, or of each number of its list; none: what is plausible for its unit.
+    pub range: Option<Interval>,
+    pub inside: Inside,
 }
 
 impl Kind {
@@ -63,17 +77,37 @@ impl Kind {
 impl OptionWord {
     /// One that must be given.
     pub const fn needed(name: &'static str, kind: Kind, doc: &'static str) -> OptionWord {
-        OptionWord { name, kind, unit: "", default: None, doc, reach: Reach::Device }
+        OptionWord { name, kind, unit: "", default: None, doc, reach: Reach::Device, range: None, inside: Inside::Nothing }
     }
 
     /// One that may be left out; `default` says what it is then.
     pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> OptionWord {
-        OptionWord { name, kind, unit: "", default: Some(default), doc, reach: Reach::Device }
+        OptionWord { default: Some(default), ..OptionWord::needed(name, kind, doc) }
     }
 
     /// With a unit.
     pub const fn unit(self, unit: &'static str) -> OptionWord {
         OptionWord { unit, ..self }
+    }
+
+    /// A number from `least` to `most`, or a list of such numbers.
+    pub const fn within(self, least: f64, most: f64) -> OptionWord {
+        OptionWord { range: Some(Interval::closed(least, most)), ..self }
+    }
+
+    /// A number above `least`, up to `most`, or a list of such numbers.
+    pub const fn above(self, least: f64, most: f64) -> OptionWord {
+        OptionWord { range: Some(Interval::above(least, most)), ..self }
+    }
+
+    /// A table with these words.
+    pub const fn fields(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
+        OptionWord { inside: Inside::Fields(words), ..self }
+    }
+
+    /// A list or a table of tables, each with these words.
+    pub const fn entries(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
+        OptionWord { inside: Inside::Entries(words), ..self }
     }
 
     /// With a value that reaches beyond the device.

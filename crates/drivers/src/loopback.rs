@@ -24,10 +24,12 @@ pub(crate) static DRIVER: Declaration = Declaration {
 
 const OPTIONS: [OptionWord; 6] = [
     OptionWord::needed("parts", Kind::List, "names, at least one"),
-    OptionWord::with_default("initial", Kind::List, "0 each", "positions at the start").unit("rad"),
-    OptionWord::with_default("fail_at_ns", Kind::Whole, "never", "from so long after opening on every read fails: the device is lost").unit("ns"),
-    OptionWord::with_default("nan_at_ns", Kind::Whole, "never", "from so long after opening on positions read as NaN").unit("ns"),
-    OptionWord::with_default("slew", Kind::Number, "none", "limit of each effort").unit("N.m/s"),
+    OptionWord::with_default("initial", Kind::List, "0 each", "positions at the start").unit("rad").within(-UNLIMITED, UNLIMITED),
+    OptionWord::with_default("fail_at_ns", Kind::Whole, "never", "from so long after opening on every read fails: the device is lost")
+        .unit("ns")
+        .within(0.0, f64::INFINITY),
+    OptionWord::with_default("nan_at_ns", Kind::Whole, "never", "from so long after opening on positions read as NaN").unit("ns").within(0.0, f64::INFINITY),
+    OptionWord::with_default("slew", Kind::Number, "none", "limit of each effort").unit("N.m/s").above(0.0, 1e9),
     OptionWord::with_default("command", Kind::Text, "effort", "what the parts take: effort or position"),
 ];
 

@@ -12,9 +12,12 @@ use serde_json::{Map, Value, json};
 pub(crate) static DRIVER: Declaration = Declaration::new("scripted", "channels of any numeric type that read a table of values, for tests", &OPTIONS, open);
 
 const OPTIONS: [OptionWord; 2] = [
-    OptionWord::needed("channels", Kind::List, "tables of name, direction, type, unit, safe, slew and loop_of"),
-    OptionWord::with_default("table", Kind::List, "every read channel stays 0", "rows of at_ns and values"),
+    OptionWord::needed("channels", Kind::List, "tables of name, direction, type, unit, safe, slew and loop_of").entries(&[&CHANNEL]),
+    OptionWord::with_default("table", Kind::List, "every read channel stays 0", "rows of at_ns and values").entries(&[&ROW]),
 ];
+
+const CHANNEL: [OptionWord; 1] = [OptionWord::with_default("slew", Kind::Number, "none", "its largest rate, per second").above(0.0, 1e15)];
+const ROW: [OptionWord; 1] = [OptionWord::needed("at_ns", Kind::Whole, "since the opening").unit("ns").within(0.0, f64::INFINITY)];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -51,13 +51,14 @@ const OPTIONS: [OptionWord; 11] = [
         Kind::Table,
         "numbers",
         "for each name in the texts: unit, scale, offset, base, decimals, safe; text (its length) or when (the word that is true)",
-    ),
+    )
+    .entries(&[&fields::FIELD]),
     OptionWord::with_default("start", Kind::Text, "none", "before each text"),
     OptionWord::with_default("end", Kind::Text, "a line feed, a carriage return before it or not", "behind each text"),
-    OptionWord::with_default("length", Kind::Whole, "up to the end", "bytes of each text, its checksum included"),
+    OptionWord::with_default("length", Kind::Whole, "up to the end", "bytes of each text, its checksum included").within(1.0, (FRAME_MAX / 2) as f64),
     OptionWord::with_default("checksum", Kind::Table, "none", "sum (xor or sum), written (hex or byte), mark: behind each text"),
-    OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "how long an answer may take").unit("ns"),
-    OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long it may say nothing before it is lost").unit("ns"),
+    OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "how long an answer may take").unit("ns").within(1e6, 6e10),
+    OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long it may say nothing before it is lost").unit("ns").within(1e6, 8.64e13),
 ];
 
 #[derive(Deserialize)]
@@ -102,9 +103,6 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let options: Options = given.read()?;
     let settings = Settings { baud: 9_600, ..Settings::default() };
     let address = Address::parse(&options.address, "serial", settings, None).map_err(|why| given.wrong("address", why))?;
-    if !(1_000_000..=60_000_000_000).contains(&options.answer_ns) {
-        return Err(given.wrong("answer_ns", "1 ms to 60 s is asked for"));
-    }
     let framing = framing(&options).map_err(|(option, why)| given.wrong(option, why))?;
     if options.reads.is_empty() && options.writes.is_empty() {
         return Err(given.wrong("reads", "say what it says, [\"ST,{weight} kg\"], or in \"writes\" what it is told"));
@@ -131,9 +129,6 @@ fn framing(options: &Options) -> Result<Framing, (&'static str, String)> {
     };
     if end.is_empty() && options.length.is_none() {
         return Err(("end", "a text without an end has a \"length\"".to_owned()));
-    }
-    if options.length.is_some_and(|length| !(1..=FRAME_MAX / 2).contains(&length)) {
-        return Err(("length", format!("1 to {} is asked for", FRAME_MAX / 2)));
     }
     if options.start.len() + end.len() > 32 {
         return Err(("start", "at most 32 bytes are around a text".to_owned()));

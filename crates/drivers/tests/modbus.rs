@@ -139,8 +139,8 @@ fn options_that_are_wrong_are_named() {
     for (more, why) in [
         (json!({ "address": "192.0.2.1" }), "option 'address': '192.0.2.1' is no address; write tcp/192.0.2.5:502 or rtu//dev/ttyUSB0"),
         (json!({ "channels": {} }), "option 'channels': name at least one channel"),
-        (json!({ "channels": { "x": { "coil": 70000 } } }), "option 'channels': 'x': "),
-        (json!({ "answer_ns": 5 }), "option 'answer_ns': 1 ms to 60 s"),
+        (json!({ "channels": { "x": { "coil": 70000 } } }), "option 'channels.x.coil': it cannot be 70000: its range is 0 to 65535"),
+        (json!({ "answer_ns": 5 }), "option 'answer_ns': it cannot be 5 ns: its range is 1 ms to 60 s; give 5000000 for 5 ms"),
         (json!({ "address": "rtu//dev/ttyUSB0", "unit": 0 }), "option 'unit': units on a serial line are 1 to 247"),
     ] {
         let text = refused(more);

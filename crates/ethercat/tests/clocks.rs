@@ -97,7 +97,7 @@ fn sync0_is_refused_where_it_cannot_be() {
         sync0.into_iter().for_each(|ns| options["sync0_ns"] = ns.into());
         device::open("ethercat", &options).err().expect("refused").to_string()
     };
-    assert!(refused("sync0_ns", 10, None).contains("at least 50 us"));
+    assert!(refused("sync0_ns", 10, None).contains("its range is 50 us to"));
     assert!(refused("sync0_shift_ns", 10, None).contains("sync0_ns is missing"));
     assert!(refused("sync0_shift_ns", 1_000_000, Some(1_000_000)).contains("less than sync0_ns"));
 }

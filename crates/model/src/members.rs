@@ -75,9 +75,7 @@ pub fn check_ranges(of: &DeviceType) -> Result<(), Refusals> {
             continue;
         }
         let (range, _) = within.resolve(&defaults);
-        if let Range::Interval { least, most, .. } = range
-            && (least > most || least.is_nan() || most.is_nan())
-        {
+        if let Some((least, most)) = range.reversed() {
             let message = format!("{what} is {least} to {most}");
             refusals.push(Refusal::new(Class::DefinitionError, message).remedy("give the lower end first").at(&of.place));
         }

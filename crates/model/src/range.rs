@@ -3,6 +3,8 @@
 use crate::quantity::number_in;
 use crate::refusal::{Class, Refusal};
 use crate::value::Value;
+use interval::Interval;
+pub(crate) use interval::short;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -21,8 +23,8 @@ const LENGTH_TOLERANCE: f64 = 1e-3;
 #[cfg_attr(feature = "schema", schemars(with = "String"))]
 #[serde(try_from = "String", into = "String")]
 pub enum Range {
-    /// Numbers from `least` to `most`; `is_above`: without `least` itself.
-    Interval { least: f64, most: f64, is_above: bool },
+    /// The numbers of an interval.
+    Interval(Interval),
     /// Seven numbers: x, y, z in m, and a unit quaternion w, x, y, z.
     Pose,
 }
@@ -33,7 +35,7 @@ impl Range {
 
     /// The numbers from `least` to `most`, both included.
     pub const fn closed(least: f64, most: f64) -> Range {
-        Range::Interval { least, most, is_above: false }
+        Range::Interval(Interval::closed(least, most))
     }
 
     /// Takes a declared unit apart: `"rad/s (0, 10]"` is `rad/s` and its range. A range that cannot be read stays in the unit, which
@@ -48,7 +50,15 @@ impl Range {
     /// Its minimum and maximum, where both are finite.
     pub fn ends(&self) -> Option<(f64, f64)> {
         match *self {
-            Range::Interval { least, most, .. } if least.is_finite() && most.is_finite() => Some((least, most)),
+            Range::Interval(Interval { least, most, .. }) if least.is_finite() && most.is_finite() => Some((least, most)),
+            _ => None,
+        }
+    }
+
+    /// Its ends, where the lower one is above the upper one or one of them is NaN.
+    pub fn reversed(&self) -> Option<(f64, f64)> {
+        match *self {
+            Range::Interval(Interval { least, most, .. }) if least > most || least.is_nan() || most.is_nan() => Some((least, most)),
             _ => None,
         }
     }
@@ -56,7 +66,7 @@ impl Range {
     /// Whether a number is within the range. NaN is in none.
     pub fn contains(&self, number: f64) -> bool {
         match self {
-            Range::Interval { least, most, is_above } => (*least..=*most).contains(&number) && !(*is_above && number == *least),
+            Range::Interval(interval) => interval.contains(number),
             Range::Pose => number.is_finite(),
         }
     }
@@ -93,10 +103,8 @@ impl Range {
     }
 
     fn in_words(&self) -> String {
-        match *self {
-            Range::Interval { least, most: f64::INFINITY, is_above } => format!("{} {}", if is_above { "above" } else { "at least" }, short(least)),
-            Range::Interval { least: f64::NEG_INFINITY, most, .. } => format!("at most {}", short(most)),
-            Range::Interval { least, most, is_above } => format!("{}{} to {}", if is_above { "above " } else { "" }, short(least), short(most)),
+        match self {
+            Range::Interval(interval) => interval.in_words(short),
             Range::Pose => "a position in m and a unit quaternion".to_owned(),
         }
     }
@@ -104,12 +112,9 @@ impl Range {
     /// Asks back where a plain number is far beyond the range and would be within it in a smaller unit: `did you mean '200 mm/s'?`.
     /// The range is that of `from` plus the number.
     pub fn meant(&self, given: f64, from: f64, unit: &str) -> Option<String> {
-        let Range::Interval { least, most, .. } = *self else { return None };
-        let beyond = (from + given - most).max(least - (from + given));
-        let width = if unit.contains("rad") { (most - least).max(std::f64::consts::TAU) } else { most - least };
-        let smaller = smaller(unit).filter(|_| beyond >= width)?;
-        let number = number_in(&format!("{given} {smaller}"), unit).ok()?;
-        self.contains(from + number).then(|| format!("did you mean '{} {smaller}'?", short(given)))
+        let Range::Interval(interval) = self else { return None };
+        let (meant, _) = interval.meant(given, from, unit)?;
+        Some(format!("did you mean '{meant}'?"))
     }
 }
 
@@ -156,19 +161,6 @@ fn listed(numbers: &[f64]) -> String {
     numbers.iter().map(|number| short(*number)).collect::<Vec<_>>().join(", ")
 }
 
-/// The unit that people most often mean where a plain number is far too large: degrees for rad, mm for m, ms for s, g for kg.
-fn smaller(unit: &str) -> Option<String> {
-    let (above, below) = unit.split_once('/').map_or((unit, String::new()), |(above, below)| (above, format!("/{below}")));
-    let smaller = match above {
-        "rad" => "deg",
-        "m" => "mm",
-        "s" => "ms",
-        "kg" => "g",
-        _ => return None,
-    };
-    Some(format!("{smaller}{below}"))
-}
-
 /// The number that a value is.
 pub(crate) fn number(value: &Value) -> Option<f64> {
     match value {
@@ -184,42 +176,18 @@ pub(crate) fn is_plain(value: &Value) -> bool {
     number(value).is_some()
 }
 
-/// A number for people: at most six digits.
-pub(crate) fn short(number: f64) -> String {
-    if number != 0.0 && number.is_finite() && !(1e-4..1e9).contains(&number.abs()) {
-        return format!("{number:e}");
-    }
-    let digits = 5 - number.abs().max(1e-9).log10().floor().clamp(0.0, 5.0) as usize;
-    let text = format!("{number:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
 impl std::str::FromStr for Range {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Range, String> {
-        let wrong = || format!("the range '{text}' cannot be read; write for example '[0, 1]' or '(0, inf)'");
-        if text == "[pose]" {
-            return Ok(Range::Pose);
-        }
-        let is_above = text.starts_with('(');
-        let inside = text.strip_prefix(['[', '(']).and_then(|rest| rest.strip_suffix([']', ')'])).ok_or_else(wrong)?;
-        let (least, most) = inside.split_once(',').ok_or_else(wrong)?;
-        let end = |text: &str| text.trim().parse::<f64>().ok().filter(|end| !end.is_nan());
-        match (end(least), end(most)) {
-            (Some(least), Some(most)) if least < most && (text.ends_with(']') || most == f64::INFINITY) => Ok(Range::Interval { least, most, is_above }),
-            _ => Err(wrong()),
-        }
+        if text == "[pose]" { Ok(Range::Pose) } else { text.parse().map(Range::Interval) }
     }
 }
 
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Range::Interval { least, most, is_above } => {
-                let (open, close) = (if *is_above { '(' } else { '[' }, if most.is_infinite() { ')' } else { ']' });
-                write!(f, "{open}{least}, {most}{close}")
-            }
+            Range::Interval(interval) => interval.fmt(f),
             Range::Pose => f.write_str("[pose]"),
         }
     }
@@ -250,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_range_stands_behind_a_unit() {
-        assert_eq!(Range::split("rad/s (0, 10]"), ("rad/s", Some(Range::Interval { least: 0.0, most: 10.0, is_above: true })));
+        assert_eq!(Range::split("rad/s (0, 10]"), ("rad/s", Some(Range::Interval(Interval::above(0.0, 10.0)))));
         assert_eq!(Range::split("[0, inf)"), ("", Some(Range::closed(0.0, f64::INFINITY))));
         assert_eq!(Range::split("[pose]"), ("", Some(Range::Pose)));
         for unreadable in ["N.m", "", "m[0, 1]", "m [1, 0]", "m [0, nan]", "m [0; 1]", "m [0, 1)"] {

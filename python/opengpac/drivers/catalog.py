@@ -56,8 +56,8 @@ class Manual(Shown):
         return repr(self._table())
 
     def _table(self) -> Tables:
-        options = [(o["name"], o["kind"], o["unit"], "needed" if o["default"] is None else o["default"], o["doc"]) for o in self.options]
-        tables = [Table("options", ["option", "kind", "unit", "left out", "what it is"], options)]
+        columns = ["option", "kind", "unit", "range", "left out", "what it is"]
+        tables = [Table("options", columns, [_option(of) for of in self.options])]
         services = [(s["name"], ", ".join(a["name"] for a in s["arguments"]), s["answer"] or "", _what_it_does(s)) for s in self.services]
         tables.append(Table("services", ["service", "arguments", "answer", "what it does"], services))
         tables.append(Table("counters", ["counter", "unit", "what it counts"], [(c["name"], c["unit"], c["doc"]) for c in self.counters]))
@@ -65,6 +65,11 @@ class Manual(Shown):
 
     def __repr__(self) -> str:
         return f"driver {self.kind}: {self.doc}"
+
+
+def _option(of: Mapping[str, Any]) -> tuple[str, ...]:
+    left_out = "needed" if of["default"] is None else of["default"]
+    return of["name"], of["kind"], of["unit"], of.get("range", ""), left_out, of["doc"]
 
 
 _CLASSES = {

@@ -101,6 +101,7 @@ def _manual(declared: Mapping[str, Any]) -> str:
     lines = [f"{declared['kind']}: {declared['doc']}"]
     for word in declared["options"]:
         unit = f" [{word['unit']}]" if word["unit"] else ""
+        unit += f" within {word['range']}" if "range" in word else ""
         default = "needed" if word["default"] is None else f"else {word['default']}"
         lines.append(f"  {word['name']:<14} {word['kind']}{unit}, {default}: {word['doc']}")
     return "\n".join(lines)

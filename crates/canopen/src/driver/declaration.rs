@@ -4,14 +4,15 @@ use super::axis::Axis;
 use super::counters::Count;
 use super::device::{CanOpen, OBJECT};
 use super::module::Module;
-use super::options::{self, HEARTBEAT_NS, ModuleOptions, Options, Terminal, data_sheet};
+use super::options::{self, ANALOG_MAX, DIGITAL_MAX, HEARTBEAT_NS, TOLD_NS_MAX, ModuleOptions, Options, Terminal, data_sheet};
 use super::services::SERVICES;
 use super::station::{Station, What};
 use crate::client::Client;
 use crate::emulator::{NodeOptions, Terminals};
 use crate::interface::Interface;
+use crate::nmt::NODE_MAX;
 use cia402::Entry;
-use cia402::axis::part;
+use cia402::axis::{self, part};
 use device::{Class, Declaration, DriverError, Found, Given, Kind, Layout, Life, Opened, OptionWord, Part, Reach, SafeBy, SafeState};
 use serde::Deserialize;
 use serde_json::json;
@@ -43,6 +44,7 @@ const OPTIONS: [OptionWord; 8] = [
         "none",
         "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, operating_within_s, watchdog, pdos, eds, vendor, product, revision, serial",
     )
+    .entries(&[&axis::FIELDS, &NODE])
     .reaches(SHEETS),
     OptionWord::with_default(
         "modules",
@@ -50,14 +52,30 @@ const OPTIONS: [OptionWord; 8] = [
         "none",
         "a table each: name, node, channels; a channel by its name: input, output, analog_input or analog_output, and scale, offset, unit, safe; and watchdog, eds, vendor, product, revision, serial",
     )
+    .entries(&[&axis::IDENTITY, &NODE, &MODULE])
     .reaches(SHEETS),
-    OptionWord::with_default("cycle_ns", Kind::Whole, "10 ms", "the period of the source that exchanges it, as the drives are told").unit("ns"),
+    OptionWord::with_default("cycle_ns", Kind::Whole, "10 ms", "the period of the source that exchanges it, as the drives are told")
+        .unit("ns")
+        .within(2.5e5, 1e9),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without a heartbeat for so long they stop by themselves")
-        .unit("ns"),
+        .unit("ns")
+        .within(1e6, TOLD_NS_MAX as f64),
     OptionWord::with_default("heartbeat_ns", Kind::Whole, "100 ms", "how often drives say that they are there; the third that is missed loses the device")
-        .unit("ns"),
-    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without process data one after another mean that the device is lost"),
-    OptionWord::with_default("own_node", Kind::Whole, "127", "the number of this controller on the bus, 1 to 127"),
+        .unit("ns")
+        .within(1e6, TOLD_NS_MAX as f64),
+    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without process data one after another mean that the device is lost").within(1.0, 1000.0),
+    OptionWord::with_default("own_node", Kind::Whole, "127", "the number of this controller on the bus").within(1.0, NODE_MAX as f64),
+];
+
+/// The number of a node, as axes and modules have it.
+const NODE: [OptionWord; 1] = [OptionWord::needed("node", Kind::Whole, "its number on the bus").within(1.0, NODE_MAX as f64)];
+const MODULE: [OptionWord; 1] = [OptionWord::needed("channels", Kind::Table, "by name").entries(&[&CHANNEL, &device::counts::WORDS])];
+const ELSE: &str = "another terminal is given";
+const CHANNEL: [OptionWord; 4] = [
+    OptionWord::with_default("input", Kind::Whole, ELSE, "the digital input that it is").within(0.0, DIGITAL_MAX as f64 - 1.0),
+    OptionWord::with_default("output", Kind::Whole, ELSE, "the digital output that it is").within(0.0, DIGITAL_MAX as f64 - 1.0),
+    OptionWord::with_default("analog_input", Kind::Whole, ELSE, "the analog input that it is").within(0.0, ANALOG_MAX as f64 - 1.0),
+    OptionWord::with_default("analog_output", Kind::Whole, ELSE, "the analog output that it is").within(0.0, ANALOG_MAX as f64 - 1.0),
 ];
 
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {

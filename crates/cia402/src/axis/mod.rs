@@ -20,6 +20,6 @@ mod stopped;
 pub use asked::{Asked, Begun, HOME, Homes};
 pub use channels::part;
 pub use moved::{Axis, Measured};
-pub use options::{AxisOptions, Commanded, FIELDS, Unit, check, unknown};
+pub use options::{AxisOptions, Commanded, FIELDS, IDENTITY, Unit, check, unknown};
 pub use services::{AXIS, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, entry, is_told_of_stops};
 pub use stopped::held;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! How an axis is asked for, and what is refused.
-use crate::brake::BrakeOptions;
+use crate::brake::{self, BrakeOptions};
 use crate::commander::Scale;
 use crate::identity::Expected;
 use crate::states::Mode;
-use device::UNLIMITED;
+use device::{Kind, OptionWord};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 
@@ -42,23 +42,29 @@ fn operating_within_s() -> f64 {
     3.0
 }
 
+/// Numbers of 32 bits.
+const U32: f64 = u32::MAX as f64;
+
 /// What an axis has on every bus.
-pub const FIELDS: [&str; 14] = [
-    "name",
-    "counts",
-    "mode",
-    "unit",
-    "speed_max",
-    "range",
-    "rated_torque",
-    "offset",
-    "brake",
-    "operating_within_s",
-    "vendor",
-    "product",
-    "revision",
-    "serial",
+pub const FIELDS: [OptionWord; 14] = [
+    OptionWord::needed("name", Kind::Text, "its name"),
+    OptionWord::needed("counts", Kind::Number, "counts to a unit of position, negative to turn it round").within(-1e12, 1e12),
+    OptionWord::with_default("mode", Kind::Text, "position", "what it is commanded by: position, velocity or torque"),
+    OptionWord::with_default("unit", Kind::Text, "rad", "unit of its position: rad or m"),
+    OptionWord::with_default("speed_max", Kind::Number, "no limit", "units of position per second").above(0.0, 1e6),
+    OptionWord::with_default("range", Kind::List, "no limit", "minimum and maximum position").within(-1e9, 1e9),
+    OptionWord::with_default("rated_torque", Kind::Number, "none", "N.m or N").above(0.0, 1e5),
+    OptionWord::with_default("offset", Kind::Number, "0", "counts at position 0").within(-1e12, 1e12),
+    OptionWord::with_default("brake", Kind::Table, "none", "the output of its brake").fields(&[&brake::FIELDS]),
+    OptionWord::with_default("operating_within_s", Kind::Number, "3", "how long its drive may take to come into operation").unit("s").above(0.0, 3600.0),
+    OptionWord::with_default("vendor", Kind::Whole, "not compared", "its drive's vendor").within(0.0, U32),
+    OptionWord::with_default("product", Kind::Whole, "not compared", "its drive's product code").within(0.0, U32),
+    OptionWord::with_default("revision", Kind::Whole, "not compared", "its drive's revision").within(0.0, U32),
+    OptionWord::with_default("serial", Kind::Whole, "not compared", "its drive's serial number").within(0.0, U32),
 ];
+
+/// The numbers that identify a device, as an axis has them.
+pub const IDENTITY: [OptionWord; 4] = [FIELDS[10], FIELDS[11], FIELDS[12], FIELDS[13]];
 
 /// What an axis is commanded by.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
@@ -106,7 +112,7 @@ impl AxisOptions {
 /// For people.
 pub fn unknown(name: &str, rest: &Map<String, Value>, own: &[&str]) -> Result<(), String> {
     let Some(field) = rest.keys().next() else { return Ok(()) };
-    Err(format!("'{name}': there is no {field}; an axis has {}, {}", FIELDS.join(", "), own.join(", ")))
+    Err(format!("'{name}': there is no {field}; an axis has {}, {}", FIELDS.map(|word| word.name).join(", "), own.join(", ")))
 }
 
 /// Refuses what no axis can be.
@@ -132,15 +138,7 @@ fn problem(axis: &AxisOptions) -> Option<String> {
     if !axis.counts.is_normal() {
         return Some(format!("counts is {}; give how many counts are one unit of position, negative to turn it round", axis.counts));
     }
-    wrong(axis.speed_max.is_some_and(|speed| !(speed > 0.0 && speed.is_finite())), "speed_max is above 0")
-        .or_else(|| wrong(!axis.offset.is_finite(), "offset is a number of counts"))
-        .or_else(|| {
-            let is_none = axis.range.is_some_and(|[minimum, maximum]| minimum.is_nan() || maximum.is_nan() || minimum >= maximum);
-            wrong(is_none, "range is the minimum and the maximum position")
-        })
-        .or_else(|| wrong(axis.rated_torque.is_some_and(|torque| !(torque > 0.0 && torque < UNLIMITED)), "rated_torque is above 0"))
+    wrong(axis.range.is_some_and(|[minimum, maximum]| minimum >= maximum), "range is the minimum and the maximum position")
         .or_else(|| wrong(is_torque && axis.rated_torque.is_none(), "an axis that is commanded by torque needs its rated_torque"))
         .or_else(|| wrong(is_torque && axis.brake.is_some(), "a brake needs a motor that holds the axis while it closes: mode position or velocity"))
-        .or_else(|| wrong(axis.brake.is_some_and(|brake| brake.bit > 31), "the bit of its brake is 0 to 31"))
-        .or_else(|| wrong(!(axis.operating_within_s > 0.0 && axis.operating_within_s <= 3600.0), "operating_within_s is above 0, at most 3600"))
 }

@@ -10,8 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 pub const AXIS: OptionWord = OptionWord::needed("axis", Kind::Text, "the name of the axis");
-const INDEX: OptionWord = OptionWord::needed("index", Kind::Whole, "the index of the object, 0x6064 is its position");
-const SUB: OptionWord = OptionWord::with_default("sub", Kind::Whole, "0", "the subindex");
+const INDEX: OptionWord = OptionWord::needed("index", Kind::Whole, "the index of the object, 0x6064 is its position").within(0.0, 65535.0);
+const SUB: OptionWord = OptionWord::with_default("sub", Kind::Whole, "0", "the subindex").within(0.0, 255.0);
 
 pub const READ_OBJECT: ServiceWord = ServiceWord {
     name: "read_object",
@@ -28,8 +28,8 @@ pub const WRITE_OBJECT: ServiceWord = ServiceWord {
         AXIS,
         INDEX,
         SUB,
-        OptionWord::needed("value", Kind::Whole, "its value"),
-        OptionWord::needed("bits", Kind::Whole, "8, 16, 32 or 64: how long it is"),
+        OptionWord::needed("value", Kind::Whole, "its value").within(-9.3e18, 1.9e19),
+        OptionWord::needed("bits", Kind::Whole, "8, 16, 32 or 64: how long it is").within(8.0, 64.0),
     ],
     answer: None,
     moves: false,

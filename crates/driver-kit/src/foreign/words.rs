@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The declaration of a driver in C, read once. Its texts stay, as its library does.
 use super::abi::{self, Driver, Item, by, class, kind, what};
-use device::{Class, CounterWord, Kind, Life, OptionWord, Reach, SafeBy, SafeState, ServiceWord};
+use device::{Class, CounterWord, Kind, Life, OptionWord, SafeBy, SafeState, ServiceWord};
+use interval::Interval;
 use serde_json::{Map, Value};
 
 /// What it declares.
@@ -83,7 +84,8 @@ impl Options {
         let Some(kind) = kind_of(item.kind) else { return Err(format!("option '{name}' has no kind")) };
         let default = if item.needed == 0 { Some(default(item, kind, name)?) } else { None };
         let words = default.as_ref().map(|value| &*Box::leak(value.to_string().into_boxed_str()));
-        self.words.push(OptionWord { name, kind, unit: stays(item.unit), default: words, doc: stays(item.doc), reach: Reach::Device });
+        let (unit, range) = Interval::split(stays(item.unit));
+        self.words.push(OptionWord { unit, range, default: words, ..OptionWord::needed(name, kind, stays(item.doc)) });
         if let Some(value) = default {
             self.defaults.insert(name.to_owned(), value);
         }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What loopback parts do off the cycle. The source never waits for it: what a service leaves is taken at the next reading.
-use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
+use device::{DeviceError, Kind, OptionWord, ServiceWord, Services, UNLIMITED};
 use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,10 +13,10 @@ pub(super) const SERVICES: [ServiceWord; 2] = [
 
 const PLACE: [OptionWord; 2] = [
     OptionWord::needed("part", Kind::Text, "its name"),
-    OptionWord::with_default("position", Kind::Number, "0", "where it is from the next reading on").unit("rad"),
+    OptionWord::with_default("position", Kind::Number, "0", "where it is from the next reading on").unit("rad").within(-UNLIMITED, UNLIMITED),
 ];
 
-const HOLD: [OptionWord; 1] = [OptionWord::needed("seconds", Kind::Number, "how long, at most 60").unit("s")];
+const HOLD: [OptionWord; 1] = [OptionWord::needed("seconds", Kind::Number, "how long").unit("s").within(0.0, 60.0)];
 
 device::counters! {
     /// What is counted.

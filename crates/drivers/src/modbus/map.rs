@@ -2,9 +2,24 @@
 //! Which channel lies where in the tables of a device, as a program declares it.
 use super::pdu::Space;
 use super::value::{Form, Of, Order};
-use device::{Channel, Layout, Slot};
+use device::{Channel, Kind, Layout, OptionWord, Slot};
 use serde::Deserialize;
 use serde_json::{Map, Value};
+
+const FIRST: &str = "none: one of the tables is given";
+
+/// The numbers of a channel.
+pub(super) const CHANNEL: [OptionWord; 9] = [
+    OptionWord::with_default("holding", Kind::Whole, FIRST, "its address among the holding registers").within(0.0, 65535.0),
+    OptionWord::with_default("input", Kind::Whole, FIRST, "its address among the input registers").within(0.0, 65535.0),
+    OptionWord::with_default("coil", Kind::Whole, FIRST, "its address among the coils").within(0.0, 65535.0),
+    OptionWord::with_default("discrete", Kind::Whole, FIRST, "its address among the discrete inputs").within(0.0, 65535.0),
+    OptionWord::with_default("scale", Kind::Number, "1", "what one of the register is").within(-1e15, 1e15),
+    OptionWord::with_default("offset", Kind::Number, "0", "its value where the register is 0").within(-1e15, 1e15),
+    OptionWord::with_default("bit", Kind::Whole, "none", "the bit of a register that it is").within(0.0, 15.0),
+    OptionWord::with_default("every_ns", Kind::Whole, "each period", "how often it is read").unit("ns").within(0.0, 3.6e12),
+    OptionWord::with_default("slew", Kind::Number, "none", "its largest rate, per second").above(0.0, 1e15),
+];
 
 /// A channel as it is declared: the table is the key of its address.
 #[derive(Deserialize)]

@@ -32,16 +32,19 @@ pub(crate) static DRIVER: Declaration = Declaration {
 
 const OPTIONS: [OptionWord; 5] = [
     OptionWord::needed("address", Kind::Text, "where it listens: tcp/127.0.0.1:1502"),
-    OptionWord::needed("channels", Kind::Table, "as of driver modbus; those that are written are what clients read, the others what they write"),
+    OptionWord::needed("channels", Kind::Table, "as of driver modbus; those that are written are what clients read, the others what they write")
+        .entries(&[&super::map::CHANNEL]),
     OptionWord::with_default(
         "to_network",
         Kind::Bool,
         "false",
         "whether other hosts may connect: Modbus has no authentication, so every program that reaches the port may write",
     ),
-    OptionWord::with_default("clients", Kind::Whole, "8", "how many may be connected; for one more the one gives way that was silent for the longest, 1 to 64"),
+    OptionWord::with_default("clients", Kind::Whole, "8", "how many may be connected; for one more the one gives way that was silent for the longest")
+        .within(1.0, 64.0),
     OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long clients may ask nothing, after the first request, before the device is lost")
-        .unit("ns"),
+        .unit("ns")
+        .within(1e6, 3.6e12),
 ];
 
 #[derive(Deserialize)]
@@ -84,9 +87,6 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     if !options.to_network && !is_loopback(address.ip()) {
         let why = "other hosts could write its channels, and Modbus has no authentication; listen at tcp/127.0.0.1, or say to_network=true on a network of machines only";
         return Err(wrong_address(why.to_owned()));
-    }
-    if !(1..=64).contains(&options.clients) {
-        return Err(given.wrong("clients", "1 to 64 is asked for"));
     }
     let (channels, places) = map::places(&options.channels, End::Server).map_err(|why| given.wrong("channels", why))?;
     let tables = Mutex::new(Tables::new(&places));

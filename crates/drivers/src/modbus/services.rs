@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 use std::sync::Weak;
 
 const SPACE: OptionWord = OptionWord::with_default("table", Kind::Text, "holding", "holding, input, coil or discrete");
-const ADDRESS: OptionWord = OptionWord::needed("address", Kind::Whole, "as in the protocol: the first is 0");
+const ADDRESS: OptionWord = OptionWord::needed("address", Kind::Whole, "as in the protocol: the first is 0").within(0.0, 65535.0);
 const TYPE: OptionWord = OptionWord::with_default("type", Kind::Text, "uint16", Of::NAMES);
 const ORDER: OptionWord = OptionWord::with_default("order", Kind::Text, "ABCD", "of its bytes: ABCD, CDAB, BADC or DCBA");
 
@@ -20,7 +20,7 @@ pub(super) static SERVICES: [ServiceWord; 3] = [
     ServiceWord {
         name: "write_register",
         doc: "writes one number or coil that no channel of the device writes",
-        arguments: &[ADDRESS, OptionWord::needed("value", Kind::Number, "a coil: 0 or 1"), SPACE, TYPE, ORDER],
+        arguments: &[ADDRESS, OptionWord::needed("value", Kind::Number, "a coil: 0 or 1").within(f64::NEG_INFINITY, f64::INFINITY), SPACE, TYPE, ORDER],
         answer: None,
         moves: false,
     },

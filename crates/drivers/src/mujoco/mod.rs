@@ -56,8 +56,9 @@ const OPTIONS: [OptionWord; 4] = [
     OptionWord::needed("path", Kind::Text, "the MJCF file").reaches(Reach::File),
     OptionWord::with_default("library", Kind::Text, "what OPENGPAC_MUJOCO says", "folder of the Python package 'mujoco', or its library itself")
         .reaches(Reach::Code),
-    OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s"),
-    OptionWord::with_default("contacts", Kind::Whole, "0", "number of contacts in the channel `contacts`, the largest forces first; at most 64"),
+    OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s").within(1e-6, 0.1),
+    OptionWord::with_default("contacts", Kind::Whole, "0", "number of contacts in the channel `contacts`, the largest forces first")
+        .within(0.0, contacts::CONTACTS_MAX as f64),
 ];
 
 #[derive(Deserialize)]
@@ -92,14 +93,6 @@ fn tried(given: &Given<'_>) -> Result<(), DriverError> {
 /// Loads the library and the model. The description: `{"parts": […], "tool": bool, "timestep": s}`.
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let options: Options = given.read()?;
-    if let Some(step) = options.timestep
-        && !(1e-6..=0.1).contains(&step)
-    {
-        return Err(given.wrong("timestep", format!("{step} s is not within 1e-6 s to 0.1 s")));
-    }
-    if options.contacts > contacts::CONTACTS_MAX {
-        return Err(given.wrong("contacts", format!("{} is more than {}", options.contacts, contacts::CONTACTS_MAX)));
-    }
     let mujoco = library::load(options.library.as_deref())?;
     let arm = model::load(mujoco, &options.path, options.timestep, options.contacts)?;
     let parts: Vec<_> = arm.joints.iter().map(model::Joint::about).collect();

@@ -2,7 +2,7 @@
 //! The service `place`: a simulated arm is put somewhere, at rest. The source never waits for it: what the service leaves is taken at the
 //! next reading.
 use super::model::Joint;
-use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
+use device::{DeviceError, Kind, OptionWord, ServiceWord, Services, UNLIMITED};
 use serde_json::Value;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -15,7 +15,7 @@ pub(super) const SERVICES: [ServiceWord; 1] = [ServiceWord {
 }];
 
 const PLACE: [OptionWord; 1] =
-    [OptionWord::with_default("positions", Kind::List, "where it was at the start", "of its joints, in the order of its parts, in rad or m")];
+    [OptionWord::with_default("positions", Kind::List, "where it was at the start", "of its joints, in the order of its parts, in rad or m").within(-UNLIMITED, UNLIMITED)];
 
 /// Where a service has put the arm since the last reading.
 pub(super) struct Places {

@@ -17,26 +17,41 @@ const SPEED: f64 = 3.0;
 
 const COMMON: [OptionWord; 8] = [
     OptionWord::needed("port", Kind::Text, "the serial line: /dev/ttyUSB0, or a link in /dev/serial/by-id"),
-    OptionWord::with_default("baud", Kind::Whole, "1000000 (Feetech), 57600 (Dynamixel)", "bits per second").unit("1/s"),
+    OptionWord::with_default("baud", Kind::Whole, "1000000 (Feetech), 57600 (Dynamixel)", "bits per second").unit("1/s").within(1_200.0, 1e7),
     OptionWord::with_default(
         "servos",
         Kind::Table,
         "those of the calibration",
         "name: {id, model, min (rad), max (rad), direction (1 or -1), zero (counts)} for each joint",
-    ),
+    )
+    .entries(&[&SERVO]),
     OptionWord::with_default("calibration", Kind::Text, "none", "a file of zeros and ranges, in the form of lerobot's").reaches(Reach::File),
-    OptionWord::with_default("max_speed", Kind::Number, "3 rad/s", "no goal moves faster, whatever is commanded").unit("rad/s"),
-    OptionWord::with_default("retries", Kind::Whole, "2", "how often those are asked again that do not answer"),
-    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire").unit("ns"),
+    OptionWord::with_default("max_speed", Kind::Number, "3 rad/s", "no goal moves faster, whatever is commanded").unit("rad/s").above(0.0, 100.0),
+    OptionWord::with_default("retries", Kind::Whole, "2", "how often those are asked again that do not answer").within(0.0, 100.0),
+    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire")
+        .unit("ns")
+        .within(0.0, 1e10),
     OptionWord::with_default("echo", Kind::Bool, "tried when it is opened", "whether the adapter gives back what it is given"),
 ];
+
+/// The numbers of a joint.
+const SERVO: [OptionWord; 5] = [
+    OptionWord::with_default("id", Kind::Whole, "that of the calibration", "its number on the line").within(0.0, ID_MAX as f64),
+    OptionWord::with_default("min", Kind::Number, "that of the calibration", "its minimum").unit("rad").within(-MANY_TURNS, MANY_TURNS),
+    OptionWord::with_default("max", Kind::Number, "that of the calibration", "its maximum").unit("rad").within(-MANY_TURNS, MANY_TURNS),
+    OptionWord::with_default("direction", Kind::Number, "1", "1 or -1").within(-1.0, 1.0),
+    OptionWord::with_default("zero", Kind::Number, "the middle of a turn", "counts at 0 rad").within(-1e6, 1e6),
+];
+
+/// Registers of servos count so far at most, rad.
+const MANY_TURNS: f64 = 256.0 * TAU;
 
 pub(super) static FEETECH: [OptionWord; 8] = COMMON;
 
 pub(super) static DYNAMIXEL: [OptionWord; 9] = {
     let [port, baud, servos, calibration, max_speed, retries, latency, echo] = COMMON;
     let doc = "a servo with torque stands still by itself when nothing is asked on the line for so long: 20 ms to 2.54 s, in steps of 20 ms";
-    let watchdog = OptionWord::with_default("watchdog_ns", Kind::Whole, "none", doc).unit("ns");
+    let watchdog = OptionWord::with_default("watchdog_ns", Kind::Whole, "none", doc).unit("ns").within(2e7, 2.54e9);
     [port, baud, servos, calibration, max_speed, retries, latency, echo, watchdog]
 };
 
@@ -104,15 +119,9 @@ const LATENCY: Duration = Duration::from_millis(20);
 /// How a line is used that the options name.
 pub(super) fn timing(given: &Given<'_>, protocol: Protocol) -> Result<Timing, DriverError> {
     let whole = |name: &str| given.value()[name].as_u64();
-    let narrow = |name: &str, value: Option<u64>, most: u32| match value {
-        Some(value) if value > u64::from(most) => Err(given.wrong(name, format!("at most {most} is asked for"))),
-        value => Ok(value.map(|value| value as u32)),
-    };
-    let baud = narrow("baud", whole("baud"), 10_000_000)?.unwrap_or(Map::of(protocol).bauds[0]);
-    if baud < 1_200 {
-        return Err(given.wrong("baud", "1200 to 10000000 is asked for"));
-    }
-    let retries = narrow("retries", whole("retries"), 100)?.unwrap_or(2);
+    let narrow = |name: &str| whole(name).and_then(|value| u32::try_from(value).ok());
+    let baud = narrow("baud").unwrap_or(Map::of(protocol).bauds[0]);
+    let retries = narrow("retries").unwrap_or(2);
     let latency = whole("latency_ns").map_or(LATENCY, Duration::from_nanos);
     Ok(Timing { baud, latency, retries, echo: given.value()["echo"].as_bool() })
 }
@@ -122,9 +131,6 @@ pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, Driv
     let timing = timing(given, protocol)?;
     let options: Options = given.read()?;
     let max_speed = options.max_speed.unwrap_or(SPEED);
-    if max_speed.is_nan() || max_speed <= 0.0 {
-        return Err(given.wrong("max_speed", "a speed above 0 is asked for"));
-    }
     let watchdog = options.watchdog_ns.map(|ns| units(ns).ok_or_else(|| given.wrong("watchdog_ns", "20 ms to 2.54 s in steps of 20 ms is asked for")));
     let watchdog = watchdog.transpose()?;
     let calibration = match &options.calibration {
@@ -165,9 +171,6 @@ fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protoco
     let id = servo.id.or(entry.map(|entry| entry.id)).ok_or((".id", "it is missing; a scan finds ids".to_owned()))?;
     if let Some(entry) = entry.filter(|entry| entry.id != id) {
         return Err((".id", format!("it is {id} here and {} in the calibration", entry.id)));
-    }
-    if id > ID_MAX {
-        return Err((".id", format!("it is {id}; ids end at {ID_MAX}")));
     }
     let models = Model::all(protocol);
     let model = match &servo.model {

@@ -13,9 +13,9 @@ use std::time::Duration;
 const PATIENCE: Duration = Duration::from_secs(10);
 
 const SERVO: OptionWord = OptionWord::needed("servo", Kind::Text, "name of the joint");
-const ADDRESS: OptionWord = OptionWord::needed("address", Kind::Whole, "address in its control table");
-const LENGTH: OptionWord = OptionWord::needed("length", Kind::Whole, "bytes: 1, 2 or 4");
-const VALUE: OptionWord = OptionWord::needed("value", Kind::Whole, "what is stored, as its control table has it");
+const ADDRESS: OptionWord = OptionWord::needed("address", Kind::Whole, "address in its control table").within(0.0, 65535.0);
+const LENGTH: OptionWord = OptionWord::needed("length", Kind::Whole, "bytes: 1, 2 or 4").within(1.0, 4.0);
+const VALUE: OptionWord = OptionWord::needed("value", Kind::Whole, "what is stored, as its control table has it").within(-2_147_483_648.0, 4_294_967_295.0);
 const PATH: OptionWord = OptionWord::needed("path", Kind::Text, "the file").reaches(Reach::File);
 const ONE_OR_ALL: OptionWord = OptionWord::with_default("servo", Kind::Text, "all", "name of a joint");
 

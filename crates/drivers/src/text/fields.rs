@@ -1,8 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The fields of a text: numbers, words that are true or false, letters.
-use device::{Channel, Number, Slot, Type};
+use device::{Channel, Kind, Number, OptionWord, Slot, Type};
 use serde::Deserialize;
 use serde_json::Value;
+
+/// The numbers of a field.
+pub(super) const FIELD: [OptionWord; 6] = [
+    OptionWord::with_default("text", Kind::Whole, "a number", "its letters").within(1.0, TEXT_MAX as f64),
+    OptionWord::with_default("base", Kind::Whole, "10", "of its digits, 10 or 16").within(10.0, 16.0),
+    OptionWord::with_default("scale", Kind::Number, "1", "what one of its number is").within(-1e15, 1e15),
+    OptionWord::with_default("offset", Kind::Number, "0", "its value where the number is 0").within(-1e15, 1e15),
+    OptionWord::with_default("decimals", Kind::Whole, "as many as are needed", "digits behind the point").within(0.0, 12.0),
+    OptionWord::with_default("safe", Kind::Number, "none", "what it is told at the end").within(-1e15, 1e15),
+];
 
 /// A field as it is declared.
 #[derive(Deserialize, Default)]
@@ -54,8 +64,7 @@ pub(super) fn declared(name: &str, value: Option<&Value>, is_written: bool) -> R
     let (form, of) = match (asked.text, &asked.when) {
         (Some(_), Some(_)) => return Err("it is a \"text\" or a \"when\", not both".to_owned()),
         (Some(_), _) | (_, Some(_)) if numbers => return Err("\"base\", \"scale\", \"offset\", \"decimals\" and \"safe\" are of numbers".to_owned()),
-        (Some(len), None) if (1..=TEXT_MAX).contains(&len) => (Form::Text, Type { number: Number::Uint8, elements: Some(len) }),
-        (Some(_), None) => return Err(format!("a text has 1 to {TEXT_MAX} letters")),
+        (Some(len), None) => (Form::Text, Type { number: Number::Uint8, elements: Some(len) }),
         (None, Some(_)) if is_written => return Err("a \"when\" is read, not written".to_owned()),
         (None, Some(word)) => (Form::When(word.as_bytes().to_vec()), Type::BOOL),
         (None, None) => (number(&asked)?, Type::DOUBLE),
@@ -79,9 +88,6 @@ fn number(asked: &Asked) -> Result<Form, String> {
     }
     if scale == 0.0 || !scale.is_finite() || !offset.is_finite() {
         return Err("a scale of 0 tells nothing; give one that is finite and not 0".to_owned());
-    }
-    if asked.decimals.is_some_and(|decimals| decimals > 12) {
-        return Err("at most 12 decimals are written".to_owned());
     }
     Ok(Form::Number { base, scale, offset, decimals: asked.decimals })
 }

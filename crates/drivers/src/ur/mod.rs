@@ -47,20 +47,6 @@ pub(crate) static DRIVER: Declaration = Declaration {
 /// Makes the driver; the controller is looked for when it is opened.
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let options: Options = given.read()?;
-    let within = |option: &str, value: f64, least: f64, most: f64| {
-        if (least..=most).contains(&value) { Ok(()) } else { Err(given.wrong(option, format!("{least} to {most} is asked for"))) }
-    };
-    within("lookahead", options.lookahead, 0.03, 0.2)?;
-    within("gain", options.gain, 100.0, 2000.0)?;
-    within("speed_max", options.speed_max, 0.001, 10.0)?;
-    within("deceleration", options.deceleration, 0.1, 100.0)?;
-    for (option, value, least) in
-        [("wait_ns", options.wait_ns(), 0), ("silence_ns", options.silence_ns, 4_000_000), ("timeout_ns", options.timeout_ns, 4_000_000)]
-    {
-        if !(least..=3_600_000_000_000).contains(&value) {
-            return Err(given.wrong(option, format!("{} ms to an hour is asked for", least / 1_000_000)));
-        }
-    }
     let address = address(&options.host).ok_or_else(|| given.wrong("host", format!("'{}' is neither an address nor the name of a host", options.host)))?;
     let (driver, parts) = driver::Ur::new(options, address);
     Ok((Box::new(driver), json!({ "parts": parts })))

@@ -9,12 +9,13 @@ pub(super) const WAIT_NS: i64 = 10_000_000_000;
 const WAIT_FOR_POWER_NS: i64 = 70_000_000_000;
 pub(super) const SILENCE_NS: i64 = 100_000_000;
 const TIMEOUT_NS: i64 = 40_000_000;
+const HOUR_NS: f64 = 3.6e12;
 
 pub(super) const OPTIONS: [OptionWord; 13] = [
     OptionWord::needed("host", Kind::Text, "name or address of its controller"),
-    OptionWord::with_default("rtde_port", Kind::Whole, "30004", "where it offers RTDE"),
-    OptionWord::with_default("dashboard_port", Kind::Whole, "29999", "where it offers its dashboard"),
-    OptionWord::with_default("script_port", Kind::Whole, "30002", "where it takes programs"),
+    OptionWord::with_default("rtde_port", Kind::Whole, "30004", "where it offers RTDE").within(1.0, 65535.0),
+    OptionWord::with_default("dashboard_port", Kind::Whole, "29999", "where it offers its dashboard").within(1.0, 65535.0),
+    OptionWord::with_default("script_port", Kind::Whole, "30002", "where it takes programs").within(1.0, 65535.0),
     OptionWord::with_default("power_on", Kind::Bool, "false", "powers the arm on and releases its brakes when it is opened"),
     OptionWord::with_default(
         "wait_ns",
@@ -22,13 +23,18 @@ pub(super) const OPTIONS: [OptionWord; 13] = [
         "10 s; 70 s with power_on",
         "how long it may take until the arm follows, a controller that boots included",
     )
-    .unit("ns"),
-    OptionWord::with_default("silence_ns", Kind::Whole, "100 ms", "without a package for so long the arm is lost").unit("ns"),
-    OptionWord::with_default("timeout_ns", Kind::Whole, "40 ms", "without a command for so long the controller stops the arm by itself").unit("ns"),
-    OptionWord::with_default("speed_max", Kind::Number, "3.14", "no goal is farther from the one before than this speed allows").unit("rad/s"),
-    OptionWord::with_default("lookahead", Kind::Number, "0.05", "over how long servoj smooths goals, 0.03 to 0.2").unit("s"),
-    OptionWord::with_default("gain", Kind::Number, "300", "how stiffly servoj follows, 100 to 2000"),
-    OptionWord::with_default("deceleration", Kind::Number, "5", "with which the controller comes to rest by itself").unit("rad/s^2"),
+    .unit("ns")
+    .within(0.0, HOUR_NS),
+    OptionWord::with_default("silence_ns", Kind::Whole, "100 ms", "without a package for so long the arm is lost").unit("ns").within(4e6, HOUR_NS),
+    OptionWord::with_default("timeout_ns", Kind::Whole, "40 ms", "without a command for so long the controller stops the arm by itself")
+        .unit("ns")
+        .within(4e6, HOUR_NS),
+    OptionWord::with_default("speed_max", Kind::Number, "3.14", "no goal is farther from the one before than this speed allows")
+        .unit("rad/s")
+        .within(0.001, 10.0),
+    OptionWord::with_default("lookahead", Kind::Number, "0.05", "over how long servoj smooths goals").unit("s").within(0.03, 0.2),
+    OptionWord::with_default("gain", Kind::Number, "300", "how stiffly servoj follows").within(100.0, 2000.0),
+    OptionWord::with_default("deceleration", Kind::Number, "5", "with which the controller comes to rest by itself").unit("rad/s^2").within(0.1, 100.0),
     OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "a firing waits for the package that is due"),
 ];
 

@@ -17,20 +17,42 @@ pub(super) const OPTIONS: [OptionWord; 8] = [
         Kind::List,
         "none",
         "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake, operating_within_s, vendor, product, revision, serial, alias",
-    ),
+    )
+    .entries(&[&axis::FIELDS, &PLACE]),
     OptionWord::with_default(
         "terminals",
         Kind::List,
         "none",
         "terminals of inputs and outputs, a table each: name, at; and channels (a table each: entry, scale, offset, unit, safe), pdos, vendor, product, revision, serial, alias",
-    ),
+    )
+    .entries(&[&axis::IDENTITY, &PLACE, &TERMINAL]),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
-        .unit("ns"),
-    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without an answer one after another mean that the device is lost"),
+        .unit("ns")
+        .within(1e6, TIMEOUT_NS_MAX),
+    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without an answer one after another mean that the device is lost").within(1.0, 1000.0),
     OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "a firing waits for its frame, and the drives have no watchdog"),
     OptionWord::with_default("sync0_ns", Kind::Whole, "none", "distributed clocks: how often SYNC0 of each axis comes, which is the period of the source")
-        .unit("ns"),
-    OptionWord::with_default("sync0_shift_ns", Kind::Whole, "half of sync0_ns", "how long after the release of the source SYNC0 comes").unit("ns"),
+        .unit("ns")
+        .within(SYNC0_NS_MIN, SYNC0_NS_MAX),
+    OptionWord::with_default("sync0_shift_ns", Kind::Whole, "half of sync0_ns", "how long after the release of the source SYNC0 comes")
+        .unit("ns")
+        .within(0.0, SYNC0_NS_MAX),
+];
+
+const PLACE: [OptionWord; 2] = [
+    OptionWord::with_default("at", Kind::Whole, "that in the list", "its place on the line").within(0.0, 65535.0),
+    OptionWord::with_default("alias", Kind::Whole, "not compared", "configured station alias").within(0.0, 65535.0),
+];
+const TERMINAL: [OptionWord; 2] = [
+    OptionWord::with_default("channels", Kind::Table, "all entries", "by name").entries(&[&device::counts::WORDS]),
+    OptionWord::with_default("pdos", Kind::List, "as its EEPROM has them", "its process data").entries(&[&PDO]),
+];
+const PDO: [OptionWord; 1] = [OptionWord::needed("entries", Kind::List, "in their order").entries(&[&ENTRY])];
+const ENTRY: [OptionWord; 4] = [
+    OptionWord::with_default("index", Kind::Whole, "0: a gap", "its object").within(0.0, 65535.0),
+    OptionWord::with_default("sub", Kind::Whole, "0", "its subindex").within(0.0, 255.0),
+    OptionWord::needed("bits", Kind::Whole, "how long it is").within(0.0, 255.0),
+    OptionWord::with_default("kind", Kind::Whole, "0: a number without a sign", "its data type, as CoE numbers them").within(0.0, 255.0),
 ];
 
 /// What is asked for.
@@ -200,20 +222,17 @@ impl ChannelOptions {
 /// Watchdog of the drives where nothing is said.
 pub(super) const TIMEOUT_NS: i64 = 100_000_000;
 /// Shorter than any drive's cycle.
-const SYNC0_NS_MIN: u32 = 50_000;
+const SYNC0_NS_MIN: f64 = 5e4;
+/// A drive has 32 bits for it.
+const SYNC0_NS_MAX: f64 = u32::MAX as f64;
 /// The longest that a drive can be told.
-const TIMEOUT_NS_MAX: i64 = 6_500_000_000;
+const TIMEOUT_NS_MAX: f64 = 6.5e9;
 
 /// Refuses what cannot be, by name.
 pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
     let wrong = |problem: String| Err(given.wrong("axes", problem));
-    device::check_timeout(given, options.timeout_ns)?;
-    if options.timeout_ns.is_some_and(|ns| ns > TIMEOUT_NS_MAX) {
-        return Err(given.wrong("timeout_ns", "at most 6.5 s: a drive cannot be told more"));
-    }
     match (options.sync0_ns, options.sync0_shift_ns) {
         (None, Some(_)) => return Err(given.wrong("sync0_shift_ns", "sync0_ns is missing: the period of the source")),
-        (Some(..SYNC0_NS_MIN), _) => return Err(given.wrong("sync0_ns", "at least 50 us: the period of the source")),
         (Some(cycle_ns), Some(shift_ns)) if shift_ns >= cycle_ns => return Err(given.wrong("sync0_shift_ns", "less than sync0_ns")),
         _ => {}
     }

@@ -133,9 +133,7 @@ fn range_of(name: &str, asked: &SvvSpecification) -> Result<Option<Range>, Refus
             return Err(refuse(Class::ValueRefused, message, "give two numbers: within=(0, 1)"));
         }
     };
-    if let Range::Interval { least, most, .. } = range
-        && least > most
-    {
+    if let Some((least, most)) = range.reversed() {
         let message = format!("the range of SVV '{name}' is {least} to {most}");
         return Err(refuse(Class::ValueRefused, message, format!("give the lower end first: within=({most}, {least})")));
     }

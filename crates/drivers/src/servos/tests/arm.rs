@@ -214,15 +214,15 @@ fn options_are_checked() {
     let of = |servo: Value| refused(json!({ "port": "/dev/x", "servos": { "a": servo } }));
     assert!(refused(json!({ "port": "/dev/x" })).contains("option 'servos': it is missing; give name: {\"id\": 1} for each joint"));
     assert!(of(json!({})).contains("option 'servos.a.id': it is missing"));
-    assert!(of(json!({ "id": 253 })).contains("ids end at 252"));
+    assert!(of(json!({ "id": 253 })).contains("option 'servos.a.id': it cannot be 253: its range is 0 to 252"));
     assert!(of(json!({ "id": 1, "model": "ax12" })).contains("no model 'ax12'; the models are sts3215, sts3250, sts"));
     assert!(of(json!({ "id": 1, "min": 1, "max": 0 })).contains("its range is 1 to 0 rad, which is empty"));
-    assert!(of(json!({ "id": 1, "direction": 2 })).contains("1 or -1 is asked for"));
+    assert!(of(json!({ "id": 1, "direction": 0.5 })).contains("1 or -1 is asked for"));
     assert!(of(json!({ "id": 1, "offset": 2 })).contains("option 'servos.a.offset': unknown field `offset`"));
     assert!(of(json!({ "id": "1" })).contains("option 'servos.a.id': invalid type"));
     let twice = refused(json!({ "port": "/dev/x", "servos": { "a": { "id": 1 }, "b": { "id": 1 } } }));
     assert!(twice.contains("'b' and 'a' have the same id, 1"), "{twice}");
-    assert!(refused(json!({ "port": "/dev/x", "servos": { "a": { "id": 1 } }, "max_speed": 0 })).contains("a speed above 0 is asked for"));
+    assert!(refused(json!({ "port": "/dev/x", "servos": { "a": { "id": 1 } }, "max_speed": 0 })).contains("it cannot be 0 rad/s: its range is above 0 rad/s to 100 rad/s"));
 }
 
 /// While the device exchanges, a caller elsewhere asks.
