@@ -111,8 +111,9 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    const SERVO: [OptionWord; 2] =
-        [OptionWord::needed("id", Kind::Whole, "its number").within(0.0, 252.0), OptionWord::needed("min", Kind::Number, "its end").unit("rad").within(-10.0, 10.0)];
+    const ID: [OptionWord; 1] = [OptionWord::needed("id", Kind::Whole, "its number").within(0.0, 252.0)];
+    const MIN: [OptionWord; 1] = [OptionWord::needed("min", Kind::Number, "its end").unit("rad").within(-10.0, 10.0)];
+    const SERVO: [OptionWord; 2] = [ID[0], MIN[0]];
 
     fn refused(word: OptionWord, value: Value) -> (String, String) {
         let Outside { path, problem } = outside("", &word, &value).expect("it is outside");
@@ -139,7 +140,7 @@ mod tests {
         let servos = OptionWord::needed("servos", Kind::Table, "").entries(&[&SERVO]);
         let both = json!({ "shoulder": { "id": 1 }, "elbow": { "id": 2, "min": 90 } });
         assert_eq!(refused(servos, both).0, "servos.elbow.min");
-        let axes = OptionWord::needed("axes", Kind::List, "").entries(&[&SERVO[..1], &SERVO[1..]]);
+        let axes = OptionWord::needed("axes", Kind::List, "").entries(&[&ID, &MIN]);
         assert_eq!(refused(axes, json!([{ "id": 1 }, { "id": -1 }])).0, "axes[1].id");
         assert_eq!(refused(axes, json!([{ "name": "lift", "min": 1e300 }])).0, "axes.lift.min");
         let one = OptionWord::needed("checksum", Kind::Table, "").fields(&[&SERVO]);

@@ -53,7 +53,7 @@ const OPTIONS: [OptionWord; 6] = [
     OptionWord::needed(
         "channels",
         Kind::Table,
-        "for each name: holding, input, coil or discrete with its address, type, order, scale, offset, bit, raw, unit, write, safe, slew, every_ns",
+        "for each name: holding, input, coil or discrete with its address, type, order, scale, offset, bit, byte, raw, unit, write, safe, slew, every_ns",
     )
     .entries(&[&map::CHANNEL]),
     OptionWord::with_default("unit", Kind::Whole, "1", "the device on a line or behind a gateway").within(0.0, 255.0),

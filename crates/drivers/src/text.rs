@@ -58,7 +58,7 @@ const OPTIONS: [OptionWord; 11] = [
     OptionWord::with_default("length", Kind::Whole, "up to the end", "bytes of each text, its checksum included").within(1.0, (FRAME_MAX / 2) as f64),
     OptionWord::with_default("checksum", Kind::Table, "none", "sum (xor or sum), written (hex or byte), mark: behind each text"),
     OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "how long an answer may take").unit("ns").within(1e6, 6e10),
-    OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long it may say nothing before it is lost").unit("ns").within(1e6, 8.64e13),
+    OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long it may say nothing before it is lost").unit("ns").within(1e3, 8.64e13),
 ];
 
 #[derive(Deserialize)]

@@ -126,6 +126,105 @@ fn an_exception_has_its_name_and_is_not_asked_again() {
 }
 
 #[test]
+fn a_damaged_answer_says_what_was_damaged() {
+    let of = |script: Script| {
+        let address = device(script);
+        let (driver, why) = refused(&options(&address, json!({ "retries": 0, "answer_ns": 30_000_000_000_i64 })));
+        assert_eq!(count_of(driver.as_ref(), "damaged"), 1);
+        let said = format!("unit 7 at {} did not read input 3: its answer was damaged: ", &address[4..]);
+        why.strip_prefix(&said).unwrap_or_else(|| panic!("{why}")).to_owned()
+    };
+    assert_eq!(of(|_, _| Some(b"HTTP/1.1 400 Bad Request".to_vec())), "it begins with no header of Modbus TCP");
+    let other_unit: Script = |_, requests| requests.last().map(|r| vec![r[0], r[1], 0, 0, 0, 5, 8, r[7], 2, 0, 1]);
+    assert_eq!(of(other_unit), "it came from another unit");
+    let other_function: Script = |_, requests| requests.last().map(|r| vec![r[0], r[1], 0, 0, 0, 5, r[6], 3, 2, 0, 1]);
+    let other_length: Script = |_, requests| requests.last().map(|r| vec![r[0], r[1], 0, 0, 0, 7, r[6], r[7], 4, 0, 1, 0, 2]);
+    for script in [other_function, other_length] {
+        assert_eq!(of(script), "it answers another request: its function, length or address is another one");
+    }
+}
+
+#[test]
+fn a_command_beyond_its_register_is_written_as_the_largest_number_and_never_as_infinity() {
+    let script: Script = |_, requests| requests.last().map(|r| if r[7] == 3 { answer(r, 0) } else { r.to_vec() });
+    let channels = json!({ "held": { "holding": 0 }, "goal": { "holding": 3, "scale": 0.5, "write": true } });
+    let (written, limited) = limits(script, channels, &[f64::INFINITY, -1.0, 1e300]);
+    assert_eq!((written, limited), (vec![[0xFF, 0xFF], [0, 0], [0xFF, 0xFF]], 3));
+}
+
+/// Commands a channel each of these numbers; what the device was last told by each, and how many were limited.
+fn limits(script: Script, channels: Value, commands: &[f64]) -> (Vec<[u8; 2]>, u64) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let address = format!("tcp/{}", listener.local_addr().expect("it is bound"));
+    let (told, tells) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        for mut stream in listener.incoming().flatten() {
+            let (mut request, mut requests) = ([0; 12], Vec::new());
+            while stream.read_exact(&mut request).is_ok() {
+                requests.push(request);
+                if request[7] == 6 && told.send([request[10], request[11]]).is_err() {
+                    return;
+                }
+                let answered = script(requests.len() - 1, &requests).is_some_and(|answer| stream.write_all(&answer).is_ok());
+                if !answered {
+                    break;
+                }
+            }
+        }
+    });
+    let mut machine = Machine::open("modbus", options(&address, json!({ "channels": channels, "answer_ns": 30_000_000_000_i64 })));
+    let written = commands.iter().map(|command| {
+        machine.set("goal", &[*command]);
+        machine.write(0, &[true]);
+        tells.recv().expect("it is told")
+    });
+    let written = written.collect();
+    (written, counted(&machine, "limited"))
+}
+
+#[test]
+fn parts_of_a_register_change_nothing_else_in_it() {
+    // A device that knows no mask write, function 22: the register is read and written.
+    let script: Script = |_, requests| {
+        let r = requests.last()?;
+        match r[7] {
+            3 => Some(answer(r, 0b1000_0000_0100_0001)),
+            6 => Some(r.to_vec()),
+            _ => Some(vec![r[0], r[1], 0, 0, 0, 3, r[6], r[7] | 0x80, 1]),
+        }
+    };
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let address = format!("tcp/{}", listener.local_addr().expect("it is bound"));
+    let (told, tells) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().expect("it connects");
+        let mut request = [0; 12];
+        while stream.read_exact(&mut request).is_ok() {
+            if request[7] == 22 {
+                stream.read_exact(&mut [0; 2]).expect("its second mask");
+            }
+            let answered = told.send(request).is_ok() && script(0, &[request]).is_some_and(|answer| stream.write_all(&answer).is_ok());
+            if !answered {
+                return;
+            }
+        }
+    });
+    let channels = json!({ "run": { "holding": 5, "bit": 1, "write": true }, "ready": { "holding": 5, "bit": 6, "write": true }, "level": { "holding": 5, "byte": "high", "write": true } });
+    let mut machine = Machine::open("modbus", options(&address, json!({ "channels": channels, "answer_ns": 30_000_000_000_i64 })));
+    machine.set("level", &[5.0]);
+    machine.set_bool("run", true);
+    machine.write(0, &[true, true, true]);
+    let asked: Vec<[u8; 12]> = tells.try_iter().collect();
+    assert_eq!(asked.iter().map(|request| request[7]).collect::<Vec<_>>(), [22, 3, 6], "it is tried once, then read and written as one");
+    // Bit 1 set, bit 6 cleared, the high byte 5; bit 0, which is nobody's, stays.
+    assert_eq!(asked[2][8..], [0, 5, 0b0000_0101, 0b0000_0011]);
+    machine.set_bool("run", false);
+    machine.write(0, &[true, true, true]);
+    let asked: Vec<u8> = tells.try_iter().map(|request| request[7]).collect();
+    assert_eq!(asked, [3, 6], "it is not tried again");
+}
+
+#[test]
 fn one_that_never_answers_is_lost_with_its_place() {
     let address = device(|_, _| Some(Vec::new()));
     let (driver, why) = refused(&options(&address, json!({ "answer_ns": 20_000_000, "retries": 2 })));

@@ -101,4 +101,3 @@ fn numbers_of_a_driver_within_another_have_their_path() {
     let refused = device::check("plant_process", &json!({ "driver": inner })).expect_err("its slew is negative").to_string();
     assert_eq!(refused, "driver 'plant_process': option 'driver.options.slew': it cannot be -1 N.m/s: its range is above 0 N.m/s to 1e9 N.m/s");
 }
-

@@ -92,6 +92,42 @@ fn a_scanner_speaks_by_itself() {
 }
 
 #[test]
+fn a_carriage_return_before_the_line_feed_is_no_part_of_a_checksum() {
+    let (listener, address) = listen();
+    let mut machine =
+        open(json!({ "address": address, "start": "$", "reads": ["SCALE,{weight}"], "checksum": { "sum": "xor", "written": "hex", "mark": "*" } }));
+    let mut scale = accept(&listener);
+    let line = |weight: &str, end: &str| {
+        let text = format!("SCALE,{weight}");
+        let sum = text.bytes().fold(0, |sum, byte| sum ^ byte);
+        format!("${text}*{sum:02X}{end}")
+    };
+    scale.write_all(format!("{}{}", line("12.5", "\r\n"), line("13.5", "\n")).as_bytes()).expect("it takes it");
+    read_until(&mut machine, 2.0);
+    assert_eq!((machine.get("weight"), counted(&machine, "damaged")), (vec![13.5], 0));
+    let last = machine.driver.services().expect("it has some").call("last_text", &json!({}));
+    assert!(last.is_ok_and(|text| text == "SCALE,13.5"), "neither sum nor end");
+}
+
+#[test]
+fn a_line_that_is_too_long_is_dropped_with_its_tail() {
+    let (listener, address) = listen();
+    let mut machine = open(json!({ "address": address, "reads": ["W {weight}"] }));
+    let mut scale = accept(&listener);
+    // Its tail alone would be a reading.
+    let long = format!("{}W 99\nW 7\n", "x".repeat(5_000));
+    scale.write_all(long.as_bytes()).expect("it takes it");
+    read_until(&mut machine, 1.0);
+    assert_eq!((machine.get("weight"), counted(&machine, "damaged"), counted(&machine, "taken")), (vec![7.0], 1, 1));
+    // One whose tail comes later.
+    scale.write_all("y".repeat(2_000).as_bytes()).expect("it takes it");
+    machine.read(1);
+    scale.write_all(b"W 98\nW 8\n").expect("it takes it");
+    read_until(&mut machine, 2.0);
+    assert_eq!((machine.get("weight"), counted(&machine, "damaged")), (vec![8.0], 2));
+}
+
+#[test]
 fn a_printer_is_told_when_a_value_changes() {
     let (listener, address) = listen();
     let mut machine = open(json!({ "address": address, "writes": ["^FD{label}^FS", "SP {heat}"], "end": "\r",
@@ -126,7 +162,7 @@ fn options_that_are_wrong_are_named() {
         (json!({ "reads": ["{x}"], "writes": ["{x}"] }), "'x' is read already"),
         (json!({ "reads": ["{age}"] }), "'age' is the name of a channel"),
         (json!({ "reads": ["{x}"], "end": "" }), "option 'end': a text without an end has a \"length\""),
-        (json!({ "reads": ["{x}"], "length": 0 }), "option 'length': 1 to 512"),
+        (json!({ "reads": ["{x}"], "length": 0 }), "option 'length': it cannot be 0: its range is 1 to 512"),
         (json!({ "reads": ["{x}"], "address": "tcp/192.0.2.1" }), "has no port"),
     ] {
         let mut given = json!({ "address": "tcp/192.0.2.1:4001" });

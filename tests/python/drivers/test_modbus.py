@@ -84,6 +84,37 @@ def test_signals_read_and_write_a_device(virtual: gpac.System, peer: Any) -> Non
     assert [peer.get(*place) for place in written] == [-1.0, 0, False, True]
 
 
+def test_bits_and_bytes_of_a_register_are_written_and_its_others_stay(virtual: gpac.System, peer: Any) -> None:
+    channels = {
+        "run": {"holding": 20, "bit": 1, "write": True},
+        "ready": {"holding": 20, "bit": 6, "write": True},
+        "level": {"holding": 20, "byte": "high", "scale": 0.5, "unit": "V", "write": True},
+        "alarm": {"holding": 20, "bit": 0},
+        "shown": {"holding": 20, "byte": "high", "scale": 0.5},
+    }
+    peer.put("holding", 20, 0b0100_0001)
+    rtp = virtual.processor("rtp0")
+    slow = rtp.timer("slow", period="10 ms", priority=60)
+    plc = rtp.physical_device("plc", gpac.drivers.modbus(peer.address, channels=channels, **PATIENT), exchange=slow)
+    run, level = DigitalOutput("run", plc["run"]).enable(), AnalogOutput("level", plc["level"], low=0, high=200).enable()
+    alarm, shown = DigitalInput("alarm", plc["alarm"]).enable(), AnalogInput("shown", plc["shown"]).enable()
+    set_output(run, True)
+    set_output(level, 2.5)
+    virtual.advance("30 ms")
+    assert peer.get("holding", 20) == 0b0000_0101_0000_0011, "bit 6 is safe, bit 0 is nobody's"
+    assert [alarm.value.value, shown.value.value] == [True, 2.5]
+    peer.put("holding", 20, 0b1000_0000_0000_0010 + (5 << 8))
+    set_output(run, False)
+    virtual.advance("30 ms")
+    assert peer.get("holding", 20) == 0b1000_0000_0000_0000 + (5 << 8), "what another master wrote stays"
+    set_output(level, 200)
+    virtual.advance("30 ms")
+    assert peer.get("holding", 20) == 0xFF00, "it saturates"
+    virtual.emergency_stop("test")
+    virtual.advance("30 ms")
+    assert peer.get("holding", 20) == 0, "each part has its safe value"
+
+
 def test_one_that_is_switched_off_is_lost_and_comes_back(virtual: gpac.System) -> None:
     with gpac.drivers.fake.modbus() as device:
         device.put("input", 0, 1)

@@ -4,7 +4,7 @@ use super::axis::Axis;
 use super::counters::Count;
 use super::device::{CanOpen, OBJECT};
 use super::module::Module;
-use super::options::{self, ANALOG_MAX, DIGITAL_MAX, HEARTBEAT_NS, TOLD_NS_MAX, ModuleOptions, Options, Terminal, data_sheet};
+use super::options::{self, ANALOG_MAX, DIGITAL_MAX, HEARTBEAT_NS, ModuleOptions, Options, TOLD_NS_MAX, Terminal, data_sheet};
 use super::services::SERVICES;
 use super::station::{Station, What};
 use crate::client::Client;

@@ -149,7 +149,6 @@ impl Terminal {
     fn is_digital(self) -> bool {
         matches!(self, Terminal::Input(_) | Terminal::Output(_))
     }
-
 }
 
 impl ChannelOptions {

@@ -12,7 +12,8 @@ use std::sync::Arc;
 const NODE: OptionWord = OptionWord::needed("axis", Kind::Text, "the name of the axis or module");
 const OBJECT: OptionWord =
     OptionWord::with_default("object", Kind::Text, "that of index and sub", "its name in the EDS file: `Position actual value`, `Identity object.Vendor-ID`");
-const INDEX: OptionWord = OptionWord::with_default("index", Kind::Whole, "that of object", "the index of the object, 0x6064 is a drive's position").within(0.0, 65535.0);
+const INDEX: OptionWord =
+    OptionWord::with_default("index", Kind::Whole, "that of object", "the index of the object, 0x6064 is a drive's position").within(0.0, 65535.0);
 const SUB: OptionWord = OptionWord::with_default("sub", Kind::Whole, "0", "the subindex").within(0.0, 255.0);
 
 pub const SERVICES: [ServiceWord; 6] = [

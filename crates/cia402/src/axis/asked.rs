@@ -15,7 +15,8 @@ pub const HOME: ServiceWord = ServiceWord {
     doc: "has a drive look for its home, and waits until it is there; its axis must not be engaged",
     arguments: &[
         OptionWord::needed("axis", Kind::Text, "the name of the axis"),
-        OptionWord::with_default("method", Kind::Whole, OWN, "method of CiA 402: 35 is here, 17 and 18 the switch at an end, 33 and 34 the next index").within(-128.0, 127.0),
+        OptionWord::with_default("method", Kind::Whole, OWN, "method of CiA 402: 35 is here, 17 and 18 the switch at an end, 33 and 34 the next index")
+            .within(-128.0, 127.0),
         OptionWord::with_default("speed", Kind::Number, OWN, "speed towards the switch, units of the axis per second").above(0.0, 1e6),
         OptionWord::with_default("speed_zero", Kind::Number, OWN, "speed towards the index, units of the axis per second").above(0.0, 1e6),
         OptionWord::with_default("acceleration", Kind::Number, OWN, "units of the axis per second squared").above(0.0, 1e9),

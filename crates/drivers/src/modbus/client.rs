@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A Modbus device as a driver: its channels are polled and written on a thread of its own.
-use super::link::{Count, Link};
+use super::link::{Answer, Count, Fault, Link};
 use super::map::{Block, Place, Write, blocks};
-use super::pdu::{PDU_MAX, Request, Space};
+use super::pdu::{Exception, PDU_MAX, Request, Space};
 use super::services::Desk;
 use device::{Channel, Counters, DeviceError, Driver, Services};
 use std::sync::Arc;
@@ -17,6 +17,8 @@ pub(super) struct Client {
     desk: Arc<Desk>,
     /// What was read last: blocks have paces of their own.
     readings: Vec<u8>,
+    /// Whether the device changes bits of a register by itself; until it says that it does not.
+    has_mask_write: bool,
 }
 
 /// A channel that is written.
@@ -37,7 +39,16 @@ impl Client {
         outputs.sort_by_key(|output| (output.place.space, output.place.address));
         let readings = places.iter().filter(|place| place.write == Write::Never).map(|place| place.slot.offset + place.slot.len).max().unwrap_or(0);
         let desk = Arc::new(Desk::new(link.downgrade(), outputs.iter().map(|output| output.place.clone()).collect()));
-        Client { channels, blocks: blocks(places, gap), outputs, counters: link.counters.clone(), link: Some(link), desk, readings: vec![0; readings] }
+        Client {
+            channels,
+            blocks: blocks(places, gap),
+            outputs,
+            counters: link.counters.clone(),
+            link: Some(link),
+            desk,
+            readings: vec![0; readings],
+            has_mask_write: true,
+        }
     }
 
     /// Asks for what is due.
@@ -78,15 +89,15 @@ impl Client {
                 continue;
             }
             let end = run_from(&self.outputs, at);
-            let (data, count) = data_of(&self.outputs[at..end]);
-            let Place { space, address, .. } = self.outputs[at].place;
-            let request = Request::Write { space, address, count, data: &data[..space.bytes(count)] };
-            if once {
-                link.ask_once(&request).map_err(|fault| link.error(&request, &fault))?;
+            let run = &self.outputs[at..end];
+            if run[0].place.is_part() {
+                send_parts(link, run, &mut self.has_mask_write, once)?;
             } else {
-                link.ask(&request)?;
+                let (data, count) = data_of(run);
+                let Place { space, address, .. } = run[0].place;
+                asked(link, &Request::Write { space, address, count, data: &data[..space.bytes(count)] }, once)?;
             }
-            for output in &mut self.outputs[at..end] {
+            for output in self.outputs[at..end].iter_mut().filter(|output| output.is_due) {
                 output.taken = Some(output.wire);
             }
             at = end;
@@ -95,12 +106,44 @@ impl Client {
     }
 }
 
-/// Behind the last output that goes in one request with the one at `at`.
+/// The answer to a request. `once`: it is not repeated.
+fn asked(link: &Link, request: &Request<'_>, once: bool) -> Result<Answer, DeviceError> {
+    if once { link.ask_once(request).map_err(|fault| link.error(request, &fault)) } else { link.ask(request) }
+}
+
+/// Writes those parts of one register that are due, and leaves its other bits as they are: by the device itself where it can, which loses
+/// nothing that others write. Else it is read and written, and what another master writes between the two is undone.
+fn send_parts(link: &Link, parts: &[Output], has_mask_write: &mut bool, once: bool) -> Result<(), DeviceError> {
+    let address = parts[0].place.address;
+    let due = parts.iter().filter(|part| part.is_due);
+    let (keep, set) = due.fold((u16::MAX, 0), |(keep, set), part| {
+        let mask = part.place.form.mask();
+        (keep & !mask, set | u16::from_be_bytes([part.wire[0], part.wire[1]]) & mask)
+    });
+    if *has_mask_write {
+        let request = Request::Mask { address, keep, set };
+        match link.ask_once(&request) {
+            Err(Fault::Exception(Exception::ILLEGAL_FUNCTION)) => *has_mask_write = false,
+            Err(fault) if once => return Err(link.error(&request, &fault)),
+            Err(_) => return link.ask(&request).map(drop),
+            Ok(_) => return Ok(()),
+        }
+    }
+    let read = asked(link, &Request::Read { space: Space::Holding, address, count: 1 }, once)?;
+    let held = read.data().first_chunk::<2>().map_or(0, |two| u16::from_be_bytes(*two));
+    asked(link, &Request::Write { space: Space::Holding, address, count: 1, data: &(held & keep | set).to_be_bytes() }, once).map(drop)
+}
+
+/// Behind the last output that goes in one request with the one at `at`: its neighbours, or the other parts of its register.
 fn run_from(outputs: &[Output], at: usize) -> usize {
     let first = &outputs[at].place;
     let mut end = at + 1;
+    if first.is_part() {
+        let others = outputs[end..].iter().take_while(|next| (next.place.space, next.place.address) == (first.space, first.address));
+        return end + others.count();
+    }
     while let Some(next) = outputs.get(end).filter(|next| next.is_due) {
-        let follows = next.place.space == first.space && u32::from(next.place.address) == outputs[end - 1].place.end();
+        let follows = !next.place.is_part() && next.place.space == first.space && u32::from(next.place.address) == outputs[end - 1].place.end();
         if !follows || next.place.end() - u32::from(first.address) > u32::from(first.space.write_max()) {
             break;
         }
@@ -136,7 +179,8 @@ impl Driver for Client {
     }
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
-        // What the device holds is not known.
+        // What the device holds, and can, is not known.
+        self.has_mask_write = true;
         self.outputs.iter_mut().for_each(|output| output.taken = None);
         self.blocks.iter_mut().for_each(|block| block.due_ns = i64::MIN);
         // A device that is not there is refused here, not lost later.

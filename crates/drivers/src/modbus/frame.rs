@@ -2,7 +2,7 @@
 //! The frames around requests and answers: MBAP on TCP, unit and CRC on a serial line.
 //!
 //! Nothing here allocates or panics, whatever the bytes are.
-use super::pdu::PDU_MAX;
+use super::pdu::{MASK_WRITE, PDU_MAX};
 
 /// Bytes before a PDU on TCP: transaction, protocol, length, unit.
 pub(super) const MBAP: usize = 7;
@@ -76,6 +76,7 @@ pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, Damaged> {
     let len = match function {
         1..=4 => begins.get(2).map(|bytes| 3 + usize::from(*bytes) + 2),
         5 | 6 | 15 | 16 => Some(8),
+        &MASK_WRITE => Some(10),
         0x2B => identification_len(begins),
         0x80.. => Some(5),
         _ => return Err(Damaged),

@@ -35,6 +35,7 @@ struct Asked {
     scale: Option<f64>,
     offset: Option<f64>,
     bit: Option<u8>,
+    byte: Option<Byte>,
     #[serde(default)]
     raw: bool,
     write: Option<Value>,
@@ -45,6 +46,14 @@ struct Asked {
     unit: String,
     #[serde(default)]
     doc: String,
+}
+
+/// A byte of a register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Byte {
+    High,
+    Low,
 }
 
 /// Which end of the wire the channels are of.
@@ -98,6 +107,11 @@ impl Place {
         self.form.registers()
     }
 
+    /// Whether other channels, or the device itself, may have bits of the same register.
+    pub(super) fn is_part(&self) -> bool {
+        self.form.mask() != u16::MAX
+    }
+
     /// Behind its last one.
     pub(super) fn end(&self) -> u32 {
         u32::from(self.address) + u32::from(self.count())
@@ -126,12 +140,21 @@ pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Cha
 /// Refuses two channels of which one would overwrite the other.
 fn overlap(places: &[Place], end: End) -> Result<(), String> {
     let mut claimed: Vec<&Place> = places.iter().filter(|place| end == End::Server || place.write != Write::Never).collect();
-    claimed.sort_by_key(|place| (place.space, place.address));
+    // By their masks too: of several parts of one register, two that overlap are then neighbours.
+    claimed.sort_by_key(|place| (place.space, place.address, place.form.mask()));
     for pair in claimed.windows(2) {
         let [one, other] = pair else { continue };
-        let both_read = one.write == Write::Never && other.write == Write::Never;
-        if one.space == other.space && one.end() > u32::from(other.address) && !both_read {
+        let is_written = [one, other].map(|place| place.write != Write::Never);
+        let meet = one.space == other.space && one.end() > u32::from(other.address);
+        if !meet || is_written == [false, false] {
+            continue;
+        }
+        if one.address != other.address || one.form.mask() & other.form.mask() != 0 {
             return Err(format!("'{}' and '{}' both lie at {} {}", one.name, other.name, other.space, other.address));
+        }
+        if is_written[0] != is_written[1] {
+            let why = "a register is written by clients, or by this machine, as a whole";
+            return Err(format!("'{}' and '{}' are parts of {} {}: {why}", one.name, other.name, other.space, other.address));
         }
     }
     Ok(())
@@ -154,7 +177,7 @@ fn place(name: &str, value: &Value, end: End) -> Result<(Channel, Place), String
         }
         _ => {}
     }
-    let form = form(&asked, space, write)?;
+    let form = form(&asked, space)?;
     if u32::from(address) + u32::from(form.registers()) > 0x1_0000 {
         return Err(format!("it ends behind {space} 65535, the last there is"));
     }
@@ -170,16 +193,23 @@ fn place(name: &str, value: &Value, end: End) -> Result<(Channel, Place), String
     Ok((channel, place))
 }
 
-fn form(asked: &Asked, space: Space, write: Write) -> Result<Form, String> {
+fn form(asked: &Asked, space: Space) -> Result<Form, String> {
+    let (scale, offset) = (asked.scale.unwrap_or(1.0), asked.offset.unwrap_or(0.0));
+    if scale == 0.0 {
+        return Err("a scale of 0 tells nothing; give one that is not 0".to_owned());
+    }
     let numbers = [asked.r#type.is_some(), asked.scale.is_some(), asked.offset.is_some(), asked.raw, asked.order != Order::Abcd];
-    if space.is_bits() || asked.bit.is_some() {
-        return match asked.bit {
-            Some(_) if space.is_bits() => Err(format!("a {space} is one bit already; leave out \"bit\"")),
-            Some(16..) => Err("a register has the bits 0 to 15".to_owned()),
-            Some(_) if write != Write::Never => Err("a bit of a register cannot be written alone; write the register, or a coil".to_owned()),
-            _ if numbers.contains(&true) => Err("a bit has no \"type\", \"scale\", \"offset\", \"order\" or \"raw\"".to_owned()),
-            bit => Ok(Form::Bit(bit.unwrap_or(0))),
-        };
+    match (asked.bit, asked.byte) {
+        (Some(_), Some(_)) => return Err("it is a \"bit\" or a \"byte\", not both".to_owned()),
+        (Some(_), _) | (_, Some(_)) if space.is_bits() => return Err(format!("a {space} is one bit already; leave out \"bit\" and \"byte\"")),
+        (Some(16..), _) => return Err("a register has the bits 0 to 15".to_owned()),
+        (_, Some(_)) if asked.r#type.is_some() || asked.raw || asked.order != Order::Abcd => {
+            return Err("a byte has no \"type\", \"order\" or \"raw\"; it is 0 to 255, with \"scale\" and \"offset\"".to_owned());
+        }
+        (_, Some(byte)) => return Ok(Form::Byte { is_high: byte == Byte::High, scale, offset }),
+        (None, _) if !space.is_bits() => {}
+        _ if numbers.contains(&true) => return Err("a bit has no \"type\", \"scale\", \"offset\", \"order\" or \"raw\"".to_owned()),
+        (bit, _) => return Ok(bit.map_or(Form::Coil, Form::Bit)),
     }
     let (of, order) = (asked.r#type.unwrap_or_default(), asked.order);
     if asked.raw {
@@ -187,10 +217,6 @@ fn form(asked: &Asked, space: Space, write: Write) -> Result<Form, String> {
             true => Err("what is raw has neither \"scale\" nor \"offset\"".to_owned()),
             false => Ok(Form::Raw { of, order }),
         };
-    }
-    let (scale, offset) = (asked.scale.unwrap_or(1.0), asked.offset.unwrap_or(0.0));
-    if scale == 0.0 || !scale.is_finite() || !offset.is_finite() {
-        return Err("a scale of 0 tells nothing; give one that is finite and not 0".to_owned());
     }
     Ok(Form::Scaled { of, order, scale, offset })
 }
@@ -201,8 +227,8 @@ fn safe(asked: &Asked, form: &Form) -> Result<Vec<u8>, String> {
     let Some(value) = &asked.safe else { return Ok(vec![0; len]) };
     let no = || format!("\"safe\": {value} is no {}", form.channel_type());
     match form {
-        Form::Bit(_) => value.as_bool().map(|bit| vec![u8::from(bit)]).ok_or_else(no),
-        Form::Scaled { .. } => {
+        Form::Coil | Form::Bit(_) => value.as_bool().map(|bit| vec![u8::from(bit)]).ok_or_else(no),
+        Form::Byte { .. } | Form::Scaled { .. } => {
             let bytes = value.as_f64().ok_or_else(no)?.to_ne_bytes().to_vec();
             match form.write(&bytes) {
                 Some((_, true)) => Ok(bytes),
@@ -307,7 +333,10 @@ mod tests {
             (json!({ "holding": 65535, "type": "float" }), "it ends behind holding 65535"),
             (json!({ "coil": 1, "type": "int16" }), "a bit has no \"type\""),
             (json!({ "holding": 1, "bit": 16 }), "the bits 0 to 15"),
-            (json!({ "holding": 1, "bit": 1, "write": "each" }), "cannot be written alone"),
+            (json!({ "holding": 1, "bit": 1, "byte": "low" }), "a \"bit\" or a \"byte\""),
+            (json!({ "coil": 1, "byte": "low" }), "one bit already"),
+            (json!({ "holding": 1, "byte": "low", "type": "int16" }), "a byte has no \"type\""),
+            (json!({ "holding": 1, "byte": "low", "write": true, "safe": 256 }), "does not fit the register"),
             (json!({ "holding": 1, "scale": 0.0 }), "a scale of 0 tells nothing"),
             (json!({ "holding": 1, "safe": 1.0 }), "neither \"safe\" nor \"slew\""),
             (json!({ "holding": 1, "write": "each", "safe": 70000 }), "does not fit the register"),
@@ -321,5 +350,26 @@ mod tests {
         }
         let both = made(json!({ "a": { "holding": 1, "type": "float", "write": true }, "b": { "holding": 2, "write": true } }));
         assert_eq!(both.expect_err("they overlap"), "'a' and 'b' both lie at holding 2");
+    }
+
+    #[test]
+    fn parts_of_a_register_are_written_where_none_overlaps() {
+        let part = |what: Value| {
+            let mut part = json!({ "holding": 1, "write": true });
+            part.as_object_mut().expect("a table").extend(what.as_object().expect("a table").clone());
+            part
+        };
+        let (bit, byte) = (|bit: u8| part(json!({ "bit": bit })), |byte: &str| part(json!({ "byte": byte })));
+        assert!(made(json!({ "a": bit(0), "b": bit(7), "c": byte("high"), "state": { "holding": 1 } })).is_ok());
+        for overlapping in
+            [json!({ "a": bit(3), "b": bit(0), "c": bit(3) }), json!({ "a": bit(3), "b": byte("low") }), json!({ "a": byte("high"), "b": bit(8), "c": bit(2) })]
+        {
+            assert!(made(overlapping.clone()).expect_err("they overlap").contains("both lie at holding 1"), "{overlapping}");
+        }
+        assert!(made(json!({ "a": bit(3), "b": { "holding": 0, "type": "float", "write": true } })).is_err());
+        let mixed = json!({ "a": bit(3), "b": { "holding": 1, "bit": 4 } });
+        assert!(made(mixed.clone()).is_ok());
+        let refused = places(mixed.as_object().expect("a table"), End::Server).expect_err("clients write it, or the server");
+        assert!(refused.contains("are parts of holding 1"), "{refused}");
     }
 }

@@ -7,6 +7,9 @@ use std::fmt;
 /// The longest of them.
 pub(super) const PDU_MAX: usize = 253;
 
+/// The function "Mask Write Register".
+pub(super) const MASK_WRITE: u8 = 22;
+
 /// The four tables of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -82,6 +85,12 @@ pub(super) enum Request<'a> {
         count: u16,
         data: &'a [u8],
     },
+    /// Changes bits of a holding register, in the device itself: those of `keep` stay, the others become those of `set`.
+    Mask {
+        address: u16,
+        keep: u16,
+        set: u16,
+    },
     /// Who the device is; from this object on.
     Identify {
         from: u8,
@@ -97,6 +106,7 @@ impl fmt::Display for Request<'_> {
         match *self {
             Request::Read { space, address, count } => range(f, "read", space, address, count),
             Request::Write { space, address, count, .. } => range(f, "write", space, address, count),
+            Request::Mask { address, .. } => write!(f, "write bits of holding {address}"),
             Request::Identify { .. } => f.write_str("read the identification"),
         }
     }
@@ -194,6 +204,10 @@ impl<'a> Request<'a> {
                 pdu.put(&[data.len() as u8]);
                 pdu.put(data);
             }
+            Request::Mask { address, keep, set } => {
+                pdu.put(&[MASK_WRITE]);
+                [address, keep, set].into_iter().for_each(|word| pdu.put_u16(word));
+            }
             Request::Identify { from } => pdu.put(&[0x2B, 0x0E, 1, from]),
         }
         pdu
@@ -227,6 +241,10 @@ impl<'a> Request<'a> {
                 let fits = (1..=space.write_max()).contains(&count) && usize::from(*length) == data.len() && data.len() == space.bytes(count);
                 if fits { Ok(Request::Write { space, address, count, data }) } else { Err(Exception::ILLEGAL_VALUE) }
             }
+            &MASK_WRITE => {
+                let (address, keep, set) = (word(0)?, word(2)?, word(4)?);
+                if rest.len() == 6 { Ok(Request::Mask { address, keep, set }) } else { Err(Exception::ILLEGAL_VALUE) }
+            }
             0x2B => match rest {
                 [0x0E, 1..=4, from] => Ok(Request::Identify { from: *from }),
                 _ => Err(Exception::ILLEGAL_FUNCTION),
@@ -247,6 +265,7 @@ impl<'a> Request<'a> {
             }
             (Request::Write { count: 1, .. }, echo) if echo == self.encode().bytes() => Ok(&[]),
             (Request::Write { count: 2.., .. }, echo) if echo.len() == 5 && echo == &self.encode().bytes[..5] => Ok(&[]),
+            (Request::Mask { .. }, echo) if echo == self.encode().bytes() => Ok(&[]),
             (Request::Identify { .. }, [0x2B, 0x0E, 1, objects @ ..]) => Ok(objects),
             _ => Err(NoAnswer::Foreign),
         }

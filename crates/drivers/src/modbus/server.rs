@@ -44,7 +44,7 @@ const OPTIONS: [OptionWord; 5] = [
         .within(1.0, 64.0),
     OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long clients may ask nothing, after the first request, before the device is lost")
         .unit("ns")
-        .within(1e6, 3.6e12),
+        .within(1e3, 3.6e12),
 ];
 
 #[derive(Deserialize)]

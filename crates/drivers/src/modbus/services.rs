@@ -95,7 +95,7 @@ impl At {
         let address = arguments["address"].as_u64().and_then(|address| u16::try_from(address).ok()).ok_or_else(|| wrong("an address is 0 to 65535"))?;
         let space = word(arguments, "table")?.unwrap_or(Space::Holding);
         let (of, order) = (word(arguments, "type")?.unwrap_or_default(), word(arguments, "order")?.unwrap_or_default());
-        let form = if space.is_bits() { Form::Bit(0) } else { Form::Scaled { of, order, scale: 1.0, offset: 0.0 } };
+        let form = if space.is_bits() { Form::Coil } else { Form::Scaled { of, order, scale: 1.0, offset: 0.0 } };
         match u32::from(address) + u32::from(form.registers()) <= 0x1_0000 {
             true => Ok(At { space, address, form }),
             false => Err(wrong("it ends behind 65535, the last register there is")),

@@ -120,8 +120,12 @@ impl Order {
 /// How a channel lies in registers or in a bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Form {
-    /// A coil, a discrete input, or this bit of a register.
+    /// A coil or a discrete input.
+    Coil,
+    /// A bit of a register.
     Bit(u8),
+    /// `value = scale * number + offset` of the high or the low byte of a register, as a double.
+    Byte { is_high: bool, scale: f64, offset: f64 },
     /// `value = scale * number + offset`, as a double.
     Scaled { of: Of, order: Order, scale: f64, offset: f64 },
     /// The number as it is, as the type of that name in C.
@@ -131,16 +135,25 @@ pub(super) enum Form {
 impl Form {
     pub(super) fn registers(&self) -> u16 {
         match self {
-            Form::Bit(_) => 1,
+            Form::Coil | Form::Bit(_) | Form::Byte { .. } => 1,
             Form::Scaled { of, .. } | Form::Raw { of, .. } => of.registers(),
+        }
+    }
+
+    /// The bits of its registers that are its own.
+    pub(super) fn mask(&self) -> u16 {
+        match self {
+            Form::Bit(bit) => 1 << bit,
+            Form::Byte { is_high, .. } => 0xFF << shift(*is_high),
+            Form::Coil | Form::Scaled { .. } | Form::Raw { .. } => u16::MAX,
         }
     }
 
     /// The type of its channel.
     pub(super) fn channel_type(&self) -> Type {
         match self {
-            Form::Bit(_) => Type::BOOL,
-            Form::Scaled { .. } => Type::DOUBLE,
+            Form::Coil | Form::Bit(_) => Type::BOOL,
+            Form::Byte { .. } | Form::Scaled { .. } => Type::DOUBLE,
             Form::Raw { of, .. } => Type::of(of.number()),
         }
     }
@@ -152,6 +165,10 @@ impl Form {
         let mut bytes = [0; 8];
         bytes[..len].copy_from_slice(wire);
         match *self {
+            Form::Coil => channel[0] = bytes[1] & 1,
+            Form::Byte { is_high, scale, offset } => {
+                channel.copy_from_slice(&(scale * f64::from(bytes[usize::from(!is_high)]) + offset).to_ne_bytes());
+            }
             Form::Bit(bit) => channel[0] = u8::from(u16::from_be_bytes([bytes[0], bytes[1]]) >> bit & 1 != 0),
             Form::Scaled { of, order, scale, offset } => {
                 order.turn(&mut bytes[..len]);
@@ -170,7 +187,14 @@ impl Form {
     pub(super) fn write(&self, channel: &[u8]) -> Option<([u8; 8], bool)> {
         let len = 2 * usize::from(self.registers());
         match *self {
-            Form::Bit(_) => Some(([*channel.first()?, 0, 0, 0, 0, 0, 0, 0], true)),
+            Form::Coil => Some(([*channel.first()?, 0, 0, 0, 0, 0, 0, 0], true)),
+            Form::Bit(bit) => Some((in_register(u16::from(*channel.first()? != 0) << bit), true)),
+            Form::Byte { is_high, scale, offset } => {
+                let number = (f64::from_ne_bytes(channel.try_into().ok()?) - offset) / scale;
+                // The cast saturates.
+                let wire = in_register(u16::from(number.round() as u8) << shift(is_high));
+                (!number.is_nan()).then_some((wire, (0.0..=255.0).contains(&number.round())))
+            }
             Form::Scaled { of, order, scale, offset } => {
                 let value = f64::from_ne_bytes(channel.try_into().ok()?);
                 if value.is_nan() {
@@ -201,6 +225,17 @@ impl Form {
             }
         }
     }
+}
+
+/// How far left a byte lies in its register.
+fn shift(is_high: bool) -> u32 {
+    if is_high { 8 } else { 0 }
+}
+
+/// One register on the wire.
+fn in_register(value: u16) -> [u8; 8] {
+    let [high, low] = value.to_be_bytes();
+    [high, low, 0, 0, 0, 0, 0, 0]
 }
 
 /// From highest first to the order of this machine, or back.
@@ -298,5 +333,22 @@ mod tests {
         let mut bit = [0];
         Form::Bit(9).read(&[0x02, 0x00], &mut bit);
         assert_eq!(bit, [1]);
+        assert_eq!(Form::Bit(9).write(&[1]), Some(([0x02, 0, 0, 0, 0, 0, 0, 0], true)));
+    }
+
+    #[test]
+    fn a_byte_of_a_register_is_a_number_that_saturates() {
+        let form = |is_high| Form::Byte { is_high, scale: 0.5, offset: -10.0 };
+        for (is_high, mask, wire) in [(true, 0xFF00, [60, 0]), (false, 0x00FF, [0, 60])] {
+            assert_eq!(form(is_high).mask(), mask);
+            let (written, fits) = form(is_high).write(&20.0_f64.to_ne_bytes()).expect("a number");
+            assert_eq!((&written[..2], fits), (&wire[..], true));
+            let mut channel = [0; 8];
+            form(is_high).read(&wire, &mut channel);
+            assert_eq!(f64::from_ne_bytes(channel), 20.0);
+        }
+        assert_eq!(form(false).write(&1e9_f64.to_ne_bytes()), Some(([0, 255, 0, 0, 0, 0, 0, 0], false)));
+        assert_eq!(form(true).write(&f64::NEG_INFINITY.to_ne_bytes()), Some(([0; 8], false)));
+        assert_eq!(form(true).write(&f64::NAN.to_ne_bytes()), None);
     }
 }

@@ -15,7 +15,8 @@ pub(super) const SERVICES: [ServiceWord; 1] = [ServiceWord {
 }];
 
 const PLACE: [OptionWord; 1] =
-    [OptionWord::with_default("positions", Kind::List, "where it was at the start", "of its joints, in the order of its parts, in rad or m").within(-UNLIMITED, UNLIMITED)];
+    [OptionWord::with_default("positions", Kind::List, "where it was at the start", "of its joints, in the order of its parts, in rad or m")
+        .within(-UNLIMITED, UNLIMITED)];
 
 /// Where a service has put the arm since the last reading.
 pub(super) struct Places {

@@ -39,6 +39,7 @@ const OPTIONS: [OptionWord; 8] = [
         Kind::Whole,
         "10 periods, at least 100 ms; then it may tell nothing new for long",
         "older readings are no readings: the device is lost",
+    )
     .unit("ns")
     .within(2e5, 3.6e12),
     OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it is made safe, and lost")

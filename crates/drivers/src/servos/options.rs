@@ -28,9 +28,7 @@ const COMMON: [OptionWord; 8] = [
     OptionWord::with_default("calibration", Kind::Text, "none", "a file of zeros and ranges, in the form of lerobot's").reaches(Reach::File),
     OptionWord::with_default("max_speed", Kind::Number, "3 rad/s", "no goal moves faster, whatever is commanded").unit("rad/s").above(0.0, 100.0),
     OptionWord::with_default("retries", Kind::Whole, "2", "how often those are asked again that do not answer").within(0.0, 100.0),
-    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire")
-        .unit("ns")
-        .within(0.0, 1e10),
+    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire").unit("ns").within(0.0, 1e10),
     OptionWord::with_default("echo", Kind::Bool, "tried when it is opened", "whether the adapter gives back what it is given"),
 ];
 

@@ -56,6 +56,11 @@ impl Machine {
         }
     }
 
+    pub fn set_bool(&mut self, name: &str, value: bool) {
+        let channel = self.driver.channels().iter().find(|c| c.name == name && c.direction == Direction::Write).unwrap_or_else(|| panic!("no channel {name}"));
+        self.commands[channel.offset] = u8::from(value);
+    }
+
     pub fn readings(&self) -> &[u8] {
         &self.readings
     }

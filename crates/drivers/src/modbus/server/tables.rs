@@ -35,7 +35,9 @@ impl Tables {
         for at in 0..place.count() {
             let Some(cell) = self.cells.get_mut(&(place.space, place.address + at)) else { continue };
             let byte = 2 * usize::from(at);
-            cell.value = if place.space.is_bits() { u16::from(wire[0]) } else { u16::from_be_bytes([wire[byte], wire[byte + 1]]) };
+            let mask = place.form.mask();
+            let value = if place.space.is_bits() { u16::from(wire[0]) } else { u16::from_be_bytes([wire[byte], wire[byte + 1]]) };
+            cell.value = cell.value & !mask | value & mask;
         }
         fits
     }
@@ -74,6 +76,13 @@ impl Tables {
                 // The answer is the request, without the data where there is a count. One register may have been written by either function.
                 let mut answer = Pdu::EMPTY;
                 answer.put(&pdu[..5]);
+                Ok(answer)
+            }
+            Request::Mask { address, keep, set } => {
+                let cell = self.cells.get_mut(&(Space::Holding, address)).filter(|cell| cell.is_open).ok_or(Exception::ILLEGAL_ADDRESS)?;
+                cell.value = cell.value & keep | set & !keep;
+                let mut answer = Pdu::EMPTY;
+                answer.put(pdu);
                 Ok(answer)
             }
             Request::Identify { .. } => Ok(identity()),

@@ -222,7 +222,10 @@ fn options_are_checked() {
     assert!(of(json!({ "id": "1" })).contains("option 'servos.a.id': invalid type"));
     let twice = refused(json!({ "port": "/dev/x", "servos": { "a": { "id": 1 }, "b": { "id": 1 } } }));
     assert!(twice.contains("'b' and 'a' have the same id, 1"), "{twice}");
-    assert!(refused(json!({ "port": "/dev/x", "servos": { "a": { "id": 1 } }, "max_speed": 0 })).contains("it cannot be 0 rad/s: its range is above 0 rad/s to 100 rad/s"));
+    assert!(
+        refused(json!({ "port": "/dev/x", "servos": { "a": { "id": 1 } }, "max_speed": 0 }))
+            .contains("it cannot be 0 rad/s: its range is above 0 rad/s to 100 rad/s")
+    );
 }
 
 /// While the device exchanges, a caller elsewhere asks.
