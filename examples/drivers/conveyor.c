@@ -10,14 +10,13 @@ struct conveyor {
 };
 
 DRIVER(conveyor, "A conveyor that follows its effort, x' = gain u.",
-    option_number(gain, 1.0, "its speed for an effort of 1", "m/s"),
+    option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),
     safe         ("it stands still", 0, BY_DRIVER),
     counter      (exchanges, "readings so far"),
     service_of   (place, number, "where it is"))
 
 const char *conveyor_make(struct conveyor *self, opengpac_host *host) {
     self->gain = given_number(host, "gain");
-    if (!(self->gain > 0.0)) return because("option 'gain': %g is not above 0", self->gain);
     self->position = reads(host, "double", "belt.position", "where it is", "m");
     self->velocity = reads(host, "double", "belt.velocity", "how fast it is", "m/s");
     self->bias = reads(host, "double", "belt.bias", "effort that holds it: none", "N");

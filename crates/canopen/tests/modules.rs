@@ -144,7 +144,7 @@ fn wrong_terminals_are_refused_with_what_they_can_be() {
     assert!(refused(json!({ "channels": { "a": { "analog_input": 12 } } })).contains("its range is 0 to 11"));
     assert!(refused(json!({ "channels": { "a": { "input": 1 }, "b": { "input": 1 } } })).contains("'a' and 'b' are both digital input 1"));
     assert!(refused(json!({ "channels": { "a": { "output": 1, "scale": 2.0 } } })).contains("it has no scale, offset or unit"));
-    assert!(refused(json!({ "channels": { "a": { "output": 1, "safe": 1.5 } } })).contains("a digital output has true or false"));
+    assert!(refused(json!({ "channels": { "a": { "output": 1, "safe": 1.5 } } })).contains("an output of one bit has true or false"));
     assert!(refused(json!({ "channels": { "a": { "input": 1, "safe": true } } })).contains("it has no safe value"));
     assert!(refused(json!({ "channels": { "a": { "analog_input": 1, "scale": 0.0 } } })).contains("counts × scale + offset"));
     assert!(refused(json!({ "node": 127 })).contains("127 is this controller"));

@@ -13,7 +13,7 @@ const MASK: u8 = 2;
 const QUICK_STOP_OPTION: Entry = Entry { index: 0x605A, sub: 0 };
 const STAYS_IN_QUICK_STOP: i16 = 6;
 
-/// Numbers of a brake. Its times are told to no drive; each is a pause of the driver.
+/// Numbers in the options of a brake.
 pub(crate) const FIELDS: [OptionWord; 5] = [
     OptionWord::with_default("index", Kind::Whole, "0x60FE", "object of its output").within(0.0, 65535.0),
     OptionWord::with_default("sub", Kind::Whole, "1", "subindex of its output").within(0.0, 255.0),

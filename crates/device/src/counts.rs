@@ -1,13 +1,170 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Numbers of a channel whose value is made of counts.
+//! Channels whose value is made of counts: value = counts × scale + offset, with the counts of an entry, a terminal or a register.
+use crate::types::Number;
 use crate::words::{Kind, OptionWord};
+use serde::Deserialize;
+use serde_json::Value;
 
 /// Largest scale and offset: a double resolves single counts far beyond it.
 const FARTHEST: f64 = 1e15;
 
-/// The options of a channel of counts that are numbers.
+/// The numbers in the options of such a channel.
 pub const WORDS: [OptionWord; 3] = [
     OptionWord::with_default("scale", Kind::Number, "1", "value of one count").within(-FARTHEST, FARTHEST),
     OptionWord::with_default("offset", Kind::Number, "0", "its value at 0 counts").within(-FARTHEST, FARTHEST),
     OptionWord::with_default("safe", Kind::Number, "off, or 0 counts", "value of an output that its device is left with").within(-FARTHEST, FARTHEST),
 ];
+
+/// The options of such a channel, without its place on the bus.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub struct CountsOptions {
+    scale: Option<f64>,
+    offset: Option<f64>,
+    unit: Option<String>,
+    safe: Option<Value>,
+}
+
+impl CountsOptions {
+    /// Whether its value is a double, counts × scale + offset, rather than the counts.
+    pub fn is_scaled(&self) -> bool {
+        self.scale.is_some() || self.offset.is_some()
+    }
+
+    pub fn unit(&self) -> &str {
+        self.unit.as_deref().unwrap_or("")
+    }
+
+    /// Its counts, `bits` bits of this number.
+    pub fn counts(&self, number: Number, bits: u32) -> Counts {
+        Counts { number, bits, scale: self.scale.unwrap_or(1.0), offset: self.offset.unwrap_or(0.0) }
+    }
+
+    /// Its safe value: off, or 0 counts where nothing is said.
+    pub fn safe(&self) -> f64 {
+        let off = self.offset.unwrap_or(0.0);
+        match &self.safe {
+            Some(Value::Bool(on)) => f64::from(u8::from(*on)),
+            Some(value) => value.as_f64().unwrap_or(off),
+            None => off,
+        }
+    }
+
+    /// Returns why it cannot be such a channel, for people; none: it can.
+    pub fn problem(&self, is_digital: bool, is_output: bool) -> Option<String> {
+        if is_digital && (self.is_scaled() || self.unit.is_some()) {
+            return Some("is one bit: it has no scale, offset or unit".to_owned());
+        }
+        if self.scale.is_some_and(|scale| !scale.is_normal()) {
+            return Some("has scale 0: its value is counts × scale + offset".to_owned());
+        }
+        match &self.safe {
+            Some(_) if !is_output => Some("is an input: it has no safe value".to_owned()),
+            Some(value) if is_digital != value.is_boolean() || !(value.is_boolean() || value.is_number()) => {
+                Some(format!("has the safe value {value}; an output of one bit has true or false, another one a number"))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Counts on a bus, and the value that is made of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Counts {
+    pub number: Number,
+    /// How many bits it has, at most those of the number.
+    pub bits: u32,
+    pub scale: f64,
+    pub offset: f64,
+}
+
+impl Counts {
+    /// The number itself, as wide as in C.
+    pub fn of(number: Number) -> Counts {
+        Counts { number, bits: 8 * number.width() as u32, scale: 1.0, offset: 0.0 }
+    }
+
+    /// The value of these counts, the lowest bits of `raw`. Real-time safe.
+    pub fn value(&self, raw: u64) -> f64 {
+        let unused = 64 - self.bits;
+        let counts = match self.number {
+            Number::Int8 | Number::Int16 | Number::Int32 | Number::Int64 => ((raw << unused) as i64 >> unused) as f64,
+            Number::Float => f32::from_bits(raw as u32).into(),
+            Number::Double => f64::from_bits(raw),
+            _ => (raw << unused >> unused) as f64,
+        };
+        self.scale * counts + self.offset
+    }
+
+    /// The counts nearest to a value, in the lowest bits, and whether it lies in their range: a value beyond it is told as the last of them,
+    /// never as infinity. None: it is no number. Real-time safe.
+    pub fn counts(&self, value: f64) -> Option<(u64, bool)> {
+        let exact = (value - self.offset) / self.scale;
+        let unused = 64 - self.bits;
+        // The casts saturate. As doubles the ends of 64 bits are one too large, which no double lies between.
+        let (raw, least, most, counts) = match self.number {
+            Number::Int8 | Number::Int16 | Number::Int32 | Number::Int64 => {
+                let (least, most) = (i64::MIN >> unused, i64::MAX >> unused);
+                ((exact.round() as i64).clamp(least, most) as u64 & u64::MAX >> unused, least as f64, most as f64, exact.round())
+            }
+            Number::Float => {
+                let (least, most) = (f64::from(f32::MIN), f64::from(f32::MAX));
+                (u64::from((exact.clamp(least, most) as f32).to_bits()), least, most, exact)
+            }
+            Number::Double => (exact.clamp(f64::MIN, f64::MAX).to_bits(), f64::MIN, f64::MAX, exact),
+            _ => ((exact.round() as u64).min(u64::MAX >> unused), 0.0, (u64::MAX >> unused) as f64, exact.round()),
+        };
+        (!exact.is_nan()).then_some((raw, (least..=most).contains(&counts)))
+    }
+}
+
+/// Returns the first two of these that have the same name, or the same place on a bus, in words; `place` says a place.
+pub fn given_twice<P: PartialEq>(all: &[(&str, P)], place: impl Fn(&P) -> String) -> Option<String> {
+    all.iter().enumerate().find_map(|(index, (name, at))| {
+        all[..index].iter().find_map(|(before, taken)| match () {
+            () if before == name => Some(format!("'{name}' is named twice")),
+            () if taken == at => Some(format!("'{before}' and '{name}' are both {}", place(at))),
+            () => None,
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn a_value_beyond_its_counts_is_told_as_the_last_of_them() {
+        let narrow = Counts { bits: 12, ..Counts::of(Number::Int16) };
+        assert_eq!((narrow.value(0xFFF), narrow.counts(-1.0)), (-1.0, Some((0xFFF, true))));
+        assert_eq!([narrow.counts(1e9), narrow.counts(-1e9)], [Some((0x7FF, false)), Some((0x800, false))]);
+        let scaled = Counts { scale: 0.5, offset: -10.0, ..Counts::of(Number::Uint8) };
+        assert_eq!((scaled.value(60), scaled.counts(20.0), scaled.counts(-11.0)), (20.0, Some((60, true)), Some((0, false))));
+        for (number, most) in [(Number::Float, f64::from(f32::MAX)), (Number::Double, f64::MAX), (Number::Uint64, 18_446_744_073_709_551_615.0)] {
+            let (raw, fits) = Counts::of(number).counts(f64::INFINITY).expect("a number");
+            assert_eq!((Counts::of(number).value(raw), fits), (most, false), "{number:?}");
+        }
+        assert_eq!(scaled.counts(f64::NAN), None);
+    }
+
+    #[test]
+    fn what_cannot_be_says_why() {
+        let problem = |options: Value, is_digital: bool, is_output: bool| {
+            let options: CountsOptions = serde_json::from_value(options).expect("options");
+            options.problem(is_digital, is_output).unwrap_or_default()
+        };
+        assert!(problem(json!({ "unit": "V" }), true, false).contains("one bit"));
+        assert!(problem(json!({ "scale": 0 }), false, false).contains("scale 0"));
+        assert!(problem(json!({ "safe": 1 }), false, false).contains("an input"));
+        assert!(problem(json!({ "safe": 1 }), true, true).contains("true or false"));
+        assert_eq!(problem(json!({ "safe": 1, "scale": 2 }), false, true), "");
+    }
+
+    #[test]
+    fn names_and_places_are_given_once() {
+        let at = |at: &i32| format!("at {at}");
+        assert_eq!(given_twice(&[("a", 1), ("b", 2)], at), None);
+        assert_eq!(given_twice(&[("a", 1), ("b", 2), ("a", 3)], at).as_deref(), Some("'a' is named twice"));
+        assert_eq!(given_twice(&[("a", 1), ("b", 2), ("c", 2)], at).as_deref(), Some("'b' and 'c' are both at 2"));
+    }
+}

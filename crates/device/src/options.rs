@@ -41,7 +41,7 @@ impl<'a> Given<'a> {
             if !is_of(word.kind, value) {
                 return wrong(name, format!("{} is asked for, and {value} is none", asked_for(word)));
             }
-            if let Some(Outside { path, problem }) = outside("", word, value) {
+            if let Some(Outside { path, problem }) = words.clone().filter(|word| word.name == name).find_map(|word| outside("", word, value)) {
                 return wrong(&path, problem);
             }
         }

@@ -14,7 +14,7 @@ const TIMES: [(&str, f64); 4] = [("ns", 1.0), ("us", 1e3), ("ms", 1e6), ("s", 1e
 pub(crate) struct Outside {
     /// Where it stands: `servos.elbow.id`.
     pub path: String,
-    /// What is wrong with it, for people.
+    /// The reason, for people.
     pub problem: String,
 }
 
@@ -60,7 +60,7 @@ fn in_table(at: &str, word: &OptionWord, table: &Value) -> Option<Outside> {
     table.get(word.name).and_then(|value| outside(at, word, value))
 }
 
-/// Tables of a list or a table, each with how its path goes on. An element of a list is called by its `name`, where it has one.
+/// Returns the tables of a list or a table, each with the next step of its path. An element of a list is called by its `name`, where it has one.
 fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
     match value {
         Value::Object(table) => Box::new(table.iter().map(|(name, entry)| (format!(".{name}"), entry))),
@@ -72,7 +72,7 @@ fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
     }
 }
 
-/// What is wrong with a number, or with the first one of a list that is wrong. What is no number its kind refuses.
+/// Returns why a number, or the first such number of a list, is refused. Other values are refused by their kind.
 fn problem(word: &OptionWord, value: &Value) -> Option<String> {
     let range = word.interval();
     match value {
@@ -87,7 +87,7 @@ fn refusal(word: &OptionWord, range: Interval, number: f64) -> String {
     format!("it cannot be {given}: its range is {range}{meant}")
 }
 
-/// Asks back, with the number to give: options are plain numbers.
+/// Returns what was probably meant, with the number to give: options are plain numbers.
 fn meant(word: &OptionWord, range: Interval, number: f64) -> Option<String> {
     if word.unit == "ns" {
         let larger = |(unit, ns): &(&str, f64)| range.contains(number * ns).then(|| format!("give {} for {} {unit}", number * ns, short(number)));

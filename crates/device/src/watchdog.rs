@@ -16,7 +16,7 @@ use crate::services::Services;
 use crate::words::{Kind, OptionWord};
 use std::sync::Arc;
 
-/// A shorter one no source can promise to keep; a longer one guards nobody.
+/// Range of the timeout: no source can keep a shorter one, and a longer one guards nobody.
 const TIMEOUT_NS: [f64; 2] = [1e6, 3.6e12];
 
 struct Watchdog {

@@ -30,7 +30,7 @@ pub enum Reach {
     Entries(&'static [(&'static str, Reach)]),
 }
 
-/// Tables in the value of an option, and the words of each: slices, because drivers share some of them.
+/// Tables in the value of an option, with the words of each. Words are lists of slices, since drivers share some of them.
 #[derive(Clone, Copy, Debug)]
 pub enum Inside {
     Nothing,
@@ -90,22 +90,22 @@ impl OptionWord {
         OptionWord { unit, ..self }
     }
 
-    /// A number from `least` to `most`, or a list of such numbers.
+    /// With a range from `least` to `most`, of its number or of each number of its list.
     pub const fn within(self, least: f64, most: f64) -> OptionWord {
         OptionWord { range: Some(Interval::closed(least, most)), ..self }
     }
 
-    /// A number above `least`, up to `most`, or a list of such numbers.
+    /// With a range above `least`, up to `most`.
     pub const fn above(self, least: f64, most: f64) -> OptionWord {
         OptionWord { range: Some(Interval::above(least, most)), ..self }
     }
 
-    /// A table with these words.
+    /// With a table of these words.
     pub const fn fields(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
         OptionWord { inside: Inside::Fields(words), ..self }
     }
 
-    /// A list or a table of tables, each with these words.
+    /// With a list or a table of tables of these words.
     pub const fn entries(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
         OptionWord { inside: Inside::Entries(words), ..self }
     }

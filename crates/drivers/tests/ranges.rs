@@ -36,7 +36,7 @@ fn options(kind: &str, way: &[String], value: Value) -> Value {
     let sample = |word: &OptionWord| match (word.kind, word.reach) {
         (_, Reach::Driver) => json!({ "kind": "loopback", "options": { "parts": ["a"] } }),
         (Kind::Text, _) => json!("nowhere"),
-        (Kind::Number | Kind::Whole, _) => json!(word.interval().least.max(1.0)),
+        (Kind::Number | Kind::Whole, _) => json!(word.interval().least.max(1.0) as i64),
         (Kind::List, _) => json!([]),
         (Kind::Table, _) => json!({}),
         (Kind::Bool, _) => json!(false),

@@ -16,7 +16,7 @@ struct {name} {{
 }};
 
 DRIVER({name}, "One axis that follows its effort, x' = gain u.",
-    option_number(gain, 1.0, "its speed for an effort of 1", "rad/s"),
+    option_number(gain, 1.0, "its speed for an effort of 1", "rad/s (0, 100]"),
     safe         ("it stands still", 0, BY_DRIVER),
     counter      (exchanges, "readings so far"))
 
@@ -72,7 +72,7 @@ class {Name}(Driver):
     \"""An axis that moves as fast as it is told.\"""
 
     # What a program gives: gpac.drivers.python("{name}.py", gain="2 rad/s", period="10 ms").
-    gain: float = Option("its speed for a command of 1", 1.0, unit="rad/s")
+    gain: float = Option("its speed for a command of 1", 1.0, unit="rad/s", within="(0, 100]")
 
     # Channels: what is read is set by exchange(), what is written is found there.
     position = read("double", unit="rad", doc="where it is")

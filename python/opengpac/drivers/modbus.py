@@ -32,8 +32,9 @@ def modbus(
     A channel lies in a table of the device: `{"holding": 10}`, `"input"`, `"coil"` or `"discrete"`, the first address is 0. A
     register is a number of `"type"` (`"uint16"`; `int16`, `int32`, `uint32`, `int64`, `uint64`, `float`, `double`) in the `"order"`
     of its bytes (`"ABCD"`; `"CDAB"`, `"BADC"`, `"DCBA"`), and becomes a double, `"scale"` times that plus `"offset"`, in `"unit"`;
-    with `"raw": True` it keeps its type; `"bit": 3` is one bit of it, `"byte": "low"` or `"high"` one byte. `"write": True` makes a channel that is written when its
-    value changes, `"write": "each"` one that is written in each period; `"safe"` is its value while it is not commanded (0, False).
+    with `"raw": True` it keeps its type; `"bit": 3` is one bit of it, `"byte": "low"` or `"high"` one byte. `"write": True` makes a channel
+    that is written when its value changes, `"write": "each"` one that is written in each period; `"safe"` is its value while it is not
+    commanded (0, False).
     `"every": "1 s"` polls a channel less often.
 
     The device is exchanged each `period` (10 ms) on a thread of its own, and has the channel `age`, in seconds. An `answer` may

@@ -472,6 +472,8 @@ export interface DriverOption {
   kind: string;
   /** Empty for none. */
   unit: string;
+  /** Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Left out: every number. */
+  range?: string | null;
   /** What it is where it is left out, in words; null: it must be given. */
   default: string | null;
   doc: string;

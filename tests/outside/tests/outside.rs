@@ -76,7 +76,7 @@ fn its_options_are_checked_as_those_of_any_driver() {
     assert!(said(json!({ "travl": 1.0 })).contains("option 'travl': the driver has no such option; did you mean 'travel'?"));
     assert!(said(json!({})).contains("option 'travel': it is missing; give a number in m: its end of travel"));
     assert!(said(json!({ "travel": -1.0 })).contains("it must lie behind the start"));
-    assert!(said(json!({ "travel": 1.0, "timeout_ns": 3 })).contains("at least 1 ms"), "the watchdog that every driver has");
+    assert!(said(json!({ "travel": 1.0, "timeout_ns": 3 })).contains("its range is 1 ms to"), "the watchdog that every driver has");
     let unknown = refused(&system, "physical_device", json!({ "processor": "rtp0", "name": "a", "kind": "outside_axs", "options": {}, "source": "rtp0.fast" }));
     assert!(unknown.contains("did you mean 'outside_axis'?") && unknown.contains("loopback"), "{unknown}");
 }

@@ -26,7 +26,7 @@ def test_options_have_units_and_are_checked() -> None:
     assert conveyor(gain="200 cm/s").options == {"gain": 2.0}
     assert conveyor(timeout="5 ms").options == {"timeout_ns": 5_000_000}
     assert conveyor().kind == conveyor.conveyor().kind
-    assert "gain           number [m/s], else 1.0: its speed for an effort of 1" in conveyor.help
+    assert "gain           number [m/s] within (0, 100], else 1.0: its speed for an effort of 1" in conveyor.help
     with pytest.raises(gpac.CallError, match="option 'gian': the driver has no such option; did you mean 'gain'"):
         conveyor(gian=1)
     with pytest.raises(gpac.CallError, match="option 'gain': a number in m/s is asked for"):

@@ -63,7 +63,7 @@ const OPTIONS: [OptionWord; 8] = [
     OptionWord::with_default("heartbeat_ns", Kind::Whole, "100 ms", "how often drives say that they are there; the third that is missed loses the device")
         .unit("ns")
         .within(1e6, TOLD_NS_MAX as f64),
-    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without process data one after another mean that the device is lost").within(1.0, 1000.0),
+    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without process data one after another mean that the device is lost").within(1.0, u32::MAX as f64),
     OptionWord::with_default("own_node", Kind::Whole, "127", "the number of this controller on the bus").within(1.0, NODE_MAX as f64),
 ];
 

@@ -3,6 +3,7 @@
 use super::options::{ChannelOptions, ModuleOptions, Terminal};
 use crate::pdo::{self, Pdo, Pdos, Word};
 use cia402::Entry;
+use device::counts::Counts;
 use device::{Channel, Layout, Number, Slot, Type};
 
 /// Objects of a module: digital in bytes, analog in 16 bits; each terminal is a bit or a subindex.
@@ -18,14 +19,13 @@ const ANALOG_ERROR_VALUE: u16 = 0x6444;
 /// How many analog values a PDO carries.
 const ANALOG_IN_ONE: usize = 4;
 
-/// Where a channel is in the process data, and what its value is in units: counts × scale + offset.
+/// Where a channel is in the process data, and what its counts mean.
 #[derive(Clone, Copy)]
 struct Wired {
     word: Word,
     /// Of a digital one.
     bit: Option<u8>,
-    scale: f64,
-    offset: f64,
+    counts: Counts,
 }
 
 struct Input {
@@ -60,11 +60,11 @@ impl Module {
             let kind = if wired.bit.is_some() { Type::BOOL } else { Type::DOUBLE };
             let (name, doc) = (format!("{}.{name}", options.name), of.terminal().to_string());
             if of.terminal().is_input() {
-                inputs.push(Input { slot: layout.add(Channel::read(name, kind).unit(of.unit()).doc(doc)), wired, seen: 0 });
+                inputs.push(Input { slot: layout.add(Channel::read(name, kind).unit(of.of.unit()).doc(doc)), wired, seen: 0 });
             } else {
-                let safe = wired.counts(of.safe());
+                let safe = wired.counts(of.of.safe());
                 let bytes = if wired.bit.is_some() { vec![safe as u8] } else { wired.value(safe).to_ne_bytes().to_vec() };
-                let channel = Channel::write(name, kind).unit(of.unit()).doc(doc).safe(bytes);
+                let channel = Channel::write(name, kind).unit(of.of.unit()).doc(doc).safe(bytes);
                 outputs.push(Output { slot: layout.add(channel), wired, told: safe, safe });
             }
         }
@@ -184,15 +184,15 @@ impl Wired {
             Terminal::AnalogInput(number) => (entry(ANALOG_INPUTS, number, 16), None),
             Terminal::AnalogOutput(number) => (entry(ANALOG_OUTPUTS, number, 16), None),
         };
-        Wired { word, bit, scale: of.scale(), offset: of.offset() }
+        Wired { word, bit, counts: of.of.counts(Number::Int16, 16) }
     }
 
     fn value(&self, counts: i32) -> f64 {
-        f64::from(counts) * self.scale + self.offset
+        self.counts.value(counts as u64)
     }
 
     fn counts(&self, value: f64) -> i32 {
-        i32::from(((value - self.offset) / self.scale).round() as i16)
+        self.counts.counts(value).map_or(0, |(counts, _)| i32::from(counts as i16))
     }
 }
 

@@ -4,6 +4,7 @@ use crate::eds::Eds;
 use crate::pdo::PDOS;
 use cia402::axis;
 use cia402::identity::Expected;
+use device::counts::{CountsOptions, given_twice};
 use device::{DriverError, Given};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -109,16 +110,15 @@ impl ModuleOptions {
 
 /// A channel of a module: the terminal that it is, and what its counts mean.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct ChannelOptions {
     input: Option<u8>,
     output: Option<u8>,
     analog_input: Option<u8>,
     analog_output: Option<u8>,
-    scale: Option<f64>,
-    offset: Option<f64>,
-    unit: Option<String>,
-    safe: Option<Value>,
+    #[serde(flatten)]
+    pub of: CountsOptions,
+    #[serde(flatten)]
+    rest: Map<String, Value>,
 }
 
 /// A terminal of a module, counted from 0.
@@ -163,42 +163,12 @@ impl ChannelOptions {
         self.terminals().next().unwrap_or(Terminal::Input(0))
     }
 
-    pub fn scale(&self) -> f64 {
-        self.scale.unwrap_or(1.0)
-    }
-
-    pub fn offset(&self) -> f64 {
-        self.offset.unwrap_or(0.0)
-    }
-
-    pub fn unit(&self) -> &str {
-        self.unit.as_deref().unwrap_or("")
-    }
-
-    /// Its safe value: off, or 0 counts where nothing is said.
-    pub fn safe(&self) -> f64 {
-        match &self.safe {
-            Some(Value::Bool(on)) => f64::from(u8::from(*on)),
-            Some(value) => value.as_f64().unwrap_or(self.offset()),
-            None => self.offset(),
-        }
-    }
-
     fn problem(&self) -> Option<String> {
         let terminals: Vec<Terminal> = self.terminals().collect();
         let [terminal] = terminals[..] else { return Some("is one of input, output, analog_input and analog_output".to_owned()) };
-        if terminal.is_digital() && (self.scale.is_some() || self.offset.is_some() || self.unit.is_some()) {
-            return Some("is digital: it has no scale, offset or unit".to_owned());
-        }
-        if !self.scale().is_normal() || !self.offset().is_finite() {
-            return Some(format!("has scale {} and offset {}: its value is counts × scale + offset", self.scale(), self.offset()));
-        }
-        match &self.safe {
-            Some(_) if terminal.is_input() => Some("is an input: it has no safe value".to_owned()),
-            Some(value) if terminal.is_digital() != value.is_boolean() || !(value.is_boolean() || value.is_number()) => {
-                Some(format!("has the safe value {value}; a digital output has true or false, an analog one a number"))
-            }
-            _ => None,
+        match self.rest.keys().next() {
+            Some(field) => Some(format!("has no {field}; beside its terminal a channel has scale, offset, unit and safe")),
+            None => self.of.problem(terminal.is_digital(), !terminal.is_input()),
         }
     }
 }
@@ -246,39 +216,30 @@ fn check_axes(options: &Options) -> Result<(), String> {
 fn check_modules(options: &Options) -> Result<(), String> {
     for module in &options.modules {
         let name = &module.name;
-        for (index, (channel, of)) in module.channels.iter().enumerate() {
+        for (channel, of) in &module.channels {
             if channel == "error" {
                 return Err(format!("'{name}': its channel 'error' is that of its emergencies; give this one another name"));
             }
             if let Some(problem) = of.problem() {
                 return Err(format!("'{name}': channel '{channel}' {problem}"));
             }
-            if let Some((other, _)) = module.channels.iter().take(index).find(|(_, before)| before.terminal() == of.terminal()) {
-                return Err(format!("'{name}': '{other}' and '{channel}' are both {}", of.terminal()));
-            }
+        }
+        let terminals: Vec<(&str, Terminal)> = module.channels.iter().map(|(channel, of)| (channel.as_str(), of.terminal())).collect();
+        if let Some(twice) = given_twice(&terminals, Terminal::to_string) {
+            return Err(format!("'{name}': {twice}"));
         }
     }
     Ok(())
 }
 
 fn check_nodes(options: &Options) -> Result<(), String> {
-    let axes = options.axes.iter().map(|of| (&of.axis.name, of.node));
-    let nodes: Vec<(&String, u8)> = axes.chain(options.modules.iter().map(|of| (&of.name, of.node))).collect();
+    let axes = options.axes.iter().map(|of| (of.axis.name.as_str(), of.node));
+    let nodes: Vec<(&str, u8)> = axes.chain(options.modules.iter().map(|of| (of.name.as_str(), of.node))).collect();
     if nodes.is_empty() || nodes.len() > NODES_MAX {
         return Err(format!("{} are named; 1 to {NODES_MAX} axes and modules are on a bus", nodes.len()));
     }
-    for (index, (name, node)) in nodes.iter().enumerate() {
-        if *node == options.own_node {
-            return Err(format!("'{name}': node {node} is this controller (own_node)"));
-        }
-        for (before, taken) in &nodes[..index] {
-            if before == name {
-                return Err(format!("'{name}' is named twice"));
-            }
-            if taken == node {
-                return Err(format!("'{before}' and '{name}' are both node {node}"));
-            }
-        }
+    if let Some((name, node)) = nodes.iter().find(|(_, node)| *node == options.own_node) {
+        return Err(format!("'{name}': node {node} is this controller (own_node)"));
     }
-    Ok(())
+    given_twice(&nodes, |node| format!("node {node}")).map_or(Ok(()), Err)
 }

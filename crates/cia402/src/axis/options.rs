@@ -42,7 +42,7 @@ fn operating_within_s() -> f64 {
     3.0
 }
 
-/// Numbers of 32 bits.
+/// Largest number of 32 bits.
 const U32: f64 = u32::MAX as f64;
 
 /// What an axis has on every bus.
@@ -63,7 +63,7 @@ pub const FIELDS: [OptionWord; 14] = [
     OptionWord::with_default("serial", Kind::Whole, "not compared", "its drive's serial number").within(0.0, U32),
 ];
 
-/// The numbers that identify a device, as an axis has them.
+/// Numbers that identify a device (object 0x1018).
 pub const IDENTITY: [OptionWord; 4] = [FIELDS[10], FIELDS[11], FIELDS[12], FIELDS[13]];
 
 /// What an axis is commanded by.

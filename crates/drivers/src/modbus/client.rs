@@ -17,7 +17,7 @@ pub(super) struct Client {
     desk: Arc<Desk>,
     /// What was read last: blocks have paces of their own.
     readings: Vec<u8>,
-    /// Whether the device changes bits of a register by itself; until it says that it does not.
+    /// Whether the device is asked for mask writes: until it refuses the function.
     has_mask_write: bool,
 }
 
@@ -111,8 +111,8 @@ fn asked(link: &Link, request: &Request<'_>, once: bool) -> Result<Answer, Devic
     if once { link.ask_once(request).map_err(|fault| link.error(request, &fault)) } else { link.ask(request) }
 }
 
-/// Writes those parts of one register that are due, and leaves its other bits as they are: by the device itself where it can, which loses
-/// nothing that others write. Else it is read and written, and what another master writes between the two is undone.
+/// Writes the parts of one register that are due and keeps its other bits. A mask write loses nothing that others write; where the device has
+/// no such function, the register is read and written, and what another master writes between the two is undone.
 fn send_parts(link: &Link, parts: &[Output], has_mask_write: &mut bool, once: bool) -> Result<(), DeviceError> {
     let address = parts[0].place.address;
     let due = parts.iter().filter(|part| part.is_due);
@@ -134,7 +134,7 @@ fn send_parts(link: &Link, parts: &[Output], has_mask_write: &mut bool, once: bo
     asked(link, &Request::Write { space: Space::Holding, address, count: 1, data: &(held & keep | set).to_be_bytes() }, once).map(drop)
 }
 
-/// Behind the last output that goes in one request with the one at `at`: its neighbours, or the other parts of its register.
+/// Returns the index behind the last output that goes in one request with the one at `at`: its neighbours, or the other parts of its register.
 fn run_from(outputs: &[Output], at: usize) -> usize {
     let first = &outputs[at].place;
     let mut end = at + 1;
@@ -179,7 +179,7 @@ impl Driver for Client {
     }
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
-        // What the device holds, and can, is not known.
+        // Neither what the device holds nor which functions it has is known.
         self.has_mask_write = true;
         self.outputs.iter_mut().for_each(|output| output.taken = None);
         self.blocks.iter_mut().for_each(|block| block.due_ns = i64::MIN);

@@ -107,7 +107,7 @@ impl Place {
         self.form.registers()
     }
 
-    /// Whether other channels, or the device itself, may have bits of the same register.
+    /// Whether it is a part of a register, whose other bits belong to other channels or to the device.
     pub(super) fn is_part(&self) -> bool {
         self.form.mask() != u16::MAX
     }
@@ -140,7 +140,7 @@ pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Cha
 /// Refuses two channels of which one would overwrite the other.
 fn overlap(places: &[Place], end: End) -> Result<(), String> {
     let mut claimed: Vec<&Place> = places.iter().filter(|place| end == End::Server || place.write != Write::Never).collect();
-    // By their masks too: of several parts of one register, two that overlap are then neighbours.
+    // Sorted by masks too, so that two overlapping parts of one register are neighbours.
     claimed.sort_by_key(|place| (place.space, place.address, place.form.mask()));
     for pair in claimed.windows(2) {
         let [one, other] = pair else { continue };

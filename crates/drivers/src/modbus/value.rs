@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What registers mean: numbers over one to four of them, in one of four orders, with scale and offset; single bits.
+use device::counts::Counts;
 use device::{Number, Type};
 use serde::Deserialize;
 
@@ -44,44 +45,20 @@ impl Of {
         }
     }
 
-    /// The bytes of a number, highest first, and whether it lies in its range. What is too large becomes the largest.
-    fn bytes_of(self, value: f64) -> ([u8; 8], bool) {
-        let mut bytes = [0; 8];
-        let whole = value.round();
-        // The casts saturate. As doubles the ends of 64 bits are one too large, which no double lies between.
-        let (high, least, most) = match self {
-            Of::Int16 => (u64::from(whole as i16 as u16) << 48, f64::from(i16::MIN), f64::from(i16::MAX)),
-            Of::Uint16 => (u64::from(whole as u16) << 48, 0.0, f64::from(u16::MAX)),
-            Of::Int32 => (u64::from(whole as i32 as u32) << 32, f64::from(i32::MIN), f64::from(i32::MAX)),
-            Of::Uint32 => (u64::from(whole as u32) << 32, 0.0, f64::from(u32::MAX)),
-            Of::Int64 => (whole as i64 as u64, i64::MIN as f64, i64::MAX as f64),
-            Of::Uint64 => (whole as u64, 0.0, u64::MAX as f64),
-            // These casts do not saturate: a number beyond the range would become infinity, which no machine is to be told.
-            Of::Float => {
-                let (least, most) = (f64::from(f32::MIN), f64::from(f32::MAX));
-                (u64::from((value.clamp(least, most) as f32).to_bits()) << 32, least, most)
-            }
-            Of::Double => (value.clamp(f64::MIN, f64::MAX).to_bits(), f64::MIN, f64::MAX),
-        };
-        bytes.copy_from_slice(&high.to_be_bytes());
-        let of = if matches!(self, Of::Float | Of::Double) { value } else { whole };
-        (bytes, (least..=most).contains(&of))
+    /// Counts of this number with a scale and an offset.
+    fn counts(self, scale: f64, offset: f64) -> Counts {
+        Counts { scale, offset, ..Counts::of(self.number()) }
     }
+}
 
-    /// The number in bytes, highest first.
-    fn number_of(self, bytes: [u8; 8]) -> f64 {
-        let high = u64::from_be_bytes(bytes);
-        match self {
-            Of::Int16 => f64::from((high >> 48) as u16 as i16),
-            Of::Uint16 => f64::from((high >> 48) as u16),
-            Of::Int32 => f64::from((high >> 32) as u32 as i32),
-            Of::Uint32 => f64::from((high >> 32) as u32),
-            Of::Int64 => high as i64 as f64,
-            Of::Uint64 => high as f64,
-            Of::Float => f64::from(f32::from_bits((high >> 32) as u32)),
-            Of::Double => f64::from_bits(high),
-        }
-    }
+/// The lowest bits of counts as bytes, highest first.
+fn bytes_of(counts: &Counts, raw: u64) -> [u8; 8] {
+    (raw << (64 - counts.bits)).to_be_bytes()
+}
+
+/// Counts out of bytes, highest first.
+fn raw_of(counts: &Counts, bytes: [u8; 8]) -> u64 {
+    u64::from_be_bytes(bytes) >> (64 - counts.bits)
 }
 
 /// Where the highest byte of a number lies, as manuals of devices write it.
@@ -140,7 +117,7 @@ impl Form {
         }
     }
 
-    /// The bits of its registers that are its own.
+    /// Mask of its bits in its register; all of them where it takes whole registers.
     pub(super) fn mask(&self) -> u16 {
         match self {
             Form::Bit(bit) => 1 << bit,
@@ -167,12 +144,14 @@ impl Form {
         match *self {
             Form::Coil => channel[0] = bytes[1] & 1,
             Form::Byte { is_high, scale, offset } => {
-                channel.copy_from_slice(&(scale * f64::from(bytes[usize::from(!is_high)]) + offset).to_ne_bytes());
+                let counts = byte(scale, offset);
+                channel.copy_from_slice(&counts.value(bytes[usize::from(!is_high)].into()).to_ne_bytes());
             }
             Form::Bit(bit) => channel[0] = u8::from(u16::from_be_bytes([bytes[0], bytes[1]]) >> bit & 1 != 0),
             Form::Scaled { of, order, scale, offset } => {
                 order.turn(&mut bytes[..len]);
-                channel.copy_from_slice(&(scale * of.number_of(bytes) + offset).to_ne_bytes());
+                let counts = of.counts(scale, offset);
+                channel.copy_from_slice(&counts.value(raw_of(&counts, bytes)).to_ne_bytes());
             }
             Form::Raw { order, .. } => {
                 order.turn(&mut bytes[..len]);
@@ -190,31 +169,16 @@ impl Form {
             Form::Coil => Some(([*channel.first()?, 0, 0, 0, 0, 0, 0, 0], true)),
             Form::Bit(bit) => Some((in_register(u16::from(*channel.first()? != 0) << bit), true)),
             Form::Byte { is_high, scale, offset } => {
-                let number = (f64::from_ne_bytes(channel.try_into().ok()?) - offset) / scale;
-                // The cast saturates.
-                let wire = in_register(u16::from(number.round() as u8) << shift(is_high));
-                (!number.is_nan()).then_some((wire, (0.0..=255.0).contains(&number.round())))
+                let (counts, fits) = byte(scale, offset).counts(f64::from_ne_bytes(channel.try_into().ok()?))?;
+                Some((in_register((counts as u16) << shift(is_high)), fits))
             }
-            Form::Scaled { of, order, scale, offset } => {
-                let value = f64::from_ne_bytes(channel.try_into().ok()?);
-                if value.is_nan() {
-                    return None;
-                }
-                let (mut bytes, fits) = of.bytes_of((value - offset) / scale);
-                order.turn(&mut bytes[..len]);
-                Some((bytes, fits))
-            }
+            Form::Scaled { of, order, scale, offset } => written(&of.counts(scale, offset), order, f64::from_ne_bytes(channel.try_into().ok()?)),
             Form::Raw { of: of @ (Of::Float | Of::Double), order } => {
                 let value = match of {
                     Of::Float => f64::from(f32::from_ne_bytes(channel.try_into().ok()?)),
                     _ => f64::from_ne_bytes(channel.try_into().ok()?),
                 };
-                if value.is_nan() {
-                    return None;
-                }
-                let (mut bytes, fits) = of.bytes_of(value);
-                order.turn(&mut bytes[..len]);
-                Some((bytes, fits))
+                written(&of.counts(1.0, 0.0), order, value)
             }
             Form::Raw { order, .. } => {
                 let mut bytes = [0; 8];
@@ -225,6 +189,19 @@ impl Form {
             }
         }
     }
+}
+
+/// A value on the wire, and whether it could be written as it is.
+fn written(counts: &Counts, order: Order, value: f64) -> Option<([u8; 8], bool)> {
+    let (raw, fits) = counts.counts(value)?;
+    let mut bytes = bytes_of(counts, raw);
+    order.turn(&mut bytes[..counts.bits as usize / 8]);
+    Some((bytes, fits))
+}
+
+/// The counts of one byte.
+fn byte(scale: f64, offset: f64) -> Counts {
+    Counts { scale, offset, ..Counts::of(Number::Uint8) }
 }
 
 /// How far left a byte lies in its register.

@@ -55,8 +55,8 @@ const OPTIONS: [OptionWord; 7] = [
     OptionWord::with_default("command", Kind::List, "that of this installation", "the command line of a process that runs it").reaches(Reach::Code),
     OptionWord::with_default("name", Kind::Text, "only this driver has it", "where it is found by the program that opens it anew"),
     OptionWord::with_default("linger_ns", Kind::Whole, "10 s", "how long it goes on without a connection").unit("ns").within(1e4, f64::INFINITY),
-    OptionWord::with_default("step_ns", Kind::Whole, "the driver's 'timestep', else 1 ms", "its period").unit("ns").within(1e4, 6e10),
-    OptionWord::with_default("silent_ns", Kind::Whole, "500 ms", "a plant that makes no step for so long is lost").unit("ns").within(1e4, 3.6e12),
+    OptionWord::with_default("step_ns", Kind::Whole, "the driver's 'timestep', else 1 ms", "its period").unit("ns").within(1e4, 3.6e12),
+    OptionWord::with_default("silent_ns", Kind::Whole, "500 ms", "a plant that makes no step for so long is lost").unit("ns").within(1e4, f64::INFINITY),
     OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it goes to its safe commands")
         .unit("ns")
         .within(1e6, 3.6e12),

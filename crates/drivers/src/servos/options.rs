@@ -28,7 +28,7 @@ const COMMON: [OptionWord; 8] = [
     OptionWord::with_default("calibration", Kind::Text, "none", "a file of zeros and ranges, in the form of lerobot's").reaches(Reach::File),
     OptionWord::with_default("max_speed", Kind::Number, "3 rad/s", "no goal moves faster, whatever is commanded").unit("rad/s").above(0.0, 100.0),
     OptionWord::with_default("retries", Kind::Whole, "2", "how often those are asked again that do not answer").within(0.0, 100.0),
-    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire").unit("ns").within(0.0, 1e10),
+    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire").unit("ns").within(0.0, 6e10),
     OptionWord::with_default("echo", Kind::Bool, "tried when it is opened", "whether the adapter gives back what it is given"),
 ];
 
@@ -115,18 +115,18 @@ impl Wired {
 const LATENCY: Duration = Duration::from_millis(20);
 
 /// How a line is used that the options name.
-pub(super) fn timing(given: &Given<'_>, protocol: Protocol) -> Result<Timing, DriverError> {
+pub(super) fn timing(given: &Given<'_>, protocol: Protocol) -> Timing {
     let whole = |name: &str| given.value()[name].as_u64();
     let narrow = |name: &str| whole(name).and_then(|value| u32::try_from(value).ok());
     let baud = narrow("baud").unwrap_or(Map::of(protocol).bauds[0]);
     let retries = narrow("retries").unwrap_or(2);
     let latency = whole("latency_ns").map_or(LATENCY, Duration::from_nanos);
-    Ok(Timing { baud, latency, retries, echo: given.value()["echo"].as_bool() })
+    Timing { baud, latency, retries, echo: given.value()["echo"].as_bool() }
 }
 
 /// Reads the options, and the calibration that they name.
 pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, DriverError> {
-    let timing = timing(given, protocol)?;
+    let timing = timing(given, protocol);
     let options: Options = given.read()?;
     let max_speed = options.max_speed.unwrap_or(SPEED);
     let watchdog = options.watchdog_ns.map(|ns| units(ns).ok_or_else(|| given.wrong("watchdog_ns", "20 ms to 2.54 s in steps of 20 ms is asked for")));

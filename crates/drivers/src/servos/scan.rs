@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Looks on the line that the options name, else on every line that has an adapter; at their baud rate, else at each that servos can have.
 /// An id that is not there takes the latency of the adapter: 253 of them 5 s, at the 20 ms that one of FTDI needs.
 pub(super) fn scan(given: &Given<'_>, protocol: Protocol) -> Result<Vec<Found>, DriverError> {
-    let mut timing = options::timing(given, protocol)?;
+    let mut timing = options::timing(given, protocol);
     timing.retries = 0;
     let ports = given.value()["port"].as_str().map_or_else(adapters, |port| vec![port.to_owned()]);
     let bauds = if given.value()["baud"].is_null() { Map::of(protocol).bauds.to_vec() } else { vec![timing.baud] };

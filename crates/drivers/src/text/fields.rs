@@ -191,7 +191,6 @@ pub(super) mod tests {
     fn what_is_wrong_is_told() {
         use serde_json::json;
         for (asked, written, why) in [
-            (json!({ "text": 0 }), false, "1 to 256 letters"),
             (json!({ "text": 4, "when": "x" }), false, "not both"),
             (json!({ "text": 4, "scale": 2.0 }), false, "are of numbers"),
             (json!({ "when": "x" }), true, "is read, not written"),

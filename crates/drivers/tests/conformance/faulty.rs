@@ -32,19 +32,19 @@ macro_rules! faulty {
 faulty! {
     no_doc: r#""A conveyor that follows its effort, x' = gain u.""# => r#""""#,
         ["doc"], "it is empty";
-    unit_with_blanks: r#""its speed for an effort of 1", "m/s""# => r#""its speed for an effort of 1", "m / s""#,
+    unit_with_blanks: r#""its speed for an effort of 1", "m/s (0, 100]""# => r#""its speed for an effort of 1", "m / s""#,
         ["option-units"], "'gain' is in 'm / s', which is no unit";
-    time_without_unit: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"), option_whole(delay_ns, 5, "how long"),"#,
+    time_without_unit: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), option_whole(delay_ns, 5, "how long"),"#,
         ["option-units"], "'delay_ns' is no whole number in ns";
     option_without_doc: r#""its speed for an effort of 1""# => r#""""#,
         ["option-docs"], "'gain': it is empty";
-    option_twice: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"), option_number(gain, 1.0, "again"),"#,
+    option_twice: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), option_number(gain, 1.0, "again"),"#,
         ["option-names"], "'gain' is there twice";
-    option_of_its_class: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"), exchange(worker), option_whole(period_ns, 1, "its own", "ns"),"#,
+    option_of_its_class: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), exchange(worker), option_whole(period_ns, 1, "its own", "ns"),"#,
         ["option-of-class"], "'period_ns' does";
-    waits_backwards: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"), waits(-1),"#,
+    waits_backwards: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), waits(-1),"#,
         ["life-waits"], "it waits for -1 ns";
-    lost_after_minutes: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"), lost_within(INT64_C(120000000000)),"#,
+    lost_after_minutes: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), lost_within(INT64_C(120000000000)),"#,
         ["life-lost"], "it is 120000000000 ns";
     safe_by_nobody: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", 0, 0)"#,
         ["safe-by"], "by nothing";
@@ -52,7 +52,7 @@ faulty! {
         ["safe-time"], "it is 20000000000 ns";
     counter_twice: r#"counter      (exchanges, "readings so far"),"# => r#"counter(exchanges, "readings so far"), counter(exchanges, "again"),"#,
         ["counter-words"], "'exchanges' is there twice";
-    right_without_a_way: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s"), right("everything"),"#,
+    right_without_a_way: r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"),"# => r#"option_number(gain, 1.0, "its speed for an effort of 1", "m/s (0, 100]"), right("everything"),"#,
         ["rights"], "'everything'";
     service_without_doc: r#"service_of   (place, number, "where it is")"# => r#"service_of(place, number, "")"#,
         ["service-words"], "'place': it is empty";

@@ -5,6 +5,7 @@ use crate::main_device::Sync0;
 use crate::sii::PdoEntry;
 use cia402::axis;
 use cia402::identity::Expected;
+use device::counts::{CountsOptions, given_twice};
 use device::{DriverError, Given, Kind, Number, OptionWord};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -29,7 +30,7 @@ pub(super) const OPTIONS: [OptionWord; 8] = [
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
         .unit("ns")
         .within(1e6, TIMEOUT_NS_MAX),
-    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without an answer one after another mean that the device is lost").within(1.0, 1000.0),
+    OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without an answer one after another mean that the device is lost").within(1.0, u32::MAX as f64),
     OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "a firing waits for its frame, and the drives have no watchdog"),
     OptionWord::with_default("sync0_ns", Kind::Whole, "none", "distributed clocks: how often SYNC0 of each axis comes, which is the period of the source")
         .unit("ns")
@@ -163,58 +164,21 @@ impl From<&PdoEntry> for EntryOptions {
 
 /// A channel of a terminal: the entry that it is, and what its counts mean.
 #[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct ChannelOptions {
     /// Left out: that of its name.
     pub entry: Option<String>,
-    scale: Option<f64>,
-    offset: Option<f64>,
-    unit: Option<String>,
-    safe: Option<Value>,
+    #[serde(flatten)]
+    pub of: CountsOptions,
+    #[serde(flatten)]
+    rest: Map<String, Value>,
 }
 
 impl ChannelOptions {
-    /// Whether its value is a double, counts × scale + offset, rather than the counts.
-    pub fn is_scaled(&self) -> bool {
-        self.scale.is_some() || self.offset.is_some()
-    }
-
-    pub fn scale(&self) -> f64 {
-        self.scale.unwrap_or(1.0)
-    }
-
-    pub fn offset(&self) -> f64 {
-        self.offset.unwrap_or(0.0)
-    }
-
-    pub fn unit(&self) -> &str {
-        self.unit.as_deref().unwrap_or("")
-    }
-
-    /// Its safe value: off, or 0 counts where nothing is said.
-    pub fn safe(&self) -> f64 {
-        match &self.safe {
-            Some(Value::Bool(on)) => f64::from(u8::from(*on)),
-            Some(value) => value.as_f64().unwrap_or(self.offset()),
-            None => self.offset(),
-        }
-    }
-
     /// Why it cannot be a channel of this entry.
     pub fn problem(&self, of: &Named) -> Option<String> {
-        let is_digital = of.number == Number::Bool;
-        if is_digital && (self.is_scaled() || self.unit.is_some()) {
-            return Some("is one bit: it has no scale, offset or unit".to_owned());
-        }
-        if !self.scale().is_normal() || !self.offset().is_finite() {
-            return Some(format!("has scale {} and offset {}: its value is counts × scale + offset", self.scale(), self.offset()));
-        }
-        match &self.safe {
-            Some(_) if !of.is_output => Some("is an input: it has no safe value".to_owned()),
-            Some(value) if is_digital != value.is_boolean() || !(value.is_boolean() || value.is_number()) => {
-                Some(format!("has the safe value {value}; an output of one bit has true or false, another one a number"))
-            }
-            _ => None,
+        match self.rest.keys().next() {
+            Some(field) => Some(format!("has no {field}; a channel has entry, scale, offset, unit and safe")),
+            None => self.of.problem(of.number == Number::Bool, of.is_output),
         }
     }
 }
@@ -248,17 +212,7 @@ pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverEr
 
 /// Refuses names and places that are given twice.
 fn check_places(options: &Options) -> Result<(), String> {
-    let axes = options.axes.iter().enumerate().map(|(index, of)| (&of.axis.name, of.at.unwrap_or(index)));
-    let all: Vec<(&String, usize)> = axes.chain(options.terminals.iter().map(|of| (&of.name, of.at))).collect();
-    for (index, (name, place)) in all.iter().enumerate() {
-        for (before, taken) in &all[..index] {
-            if before == name {
-                return Err(format!("'{name}' is named twice"));
-            }
-            if taken == place {
-                return Err(format!("'{before}' and '{name}' are both at place {place}"));
-            }
-        }
-    }
-    Ok(())
+    let axes = options.axes.iter().enumerate().map(|(index, of)| (of.axis.name.as_str(), of.at.unwrap_or(index)));
+    let all: Vec<(&str, usize)> = axes.chain(options.terminals.iter().map(|of| (of.name.as_str(), of.at))).collect();
+    given_twice(&all, |place| format!("at place {place}")).map_or(Ok(()), Err)
 }

@@ -5,6 +5,7 @@ use super::options::{ChannelOptions, TerminalOptions};
 use crate::coe::Entry;
 use crate::main_device::{Field, Mapping};
 use cia402::identity::Expected;
+use device::counts::Counts;
 use device::{Channel, Layout, Number, Slot, Type};
 
 /// A terminal, and where its process data lie.
@@ -23,9 +24,9 @@ struct Point {
     channel: String,
     of: Entry,
     bits: usize,
-    number: Number,
-    /// Value = counts × scale + offset, as a double; none: the channel has the counts.
-    scaled: Option<(f64, f64)>,
+    counts: Counts,
+    /// Its value is a double, counts × scale + offset, rather than the counts.
+    is_scaled: bool,
     slot: Slot,
     /// Its counts where nobody commands it.
     safe: u64,
@@ -110,13 +111,13 @@ impl Point {
         if let Some(problem) = wanted.problem(of) {
             return Err(problem);
         }
-        let scaled = wanted.is_scaled().then(|| (wanted.scale(), wanted.offset()));
-        let kind = if scaled.is_some() { Type::DOUBLE } else { Type::of(of.number) };
-        let mut point = Point { channel, of: of.of, bits: of.bits, number: of.number, scaled, slot: Slot { offset: 0, len: 0 }, safe: 0, at: 0 };
+        let (counts, is_scaled) = (wanted.of.counts(of.number, of.bits as u32), wanted.of.is_scaled());
+        let kind = if is_scaled { Type::DOUBLE } else { Type::of(of.number) };
+        let mut point = Point { channel, of: of.of, bits: of.bits, counts, is_scaled, slot: Slot { offset: 0, len: 0 }, safe: 0, at: 0 };
         let doc = if of.title.is_empty() { format!("entry {:#06x}:{}", of.of.index, of.of.sub) } else { of.title.clone() };
-        let described = |channel: Channel| channel.unit(wanted.unit()).doc(doc);
+        let described = |channel: Channel| channel.unit(wanted.of.unit()).doc(doc);
         point.slot = if of.is_output {
-            point.safe = point.counts(wanted.safe());
+            point.safe = point.told_as(wanted.of.safe());
             let mut bytes = vec![0; kind.number.width()];
             point.store(point.safe, &mut bytes);
             layout.add(described(Channel::write(point.channel.clone(), kind)).safe(bytes))
@@ -132,8 +133,8 @@ impl Point {
 
     /// Stores counts as the channel has them.
     fn store(&self, counts: u64, to: &mut [u8]) {
-        if let Some((scale, offset)) = self.scaled {
-            return to.copy_from_slice(&(self.value(counts) * scale + offset).to_ne_bytes());
+        if self.is_scaled {
+            return to.copy_from_slice(&self.counts.value(counts).to_ne_bytes());
         }
         match to.len() {
             1 => to.copy_from_slice(&(counts as u8).to_ne_bytes()),
@@ -143,51 +144,25 @@ impl Point {
         }
     }
 
-    /// Counts as a number.
-    fn value(&self, counts: u64) -> f64 {
-        match self.number {
-            Number::Int8 => (counts as i8).into(),
-            Number::Int16 => (counts as i16).into(),
-            Number::Int32 => (counts as i32).into(),
-            Number::Int64 => counts as i64 as f64,
-            Number::Float => f32::from_bits(counts as u32).into(),
-            Number::Double => f64::from_bits(counts),
-            _ => counts as f64,
-        }
-    }
-
     /// What it is told: a command that is no number is its safe value.
     fn told(&self, commands: &[u8]) -> u64 {
         let command = self.slot.of(commands);
         let mut wide = [0; 8];
-        match self.scaled {
-            Some(_) => match self.slot.double(commands, 0) {
-                value if value.is_finite() => self.counts(value),
-                _ => self.safe,
-            },
-            None if self.number == Number::Bool => u64::from(command[0] != 0),
-            None => {
-                let low = if cfg!(target_endian = "big") { wide.len() - command.len() } else { 0 };
-                wide[low..low + command.len()].copy_from_slice(command);
-                u64::from_ne_bytes(wide)
-            }
+        if self.is_scaled {
+            let value = self.slot.double(commands, 0);
+            return if value.is_finite() { self.told_as(value) } else { self.safe };
         }
+        if self.counts.number == Number::Bool {
+            return u64::from(command[0] != 0);
+        }
+        let low = if cfg!(target_endian = "big") { wide.len() - command.len() } else { 0 };
+        wide[low..low + command.len()].copy_from_slice(command);
+        u64::from_ne_bytes(wide)
     }
 
     /// The counts of a value, the nearest that there are.
-    fn counts(&self, value: f64) -> u64 {
-        let (scale, offset) = self.scaled.unwrap_or((1.0, 0.0));
-        let counts = (value - offset) / scale;
-        let rounded = counts.round();
-        match self.number {
-            Number::Float => u64::from((counts as f32).to_bits()),
-            Number::Double => counts.to_bits(),
-            Number::Int8 => (rounded as i8) as u8 as u64,
-            Number::Int16 => (rounded as i16) as u16 as u64,
-            Number::Int32 => (rounded as i32) as u32 as u64,
-            Number::Int64 => (rounded as i64) as u64,
-            _ => (rounded as u64).min(u64::MAX >> (64 - self.bits)),
-        }
+    fn told_as(&self, value: f64) -> u64 {
+        self.counts.counts(value).map_or(self.safe, |(counts, _)| counts)
     }
 }
 

@@ -145,6 +145,11 @@ class Modbus(Tables):
             else:
                 tables.holding.update(enumerate(struct.unpack(f">{count}H", rest[5:]), address))
             return rest[:4]
+        if function == 22:
+            address, keep, changed = struct.unpack(">HHH", rest)
+            (held,) = _range(tables.holding, struct.pack(">HH", address, 1))
+            tables.holding[address] = held & keep | changed & ~keep
+            return rest
         if function == 0x2B and rest[:1] == b"\x0e":
             objects = b"".join(bytes([at, len(text)]) + text.encode() for at, text in enumerate(self.identity))
             return b"\x0e\x01\x01\x00\x00" + bytes([len(self.identity)]) + objects
@@ -160,7 +165,7 @@ def _request_length(came: bytearray) -> int | None:
     function = came[1]
     if function in (15, 16):
         return 9 + came[6] if len(came) > 6 else None
-    return 7 if function == 0x2B else 8
+    return {0x2B: 7, 22: 10}.get(function, 8)
 
 
 def crc16(data: bytes) -> int:
