@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useId, useMemo, useState } from "react";
+import { isLate } from "../../control/late";
 import { Refused } from "../../control/refusals";
 import type { InstalledInstance, Value, VerbForm } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
@@ -24,6 +25,9 @@ const EMPTY: Filled = { chosen: {}, texts: {}, source: "", limit: "" };
 
 /** The forms of this page by their verb: another view, or another verb, takes nothing away that was written. */
 const written = new Map<string, Filled>();
+
+/** Instances whose making took too long for the press that asked for them, by their verb: the next press starts them. */
+const kept = new Map<string, { application: string; instance: number }>();
 
 /** No input has this name. */
 const TIME_LIMIT = "time limit";
@@ -88,12 +92,19 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
       for (const ended of props.instances) {
         if (ended.state === "ended" && control.started.made(ended.id)) await control.order("delete", { instance: ended.id });
       }
-      const instance = await control.order("create", application, undefined, pressed);
+      const asked = JSON.stringify(application);
+      const before = kept.get(form.name);
+      kept.delete(form.name);
+      const isThere = before && props.instances.some((one) => one.id === before.instance && one.state === "created");
+      const isSame = isThere && before.application === asked;
+      if (isThere && !isSame) await control.order("delete", { instance: before.instance });
+      const instance = isSame ? before.instance : await control.order("create", application, undefined, pressed);
       try {
         const limits = time.value !== null && time.value !== undefined ? { limits: { time_limit_ns: time.value } } : {};
         await control.order("start", { instance, values, ...limits }, undefined, pressed);
       } catch (why) {
-        if (why instanceof Refused) await control.order("delete", { instance });
+        if (isLate(control, pressed)) kept.set(form.name, { application: asked, instance });
+        else if (why instanceof Refused) await control.order("delete", { instance });
         throw why;
       }
     });

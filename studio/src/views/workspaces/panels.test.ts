@@ -3,6 +3,7 @@ import { expect, test } from "vitest";
 import { Refused } from "../../control/refusals";
 import type { Button, End, InstalledInstance } from "../../control/shapes";
 import type { Source } from "../../control/source";
+import { Started } from "../../control/started";
 import { beyond, limitsText } from "./limits";
 import { instanceNameOf, start, stateOf } from "./starting";
 
@@ -44,7 +45,7 @@ function ordered(refused = "") {
     if (name === refused) throw new Refused([{ class: "NotEnabled", message: "not enabled" }], 409);
     return name === "create" ? 9 : null;
   };
-  return { control: { order, pressed: () => 0 } as unknown as Source, asked };
+  return { control: { order, pressed: () => 0, started: new Started() } as unknown as Source, asked };
 }
 
 test("a button starts the instance of a program with its values", async () => {
@@ -52,6 +53,24 @@ test("a button starts the instance of a program with its values", async () => {
   await start(control, given, "tank", instance("created"));
   expect(asked).toEqual([["start", { instance: 7, values: { to: 2 } }]]);
   await expect(start(control, given, "tank", null)).rejects.toThrow("there is no verb instance 'fill#1'");
+});
+
+test("what took too long to make for its press is kept, and the next press starts it", async () => {
+  const { control, asked } = ordered("start");
+  const times = [0, 1_200];
+  control.pressed = () => times.shift() ?? 0;
+  await expect(start(control, made, "tank", null)).rejects.toThrow("not enabled");
+  expect(asked.map(([name]) => name)).toEqual(["create", "start"]);
+  const next = ordered();
+  next.control.started.make(7);
+  await start(next.control, made, "tank", instance("created"));
+  expect(next.asked).toEqual([["start", { instance: 7, values: { to: 2 } }]]);
+});
+
+test("an instance that another page has made is none of this one's to start unseen", async () => {
+  const { control, asked } = ordered();
+  await start(control, made, "tank", instance("created"));
+  expect(asked.map(([name]) => name)).toEqual(["delete", "create", "start"]);
 });
 
 test("a button makes its instance anew, and leaves none behind that could not be started", async () => {

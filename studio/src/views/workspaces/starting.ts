@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Buttons: which instance each stands for, in which state that is, and starting it.
+import { isLate } from "../../control/late";
 import { Refused } from "../../control/refusals";
 import type { Button, End, InstalledInstance } from "../../control/shapes";
 import type { Source } from "../../control/source";
@@ -43,7 +44,10 @@ export function stateOf(button: Button, instance: InstalledInstance | null, ends
   }
 }
 
-/** Starts what a button stands for. Of a button that makes its instance an ended one makes room first. Errors: `Refused`. */
+/**
+ * Starts what a button stands for. Of a button that makes its instance an ended one makes room first; one whose making took too long for
+ * the press before is started. Errors: `Refused`.
+ */
 export async function start(control: Source, button: Button, workspace: string, instance: InstalledInstance | null): Promise<void> {
   if (!button.start) {
     if (!instance) {
@@ -55,12 +59,16 @@ export async function start(control: Source, button: Button, workspace: string, 
   }
   const { values, ...application } = button.start;
   const pressed = control.pressed();
-  if (instance) await control.order("delete", { instance: instance.id });
-  const made = await control.order("create", { ...application, name: instanceNameOf(button, workspace) }, undefined, pressed);
+  const isKept = instance?.state === "created" && control.started.made(instance.id);
+  if (instance && !isKept) await control.order("delete", { instance: instance.id });
+  const made =
+    instance && isKept
+      ? instance.id
+      : await control.order("create", { ...application, name: instanceNameOf(button, workspace) }, undefined, pressed);
   try {
     await control.order("start", { instance: made, values: values ?? {} }, undefined, pressed);
   } catch (why) {
-    if (why instanceof Refused) await control.order("delete", { instance: made });
+    if (why instanceof Refused && !isLate(control, pressed)) await control.order("delete", { instance: made });
     throw why;
   }
 }
