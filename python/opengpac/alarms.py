@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from .declared import Declared
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .given import all_taking
+from .numerals import number
 from .tables import Shown, Table
 
 if TYPE_CHECKING:
@@ -148,11 +149,11 @@ class Alarms(Shown, Declared):
 
     def acknowledge(self, alarm: Alarm | int | None = None) -> int:
         """Acknowledges one alarm, or all; how many were not. An active one stays until its cause is gone."""
-        number = alarm.number if isinstance(alarm, Alarm) else alarm
-        if number is not None and (isinstance(number, bool) or not isinstance(number, int) or number < 0):
+        which = number(alarm.number if isinstance(alarm, Alarm) else alarm)
+        if which is not None and (isinstance(which, bool) or not isinstance(which, int) or which < 0):
             refuse(CallError, f"the alarm to acknowledge is {alarm!r}", "give an alarm of this list, its number, or nothing for all")
         with refusals:
-            return self._system._alive().acknowledge_alarms(number)
+            return self._system._alive().acknowledge_alarms(which)
 
     def __iter__(self) -> Iterator[Alarm]:
         return iter([_alarm(given) for given in self._described()["current"]])

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 from .blocks import Name, names_of
 from .errors import DefinitionError, refuse
 from .given import taking
+from .numerals import number
 from .quantities import Quantity, duration_ns, is_duration, optional_ns
 
 
@@ -81,6 +82,7 @@ def wait(until: Quantity | Name | Sequence[Name] | None = None) -> Command:
     """
     if until is None:
         return {"command": "wait"}
+    until = number(until)
     if isinstance(until, int | float) or (isinstance(until, str) and is_duration(until)):
         return {"command": "wait", "time_ns": duration_ns(until, "the time of a wait")}
     return {"command": "wait", "conditions": names_of(until)}

@@ -39,6 +39,7 @@ from typing import Any, Final, TypeVar, overload
 from . import _native
 from .errors import CallError, DefinitionError, DeviceFailed, did_you_mean, refusals, refuse
 from .given import range_of
+from .numerals import number
 
 __all__ = [
     "NOTHING_NEW", "Channel", "Counter", "Driver", "NothingNew", "Option", "Part", "PartValues", "Service", "counter", "part", "read",
@@ -93,6 +94,7 @@ class _Option(_Named):
         if isinstance(value, str) and kind in (int, float) and self.unit:
             with refusals:
                 value = kind(_native.number_in(value, self.unit))
+        value = number(value)
         if kind is float and isinstance(value, int) and not isinstance(value, bool):
             return float(value)
         if kind is not None and (not isinstance(value, kind) or (kind is int and isinstance(value, bool))):

@@ -14,6 +14,7 @@ from typing import Any
 
 from . import _native, driver_handover
 from .driver import NOTHING_NEW, Channel, Counter, Driver, about, channels_of, place_of, services_of, the_driver
+from .numerals import number
 
 _Placed = tuple[Channel, int, dict[str, Any], str]
 """A channel, where it lies in its group, and where its value is on the object."""
@@ -96,6 +97,7 @@ class Exchange:
         with self._busy:
             answer = getattr(self._driver, service)(**json.loads(arguments_json))
         kind = self._services[service].answer
+        answer = number(answer)
         whole_for_number = kind is float and isinstance(answer, int) and not isinstance(answer, bool)
         if not whole_for_number and not (answer is None if kind is None else isinstance(answer, kind)):
             raise TypeError(f"service '{service}' answers {answer!r}, and declares {kind.__name__ if kind else None}")
@@ -122,6 +124,7 @@ def _age_of(told: Any) -> float | None:
         return 0.0
     if told is NOTHING_NEW:
         return None
+    told = number(told)
     if isinstance(told, int | float) and not isinstance(told, bool) and 0.0 <= told <= _AGE_MAX_S:
         return float(told)
     remedy = f"return nothing, opengpac.driver.NOTHING_NEW, or how old its readings are, 0 to {_AGE_MAX_S:.0f} s"

@@ -11,13 +11,15 @@ import numpy as np
 
 from . import _native
 from .errors import ValueRefused, refusals, refuse
+from .numerals import number
 
 
 def _number(given: Any, unit: str, what: str) -> float:
     if isinstance(given, str):
         with refusals:
             return _native.number_in(given, unit)
-    if isinstance(given, bool) or not isinstance(given, int | float | np.number) or not math.isfinite(given):
+    given = number(given)
+    if isinstance(given, bool) or not isinstance(given, int | float) or not math.isfinite(given):
         refuse(ValueRefused, f"{what} is {given!r}", f"give a finite number{f' in {unit}, or text with a unit' if unit else ''}")
     return float(given)
 

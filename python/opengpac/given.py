@@ -17,6 +17,7 @@ import numpy as np
 
 from . import _native
 from .errors import CallError, DefinitionError, Error, did_you_mean, refusals, refuse
+from .numerals import number
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -81,6 +82,7 @@ def name_of(name: Any, what: str) -> str:
 
 def whole(value: Any, what: str, least: int, most: int) -> int:
     """A whole number from `least` to `most`."""
+    value = number(value)
     if not _is_whole(value) or not least <= value <= most:
         refuse(CallError, f"{what} is {_short(value)}", f"give a whole number, {least} to {most:_}".replace("_", ","))
     return int(value)
@@ -90,6 +92,7 @@ def range_of(given: Any, what: str) -> str | list[float | str] | None:
     """A range as the model takes it: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. None for none."""
     if given is None or isinstance(given, str):
         return given
+    given = [number(end) for end in given] if _is_list(given) else given
     is_end = _is_list(given) and len(given) == 2 and all(isinstance(e, str) or (_is_number(e) and math.isfinite(e)) for e in given)
     if not is_end:
         refuse(CallError, f"{what} is {_short(given)}", 'give its two ends, finite numbers: within=(0, 1), or a text: within="[0, inf)"')
@@ -101,16 +104,18 @@ def _short(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[Error]], None] | None:
-    """What a parameter takes, or nothing where its annotation does not say it."""
+def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[Error]], Any] | None:
+    """Checks what a parameter takes, and gives the value that goes on; nothing where its annotation does not say it."""
     annotation = parameter.annotation if isinstance(parameter.annotation, str) else "Any"
     kinds = _parts(annotation)
     if any(kind not in _KINDS for kind in kinds):
         return None
     tests = [_KINDS[kind][0] for kind in kinds]
+    takes_numbers = not {"int", "float", "bool", "Quantity"}.isdisjoint(kinds)
     wanted = " or ".join(dict.fromkeys(_KINDS[kind][1] for kind in kinds))
 
-    def check(value: Any, call: str, kind: type[Error]) -> None:
+    def check(value: Any, call: str, kind: type[Error]) -> Any:
+        value = number(value) if takes_numbers else value
         if not any(test(value) for test in tests):
             refuse(kind, f"argument '{name}' of {call}() is {_short(value)}", f"give {wanted}")
         if isinstance(value, str) and any(sign == "\0" or "\ud800" <= sign <= "\udfff" for sign in value):
@@ -119,6 +124,7 @@ def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[E
             )
         if name == "name" and value is not None:
             name_of(value, f"the name that {call}() is given")
+        return value
 
     return check
 
@@ -159,12 +165,12 @@ def taking(call: Callable[P, R]) -> Callable[P, R]:
         fits = kwargs.keys() <= known and kwargs.keys().isdisjoint(placed) and len(args) <= len(ordered)
         if not (fits and required <= {*placed, *kwargs}):
             _unbound(title, signature, args, kwargs)
-        for rule, value in zip(by_place, args, strict=False):
-            if rule is not None:
-                rule(value, title, kind)
+        for place, rule in enumerate(by_place[: len(args)]):
+            if rule is not None and (value := rule(args[place], title, kind)) is not args[place]:
+                args = (*args[:place], value, *args[place + 1 :])  # pyright: ignore[reportAssignmentType]
         for name in kwargs:
             if name in by_name:
-                by_name[name](kwargs[name], title, kind)
+                kwargs[name] = by_name[name](kwargs[name], title, kind)
         return call(*args, **kwargs)
 
     return checked

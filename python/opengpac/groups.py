@@ -15,6 +15,7 @@ from .devices import LogicalDevice
 from .enabling import enable
 from .errors import CallError, UnknownName, did_you_mean, refuse
 from .given import all_taking
+from .numerals import number
 from .quantities import Quantity, optional_ns
 from .tables import Shown, Table, identifiers
 
@@ -169,6 +170,7 @@ class Group(Shown, Declared, Argument, Generic[D]):
     @overload
     def __getitem__(self, which: slice) -> Sequence[D]: ...
     def __getitem__(self, which: int | str | slice) -> D | Sequence[D]:
+        which = number(which)
         if isinstance(which, int | slice):
             return self._devices[which]
         if not isinstance(which, str):

@@ -23,6 +23,7 @@ from .devices import LogicalDevice
 from .errors import CallError, FileFailed, InvalidState, NotEnabled, UnknownName, ValueRefused, did_you_mean, refuse
 from .given import all_taking
 from .groups import Group
+from .numerals import number
 
 FORMAT = 1
 
@@ -257,7 +258,8 @@ class Points(MutableMapping[str, Point]):
         _named(name)
         inline = tomlkit.inline_table()
         for (joint, value), factor in zip(joints.items(), self._factors(), strict=True):
-            if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
+            value = number(value)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 refuse(ValueRefused, f"joint '{joint}' of point '{name}' is given {value!r}", "give a finite number, in rad or m")
             inline[joint] = round(float(value) / factor, 9)
         table = self._table()

@@ -9,6 +9,7 @@ from .declared import Declared
 from .drivers import Driver
 from .errors import CallError, refusals, refuse
 from .given import all_taking
+from .numerals import number
 from .physical import PhysicalDevice
 from .places import here
 from .quantities import Quantity, duration_ns
@@ -79,6 +80,7 @@ class Processor(Shown, Declared):
         return device
 
     def _source(self, name: str, kind: str, period_ns: int, priority: int, cost: Quantity) -> Source:
+        priority = number(priority)
         if isinstance(priority, bool) or not isinstance(priority, int):
             refuse(CallError, f"the priority of source '{name}' is {priority!r}", "give a whole number, 1 to 98; a larger one preempts")
         if period_ns < 0:

@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _native
 from .errors import ValueRefused, refusals, refuse
+from .numerals import number
 
 Quantity: TypeAlias = float | int | str
 """A number in SI units or text such as `"20 ms"`, `"90 deg"`, `"0.5 rad/s"`."""
@@ -38,7 +39,8 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
     if isinstance(duration, str):
         with refusals:
             return _native.duration_ns(duration, what)
-    if isinstance(duration, bool) or not isinstance(duration, int | float | np.number):
+    duration = number(duration)
+    if isinstance(duration, bool) or not isinstance(duration, int | float):
         refuse(ValueRefused, f"{what} {duration!r} is not a time", "write for example '20 ms', or a number of seconds")
     ns = float(duration) * 1e9
     if not abs(ns) < 2**63:

@@ -7,13 +7,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from decimal import Decimal
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from .errors import ValueRefused, refuse
+from .numerals import number, rows
 
 _SCALARS = {
     "double": "<f8", "float": "<f4", "bool": "?",
@@ -64,18 +63,20 @@ def plain(value: Any, what: str = "the value") -> Any:
     >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
     ([1.0, 2.0], [1, True], '20 ms')
     """
+    value = number(value)
     if isinstance(value, bool | int | str):
         return value
-    if isinstance(value, np.floating | Decimal | Fraction):
-        value = float(value)
     if isinstance(value, float):
         if not math.isfinite(value):
             refuse(ValueRefused, f"{what} {value} is not a finite number")
         return value
     if isinstance(value, np.void) and value.dtype.names:
         return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names}
-    if isinstance(value, np.generic | np.ndarray) and value.dtype.names is None:
-        return plain(value.tolist(), what)
+    if isinstance(value, np.ndarray) and value.dtype.names is not None:
+        return plain(value[()], what) if value.ndim == 0 else [plain(v, what) for v in value]
+    listed = rows(value)
+    if listed is not value:
+        return plain(listed, what)
     if isinstance(value, Mapping):
         return {str(name): plain(v, f"{what}: '{name}'") for name, v in value.items()}
     if isinstance(value, Iterable):

@@ -14,6 +14,7 @@ from ..cache import folder, keep
 from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
 from ..given import taking
 from ..kept import block_name, interface, kept
+from ..numerals import number
 from ..quantities import Quantity, optional_ns
 from . import code
 from .archive import opened
@@ -75,6 +76,7 @@ def fmu(
     fmu = described(Path(path).expanduser().absolute())
     given = name or "".join(c if c.isalnum() and c.isascii() else "_" for c in fmu.name)
     given = block_name(f"fmu_{given}" if not given or given[0].isdigit() else given)
+    instances = number(instances)
     if isinstance(instances, bool) or not isinstance(instances, int) or not 1 <= instances <= 1024:
         refuse(DefinitionError, f"'{given}' is to have {instances!r} instances", "give a number, 1 to 1024")
     check_native(fmu)

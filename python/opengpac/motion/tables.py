@@ -11,6 +11,7 @@ import numpy as np
 from .. import library
 from ..errors import CallError, refuse
 from ..frames import Pose
+from ..numerals import number
 
 POINTS_MAX = int(library.path_planner.items["points"].type.split("[")[1].rstrip("]"))
 """The maximum number of way-points of one path: the rows of the planner's table."""
@@ -38,7 +39,8 @@ def way_points(given: Any, objects: Mapping[str, Any]) -> Any:
 
 def each_point(given: Any, objects: Mapping[str, Any]) -> Any:
     """One value for all way-points, or one for each: filled up with the last."""
-    if isinstance(given, int | float | np.number):
+    given = number(given)
+    if isinstance(given, int | float):
         return [float(given)] * POINTS_MAX
     is_list = isinstance(given, Sequence) and not isinstance(given, str | bytes)
     if not is_list and not (isinstance(given, np.ndarray) and given.ndim == 1):
