@@ -15,8 +15,9 @@ from .checks import check_device_type
 from .declared import Declared
 from .enabling import enable
 from .errors import CallError, DefinitionError, Error, UnknownName, did_you_mean, gone, refusals, refuse
-from .given import all_taking, range_of, taking, whole
+from .given import all_taking, taking, whole
 from .modules import PYTHON_TYPES, type_json
+from .numerals import range_of
 from .places import Place, here
 from .quantities import Quantity, duration_ns, optional_ns
 from .svvs import SVV

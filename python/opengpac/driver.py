@@ -38,8 +38,7 @@ from typing import Any, Final, TypeVar, overload
 
 from . import _native
 from .errors import CallError, DefinitionError, DeviceFailed, did_you_mean, refusals, refuse
-from .given import range_of
-from .numerals import number
+from .numerals import number, range_of
 
 __all__ = [
     "NOTHING_NEW", "Channel", "Counter", "Driver", "NothingNew", "Option", "Part", "PartValues", "Service", "counter", "part", "read",

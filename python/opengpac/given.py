@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
@@ -86,17 +85,6 @@ def whole(value: Any, what: str, least: int, most: int) -> int:
     if not _is_whole(value) or not least <= value <= most:
         refuse(CallError, f"{what} is {_short(value)}", f"give a whole number, {least} to {most:_}".replace("_", ","))
     return int(value)
-
-
-def range_of(given: Any, what: str) -> str | list[float | str] | None:
-    """A range as the model takes it: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. None for none."""
-    if given is None or isinstance(given, str):
-        return given
-    given = [number(end) for end in given] if _is_list(given) else given
-    is_end = _is_list(given) and len(given) == 2 and all(isinstance(e, str) or (_is_number(e) and math.isfinite(e)) for e in given)
-    if not is_end:
-        refuse(CallError, f"{what} is {_short(given)}", 'give its two ends, finite numbers: within=(0, 1), or a text: within="[0, inf)"')
-    return [end if isinstance(end, str) else float(end) for end in given]
 
 
 def _short(value: Any) -> str:

@@ -22,8 +22,9 @@ from .commanded import Commanded
 from .declared import Declared
 from .devices import LogicalDevice
 from .errors import CallError, InUse, InvalidState, refusals, refuse
-from .given import all_taking, range_of, whole
+from .given import all_taking, whole
 from .modules import Module, type_json
+from .numerals import range_of
 from .physical import PhysicalDevice
 from .places import here
 from .processes import processes_json

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import opengpac as gpac
 from afar import until
 from opengpac import activate
 from opengpac.cell import AnalogInput, AnalogOutput, DigitalInput, set_output
+from opengpac.drivers.fake.ends import TcpEnd
 
 READER = """
 #include <opengpac.h>
@@ -127,3 +129,15 @@ def seen_next(cell: gpac.System, weight: AnalogInput, seen: list[float]) -> floa
     cell.advance("10 ms")
     seen.append(float(weight.value.value))
     return seen[-1]
+
+
+def test_who_has_just_connected_hears_what_is_said() -> None:
+    end = TcpEnd(lambda came, _: came.clear())
+    end.start()
+    try:
+        for _ in range(50):
+            with socket.create_connection(("127.0.0.1", end.port), timeout=30) as line:
+                end.send(b"x")
+                assert line.recv(1) == b"x"
+    finally:
+        end.close()

@@ -82,7 +82,7 @@ def test_a_mesh_is_drawn_by_its_triangles_where_the_model_has_it(tmp_path: Path)
         f"""<mujoco><asset><mesh name="wedge" vertex="{" ".join(str(x) for corner in CORNERS for x in corner)}"/></asset><worldbody>
         <body name="b"><joint name="j" axis="0 0 1"/><geom type="mesh" mesh="wedge" mass="1"/>
         <geom type="mesh" mesh="wedge" mass="0" pos="0 0 3"/></body>
-        <body name="c"><joint name="k" axis="0 0 1"/><geom type="sphere" size="0.1" mass="1"/></body></worldbody>
+        <body name="c" pos="9 0 0"><joint name="k" axis="0 0 1"/><geom type="sphere" size="0.1" mass="1"/></body></worldbody>
         <actuator><motor joint="j"/><motor joint="k"/></actuator></mujoco>"""
     )
     with gpac.System("cell", clock="virtual") as cell:

@@ -57,7 +57,9 @@ class TcpEnd:
         self._held.close()
 
     def send(self, data: bytes) -> None:
-        """Sends to all connections."""
+        """Sends to all connections, those that have just been made too."""
+        if (listener := self._listener) is not None:
+            self._take_in(listener)
         with self._lock:
             open_now = list(self._open)
         for each in open_now:
@@ -71,16 +73,19 @@ class TcpEnd:
             return len(self._open)
 
     def _accept(self, listener: socket.socket) -> None:
-        with contextlib.suppress(OSError):
-            while True:
+        with contextlib.suppress(OSError, ValueError):
+            while self._take_in(listener):
+                select.select([listener], [], [])
+
+    def _take_in(self, listener: socket.socket) -> bool:
+        """Takes in all who have connected; False where it is stopped."""
+        with self._lock:
+            while self._listener is listener and select.select([listener], [], [], 0)[0]:
                 connection, _ = listener.accept()
                 connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                with self._lock:
-                    if self._listener is not listener:
-                        connection.close()
-                        return
-                    self._open.add(connection)
+                self._open.add(connection)
                 threading.Thread(target=self._serve, args=(connection,), daemon=True).start()
+            return self._listener is listener
 
     def _serve(self, connection: socket.socket) -> None:
         came = bytearray()
