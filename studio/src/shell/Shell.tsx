@@ -30,7 +30,7 @@ export function Shell() {
       </button>
       <TopBar />
       {!view?.alone && <Navigation present={view?.name ?? ""} />}
-      <main id="main" tabIndex={-1} aria-label={view?.title}>
+      <main id="main" tabIndex={-1} aria-label={view?.title} data-view={view?.name}>
         <Boundary key={`${view?.name} ${source.version.run} ${source.version.system}`}>
           <Suspense fallback={<p className="quiet wait">Loading…</p>}>
             {Part ? (

@@ -9,6 +9,10 @@ const KEPT = 6;
 const OWN_MS = 200;
 
 const CONTROLS = "button, a[href], input, select, summary";
+/** What commands nothing: a press that goes to another view than was meant is taken back by another one. */
+const HARMLESS = "a[href]";
+/** Views in which a press moves a machine. In the others, the editor above all, what opens under the finger is what the press before opened. */
+const COMMANDING = ["devices", "panel", "verbs", "workspaces"];
 
 /** A control, and its place in a sample. */
 export interface Spot {
@@ -47,7 +51,7 @@ export function watchAim(refused: () => void): () => void {
     const control = event.target instanceof Element ? event.target.closest(CONTROLS) : null;
     const before = samples.findLast((one) => one.time <= event.timeStamp - AIMED_MS);
     // The emergency stop never moves, and nothing is ever put over it.
-    if (!control || !before || control.classList.contains("stop") || event.timeStamp - moved < OWN_MS) return;
+    if (!control || !before || !canCommand(control) || control.classList.contains("stop") || event.timeStamp - moved < OWN_MS) return;
     isRefusing = isAside(control, nameOf(control), event.clientX, event.clientY, before.spots);
     if (isRefusing) refused();
     swallow(event);
@@ -68,6 +72,12 @@ export function watchAim(refused: () => void): () => void {
     for (const name of rest) window.removeEventListener(name, swallow, true);
     for (const name of ["scroll", "resize", "hashchange"]) window.removeEventListener(name, move, true);
   };
+}
+
+/** Whether a press on it may move a machine: it stands in such a view, or in the bar above all views. */
+function canCommand(control: Element): boolean {
+  const view = control.closest<HTMLElement>("#main");
+  return !control.matches(HARMLESS) && (view === null || COMMANDING.includes(view.dataset.view ?? ""));
 }
 
 function nameOf(control: Element): string {
