@@ -4,7 +4,7 @@ import { type ChildProcess, spawn } from "node:child_process";
 import { copyFileSync, existsSync, mkdirSync } from "node:fs";
 import { join, resolve } from "node:path";
 import axe from "axe-core";
-import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
+import { type Browser, type BrowserContext, chromium, type Locator, type Page } from "playwright-core";
 
 export const ROOT = resolve(import.meta.dirname, "../..");
 /** Where screenshots are kept. */
@@ -130,11 +130,60 @@ export async function axeFindings(page: Page): Promise<string[]> {
   return found.map((one) => `${one.id}: ${one.help}: ${one.where.join(" | ")}`);
 }
 
+/** How long a control stands still before a person presses it, ms. */
+const AIMED_MS = 200;
+
+/**
+ * Presses a control that commands, as a person does: once it stands still, and again where the page says that the press came too late or
+ * that something else was there when it was aimed. Waits for what it leads to.
+ */
+export async function command(control: Locator, led: Locator, state: "visible" | "detached" = "visible"): Promise<void> {
+  const page = control.page();
+  const told = page.getByText(/after it was given|Press again/);
+  const isLed = async () => (await led.first().isVisible()) === (state === "visible");
+  const until = performance.now() + PATIENCE_MS;
+  let said = "";
+  for (let isPressed = false; !(isPressed && (await isLed())); ) {
+    const now = (await told.allTextContents()).join("; ");
+    if (!isPressed || (now !== said && now !== "")) {
+      await control.evaluate(standStill, AIMED_MS);
+      await control.click();
+      isPressed = true;
+    }
+    said = now;
+    if (performance.now() > until) throw new Error(`'${control}' was pressed and did not lead to '${led}': ${said}`);
+    await page.waitForTimeout(20);
+  }
+}
+
+/** Waits until an element has kept its place for so long. Runs in the page. */
+function standStill(element: Element, for_ms: number): Promise<void> {
+  return new Promise((over) => {
+    let place = "";
+    let since = performance.now();
+    const look = () => {
+      const now = JSON.stringify(element.getBoundingClientRect());
+      if (now !== place) since = performance.now();
+      place = now;
+      if (performance.now() - since >= for_ms) over();
+      else requestAnimationFrame(look);
+    };
+    look();
+  });
+}
+
 /** From the narrowest window to the widest. */
 const WIDTHS = [360, 390, 800, 1000, 1280, 1440, 1920];
 
 /** Where the emergency stop stands, in every view, state and width; and nothing may be wider than the window. */
 export const STOP = JSON.stringify({ x: 8, y: 4, width: 140, height: 44 });
+
+/** On an operator's panel it begins at the same point, and is the largest thing that can be pressed: narrow, middle, wide. */
+export const PANEL_STOPS = [
+  [152, 94],
+  [200, 94],
+  [200, 102],
+].map(([width, height]) => JSON.stringify({ x: 8, y: 4, width, height }));
 
 /** The rectangles of the emergency stop over all widths, by what the page shows: each is STOP. What stands beyond the window is told too. */
 export async function stopRectangles(page: Page): Promise<string[]> {

@@ -3,7 +3,7 @@
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { axeFindings, browse, changes, goTo, LOOKS, type Opened, open, type Running, run, shoot } from "./running";
+import { axeFindings, browse, changes, command, goTo, LOOKS, type Opened, open, type Running, run, shoot } from "./running";
 
 /** Every view, with what stands in it once it is there. */
 const VIEWS: [string, string][] = [
@@ -83,11 +83,11 @@ test("what the system refuses is shown in its words, at the field that it is abo
   const goal = form.getByRole("group", { name: "goal" });
   await goal.getByLabel("wrist_3").fill("90");
   await form.getByRole("group", { name: "speed" }).getByLabel("wrist_3").fill("0.2");
-  await form.getByRole("button", { name: "Start" }).click();
   const refused = form
     .locator(".input")
     .filter({ has: page.getByRole("group", { name: "goal" }) })
     .getByRole("alert");
+  await command(form.getByRole("button", { name: "Start" }), refused);
   await expect.poll(() => refused.textContent()).toMatch(/OutOfRange.*90 rad/);
   expect(await goal.getByLabel("wrist_3").getAttribute("aria-invalid")).toBe("true");
   await page.locator(".bar").getByText("this page").waitFor();
@@ -97,9 +97,8 @@ test("a move is started from the form, runs, and is halted", async () => {
   const { page } = studio;
   const form = page.locator("form.start");
   await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("170 deg");
-  await form.getByRole("button", { name: "Start" }).click();
   const instance = page.locator(".instances li").filter({ hasText: "running" });
-  await instance.waitFor();
+  await command(form.getByRole("button", { name: "Start" }), instance);
   await page.locator('.list.lit[data-list="start"]').waitFor();
   const name = (await instance.getByRole("link").textContent()) ?? "";
   await instance.getByRole("button", { name: "Halt" }).click();
@@ -122,18 +121,7 @@ test("two that need the same joint: the second is refused, and the holder is nam
   await choose(page, ["shoulder_pan", "wrist_3"]);
   await form.getByRole("group", { name: "goal" }).getByLabel("shoulder_pan").fill("0");
   await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("0");
-  const start = form.getByRole("button", { name: "Start" });
-  await start.click();
-  await expect
-    .poll(async () => {
-      const alert = form.getByRole("alert").last();
-      const said = (await alert.count()) > 0 ? await alert.textContent() : null;
-      // The form has grown a moment ago, so the press may be taken for one of another button; a busy machine may hold it up. The page says
-      // so, and it is given again, as a person does.
-      if (said === null || said.includes("after it was given")) await start.click();
-      return said ?? "";
-    })
-    .toMatch(/SecondWriter.*sway/);
+  await command(form.getByRole("button", { name: "Start" }), form.getByRole("alert").getByText(/SecondWriter.*sway/));
 });
 
 test("the log has commands and who gave them, and is filtered", async () => {
@@ -163,9 +151,8 @@ test("the emergency stop ends what moves, says its cause, and is reset", async (
   await page.locator(".stopped").getByText("pressed in the studio").waitFor();
   await goTo(page, "Devices");
   await expect.poll(() => page.locator("table.family").getByText("disabled").count()).toBe(6);
-  await page.getByRole("button", { name: "Reset" }).click();
-  await page.locator(".stopped").waitFor({ state: "detached" });
-  await page.getByRole("button", { name: "Enable all" }).click();
+  await command(page.getByRole("button", { name: "Reset" }), page.locator(".stopped"), "detached");
+  await command(page.getByRole("button", { name: "Enable all" }), page.locator("table.family:not(:has(tr.old))"));
   await expect.poll(() => page.locator("table.family").getByText("standstill").count()).toBe(6);
 });
 

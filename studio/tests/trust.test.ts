@@ -4,7 +4,20 @@ import { join } from "node:path";
 import type { Browser, Page, WebSocketRoute } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { Commander } from "./commander";
-import { axeFindings, browse, goTo, type Opened, open, PATIENCE_MS, type Running, run, STOP, shoot, stopRectangles } from "./running";
+import {
+  axeFindings,
+  browse,
+  command,
+  goTo,
+  type Opened,
+  open,
+  PATIENCE_MS,
+  type Running,
+  run,
+  STOP,
+  shoot,
+  stopRectangles,
+} from "./running";
 
 const JOINTS = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
 
@@ -22,8 +35,8 @@ afterAll(async () => {
   await running?.stop();
 });
 
-/** Starts the verb of the arm that moves the joint, far and slow. */
-async function startMove(page: Page, limit: string): Promise<void> {
+/** Fills the form of the verb that moves the joint: far and slow. */
+async function fillMove(page: Page, limit: string): Promise<void> {
   await goTo(page, "Verbs");
   await page
     .locator(".verb-list")
@@ -34,7 +47,6 @@ async function startMove(page: Page, limit: string): Promise<void> {
   await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("170 deg");
   await form.getByRole("group", { name: "speed" }).getByLabel("wrist_3").fill("0.05");
   await form.getByLabel("Time limit").fill(limit);
-  await form.getByRole("button", { name: "Start" }).click();
 }
 
 test("the emergency stop stands where it stands in every state and width while nothing is wrong", async () => {
@@ -62,8 +74,7 @@ test("a driver's counters and services are seen, and a service is asked for by i
   await place.getByRole("button", { name: "Ask" }).click();
   await place.getByText("write 0.5").waitFor();
   await place.getByLabel("position").fill("0.5");
-  await place.getByRole("button", { name: "Ask" }).click();
-  await place.getByText("done", { exact: true }).waitFor();
+  await command(place.getByRole("button", { name: "Ask" }), place.getByText("done", { exact: true }));
   await panel.getByText(/channels/).click();
   await expect.poll(() => panel.locator('[data-live="drives.x.position"]').textContent()).toBe("0.5000");
   await shoot(page, "devices-services");
@@ -89,13 +100,18 @@ test("the right mouse button moves no joint", async () => {
 
 test("a time limit is read as the package reads it, or refused with a sentence; nothing starts without it", async () => {
   const { page } = studio;
-  await startMove(page, "1,5 s");
+  await fillMove(page, "1,5 s");
+  await page.locator("form.start").getByRole("button", { name: "Start" }).click();
   await page.locator("form.start").getByText("'1,5 s' has a decimal comma: write 1.5").waitFor();
   await page.locator("form.start").getByLabel("Time limit").fill("soon");
   await page.locator("form.start").getByRole("button", { name: "Start" }).click();
   await page.locator("form.start").getByText("'soon' is not a number with a unit").waitFor();
   const started = page.waitForRequest((request) => request.url().endsWith("/v1/call/start"));
-  await startMove(page, "2.5 min");
+  await fillMove(page, "2.5 min");
+  await command(
+    page.locator("form.start").getByRole("button", { name: "Start" }),
+    page.locator(".instances li").filter({ hasText: "running" }),
+  );
   expect((await started).postDataJSON().limits).toEqual({ time_limit_ns: 150_000_000_000 });
 });
 
@@ -163,10 +179,8 @@ test("values of a device that is disabled are grey, and say how old they are", a
   await row.getByText(/(s|min) old$/).waitFor();
   expect(await row.getAttribute("class")).toContain("old");
   await shoot(page, "devices-disabled");
-  await page.getByRole("button", { name: "Reset" }).click();
-  await page.locator(".stopped").waitFor({ state: "detached" });
-  await page.getByRole("button", { name: "Enable all" }).first().click();
-  await row.getByText("standstill").waitFor();
+  await command(page.getByRole("button", { name: "Reset" }), page.locator(".stopped"), "detached");
+  await command(page.getByRole("button", { name: "Enable all" }).first(), row.getByText("standstill"));
   await row.getByText(/old$/).waitFor({ state: "detached" });
 });
 

@@ -40,6 +40,8 @@ pub struct Call {
     pub brief: bool,
     /// It brings something to a stop: it is not queued behind other calls.
     pub stops: bool,
+    /// A machine may begin to move by it: one that says when it was given is refused where it comes late.
+    pub moves: bool,
     /// It may be made without command: the role is enough.
     pub free: bool,
     /// It takes long to work out, or its answer is long.
@@ -89,6 +91,7 @@ impl Call {
             lasts: false,
             brief: false,
             stops: false,
+            moves: false,
             free: false,
             costs: false,
             local: false,
@@ -134,6 +137,11 @@ impl Call {
     /// It brings something to a stop: it is not queued behind other calls.
     pub const fn stops(self) -> Call {
         Call { stops: true, ..self }
+    }
+
+    /// A machine may begin to move by it.
+    pub const fn moves(self) -> Call {
+        Call { moves: true, ..self }
     }
 
     /// It may be made without command.

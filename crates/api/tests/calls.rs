@@ -363,3 +363,16 @@ fn block_times_are_taken_while_somebody_looks() {
     assert!(refused(&system, "probe", r#"{ "source": "rtp0.fats", "for_ns": 1 }"#).contains("rtp0.fast"));
     assert!(refused(&system, "probe", r#"{ "for_ns": 3600000000001 }"#).contains("an hour at most"));
 }
+
+/// Calls of operators by which nothing begins to move.
+const STILL: [&str; 9] = ["raise_alarm", "clear_alarm", "acknowledge_alarms", "request", "create", "delete", "keep_workspace", "forget_workspace", "step"];
+
+#[test]
+fn each_call_of_operators_stops_or_moves_or_is_known_to_move_nothing() {
+    let unknown: Vec<&str> = api::calls()
+        .filter(|call| call.role == api::Role::Operate && !call.lasts && !call.stops && !call.moves && !STILL.contains(&call.name))
+        .map(|call| call.name)
+        .collect();
+    assert_eq!(unknown, [""; 0]);
+    assert!(api::calls().filter(|call| call.moves).all(|call| !call.stops && !STILL.contains(&call.name)));
+}

@@ -92,7 +92,7 @@ impl Service {
             _ if call.free => Ok(()),
             _ => self.sessions.require_command(presence.map(|p| p.name.as_str())),
         });
-        let allowed = allowed.and_then(|()| if role == Role::Observe || call.stops { Ok(()) } else { freshness::check(call.name, asked.as_of_ms) });
+        let allowed = allowed.and_then(|()| if call.moves { freshness::check(call.name, asked.as_of_ms) } else { Ok(()) });
         let result = self.audited(&act, role, || allowed.and_then(|()| self.kept(call, asked, caller, presence)));
         if commands.is_some() {
             self.log(&act, result.as_ref().err());

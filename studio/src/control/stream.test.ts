@@ -31,6 +31,7 @@ class Socket {
   opens() {
     this.readyState = 1;
     this.onopen?.();
+    this.says({ beat: Date.now() });
   }
   says(frame: object) {
     this.onmessage?.({ data: JSON.stringify(frame) });
@@ -75,6 +76,24 @@ test("a connection that breaks is made again, and the log goes on where it was",
   expect(made().sent).toEqual([{ subscribe: "log", since: 7, id: "log-1" }]);
   end();
   expect(made().sent.at(-1)).toEqual({ unsubscribe: "log-1" });
+});
+
+test("a connection is open once a beat has told the daemon's time: a command has to say when it was given", () => {
+  const opened = () => {
+    made().readyState = 1;
+    made().onopen?.();
+  };
+  opened();
+  expect([stream.connection.get(), stream.daemon_ms(performance.now())]).toEqual(["connecting", null]);
+  made().says({ beat: 5000 });
+  expect([stream.connection.get(), stream.daemon_ms(performance.now())]).toEqual(["open", 5000]);
+  // The next connection may lead to another run: its clock is not the one that was known.
+  made().onclose?.();
+  vi.advanceTimersByTime(300);
+  opened();
+  expect([stream.connection.get(), stream.daemon_ms(performance.now())]).toEqual(["broken", null]);
+  made().says({ beat: 9000 });
+  expect([stream.connection.get(), stream.daemon_ms(performance.now())]).toEqual(["open", 9000]);
 });
 
 test("whose token was revoked is told so, and does not come again", () => {

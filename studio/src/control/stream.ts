@@ -106,11 +106,11 @@ export class Stream {
       if (this.#socket !== socket || socket.readyState !== WebSocket.OPEN) return;
       this.#failures = 0;
       this.#known = socket;
-      this.connection.set("open");
       for (const [id, subscription] of this.#subscriptions) {
         subscription.topic = subscription.subscriber.again?.() ?? subscription.topic;
         this.#say({ ...subscription.topic, id });
       }
+      this.#heard(performance.now());
     };
     // Where it went again before it was known who answers, the next connection asks anew.
     socket.onopen = () => void (this.#met ? this.#met().then(begin, () => socket.close()) : begin());
@@ -151,7 +151,13 @@ export class Stream {
   #beat(beat_ms: number): void {
     const now = performance.now();
     this.#beats.hear(beat_ms, now);
-    if (this.connection.get() === "silent" && this.#beats.age_ms(now) <= SILENT_MS) this.connection.set("open");
+    this.#heard(now);
+  }
+
+  /** It is open once it is known who answers, and once a beat has told the daemon's time: from then on a command can say when it was given. */
+  #heard(now: number): void {
+    const isHeard = this.#known === this.#socket && this.#beats.daemon_ms(now) !== null && this.#beats.age_ms(now) <= SILENT_MS;
+    if (isHeard && this.connection.get() !== "open") this.connection.set("open");
   }
 
   #say(frame: object): void {

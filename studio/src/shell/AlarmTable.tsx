@@ -43,6 +43,7 @@ export function Acknowledge(props: { of: Alarm; from: Source }) {
     <>
       <button
         type="button"
+        data-commands
         disabled={action.busy}
         aria-label={`Acknowledge ${of.code}${of.source ? ` of ${of.source}` : ""}`}
         onClick={() => action.run(() => from.order("acknowledge_alarms", { number: of.number }).then(() => from.alarms.look()))}
@@ -63,6 +64,7 @@ export function AcknowledgeAll(props: { of: readonly Alarm[]; from: Source }) {
     <>
       <button
         type="button"
+        data-commands
         disabled={action.busy}
         onClick={() => action.run(() => from.order("acknowledge_alarms", {}).then(() => from.alarms.look()))}
       >

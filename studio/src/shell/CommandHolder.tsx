@@ -33,7 +33,7 @@ export function CommandHolder(props: { now: Statistics | null }) {
     );
   }
   return (
-    <div className="holder" title={holder === null ? title : `Session ${holder}, ${personOf(state)}`}>
+    <div className="holder" data-commands title={holder === null ? title : `Session ${holder}, ${personOf(state)}`}>
       <span className="quiet">Commanded by</span>{" "}
       <strong>{ours ? "this page" : holder === null ? alone : <Named name={holder} person={state.person ?? null} />}</strong>
       {ours && (

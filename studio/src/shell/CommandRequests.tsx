@@ -89,7 +89,7 @@ function Waiting(props: { of: AskingSession; holder: Holder }) {
   const control = useLive();
   const action = useAction();
   return (
-    <div className="notice warn" role="status">
+    <div className="notice warn" role="status" data-commands>
       <span className="said">
         Waiting for {props.holder.holder ?? "nobody"}
         {props.holder.holder !== null && ` (${personOf(props.holder)})`} to hand over command…
@@ -109,7 +109,7 @@ function Asked(props: { of: AskingSession }) {
   const action = useAction();
   const [reason, setReason] = useState("");
   return (
-    <div className="notice warn" role="alert">
+    <div className="notice warn" role="alert" data-commands>
       <span className="said">
         <strong>{of.person ?? of.name}</strong> {of.person ? `(${of.name}) ` : ""}asks for command{of.reason && `: ${of.reason}`}
       </span>{" "}

@@ -135,7 +135,7 @@ export function Stopped(props: { now: Statistics | null }) {
   const cause = props.now?.emergency ?? null;
   if (cause === null) return null;
   return (
-    <div className="notice bad stopped" role="alert">
+    <div className="notice bad stopped" role="alert" data-commands>
       <strong>Emergency stop:</strong> <span>{cause}</span>
       {control.may("operate") && (
         <button type="button" disabled={action.busy} onClick={() => action.run(() => control.order("reset", {}))}>

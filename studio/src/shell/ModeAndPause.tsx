@@ -23,7 +23,7 @@ export function ModeAndPause(props: { now: Statistics | null }) {
     ? { text: "Resume program", title: about, order: () => control.order("resume_program", {}) }
     : { text: "Pause program", title: "suspends the actions on devices", order: () => control.stop("pause", {}) };
   return (
-    <div className="mode">
+    <div className="mode" data-commands>
       <label>
         <span className="quiet">Mode </span>
         <select

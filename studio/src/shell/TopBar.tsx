@@ -37,8 +37,9 @@ export function TopBar() {
       </header>
       <Aim />
       <Notices>
-        <Unheard />
+        {/* First, so that nothing which comes or goes moves its reset. */}
         <Stopped now={now} />
+        <Unheard />
         <CommandRequests />
         <AlarmBar />
         <Restarted />

@@ -34,7 +34,7 @@ export function VirtualClock() {
     });
   const isBusy = moving !== null || action.busy;
   return (
-    <fieldset className="row virtual">
+    <fieldset className="row virtual" data-commands>
       <legend className="unseen">Virtual clock</legend>
       <button
         type="button"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+import { readdirSync, readFileSync } from "node:fs";
+import { join } from "node:path";
 import { expect, test } from "vitest";
 import { isAside, type Spot } from "./aim";
 
@@ -19,4 +21,17 @@ test("a control that moved under the finger, or came over another, is not hit", 
 
 test("a control that was drawn anew is the same one", () => {
   expect(isAside(other, "BUTTON Home", 50, 20, before)).toBe(false);
+});
+
+/** Where a press commands, but moves nothing: it enters a definition, or begins or ends a recording. */
+const MOVES_NOTHING = ["views/flow/edit/", "views/recordings/"];
+
+test("each control that commands is guarded", () => {
+  const source = join(import.meta.dirname, "..");
+  const commanding = readdirSync(source, { recursive: true, encoding: "utf8" })
+    .filter((name) => name.endsWith(".tsx") && !MOVES_NOTHING.some((room) => name.startsWith(room)))
+    .map((name) => ({ name, text: readFileSync(join(source, name), "utf8") }))
+    .filter(({ text }) => /\b(control|live|from)\.(order|stop|command\.\w+)\(/.test(text) && text.includes("<button"));
+  expect(commanding.length).toBeGreaterThan(10);
+  expect(commanding.filter(({ text }) => !text.includes("data-commands")).map(({ name }) => name)).toEqual([]);
 });

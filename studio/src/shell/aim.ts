@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Guards presses against a page that changes: a press is refused where another control was under the finger when it was aimed.
+// Guards presses against a page that changes: a press of a control that commands is refused where another control was under the finger when
+// it was aimed. The emergency stop is not guarded: it never moves, and nothing is ever put over it.
 
 /** How long before a press it is aimed, ms; how often the places of all controls are sampled, ms; how many samples are kept. */
 const AIMED_MS = 100;
@@ -9,10 +10,8 @@ const KEPT = 6;
 const OWN_MS = 200;
 
 const CONTROLS = "button, a[href], input, select, summary";
-/** What commands nothing: a press that goes to another view than was meant is taken back by another one. */
-const HARMLESS = "a[href]";
-/** Views in which a press moves a machine. In the others, the editor above all, what opens under the finger is what the press before opened. */
-const COMMANDING = ["devices", "panel", "verbs", "workspaces"];
+/** The attribute of each element whose controls command the system. A press of any other control is taken back by the next one. */
+const COMMANDING = "[data-commands]";
 
 /** A control, and its place in a sample. */
 export interface Spot {
@@ -28,7 +27,7 @@ export function isAside(control: Element, name: string, x: number, y: number, be
   return there.length > 0 && !there.some((one) => one.control === control || one.name === name);
 }
 
-/** Guards all presses of the page until the returned function is called. Calls `refused` for each press that it refuses. */
+/** Guards the presses of all controls that command until the returned function is called. Calls `refused` for each press that it refuses. */
 export function watchAim(refused: () => void): () => void {
   const samples: { time: number; spots: Spot[] }[] = [];
   let moved = Number.NEGATIVE_INFINITY;
@@ -50,8 +49,7 @@ export function watchAim(refused: () => void): () => void {
     isRefusing = false;
     const control = event.target instanceof Element ? event.target.closest(CONTROLS) : null;
     const before = samples.findLast((one) => one.time <= event.timeStamp - AIMED_MS);
-    // The emergency stop never moves, and nothing is ever put over it.
-    if (!control || !before || !canCommand(control) || control.classList.contains("stop") || event.timeStamp - moved < OWN_MS) return;
+    if (!control?.closest(COMMANDING) || !before || event.timeStamp - moved < OWN_MS) return;
     isRefusing = isAside(control, nameOf(control), event.clientX, event.clientY, before.spots);
     if (isRefusing) refused();
     swallow(event);
@@ -72,12 +70,6 @@ export function watchAim(refused: () => void): () => void {
     for (const name of rest) window.removeEventListener(name, swallow, true);
     for (const name of ["scroll", "resize", "hashchange"]) window.removeEventListener(name, move, true);
   };
-}
-
-/** Whether a press on it may move a machine: it stands in such a view, or in the bar above all views. */
-function canCommand(control: Element): boolean {
-  const view = control.closest<HTMLElement>("#main");
-  return !control.matches(HARMLESS) && (view === null || COMMANDING.includes(view.dataset.view ?? ""));
 }
 
 function nameOf(control: Element): string {

@@ -19,7 +19,7 @@ crate::calls! {
         ) -> (): commands("device"), goes_with("delete_physical_device", "device"), watches
             => |system| system.emergency_stop_input(&device, &channel, at_zero);
         /// Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still, each with why.
-        Operate reset() -> BTreeMap<String, String>: commands(""), told, outcome_journalled
+        Operate reset() -> BTreeMap<String, String>: commands(""), told, outcome_journalled, moves
             => |system| system.reset();
         /// Suspends what is done with these logical devices, or with all, and waits until it is. Returns the names of these instances.
         Operate pause(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, lasts, stops, free
@@ -31,13 +31,13 @@ crate::calls! {
         Operate paused(must instances: Vec<u64>, must names: Vec<String>) -> Vec<String>: outcome_journalled, lasts, free
             => |system, slice| until_paused(system, &instances, names, slice);
         /// Takes a pause back. Returns the names of the instances that go on or begin.
-        Operate resume_program(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled
+        Operate resume_program(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, moves
             => |system| Ok::<_, crate::Refusals>(system.resume_program(devices.as_deref())?.into_iter().map(|(_, name)| name).collect::<Vec<_>>());
         /// Returns "automatic" or "manual".
         Observe mode() -> Mode
             => |system| crate::sure(system.mode());
         /// Changes the mode.
-        Operate set_mode(must mode: Mode) -> (): commands("mode"), told_of_system, journalled, replaces(&[]), watches
+        Operate set_mode(must mode: Mode) -> (): commands("mode"), told_of_system, journalled, moves, replaces(&[]), watches
             => |system| system.set_mode(mode);
         /// Names the channel of the enabling switch, without which nothing moves in manual mode.
         Configure enabling_switch(must device: String, must channel: String) -> ():

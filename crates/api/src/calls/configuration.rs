@@ -61,7 +61,7 @@ crate::calls! {
                 system.listen(&options.to_string())
             };
         /// Lets go on what runs in processes that lost a system of this name; the system is opened with "adopt": true.
-        Configure take_over() -> TakenOver: commands(""), unjournalled
+        Configure take_over() -> TakenOver: commands(""), unjournalled, moves
             => |system| system.take_over();
         /// Makes an interrupt source of a processor.
         Configure source(
@@ -104,7 +104,7 @@ crate::calls! {
             must service: String,
             /// Those of the service.
             may arguments: Option<Map<String, Json>>,
-        ) -> Option<Value>: commands("device"), told, lasts
+        ) -> Option<Value>: commands("device"), told, lasts, moves
             => |system, slice| {
                 let errand = system.service(&device, &service, Json::Object(arguments.unwrap_or_default()))?;
                 served(system, errand, slice)
@@ -125,7 +125,7 @@ crate::calls! {
         Operate device_served(must errand: u64) -> Option<Value>: lasts, free
             => |system, slice| served(system, errand, slice);
         /// Opens a device that was lost again, with everything that is bound to it.
-        Operate reopen_physical_device(must name: String) -> (): commands("name"), told
+        Operate reopen_physical_device(must name: String) -> (): commands("name"), told, moves
             => |system| system.reopen(&name);
         /// Closes a device.
         Configure delete_physical_device(must name: String) -> (): commands("name")

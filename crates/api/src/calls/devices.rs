@@ -13,7 +13,7 @@ crate::calls! {
         Configure device(must name: String, whole request: DeviceRequest) -> (): commands("name"), goes_with("delete_device", "name")
             => |system| system.device(&name, request);
         /// Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is enabled when it is ready.
-        Operate enable(must name: String) -> u64: commands("name"), told, journalled
+        Operate enable(must name: String) -> u64: commands("name"), told, journalled, moves
             => |system| system.enable(&name);
         /// Waits until a device is enabled. Returns whether it is.
         Observe wait_enabled(
@@ -33,7 +33,7 @@ crate::calls! {
             => |system, slice| Ok(lasting(system.disable(&name, slice)?, (), "disable", || json!({ "name": name })));
         /// Replaces the verb that keeps a device going by another one, within one firing where it is enabled.
         Configure exchange_verb(must device: String, must verb: String, may place: Option<Place>) -> ():
-            commands("device"), told, replaces(&["device"]), goes_with("delete_device", "device")
+            commands("device"), told, moves, replaces(&["device"]), goes_with("delete_device", "device")
             => |system| system.exchange_verb(&device, &verb, place);
         /// Deletes a device.
         Configure delete_device(must name: String) -> (): commands("name")
@@ -46,7 +46,7 @@ crate::calls! {
             => |system| system.device_parameter(&name, &parameter);
         /// Sets a parameter.
         Operate set_device_parameter(must name: String, must parameter: String, must value: Value) -> ():
-            commands("name"), told, journalled, replaces(&["name", "parameter"]), goes_with("delete_device", "name")
+            commands("name"), told, journalled, moves, replaces(&["name", "parameter"]), goes_with("delete_device", "name")
             => |system| system.set_device_parameter(&name, &parameter, value);
     ];
 }

@@ -21,7 +21,7 @@ crate::calls! {
         Operate perform(
             may limits: Limits,
             whole application: Application,
-        ) -> Option<Report>: commands("verb"), lasts, brief
+        ) -> Option<Report>: commands("verb"), lasts, brief, moves
             => |system, slice| {
                 performing(system, &application, limits, slice, |instance, start| system.as_program("start", "", instance, start))
             };
@@ -37,7 +37,7 @@ crate::calls! {
             /// Input parameter to value.
             may values: IndexMap<String, Value>,
             may limits: Limits,
-        ) -> (): commands("instance"), told, journalled, brief
+        ) -> (): commands("instance"), told, journalled, brief, moves
             => |system| system.start(instance, &values, limits);
         /// Waits until an instance has ended. Returns its end report, null after the timeout.
         Observe wait(
@@ -70,7 +70,7 @@ crate::calls! {
         Operate suspend(must instance: u64) -> (): commands("instance"), told, outcome_journalled, stops, free
             => |system| system.suspend(instance);
         /// Lets a suspended instance go on.
-        Operate resume(must instance: u64) -> (): commands("instance"), told, outcome_journalled, brief
+        Operate resume(must instance: u64) -> (): commands("instance"), told, outcome_journalled, brief, moves
             => |system| system.resume(instance);
         /// Deletes an instance that has ended.
         Operate delete(must instance: u64) -> (): commands("instance"), outcome_journalled, brief
@@ -91,7 +91,7 @@ crate::calls! {
             may values: IndexMap<String, Value>,
             /// Label of a block to interval.
             may every_ns: IndexMap<String, u64>,
-        ) -> (): commands("instance"), told, journalled, brief
+        ) -> (): commands("instance"), told, journalled, brief, moves
             => |system| system.set(instance, &values, &every_ns);
     ];
 }

@@ -18,7 +18,7 @@ crate::calls! {
         ) -> Snapshot: rated
             => |system| snapshot(system, &names, raw);
         /// Stores a value.
-        Operate write(must name: String, must value: Value) -> (): commands("name"), told, brief
+        Operate write(must name: String, must value: Value) -> (): commands("name"), told, brief, moves
             => |system| system.write(&name, &value);
         /// Returns the last values, oldest first.
         Observe history(

@@ -43,6 +43,7 @@ fn properties(call: &Call) -> String {
     let more = [
         (call.lasts, "It lasts, and goes on in slices."),
         (call.stops, "It stops something, and is not queued behind other calls."),
+        (call.moves, "A machine may begin to move by it: with `OpenGPAC-As-Of` it is refused where it comes late."),
         (call.costs, "Few are worked on at a time."),
         (call.local, "Not over the control interface."),
     ];

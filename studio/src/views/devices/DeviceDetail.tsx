@@ -35,6 +35,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
             <>
               <button
                 type="button"
+                data-commands
                 disabled={action.busy || (state !== "disabled" && state !== "fault")}
                 onClick={() => action.run(() => control.order("enable", { name }))}
               >
@@ -42,6 +43,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
               </button>
               <button
                 type="button"
+                data-commands
                 disabled={action.busy || state === "disabled"}
                 onClick={() => action.run(() => control.stop("disable", { name }))}
               >

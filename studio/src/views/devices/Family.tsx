@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { DeviceState, Statistics } from "../../control/shapes";
+import { forEach } from "../../control/together";
 import { Panel, Refusals, Tag, type Tone } from "../../design/parts";
 import { Age } from "../../live/Age";
 import { LiveValue } from "../../live/LiveValue";
@@ -22,11 +23,11 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
   const jog = useJog(of);
   const columns = columnsOf(of.type);
   const states = of.devices.map((device) => now.devices[device]);
-  const each = async (name: "enable" | "disable", devices: string[]) => {
+  const enable = (devices: string[]) => {
     const pressed = control.pressed();
-    for (const device of devices)
-      await (name === "enable" ? control.order(name, { name: device }, undefined, pressed) : control.stop(name, { name: device }));
+    return forEach(devices, (name) => control.order("enable", { name }, undefined, pressed));
   };
+  const disable = (devices: string[]) => forEach(devices, (name) => control.stop("disable", { name }));
   const operates = control.may("operate");
   return (
     <Panel
@@ -36,29 +37,19 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
           <>
             <button
               type="button"
+              data-commands
               disabled={action.busy || states.every((state) => state === "standstill" || state === "moving")}
               onClick={() =>
-                action.run(() =>
-                  each(
-                    "enable",
-                    of.devices.filter((_, index) => states[index] === "disabled" || states[index] === "fault"),
-                  ),
-                )
+                action.run(() => enable(of.devices.filter((_, index) => states[index] === "disabled" || states[index] === "fault")))
               }
             >
               Enable all
             </button>
             <button
               type="button"
+              data-commands
               disabled={action.busy || states.every((state) => state === "disabled")}
-              onClick={() =>
-                action.run(() =>
-                  each(
-                    "disable",
-                    of.devices.filter((_, index) => states[index] !== "disabled"),
-                  ),
-                )
-              }
+              onClick={() => action.run(() => disable(of.devices.filter((_, index) => states[index] !== "disabled")))}
             >
               Disable all
             </button>

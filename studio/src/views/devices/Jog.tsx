@@ -108,7 +108,7 @@ export function JogButtons(props: { of: JogState; device: string }) {
   });
   const name = shortName(device);
   return (
-    <span className="jog">
+    <span className="jog" data-commands>
       <button type="button" aria-label={`Jog ${name} backward while held`} {...held(-1)}>
         −
       </button>
@@ -142,6 +142,7 @@ export function JogTools(props: { of: JogState }) {
         {control.may("configure") ? (
           <button
             type="button"
+            data-commands
             disabled={action.busy}
             onClick={() => action.run(() => control.order("svv", { name: BEAT, type_text: "int64_t" }).then(of.look))}
           >

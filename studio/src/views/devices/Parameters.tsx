@@ -72,6 +72,7 @@ function SetParameter(props: { device: string; name: string; isTruth: boolean; t
   return (
     <form
       className="write"
+      data-commands
       onSubmit={(event) => {
         event.preventDefault();
         if (value === undefined || wrong !== null) return;

@@ -43,6 +43,7 @@ function Service(props: { device: string; of: DriverService }) {
   return (
     <form
       className="service"
+      data-commands
       aria-label={`Service ${of.name} of ${device}`}
       noValidate
       onSubmit={(event) => {

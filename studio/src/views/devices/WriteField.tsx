@@ -15,6 +15,7 @@ export function WriteField(props: { name: string; type_text: string; within: Wit
   return (
     <form
       className="write"
+      data-commands
       onSubmit={(event) => {
         event.preventDefault();
         if (value !== undefined && wrong === null)

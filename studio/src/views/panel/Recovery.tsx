@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { forEach } from "../../control/together";
 import { Refusals } from "../../design/parts";
 import { useAction, useControl, useTopic } from "../../shell/context";
 
@@ -10,9 +11,9 @@ export function Recovery() {
   const states = Object.entries(now?.devices ?? {});
   const off = states.filter(([, state]) => state === "disabled" || state === "fault").map(([name]) => name);
   const step = !now ? "wait" : now.emergency !== null ? "reset" : off.length > 0 ? "enable" : "ready";
-  const enable = async () => {
+  const enable = () => {
     const pressed = control.pressed();
-    for (const name of off) await control.order("enable", { name }, undefined, pressed);
+    return forEach(off, (name) => control.order("enable", { name }, undefined, pressed));
   };
   return (
     <section className="recovery" aria-label="Recovery" data-step={step}>
@@ -24,7 +25,7 @@ export function Recovery() {
       )}
       {step === "ready" && <span className="quiet">Ready</span>}
       {control.may("operate") && (
-        <span className="row steps">
+        <span className="row steps" data-commands>
           <button
             type="button"
             className={step === "reset" ? "primary" : ""}

@@ -45,7 +45,7 @@ function Instance(props: { of: InstalledInstance; shown: boolean; form: VerbForm
           {of.starts === 1 ? "1 start" : `${of.starts} starts`}
         </span>
         {control.may("operate") && !owned && (
-          <span className="row buttons">
+          <span className="row buttons" data-commands>
             {running && (
               <button type="button" disabled={action.busy} onClick={() => action.run(() => control.stop("suspend", { instance: of.id }))}>
                 Suspend

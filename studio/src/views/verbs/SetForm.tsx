@@ -20,6 +20,7 @@ export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) 
   return (
     <form
       className="set"
+      data-commands
       onSubmit={(event) => {
         event.preventDefault();
         const values: Record<string, Value> = {};

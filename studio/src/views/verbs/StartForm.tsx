@@ -114,6 +114,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
     <Panel title={`Start ${form.name}`}>
       <form
         className="start stack"
+        data-commands
         noValidate
         onSubmit={(event) => {
           event.preventDefault();

@@ -28,7 +28,7 @@ function VerbButton(props: { of: Button; workspace: string }) {
   // Nothing starts while the emergency stop is latched.
   const isLatched = (useTopic(control.topics.statistics)?.emergency ?? null) !== null;
   return (
-    <li data-button={of.label}>
+    <li data-button={of.label} data-commands>
       <button
         type="button"
         className="primary start"

@@ -61,7 +61,8 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
     <>
       <div className="row workspace-tools" role="group" aria-label={`Workspace ${name}`}>
         <h2>{shown.title || name}</h2>
-        {draft && <span className="quiet">not kept yet</span>}
+        {/* As wide in either state, and each tool has its place in both: a change moves none of them. */}
+        <span className="quiet kept">{draft || !about ? "not kept yet" : "kept"}</span>
         <button type="button" aria-pressed={editing} disabled={isNarrow} onClick={() => setEditing(!editing)}>
           Edit
         </button>
@@ -108,8 +109,8 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
             </button>
           </form>
         )}
-        {draft && about && (
-          <button type="button" onClick={renew}>
+        {about && (
+          <button type="button" disabled={!draft} onClick={renew}>
             Discard changes
           </button>
         )}
