@@ -30,6 +30,7 @@ def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
             begun.append(device)
         for device in begun[:1]:
             device.system._say_rights()
+            device.system._say_unguarded()
         for device in begun:
             with refusals:
                 in_time = device.system._native.wait_enabled(device.name, timeout_ns)

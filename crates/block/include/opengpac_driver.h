@@ -29,7 +29,8 @@
 //     exchange     (worker)                        on a thread of its own: read and write may wait. Without it: inline, see below
 //     waits        (ns)                            how long open waits for a device that is not there yet
 //     lost_within  (ns)                            how long after its last answer a device that is gone is told as lost, at most
-//     safe         ("what", ns, BY_DRIVER)         its safe state, how soon it holds, and what brings it about: BY_DRIVER | BY_GUARD | BY_DEVICE
+//     safe         ("what", ns, BY_DRIVER)         its safe state, how soon it holds, and what brings it about: BY_DRIVER | BY_GUARD | BY_DEVICE | BY_END.
+//                                                  BY_DEVICE: its own watchdog. BY_END: the machine is computed here, and gone with this process
 //     counter      (name, "what", "unit")          what it counts
 //     right        ("raw sockets: cap_net_raw")    what it may do that a program of the user alone may not, and how that is given
 //     service      (name, "what")                  what it does off the cycle; options that stand behind it are its arguments
@@ -169,7 +170,7 @@ typedef struct {
 enum { OGD_OPTION = 1, OGD_CLASS = 2, OGD_WAITS = 3, OGD_LOST_WITHIN = 4, OGD_SAFE = 5, OGD_COUNTER = 6, OGD_RIGHT = 7, OGD_SERVICE = 8 };
 enum { OGD_NOTHING = 0, OGD_NUMBER = 1, OGD_WHOLE = 2, OGD_BOOL = 3, OGD_TEXT = 4, OGD_LIST = 5, OGD_TABLE = 6 };
 enum { OGD_INLINE = 0, OGD_WORKER = 1 };
-enum { BY_DRIVER = 1, BY_GUARD = 2, BY_DEVICE = 4 };
+enum { BY_DRIVER = 1, BY_GUARD = 2, BY_DEVICE = 4, BY_END = 8 };
 
 // ---- What the functions of a driver use ----
 

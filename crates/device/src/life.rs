@@ -25,6 +25,8 @@ pub enum SafeBy {
     Guard,
     /// The device's own watchdog, which the driver sets.
     Device,
+    /// The end of the driver's process: its machine is computed there, or sees that nobody commands it any more.
+    End,
 }
 
 impl fmt::Display for SafeBy {
@@ -33,6 +35,7 @@ impl fmt::Display for SafeBy {
             SafeBy::Driver => "driver",
             SafeBy::Guard => "guard",
             SafeBy::Device => "device",
+            SafeBy::End => "end of process",
         })
     }
 }
@@ -50,4 +53,13 @@ pub struct SafeState {
 impl SafeState {
     /// Each output carries its safe value when [`Driver::safe_state`](crate::Driver::safe_state) returns.
     pub const BY_DRIVER: SafeState = SafeState { doc: "each output carries its safe value", by: &[SafeBy::Driver], within_ns: 0 };
+    /// The safe values, of a machine that is computed in the driver.
+    pub const OF_SIMULATION: SafeState = SafeState { by: &[SafeBy::Driver, SafeBy::End], ..SafeState::BY_DRIVER };
+
+    /// Whether the machine goes on under its last commands when the driver's process is gone or hangs: neither the guard nor the machine
+    /// itself brings it to its safe state. `watchdog`: the device has a watchdog of its own with these options.
+    #[must_use]
+    pub fn is_unguarded(&self, watchdog: bool) -> bool {
+        !watchdog && !self.by.contains(&SafeBy::Guard) && !self.by.contains(&SafeBy::End)
+    }
 }

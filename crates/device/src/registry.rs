@@ -2,6 +2,7 @@
 //! The drivers of this process, by name. Nobody but the driver's own crate names one: it registers its declaration, and a program asks for
 //! it by a text.
 use crate::accepted::{accepted, has_own_timeout};
+use crate::channel::Direction;
 use crate::class::Class;
 use crate::declaration::Declaration;
 use crate::error::DriverError;
@@ -66,6 +67,13 @@ pub fn open(kind: &str, options: &Value) -> Result<Opened, DriverError> {
         Class::Inline | Class::Process => (None, given),
     };
     let (driver, mut about) = if has_own_timeout(of) { of.make(&given)? } else { watchdog::watched(&given, of)? };
+    // The watchdog that any driver can have by an option runs in the process of the driver, and ends with it.
+    let is_kept_here = !has_own_timeout(of) && !given.value()[watchdog::TIMEOUT.name].is_null();
+    let has_watchdog = !is_kept_here && driver.watchdog_ns().is_some();
+    let commands = driver.channels().iter().any(|channel| channel.direction == Direction::Write);
+    if commands && of.safe_state.is_unguarded(has_watchdog) {
+        about["unguarded"] = true.into();
+    }
     let driver = match pace {
         Some(pace) => worker::lent().ok_or_else(|| DriverError::Class { kind: kind.into(), class: of.class })?(driver, pace),
         None => driver,

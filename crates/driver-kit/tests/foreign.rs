@@ -82,6 +82,7 @@ fn every_offset_is_the_same() {
         ("BY_DRIVER", abi::by::DRIVER),
         ("BY_GUARD", abi::by::GUARD),
         ("BY_DEVICE", abi::by::DEVICE),
+        ("BY_END", abi::by::END),
     ];
     let mut program = String::from("#include <opengpac_driver.h>\nint main(void) {\n");
     let mut expected = String::new();

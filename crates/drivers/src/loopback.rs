@@ -8,8 +8,8 @@
 mod services;
 
 use device::{
-    Channel, Command, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Part, Services, Servo, Slot, Type,
-    UNLIMITED,
+    Channel, Command, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Part, SafeState, Services, Servo, Slot,
+    Type, UNLIMITED,
 };
 use serde::Deserialize;
 use serde_json::json;
@@ -17,6 +17,7 @@ use services::{Count, Placed, SERVICES};
 use std::sync::Arc;
 
 pub(crate) static DRIVER: Declaration = Declaration {
+    safe_state: SafeState::OF_SIMULATION,
     services: &SERVICES,
     counters: Count::WORDS,
     ..Declaration::new("loopback", "parts that follow their effort exactly, x' = u, for tests", &OPTIONS, open)

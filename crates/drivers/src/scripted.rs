@@ -5,11 +5,14 @@
 //! such a type with `[n]`, unit, safe, slew, loop_of}`, and `table`, a list of rows `{at_ns, values: {name: number or list}}`: from `at_ns` after opening
 //! on, those read channels have those values (0 before). A read channel with `loop_of: "<write channel>"` of the same type reads
 //! what was last written there instead. A write channel whose claim ends gets its safe value from the kernel, as any device.
-use device::{Channel, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Number, Opened, OptionWord, Type};
+use device::{Channel, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Number, Opened, OptionWord, SafeState, Type};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
-pub(crate) static DRIVER: Declaration = Declaration::new("scripted", "channels of any numeric type that read a table of values, for tests", &OPTIONS, open);
+pub(crate) static DRIVER: Declaration = Declaration {
+    safe_state: SafeState::OF_SIMULATION,
+    ..Declaration::new("scripted", "channels of any numeric type that read a table of values, for tests", &OPTIONS, open)
+};
 
 const OPTIONS: [OptionWord; 2] = [
     OptionWord::needed("channels", Kind::List, "tables of name, direction, type, unit, safe, slew and loop_of").entries(&[&CHANNEL]),

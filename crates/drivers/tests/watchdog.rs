@@ -49,3 +49,26 @@ fn a_timeout_that_nobody_can_keep_is_refused() {
         assert!(refused.contains("timeout") && refused.contains("its range is 1 ms to"), "{refused}");
     }
 }
+
+#[test]
+fn a_device_says_whether_anything_makes_it_safe_when_its_process_is_gone() {
+    let register = |write: bool| json!({ "address": "tcp/127.0.0.1:1", "channels": { "x": { "holding": 1, "write": write } } });
+    let with = |mut options: serde_json::Value, name: &str, value: serde_json::Value| {
+        options[name] = value;
+        options
+    };
+    let cases = [
+        ("modbus", register(true), true),
+        ("modbus", register(false), false),
+        // The watchdog that any driver can have is kept by its process.
+        ("modbus", with(register(true), "timeout_ns", json!(50 * MS)), true),
+        ("modbus_server", json!({ "address": "tcp/127.0.0.1:1502", "channels": { "x": { "holding": 1, "write": true } } }), false),
+        ("loopback", json!({ "parts": ["x"] }), false),
+        ("loopback", json!({ "parts": ["x"], "timeout_ns": 50 * MS }), false),
+        ("ur", json!({ "host": "127.0.0.1" }), false),
+    ];
+    for (kind, options, is_unguarded) in cases {
+        let (_, about) = drivers::open(kind, &options).unwrap_or_else(|why| panic!("{kind}: {why}"));
+        assert_eq!(about["unguarded"] == json!(true), is_unguarded, "{kind} {options}");
+    }
+}

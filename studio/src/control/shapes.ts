@@ -1111,6 +1111,8 @@ export interface PhysicalDevice {
   parts?: DevicePart[] | null;
   /** It goes to its safe state after so long without a command, ns. */
   watchdog_ns?: number | null;
+  /** It goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and the guard cannot reach it. */
+  unguarded?: boolean;
   /** Where its driver exchanges: "inline", "worker" or "process". */
   class?: string | null;
   /** What brings its outputs to their safe state, and how soon. */

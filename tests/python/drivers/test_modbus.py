@@ -214,3 +214,21 @@ def test_the_search_finds_units_on_a_line_and_devices_at_addresses() -> None:
         assert [one["options"]["address"] for one in found] == [one.address, other.address]
     with pytest.raises(gpac.Error, match="say where to look"):
         gpac.drivers.scan("modbus")
+
+
+def test_a_device_that_nothing_makes_safe_is_named_when_it_is_enabled(caplog: pytest.LogCaptureFixture) -> None:
+    with gpac.drivers.fake.modbus() as peer, gpac.System("cell") as cell:
+        for at in range(64):
+            peer.coil[at] = peer.discrete[at] = False
+            peer.holding[at] = peer.input[at] = 0
+        rtp = cell.processor("rtp0")
+        slow = rtp.timer("slow", period="10 ms", priority=60)
+        plc = rtp.physical_device("plc", gpac.drivers.modbus(peer.address, channels=CHANNELS, **PATIENT), exchange=slow)
+        arm = rtp.physical_device("arm", gpac.drivers.loopback("x"), exchange=slow)
+        valve, lamp = DigitalOutput("valve", plc["valve"]), DigitalOutput("lamp", plc["lamp"])
+        for output in (valve, lamp):
+            output.enable()
+        said = [record.getMessage() for record in caplog.records if "goes on under its last commands" in record.getMessage()]
+        assert len(said) == 1 and "'plc'" in said[0], "once, and of a simulation nothing"
+        assert [entry["about"] for entry in cell.log() if entry["kind"] == "guard"] == ["plc"]
+        assert plc.about["unguarded"] and not arm.about.get("unguarded")

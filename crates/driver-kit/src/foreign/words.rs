@@ -125,7 +125,7 @@ fn kind_of(of: u32) -> Option<Kind> {
 }
 
 fn brought_about(of: u32) -> &'static [SafeBy] {
-    let all = [(by::DRIVER, SafeBy::Driver), (by::GUARD, SafeBy::Guard), (by::DEVICE, SafeBy::Device)];
+    let all = [(by::DRIVER, SafeBy::Driver), (by::GUARD, SafeBy::Guard), (by::DEVICE, SafeBy::Device), (by::END, SafeBy::End)];
     all.into_iter().filter_map(|(bit, by)| (of & bit != 0).then_some(by)).collect::<Vec<_>>().leak()
 }
 

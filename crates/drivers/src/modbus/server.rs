@@ -24,7 +24,11 @@ pub(super) use tables::Tables;
 pub(crate) static DRIVER: Declaration = Declaration {
     class: Class::Worker,
     life: Life::IN_PLACE,
-    safe_state: SafeState { doc: "clients read the safe value of each channel", by: &[SafeBy::Driver], within_ns: 1_000_000_000 },
+    safe_state: SafeState {
+        doc: "clients read the safe value of each channel, and see that a server is gone",
+        by: &[SafeBy::Driver, SafeBy::End],
+        within_ns: 1_000_000_000,
+    },
     counters: Count::WORDS,
     rights: &["ports below 1024: cap_net_bind_service"],
     ..Declaration::new("modbus_server", "channels of this machine offered by Modbus over TCP: who asks reads and writes them", &OPTIONS, open)

@@ -40,7 +40,7 @@ mod refusals;
 mod survey;
 mod trial;
 
-use device::{Declaration, DriverError, Geometry, Given, Kind, Opened, OptionWord, Reach};
+use device::{Declaration, DriverError, Geometry, Given, Kind, Opened, OptionWord, Reach, SafeState};
 use serde::Deserialize;
 use serde_json::json;
 use std::path::PathBuf;
@@ -48,6 +48,7 @@ use std::path::PathBuf;
 pub(crate) static DRIVER: Declaration = Declaration {
     geometry: Some(shape),
     trial: Some(tried),
+    safe_state: SafeState::OF_SIMULATION,
     services: &placing::SERVICES,
     ..Declaration::new("mujoco", "a robot arm simulated by MuJoCo, from any MJCF file", &OPTIONS, open)
 };

@@ -65,11 +65,11 @@ impl System {
         };
         self.shared.command(|core| {
             let id = core.registry.sources[source];
+            let is_unguarded_news = about.unguarded && !self.shared.is_virtual;
             device.obey(core.safety.emergency.stop.clone());
             core.wiring.tables.get_mut(&id).expect("a source has its table as long as the system lives").devices.push(device.clone());
-            core.registry
-                .physical
-                .insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None, opened, driver: (kind, options), beside, about: description });
+            let record = PhysicalRecord { device, source: id, lost: None, opened, driver: (kind, options), beside, about: description, is_unguarded_news };
+            core.registry.physical.insert(name.to_owned(), record);
             let op = core.carrier().table_op(id);
             core.submit(id, vec![op], crate::scripts::Purpose::Nothing);
             Ok(())

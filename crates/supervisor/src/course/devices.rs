@@ -31,7 +31,22 @@ impl Core {
             self.registry.set_device(device, before);
             return Err(refusals);
         }
+        self.tell_unguarded(instance);
         Ok(instance)
+    }
+
+    /// Tells once of each physical device in the sources of an instance that nothing makes safe when the process that commands it is gone.
+    fn tell_unguarded(&mut self, instance: u64) {
+        let now_ns = self.host.now_ns();
+        let Some(instance) = self.instances.get(&instance) else { return };
+        for (name, physical) in &mut self.registry.physical {
+            if instance.installed.sources.contains(&physical.source) && std::mem::take(&mut physical.is_unguarded_news) {
+                let text = format!(
+                    "device '{name}' goes on under its last commands when its process is gone or hangs: it has no watchdog, and the guard cannot reach it"
+                );
+                self.observation.log.add(now_ns, "guard", name, text);
+            }
+        }
     }
 
     /// Ends the verbs that use it, then its own. True when it is done already.

@@ -41,6 +41,7 @@ pub mod by {
     pub const DRIVER: u32 = 1;
     pub const GUARD: u32 = 2;
     pub const DEVICE: u32 = 4;
+    pub const END: u32 = 8;
 }
 
 /// A function that gives a cause; null: all is well.

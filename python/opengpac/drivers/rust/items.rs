@@ -95,7 +95,7 @@ pub const fn safe(doc: &'static CStr, within_ns: i64) -> Item {
     safe_by(doc, within_ns, by::DRIVER)
 }
 
-/// The same, brought about by others too: `by::DRIVER | by::GUARD | by::DEVICE`.
+/// The same, brought about by others too: `by::DRIVER | by::GUARD | by::DEVICE | by::END`.
 pub const fn safe_by(doc: &'static CStr, within_ns: i64, by: u32) -> Item {
     Item { whole: within_ns, by, ..item(what::SAFE, c"", doc, c"") }
 }

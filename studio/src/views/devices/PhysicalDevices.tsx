@@ -62,14 +62,21 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
 
 /** Where the driver exchanges, and what brings its outputs to their safe state. */
 function Driver(props: { of: PhysicalDevice }) {
-  const { class: where, safe_state, watchdog_ns } = props.of;
+  const { class: where, safe_state, unguarded, watchdog_ns } = props.of;
   const said = [
     where && `driver ${where}`,
     safe_state &&
       `safe state: ${safe_state.doc}, by ${safe_state.by.join(", ")}${safe_state.within_ns > 0 ? ` within ${duration(safe_state.within_ns)}` : ""}`,
     watchdog_ns && `its own watchdog: ${duration(watchdog_ns)}`,
   ].filter(Boolean);
-  return said.length > 0 && <p className="quiet">{said.join(" · ")}</p>;
+  return (
+    <>
+      {said.length > 0 && <p className="quiet">{said.join(" · ")}</p>}
+      {unguarded && (
+        <p className="wrong">Nothing makes it safe when its process is gone or hangs: it has no watchdog, and the guard cannot reach it.</p>
+      )}
+    </>
+  );
 }
 
 /** What the driver counts: lost and refused frames, repeats, ages. */
