@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { count, duration, percent, period, seconds, valueText } from "./numbers";
+import { count, duration, percent, period, reading, seconds, valueText } from "./numbers";
 
 test("durations in the unit that suits them, periods exactly", () => {
   expect([850, 16_384, 1_000_000, 2.5e9].map((ns) => duration(ns))).toEqual(["850 ns", "16.4 µs", "1.00 ms", "2.50 s"]);
@@ -22,4 +22,14 @@ test("counts, shares, times", () => {
   expect(count(1823661)).toBe("1\u2009823\u2009661");
   expect([0.046, 0.47].map(percent)).toEqual(["4.6 %", "47 %"]);
   expect(seconds(1.5)).toBe("1.500 s");
+});
+
+test("what is read off has seven digits", () => {
+  expect([1 / 3, 1234.56789, 12, 1e-5 / 3, 1234567890.5].map(reading)).toEqual([
+    "0.3333333",
+    "1234.568",
+    "12",
+    "3.333333e-6",
+    "1.234568e+9",
+  ]);
 });

@@ -51,6 +51,13 @@ export function figure(value: number): string {
   return value.toFixed(size >= 1e3 ? 1 : size >= 100 ? 2 : 4);
 }
 
+/** A number that is read off: whole as it is, else with seven digits. */
+export function reading(value: number): string {
+  if (!Number.isFinite(value) || (Number.isInteger(value) && Math.abs(value) < 1e15)) return String(value);
+  const size = Math.abs(value);
+  return size >= 1e7 || size < 1e-4 ? value.toExponential(6) : value.toPrecision(7);
+}
+
 /** Any value as text; arrays in brackets, structs with their members. Floats stay floats: pass the type where it is known. */
 export function valueText(value: Value | undefined, float = false): string {
   if (value === undefined || value === null) return "–";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useRef } from "react";
-import { count, figure } from "../../design/numbers";
+import { count, figure, reading } from "../../design/numbers";
 import { useWatched } from "../../shell/context";
 import { colourOf, patternOf } from "./looks";
 import type { Row } from "./messages";
@@ -172,11 +172,11 @@ function said(row: Row, column: Column): string {
     case "newest":
       return number(row.newest);
     case "a":
-      return number(a);
+      return exactly(a);
     case "b":
-      return number(b);
+      return exactly(b);
     case "ba":
-      return number(a === null || b === null ? null : b - a);
+      return exactly(a === null || b === null ? null : b - a);
     case "min":
       return number(measures?.min);
     case "max":
@@ -190,9 +190,9 @@ function said(row: Row, column: Column): string {
     case "count":
       return measures ? count(measures.count) : "–";
     case "hz":
-      return number(row.spectrum?.peak?.hz);
+      return exactly(row.spectrum?.peak?.hz);
     case "peak":
-      return number(row.spectrum?.peak?.value);
+      return exactly(row.spectrum?.peak?.value);
     case "pp":
       return number(measures?.peak_to_peak);
   }
@@ -200,4 +200,9 @@ function said(row: Row, column: Column): string {
 
 function number(value: number | null | undefined): string {
   return value === null || value === undefined ? "–" : figure(value);
+}
+
+/** A number that is read off, with seven digits at least. */
+function exactly(value: number | null | undefined): string {
+  return value === null || value === undefined ? "–" : reading(value);
 }

@@ -2,8 +2,9 @@
 import uPlot from "uplot";
 import { colour } from "../../design/colours";
 import type { Drawn } from "./messages";
+import { type Labels, labelsOf } from "./signal/labels";
 import type { Range } from "./signal/ranges";
-import { timeUnit } from "./signal/ticks";
+import { multiples, stepOf, timeUnit } from "./signal/ticks";
 
 /** A scale that has an axis on the screen. */
 export interface Axis {
@@ -22,6 +23,9 @@ export interface Gestures {
 }
 
 const AXIS_WIDTH = 62;
+/** Room of a label: along x in characters and px, and the distance of labels along y, px. */
+const ALONG = { room: 8, space_px: 70 };
+const UP = { room: 7, space_px: 34 };
 
 /** How a plot stands among others under each other: the last has the labels along x; all are as wide as the one with most axes. */
 export interface Among {
@@ -39,6 +43,8 @@ export class Plot {
   #built = "";
   #axes: Axis[] = [];
   #isFixed = false;
+  /** Whether others under it have the labels along x. */
+  #isAbove = false;
   #drawn: Drawn | null = null;
   /** Where the cursors are put. */
   over: HTMLElement | null = null;
@@ -58,8 +64,12 @@ export class Plot {
     this.#built = asked;
     this.#axes = axes;
     this.#isFixed = among.isFixed;
+    this.#isAbove = !among.isLast;
     this.#plot?.destroy();
-    this.#plot = new uPlot(this.#options(width, height, along !== null, among), this.#data(), this.#host);
+    // uPlot sees every scale from 0 to 1: its own marks end where doubles have 17 digits, and those here follow the range.
+    const data = [[0, 1], ...axes.map(() => [0, 1])] as uPlot.AlignedData;
+    this.#common.clear();
+    this.#plot = new uPlot(this.#options(width, height, along !== null, among), data, this.#host);
     this.over = this.#plot.over;
     this.#listen(this.#plot.over);
     this.onRebuilt();
@@ -73,7 +83,7 @@ export class Plot {
 
   draw(drawn: Drawn): void {
     this.#drawn = drawn;
-    this.#plot?.setData(this.#data());
+    this.#plot?.redraw(false, true);
   }
 
   destroy(): void {
@@ -111,16 +121,17 @@ export class Plot {
     return this.#drawn?.ranges[key] ?? { lo: 0, hi: 1 };
   }
 
-  #data(): uPlot.AlignedData {
-    const x = this.#x();
-    return [
-      [x.lo, x.hi],
-      ...this.#axes.map(({ key }) => {
-        const { lo, hi } = this.#y(key);
-        return [lo, hi];
-      }),
-    ] as uPlot.AlignedData;
+  /** The marks of an axis, from 0 to 1 of its range, and their labels. */
+  #marks({ lo, hi }: Range, length_px: number, { room, space_px }: typeof UP, per = 1): { places: number[]; labels: Labels } {
+    const step = stepOf(lo, hi, Math.max(1, Math.floor(length_px / space_px)));
+    if (Number.isNaN(step)) return { places: [], labels: labelsOf([], 1, room) };
+    const marks = multiples(lo, hi, step);
+    const scaled = per === 1 ? marks : marks.map((mark) => mark * per);
+    return { places: marks.map((mark) => Math.min(1, Math.max(0, (mark - lo) / (hi - lo)))), labels: labelsOf(scaled, step * per, room) };
   }
+
+  /** What all labels of an axis have in common, by the axis's number; written beside it. */
+  readonly #common = new Map<number, string>();
 
   #options(width: number, height: number, xy: boolean, among: Among): uPlot.Options {
     const quiet = colour("--quiet");
@@ -128,34 +139,32 @@ export class Plot {
     const font = `12px ${getComputedStyle(this.#host).fontFamily}`;
     const common = { stroke: quiet, font, labelFont: font, ticks: { stroke: line, width: 1, size: 4 } };
     const grid = { stroke: line, width: 1 };
-    const scales: Record<string, uPlot.Scale> = {
-      x: {
-        time: false,
-        range: () => {
-          const { lo, hi } = this.#x();
-          return [lo, hi];
-        },
+    const scales: Record<string, uPlot.Scale> = Object.fromEntries(
+      ["x", ...this.#axes.map(({ key }) => key)].map((key) => [key, { time: false, range: [0, 1] as uPlot.Range.MinMax }]),
+    );
+    const marksAt = (axis: number) => {
+      const key = this.#axes[axis - 1]?.key;
+      if (key !== undefined) return this.#marks(this.#y(key), height - (among.isLast ? 46 : 16), UP);
+      const range = this.#x();
+      const length_px = width - AXIS_WIDTH * Math.max(1, among.axes);
+      return this.#marks(range, length_px, ALONG, xy ? 1 : timeUnit(range.hi - range.lo).per_s);
+    };
+    const marked: Pick<uPlot.Axis, "splits" | "values"> = {
+      splits: (_, axis) => marksAt(axis).places,
+      values: (_, _places, axis) => {
+        const { texts, common } = marksAt(axis).labels;
+        this.#common.set(axis, common);
+        return texts;
       },
     };
-    for (const { key } of this.#axes) {
-      scales[key] = {
-        range: () => {
-          const { lo, hi } = this.#y(key);
-          return [lo, hi];
-        },
-      };
-    }
     // Others under it have the same axis.
     const above = { ticks: { show: false }, size: 0, gap: 0, values: (_: uPlot, splits: number[]) => splits.map(() => "") };
     const xAxis: uPlot.Axis = {
       ...common,
       grid,
+      ...marked,
       size: 30,
       gap: 2,
-      values: (_, splits) => {
-        const { lo, hi } = this.#x();
-        return xy ? splits.map((at) => String(Number(at.toPrecision(6)))) : timeLabels(splits, hi - lo);
-      },
     };
     const yAxes = this.#axes.map(
       ({ key, label }, i): uPlot.Axis => ({
@@ -166,7 +175,7 @@ export class Plot {
         side: i === 0 ? 3 : 1,
         size: AXIS_WIDTH - 18,
         grid: i === 0 ? grid : { show: false },
-        values: (_, splits) => splits.map(figureLabel),
+        ...marked,
       }),
     );
     const [right, widest] = [Math.max(0, this.#axes.length - 1), Math.max(0, among.axes - 1)];
@@ -190,6 +199,27 @@ export class Plot {
     const { width, height } = this.size();
     const [left, top] = [Math.round(plot.bbox.left), Math.round(plot.bbox.top)];
     if (this.#drawn) plot.ctx.drawImage(this.#drawn.bitmap, 0, this.from, width, height, left, top, width, height);
+    for (const [axis, text] of this.#common) if (text !== "") this.#writeCommon(plot, axis, text);
+  }
+
+  /** Writes a factor or an offset of labels at the end of its axis, within the plot. */
+  #writeCommon(plot: uPlot, axis: number, text: string): void {
+    const { ctx, bbox } = plot;
+    const ratio = uPlot.pxRatio;
+    const isAlong = axis === 0;
+    if (isAlong && this.#isAbove) return;
+    ctx.save();
+    ctx.font = `${12 * ratio}px ${getComputedStyle(this.#host).fontFamily}`;
+    ctx.textBaseline = "middle";
+    ctx.textAlign = axis === 1 ? "left" : "right";
+    const [size, gap, tall] = [ctx.measureText(text).width, 4 * ratio, 16 * ratio];
+    const x = axis === 1 ? bbox.left + gap : bbox.left + bbox.width - gap;
+    const y = isAlong ? bbox.top + bbox.height - tall / 2 - gap : bbox.top + gap + tall * (Math.max(1, axis - 1) - 0.5);
+    ctx.fillStyle = colour("--panel");
+    ctx.fillRect(axis === 1 ? x - gap / 2 : x - size - gap / 2, y - tall / 2, size + gap, tall);
+    ctx.fillStyle = colour("--text");
+    ctx.fillText(text, x, y);
+    ctx.restore();
   }
 
   #select(plot: uPlot): void {
@@ -244,15 +274,4 @@ export class Plot {
     );
     over.addEventListener("mousedown", (event) => event.shiftKey && event.stopImmediatePropagation(), { capture: true });
   }
-}
-
-function timeLabels(splits: number[], span_s: number): string[] {
-  const { per_s } = timeUnit(span_s);
-  return splits.map((at) => String(Number((at * per_s).toPrecision(8))));
-}
-
-function figureLabel(value: number): string {
-  const size = Math.abs(value);
-  if (size !== 0 && (size >= 1e6 || size < 1e-3)) return value.toExponential(1);
-  return String(Number(value.toPrecision(5)));
 }

@@ -7,5 +7,8 @@ declare module "fft.js" {
     createComplexArray(): number[];
     /** Fills the first half of `out`, and the value in its middle: real and imaginary part in turn. */
     realTransform(out: number[], input: ArrayLike<number>): void;
+    /** Fills all of `out` from complex values. */
+    transform(out: number[], input: ArrayLike<number>): void;
+    inverseTransform(out: number[], input: ArrayLike<number>): void;
   }
 }

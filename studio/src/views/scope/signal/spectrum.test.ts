@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
 import { measure, measuresOf, spreadOf } from "./measure";
+import { random } from "./random.testing";
 import type { Series } from "./series";
-import { peakOf, regular, spectrumOf, spectrumUnit, type WindowFunction } from "./spectrum";
+import { type Amount, peakOf, regular, spectrumOf, spectrumUnit, WINDOW_FUNCTIONS, type WindowFunction } from "./spectrum";
 
 /** Values at these times, s, as a series. */
 function series(times_s: number[], values: number[]): Series {
@@ -21,28 +22,28 @@ const N = 300;
 const TIMES = Array.from({ length: N }, (_, n) => n / 1000);
 const SIGNAL = TIMES.map((t, n) => 1.5 + 0.7 * Math.sin(2 * Math.PI * 50 * t) + 0.2 * Math.cos(2 * Math.PI * 180.3 * t) + 0.01 * n);
 
-// scipy 1.x: signal.periodogram(x, 1000, window, nfft=512, detrend="constant", scaling), bins 0, 1, 26, 92 and 256.
-const BINS = [0, 1, 26, 92, 256];
+// scipy 1.17: signal.periodogram(x, 1000, window, detrend="constant", scaling), bins 0, 1, 15, 54 and 150.
+const BINS = [0, 1, 15, 54, 150];
 const SCIPY: Record<WindowFunction, { density: number[]; spectrum: number[] }> = {
   rectangular: {
-    density: [0, 0.23771463847731672, 0.05187217631779638, 0.00514209342513181, 7.686224619579983e-6],
-    spectrum: [0, 0.7923821282577224, 0.17290725439265464, 0.017140311417106036, 2.562074873193324e-5],
+    density: [6.576937912624731e-33, 0.13678774886138742, 0.060840371401728585, 0.005595381701636152, 7.686224619580625e-6],
+    spectrum: [2.0981351648052977e-32, 0.4559591628712915, 0.202801238005762, 0.01865127233878717, 2.562074873193532e-5],
   },
   hann: {
-    density: [4.356448699320399e-6, 0.03633736032569012, 0.04566316270457682, 0.0038290998661712023, 0],
-    spectrum: [2.1782243496602017e-5, 0.18168680162845047, 0.2283158135228839, 0.019145499330855992, 0],
+    density: [4.356448699320066e-6, 0.05129602735309001, 0.04903980473641665, 0.0039583372007821905, 6.121862175319683e-17],
+    spectrum: [2.1782243496600317e-5, 0.25648013676544984, 0.24519902368208296, 0.01979168600391094, 3.060931089206424e-16],
   },
   hamming: {
-    density: [3.479458523312252e-6, 0.05393165064677806, 0.04834473661642014, 0.004143016212177913, 1.237792708785243e-7],
-    spectrum: [1.5806319354873035e-5, 0.24499814777125756, 0.21961817937088907, 0.01882069779057502, 5.622986082204537e-7],
+    density: [3.4794585233119558e-6, 0.062172848726839404, 0.05253601878233595, 0.004314529875108762, 1.2377927087855206e-7],
+    spectrum: [1.580631935487177e-5, 0.2824358720169866, 0.23865813744970643, 0.019599841933793126, 5.622986082205874e-7],
   },
   blackman: {
-    density: [3.7844601721944265e-6, 0.020228463145233723, 0.04028685633704837, 0.003358740187509278, 0],
-    spectrum: [2.1782814974497805e-5, 0.11643215937335968, 0.231885420261998, 0.01933243123800692, 0],
+    density: [3.7844601721941695e-6, 0.0323362306811501, 0.04257979127556142, 0.0034465413269861734, 9.755406747901902e-18],
+    spectrum: [2.1782814974496324e-5, 0.18612274878076954, 0.24508322793907808, 0.019837802120181186, 5.615073520362074e-17],
   },
   flattop: {
-    density: [1.7400973281711037e-6, 3.085735423519776e-5, 0.019507607213720746, 0.0015921614799802688, 7.770241932437486e-12],
-    spectrum: [2.1868652565809604e-5, 0.0003877994339425266, 0.24516162265217523, 0.02000947054550629, 9.765242347188121e-11],
+    density: [1.7400973281710197e-6, 0.0006590292804021365, 0.019498203875016325, 0.001591746511606407, 7.770241932174552e-12],
+    spectrum: [2.1868652565808673e-5, 0.008282342677324526, 0.24504344630436037, 0.02000425543538178, 9.76524234685213e-11],
   },
 };
 
@@ -51,13 +52,13 @@ test.each(Object.keys(SCIPY) as WindowFunction[])("the spectrum is that of scipy
   if (!of) throw new Error("there are values");
   const density = spectrumOf(of, { window, amount: "density" });
   const amplitude = spectrumOf(of, { window, amount: "amplitude" });
-  expect(density).toMatchObject({ count: N, held: 0, step_hz: 1000 / 512 });
-  expect(density.values).toHaveLength(257);
+  expect(density).toMatchObject({ count: N, held: 0, step_hz: expect.closeTo(1000 / 300, 9) });
+  expect(density.values).toHaveLength(151);
   BINS.forEach((k, i) => {
     const [power, mean_square] = [SCIPY[window].density[i] as number, SCIPY[window].spectrum[i] as number];
     expect(Math.abs((density.values[k] as number) - power)).toBeLessThan(1e-12 + 1e-9 * power);
     // Of a sine: its amplitude, not the root of its mean square.
-    const expected = Math.sqrt(mean_square * (k === 0 || k === 256 ? 1 : 2));
+    const expected = Math.sqrt(mean_square * (k === 0 || k === 150 ? 1 : 2));
     expect(Math.abs((amplitude.values[k] as number) - expected)).toBeLessThan(1e-7 + 1e-9 * expected);
   });
 });
@@ -79,6 +80,47 @@ test("a sine's amplitude and frequency are read off, in decibels too", () => {
   expect(peakOf(spectrumOf(of, { window: "hann", amount: "decibel" }), null)?.value).toBeCloseTo(20 * Math.log10(3), 6);
   expect(peakOf(spectrumOf(of, { window: "hann", amount: "amplitude" }), 40)?.hz).toBeLessThanOrEqual(40);
   expect([spectrumUnit("rad", "density"), spectrumUnit(null, "decibel")]).toEqual(["(rad)²/Hz", "dB re 1 1"]);
+});
+
+test("a sine reads its frequency and its amplitude, whatever its phase, its length and the window", () => {
+  const next = random(9);
+  for (let time = 0; time < 100; time += 1) {
+    const count = 32 + Math.floor(1500 * next());
+    const step_s = 10 ** (-5 + 4 * next());
+    const cycles = 2 + (0.45 * count - 2) * next() ** 3;
+    const hz = cycles / (count * step_s);
+    const [amplitude, phase, offset] = [10 ** (6 * next() - 3), 2 * Math.PI * next(), 3 * next()];
+    const values = Float64Array.from({ length: count }, (_, n) => amplitude * (offset + Math.sin(2 * Math.PI * hz * n * step_s + phase)));
+    for (const window of WINDOW_FUNCTIONS) {
+      // Nearer to 0 the main lobe meets that of the negative frequency.
+      if (cycles < { rectangular: 2, hann: 2, hamming: 2, blackman: 3, flattop: 6 }[window]) continue;
+      const about = `${cycles} cycles in ${count} values, phase ${phase}, ${window}`;
+      const peak = (amount: Amount) => peakOf(spectrumOf({ step_s, values, held: 0 }, { window, amount }), null);
+      const found = peak("amplitude");
+      expect(Math.abs((found?.hz ?? 0) / hz - 1), about).toBeLessThan(1e-3);
+      expect(Math.abs((found?.value ?? 0) / amplitude - 1), about).toBeLessThan(1e-3);
+      expect(Math.abs((peak("decibel")?.value ?? 0) - 20 * Math.log10(amplitude)), about).toBeLessThan(0.01);
+    }
+  }
+});
+
+test("the stronger of two sines, in noise, is read within a thousandth", () => {
+  const next = random(4);
+  const values = Float64Array.from(
+    { length: 1000 },
+    (_, n) => Math.sin(0.0628318 * n + 1) + 0.3 * Math.sin(0.31 * n) + 0.01 * (next() - 0.5),
+  );
+  const found = peakOf(spectrumOf({ step_s: 0.01, values, held: 0 }, { window: "hann", amount: "amplitude" }), null);
+  expect(Math.abs((found?.hz ?? 0) - 1)).toBeLessThan(1e-3);
+  expect(Math.abs((found?.value ?? 0) - 1)).toBeLessThan(1e-3);
+});
+
+test("of what is no sine the strongest of the computed frequencies is told", () => {
+  const ramp = Float64Array.from({ length: 1000 }, (_, n) => n);
+  const of = spectrumOf({ step_s: 0.001, values: ramp, held: 0 }, { window: "hann", amount: "amplitude" });
+  const found = peakOf(of, null);
+  expect(found?.hz).toBeCloseTo(1, 1);
+  expect(found?.value).toBeLessThan(1.1 * Math.max(...of.values));
 });
 
 test("what did not come at its time is held, and counted", () => {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The spectrum of a trace over a span of time: what `scipy.signal.periodogram` computes, one-sided, the mean taken away, zeros behind the
-// values up to a power of two.
-import FFT from "fft.js";
+// The spectrum of a trace over a span of time: what `scipy.signal.periodogram` computes, one-sided, the mean taken away, without added zeros.
+import { dft } from "./dft";
 import type { Series } from "./series";
+import { sineNear } from "./sine";
 
 /** Window functions, as sums of cosines: rectangular, Hann, Hamming, Blackman, flat top. */
 const WINDOWS = {
@@ -37,6 +37,14 @@ export interface Spectrum {
   count: number;
   /** Of them, those that came at no regular time, or in place of missing ones: the one before was held. */
   held: number;
+  /** The sine behind a strongest value: its frequency lies between those of `values`. Null where the values are none. */
+  sineAt: (k: number) => Peak | null;
+}
+
+/** A frequency, and how strong it is in the unit of the spectrum. */
+export interface Peak {
+  hz: number;
+  value: number;
 }
 
 /** Values at regular times. */
@@ -91,36 +99,37 @@ function median(times: readonly number[]): number {
 export function spectrumOf(of: Regular, { window, amount }: Pick<SpectrumSetup, "window" | "amount">): Spectrum {
   const count = of.values.length;
   const mean = of.values.reduce((sum, value) => sum + value, 0) / count;
-  const size = 2 ** Math.max(1, Math.ceil(Math.log2(count)));
-  const input = new Float64Array(size);
-  let [sum, squares] = [0, 0];
-  for (let i = 0; i < count; i += 1) {
-    const weight = weightOf(window, i, count);
-    sum += weight;
-    squares += weight * weight;
-    input[i] = ((of.values[i] as number) - mean) * weight;
-  }
-  const fft = new FFT(size);
-  const out = fft.createComplexArray();
-  fft.realTransform(out, input);
-  const values = new Float64Array(size / 2 + 1);
-  for (let k = 0; k < values.length; k += 1) {
-    const length = Math.hypot(out[2 * k] as number, out[2 * k + 1] as number);
-    // The half of negative frequencies is counted here; 0 and the highest one have none.
-    const sides = k === 0 || k === size / 2 ? 1 : 2;
-    values[k] =
-      amount === "density"
-        ? (sides * length * length * of.step_s) / squares
-        : amount === "decibel"
-          ? 20 * Math.log10((sides * length) / sum)
-          : (sides * length) / sum;
-  }
-  return { step_hz: 1 / (size * of.step_s), values, count, held: of.held };
+  const weights = weightsOf(window, count);
+  const sum = weights.reduce((all, weight) => all + weight, 0);
+  const squares = weights.reduce((all, weight) => all + weight * weight, 0);
+  const out = dft(weights.map((weight, i) => ((of.values[i] as number) - mean) * weight));
+  const shown = (amplitude: number, sides: number) =>
+    amount === "density"
+      ? (amplitude * amplitude * sum * sum * of.step_s) / (sides * squares)
+      : amount === "decibel"
+        ? 20 * Math.log10(amplitude)
+        : amplitude;
+  const amplitudes = new Float64Array(Math.floor(count / 2) + 1);
+  // The half of negative frequencies is counted here; 0 and the highest one of an even count have none.
+  const sidesOf = (k: number) => (k === 0 || 2 * k === count ? 1 : 2);
+  for (let k = 0; k < amplitudes.length; k += 1)
+    amplitudes[k] = (sidesOf(k) * Math.hypot(out[2 * k] as number, out[2 * k + 1] as number)) / sum;
+  const sineAt = (k: number): Peak | null => {
+    const [before, here, after] = [amplitudes[k - 1] ?? 0, amplitudes[k] ?? 0, amplitudes[k + 1] ?? 0];
+    if (here < before || here < after) return null;
+    // Under a flat top an error of the frequency hardly shows, so that the fit needs another window.
+    const found = sineNear(of.values, window === "flattop" ? weightsOf("blackman", count) : weights, k / count);
+    // A fit that is far stronger than the spectrum is there is of a drift, not of a sine.
+    return found && found.amplitude < 2 * here ? { hz: found.cycles / of.step_s, value: shown(found.amplitude, 2) } : null;
+  };
+  return { step_hz: 1 / (count * of.step_s), values: amplitudes.map((one, k) => shown(one, sidesOf(k))), count, held: of.held, sineAt };
 }
 
-/** Periodic, as for spectra: one that would be followed by its first value again. */
-function weightOf(window: WindowFunction, i: number, count: number): number {
-  return WINDOWS[window].reduce((sum, a, k) => sum + (k % 2 === 0 ? a : -a) * Math.cos((2 * Math.PI * k * i) / count), 0);
+/** Periodic, as for spectra: they would be followed by the first one again. */
+function weightsOf(window: WindowFunction, count: number): Float64Array {
+  const weight = (i: number) =>
+    WINDOWS[window].reduce((sum, a, k) => sum + (k % 2 === 0 ? a : -a) * Math.cos((2 * Math.PI * k * i) / count), 0);
+  return Float64Array.from({ length: count }, (_, i) => weight(i));
 }
 
 /** Unit of what is along y. */
@@ -130,12 +139,15 @@ export function spectrumUnit(unit: string | null, amount: Amount): string {
   return amount === "density" ? `(${of})²/Hz` : of;
 }
 
-/** The strongest frequency that is shown, without the one of 0 Hz; null where there is none. */
-export function peakOf({ step_hz, values }: Spectrum, to_hz: number | null, from_hz = 0): { hz: number; value: number } | null {
+/** The strongest frequency that is shown, without the one of 0 Hz, as exactly as the values tell; null where there is none. */
+export function peakOf({ step_hz, values, sineAt }: Spectrum, to_hz: number | null, from_hz = 0): Peak | null {
   const end = to_hz === null ? values.length : Math.min(values.length, Math.floor(to_hz / step_hz) + 1);
   let best = -1;
   for (let k = Math.max(1, Math.ceil(from_hz / step_hz)); k < end; k += 1)
     if (best < 0 || (values[k] as number) > (values[best] as number)) best = k;
   const value = values[best];
-  return value === undefined || !Number.isFinite(value) ? null : { hz: best * step_hz, value };
+  if (value === undefined || !Number.isFinite(value)) return null;
+  const sine = sineAt(best);
+  const isShown = sine !== null && sine.hz >= from_hz && (to_hz === null || sine.hz <= to_hz);
+  return isShown ? sine : { hz: best * step_hz, value };
 }

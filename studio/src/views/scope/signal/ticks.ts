@@ -8,14 +8,25 @@ export function timeUnit(span_s: number): { unit: string; per_s: number } {
   return { unit: "s", per_s: 1 };
 }
 
-/** Round values from `lo` to `hi`, about `count` of them: steps of 1, 2 or 5 times a power of ten. None where the range is empty. */
-export function ticks(lo: number, hi: number, count: number): number[] {
+/** The distance of about `count` round marks between `lo` and `hi`: 1, 2 or 5 times a power of ten. NaN where the range is empty. */
+export function stepOf(lo: number, hi: number, count: number): number {
   const span = hi - lo;
-  if (!(span > 0) || !Number.isFinite(span)) return [];
+  if (!(span > 0) || !Number.isFinite(span)) return Number.NaN;
   const raw = span / Math.max(1, count);
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * ([1, 2, 5].find((part) => part * power >= raw) ?? 10);
-  const first = Math.ceil(lo / step);
+  return power * ([1, 2, 5].find((part) => part * power >= raw) ?? 10);
+}
+
+/** Round values from `lo` to `hi`, about `count` of them. None where the range is empty. */
+export function ticks(lo: number, hi: number, count: number): number[] {
+  const step = stepOf(lo, hi, count);
+  return Number.isNaN(step) ? [] : multiples(lo, hi, step);
+}
+
+/** The multiples of `step` from `lo` to `hi`. */
+export function multiples(lo: number, hi: number, step: number): number[] {
+  const first = Math.ceil(lo / step - 1e-9);
   const last = Math.floor(hi / step + 1e-9);
-  return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => Number(((first + i) * step).toPrecision(12)));
+  // Written as its digits, 3 · 0.1 is 0.3: as many digits as are left of a double.
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => Number(((first + i) * step).toPrecision(15)));
 }

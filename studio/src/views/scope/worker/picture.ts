@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Row, RowSpectrum, Show, ShownTrace } from "../messages";
 import { decimate } from "../signal/decimate";
+import { rangeText } from "../signal/labels";
 import { heldAt, measure, measuresOf } from "../signal/measure";
 import { type Range, Ranges } from "../signal/ranges";
 import type { Series } from "../signal/series";
@@ -170,7 +171,7 @@ function lane(canvas: Canvas, trace: ShownTrace, on: Placed, i: number, show: Sh
   }
   if (on.bottom - on.top >= 14 * show.ratio) {
     const unit = trace.unit ? ` ${trace.unit}` : "";
-    const text = `${trace.id}  ${Number(on.lo.toPrecision(4))} … ${Number(on.hi.toPrecision(4))}${unit}`;
+    const text = `${trace.id}  ${rangeText(on.lo, on.hi)}${unit}`;
     canvas.globalAlpha = 0.85;
     canvas.fillStyle = show.ink.ground;
     canvas.fillRect(2 * show.ratio, on.top + show.ratio, canvas.measureText(text).width + 6 * show.ratio, 13 * show.ratio);

@@ -3,7 +3,7 @@ import type { RowSpectrum, Show, ShownTrace } from "../messages";
 import { decimate } from "../signal/decimate";
 import type { Range, Ranges } from "../signal/ranges";
 import type { Series } from "../signal/series";
-import { peakOf, regular, type Spectrum, type SpectrumSetup, spectrumOf } from "../signal/spectrum";
+import { type Peak, peakOf, regular, type Spectrum, type SpectrumSetup, spectrumOf } from "../signal/spectrum";
 import type { Span } from "../signal/sweep";
 import { extent } from "./draw";
 import { placed } from "./placing";
@@ -30,6 +30,7 @@ type Shown = Show & { spectrum: SpectrumSetup };
 interface Found {
   spectrum: Spectrum;
   rate_hz: number;
+  peak: Peak | null;
 }
 
 /** The spectrum of each trace over the span, and over the same times of what lies behind it. */
@@ -44,13 +45,13 @@ export function spectraOf(show: Shown, of: Store, behind: Behind | null, span: S
   const rates = found.flatMap(({ own, earlier }) => [own?.rate_hz ?? 0, earlier?.rate_hz ?? 0]);
   const hi = to_hz ?? Math.max(HIGHEST_MIN, ...rates.map((rate_hz) => rate_hz / 2));
   const x = { lo: from_hz < hi ? from_hz : 0, hi };
-  const points = (one: Found | null) => decimate(one ? overFrequency(one.spectrum, x) : [], x.lo, x.hi, show.width);
+  const points = (one: Found | null) => decimate(one ? overFrequency(one, x) : [], x.lo, x.hi, show.width);
   const lines = found
     .filter(({ trace }) => !trace.setup.hidden)
     .map(({ trace, own, earlier }): Line => ({ trace, points: points(own), earlier: earlier && points(earlier) }));
   const scales = rangesOf(lines, show, ranges);
   const told = (which: "own" | "earlier") =>
-    new Map(found.flatMap(({ trace, [which]: one }) => (one ? [[trace.id, rowOf(one, show.spectrum)] as const] : [])));
+    new Map(found.flatMap(({ trace, [which]: one }) => (one ? [[trace.id, rowOf(one)] as const] : [])));
   return {
     lines: lines.map((line, i) => {
       const key = scaleKey(line.trace, show);
@@ -65,20 +66,28 @@ export function spectraOf(show: Shown, of: Store, behind: Behind | null, span: S
 
 function spectrumAt(show: Shown, of: Store, { setup }: ShownTrace, from_ns: number, to_ns: number): Found | null {
   const values = regular(traceSeries(of, setup, from_ns, to_ns), from_ns, to_ns);
-  return values && { spectrum: spectrumOf(values, show.spectrum), rate_hz: 1 / values.step_s };
+  if (!values) return null;
+  const spectrum = spectrumOf(values, show.spectrum);
+  return { spectrum, rate_hz: 1 / values.step_s, peak: peakOf(spectrum, show.spectrum.to_hz, show.spectrum.from_hz) };
 }
 
-function rowOf({ spectrum, rate_hz }: Found, { to_hz, from_hz }: SpectrumSetup): RowSpectrum {
-  return { count: spectrum.count, held: spectrum.held, rate_hz, peak: peakOf(spectrum, to_hz, from_hz) };
+function rowOf({ spectrum, rate_hz, peak }: Found): RowSpectrum {
+  return { count: spectrum.count, held: spectrum.held, rate_hz, peak };
 }
 
-/** Frequencies in the place of times: those that are shown, and one more on each side. */
-function overFrequency({ step_hz, values }: Spectrum, { lo, hi }: Range): Series {
+/** Frequencies in the place of times: those that are shown, one more on each side, and the strongest one where it lies between two. */
+function overFrequency({ spectrum: { step_hz, values }, peak }: Found, { lo, hi }: Range): Series {
   const from = Math.max(0, Math.floor(lo / step_hz));
   const to = Math.min(values.length, Math.ceil(hi / step_hz) + 1);
-  const part = values.subarray(from, to);
-  const hz = Float64Array.from(part, (_, k) => (from + k) * step_hz);
-  return [{ times_ns: hz, values: part, from: 0, to: part.length, broken: false }];
+  const hz = Array.from({ length: Math.max(0, to - from) }, (_, k) => (from + k) * step_hz);
+  const shown = [...values.subarray(from, to)];
+  const after = peak ? hz.findIndex((one) => one > peak.hz) : -1;
+  if (peak && after > 0) {
+    const isSame = hz[after - 1] === peak.hz ? 1 : 0;
+    hz.splice(after - isSame, isSame, peak.hz);
+    shown.splice(after - isSame, isSame, peak.value);
+  }
+  return [{ times_ns: Float64Array.from(hz), values: Float64Array.from(shown), from: 0, to: hz.length, broken: false }];
 }
 
 function rangesOf(lines: readonly Line[], show: Shown, ranges: Ranges): Record<string, Range> {

@@ -2,11 +2,14 @@
 // The screen as a drawing of lines, in pixels of CSS.
 import type { Show, ShownTrace } from "../messages";
 import type { Points } from "../signal/decimate";
+import { labelsOf, rangeText } from "../signal/labels";
 import type { Range } from "../signal/ranges";
-import { ticks } from "../signal/ticks";
+import { stepOf, ticks } from "../signal/ticks";
 import type { Placed } from "./draw";
 
 const [LEFT, RIGHT, TOP, BOTTOM, LEGEND] = [70, 16, 12, 44, 18];
+/** Characters of a label. */
+const ROOM = 8;
 const FONT = 'font-family="sans-serif" font-size="12"';
 
 /** A trace as it is drawn, and what lies behind it. */
@@ -75,22 +78,31 @@ function axes(lines: readonly PlacedLine[], show: Show, along: Along, width: num
   const text = (x: number, y: number, anchor: string, said: string) =>
     `<text x="${figure(x)}" y="${figure(y)}" text-anchor="${anchor}" fill="${ink}" ${FONT}>${escaped(said)}</text>`;
   const { lo, hi, unit, per } = along;
-  const made = ticks(lo * per, hi * per, Math.max(2, width / 110)).flatMap((tick) => {
+  const marks = marksOf(lo * per, hi * per, Math.max(2, width / 110));
+  const made = marks.ticks.flatMap((tick, i) => {
     const x = LEFT + ((tick / per - lo) / (hi - lo)) * width;
-    return [line(x, TOP, x, TOP + height, 0.2), text(x, TOP + height + 16, "middle", String(tick))];
+    return [line(x, TOP, x, TOP + height, 0.2), text(x, TOP + height + 16, "middle", marks.texts[i] ?? "")];
   });
-  made.push(text(LEFT + width, TOP + height + 34, "end", unit));
+  made.push(text(LEFT + width, TOP + height + 34, "end", `${marks.common} ${unit}`.trim()));
   made.push(line(LEFT, TOP + height, LEFT + width, TOP + height, 1), line(LEFT, TOP, LEFT, TOP + height, 1));
   if (show.scales === "lanes") return made;
   for (const { on } of lines.filter((one) => firstOf(one, lines) === one)) {
-    for (const tick of ticks(on.lo, on.hi, Math.max(2, (on.bottom - on.top) / show.ratio / 60))) {
+    const up = marksOf(on.lo, on.hi, Math.max(2, (on.bottom - on.top) / show.ratio / 60));
+    if (up.common !== "") made.push(text(LEFT + 4, TOP + on.top / show.ratio + 12, "start", up.common));
+    for (const [i, tick] of up.ticks.entries()) {
       const y = TOP + (on.bottom + ((tick - on.lo) / (on.hi - on.lo)) * (on.top - on.bottom)) / show.ratio;
-      made.push(line(LEFT, y, LEFT + width, y, 0.2), text(LEFT - 6, y + 4, "end", String(tick)));
+      made.push(line(LEFT, y, LEFT + width, y, 0.2), text(LEFT - 6, y + 4, "end", up.texts[i] ?? ""));
     }
     const border = TOP + on.top / show.ratio;
     if (on.top > 0) made.push(line(LEFT, border, LEFT + width, border, 1));
   }
   return made;
+}
+
+/** Marks from `lo` to `hi`, and their labels. */
+function marksOf(lo: number, hi: number, count: number): { ticks: number[]; texts: string[]; common: string } {
+  const found = ticks(lo, hi, count);
+  return { ticks: found, ...labelsOf(found, stepOf(lo, hi, count), ROOM) };
 }
 
 /** The line whose scale has the axis of its plot. */
@@ -101,7 +113,7 @@ function firstOf(one: PlacedLine, lines: readonly PlacedLine[]): PlacedLine | un
 function legend(line: PlacedLine, i: number, lines: readonly PlacedLine[], y: number, show: Show): string {
   const { trace, on } = line;
   const hasAxis = show.scales !== "lanes" && line.key === firstOf(line, lines)?.key;
-  const range = hasAxis ? "" : `, ${Number(on.lo.toPrecision(4))} … ${Number(on.hi.toPrecision(4))}`;
+  const range = hasAxis ? "" : `, ${rangeText(on.lo, on.hi)}`;
   const said = `${trace.id}${trace.unit ? ` (${trace.unit})` : ""}${range}${line.earlier ? "; fainter: behind it" : ""}`;
   const dashes = trace.pattern.length > 0 ? ` stroke-dasharray="${trace.pattern.join(" ")}"` : "";
   const mark = `<line x1="${LEFT}" y1="${figure(y)}" x2="${LEFT + 26}" y2="${figure(y)}" stroke="${escaped(trace.colour)}" stroke-width="2.5"${dashes}/>`;

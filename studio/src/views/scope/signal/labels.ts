@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Labels of an axis: as many digits as the distance between its marks needs.
+
+/** The texts at the marks of an axis, and what has to be done to each to get its value. */
+export interface Labels {
+  texts: string[];
+  /** "" as a rule; else a factor and an offset: "×10⁶", "+ 1.25", "×10⁻⁹ + 3". Each value is text · factor + offset. */
+  common: string;
+  factor: number;
+  offset: number;
+}
+
+/** Digits of a number that need no exponent. */
+const [LARGE, SMALL] = [1e6, 1e-3];
+const DECIMALS_MAX = 20;
+
+/** Labels of ascending marks that differ by multiples of `step`; each has at most about `room` characters. Those that a double cannot tell apart stay empty. */
+export function labelsOf(marks: readonly number[], step: number, room: number): Labels {
+  const plain = scaled(marks, step, 0);
+  if (plain.texts.every((text) => text.length <= room)) return plain;
+  const [first, last] = [marks[0] as number, marks.at(-1) as number];
+  const unit = 10 ** Math.ceil(Math.log10(Math.max(last - first, step)) + 1e-9);
+  const offset = Math.floor(first / unit) * unit;
+  if (offset === 0 || !Number.isFinite(offset)) return plain;
+  return scaled(
+    marks.map((mark) => Math.round((mark - offset) / step) * step),
+    step,
+    offset,
+  );
+}
+
+/** The ends of a range, with digits that tell them apart: "1234.56 … 1234.58". */
+export function rangeText(lo: number, hi: number): string {
+  const size = hi - lo;
+  if (!(size > 0) || !Number.isFinite(size)) return `${Number(lo.toPrecision(4))} … ${Number(hi.toPrecision(4))}`;
+  const largest = Math.max(Math.abs(lo), Math.abs(hi));
+  const digits = Math.min(17, Math.max(4, Math.ceil(Math.log10(largest / size)) + 3));
+  return `${Number(lo.toPrecision(digits))} … ${Number(hi.toPrecision(digits))}`;
+}
+
+function scaled(marks: readonly number[], step: number, offset: number): Labels {
+  const size = Math.max(step, ...marks.map(Math.abs));
+  const exponent = size >= LARGE || size < SMALL ? 3 * Math.floor(Math.log10(size * (1 + 1e-12)) / 3) : 0;
+  const factor = 10 ** exponent;
+  const decimals = decimalsOf(step / factor);
+  const texts = marks.map((mark) => {
+    const text = (mark / factor).toFixed(decimals);
+    return Number(text) === 0 ? text.replace("-", "") : text;
+  });
+  const parts = [
+    exponent === 0 ? "" : `×10${raised(exponent)}`,
+    offset === 0 ? "" : `${offset < 0 ? "−" : "+"} ${digitsOf(Math.abs(offset), step)}`,
+  ];
+  return {
+    texts: texts.map((text, i) => (texts.indexOf(text) === i ? text : "")),
+    common: parts.filter(Boolean).join(" "),
+    factor,
+    offset,
+  };
+}
+
+/** How many decimals a step has: 0.25 has two. */
+function decimalsOf(step: number): number {
+  for (let decimals = 0; decimals < DECIMALS_MAX; decimals += 1) {
+    const whole = step * 10 ** decimals;
+    if (whole >= 0.5 && Math.abs(whole - Math.round(whole)) < 1e-6 * whole) return decimals;
+  }
+  return DECIMALS_MAX;
+}
+
+/** A number that is whole in powers of ten above a step, in its digits. */
+function digitsOf(value: number, step: number): string {
+  const digits = Math.min(17, Math.max(1, Math.ceil(Math.log10(value / step)) + 1));
+  return String(Number(value.toPrecision(digits)));
+}
+
+function raised(exponent: number): string {
+  return [...String(exponent)].map((digit) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]).join("");
+}
