@@ -43,7 +43,9 @@ afterAll(async () => {
 test("a recording is begun from the page, seen to grow, and stopped", async () => {
   const { page, errors } = studio;
   await goTo(page, "Recordings");
-  await page.getByLabel("File").fill("run.mcap");
+  // The ending is the page's to add: a file without it would not be listed, and could not be stopped.
+  await page.getByLabel("File").fill("run");
+  await page.getByText("is run.mcap, in the system's folder").waitFor();
   await page.getByRole("button", { name: "Record", exact: true }).click();
   const row = page.locator("tr").filter({ has: page.getByRole("rowheader", { name: "run.mcap" }) });
   await row.getByText("records", { exact: true }).waitFor();

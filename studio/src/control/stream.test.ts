@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 import { LiveValues } from "../live/values";
+import { Refused } from "./refusals";
 import { Stream } from "./stream";
 import { Topics } from "./topics";
 
@@ -102,6 +103,28 @@ test("whose token was revoked is told so, and does not come again", () => {
   expect(stream.connection.get()).toBe("out");
   vi.advanceTimersByTime(60_000);
   expect(Socket.made).toHaveLength(1);
+});
+
+test("a page whose token a restarted daemon does not know says so, and does not come again", async () => {
+  stream.close();
+  let status = 0;
+  stream = new Stream(
+    () => ({ url: "ws://here/v1/stream", token: "old" }),
+    () => Promise.reject(new Refused([{ class: "Unauthorized", message: "no" }], status)),
+  );
+  stream.open();
+  // Not there: it is tried again.
+  made().onclose?.({ code: 1006 });
+  await vi.advanceTimersByTimeAsync(300);
+  expect(stream.connection.get()).toBe("broken");
+  const before = Socket.made.length;
+  expect(before).toBe(3);
+  // There again, with other tokens: the browser says no more than before.
+  status = 401;
+  made().onclose?.({ code: 1006 });
+  await vi.advanceTimersByTimeAsync(60_000);
+  expect(stream.connection.get()).toBe("out");
+  expect(Socket.made).toHaveLength(before);
 });
 
 test("values that are watched at one rate are one subscription; one that nobody knows does not end the others", async () => {

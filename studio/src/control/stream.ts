@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Beats } from "./beats";
-import type { Refusal } from "./refusals";
+import { type Refusal, Refused } from "./refusals";
 import { Watched } from "./watched";
 
 /** What a subscription asks for; `id` is given by the stream. */
@@ -26,7 +26,7 @@ export interface Subscriber {
 
 /**
  * `silent`: nothing new has come for longer than the heartbeat allows, though no end of the connection was seen.
- * `out`: the system lets this page in no longer, and it does not try again.
+ * `out`: the system does not know this page's token, or no longer; it does not try again.
  */
 export type Connection = "connecting" | "open" | "silent" | "broken" | "out";
 
@@ -120,7 +120,10 @@ export class Stream {
       else this.#binary(message.data);
     };
     socket.onclose = (end?: CloseEvent) => {
-      if (this.#socket === socket) this.#broken(end);
+      if (this.#socket !== socket) return;
+      const wasKnown = this.#known === socket;
+      this.#broken(end);
+      if (!wasKnown) this.#askWhy(socket);
     };
     this.#socket = socket;
   }
@@ -130,6 +133,15 @@ export class Stream {
     clearTimeout(this.#again);
     clearInterval(this.#looking);
     this.#socket?.close();
+  }
+
+  /** A browser does not tell why a connection was refused: a plain request does. A daemon that was started again has another token. */
+  #askWhy(refused: WebSocket): void {
+    this.#met?.().catch((why) => {
+      if (!(why instanceof Refused && why.status === 401) || this.#socket !== refused) return;
+      clearTimeout(this.#again);
+      this.connection.set("out");
+    });
   }
 
   /** Looks how old the newest is. A browser that was busy itself is given the time to take what lies there. */

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { freshName, namesIn, sizeText, sumOf } from "./begun";
+import { completedName, freshName, namesIn, sizeText, sumOf } from "./begun";
 
 test("a recording gets a plain name", () => {
   expect(freshName("cell one/two", new Date(2026, 10, 23, 5, 7, 9))).toBe("cell-one-two-20261123-050709.mcap");
+});
+
+test("a name is completed", () => {
+  const names = ["run", " run ", "run.mcap", "run.", "run.MCAP", "run.v2", "", "  "];
+  expect(names.map(completedName)).toEqual(["run.mcap", "run.mcap", "run.mcap", "run.mcap", "run.mcap", "run.v2.mcap", "", ""]);
 });
 
 test("names of SVVs, all where none is given", () => {

@@ -33,6 +33,12 @@ export function freshName(system: string, now: Date): string {
   return `${system.replace(/[^\w.-]+/g, "-")}-${day}-${two(now.getHours())}${two(now.getMinutes())}${two(now.getSeconds())}.mcap`;
 }
 
+/** The file that a name means: recordings end with ".mcap", and one that does not would not be listed. "" where nothing is named. */
+export function completedName(name: string): string {
+  const said = name.trim();
+  return said === "" || said.endsWith(".mcap") ? said : `${said.replace(/\.(mcap)?$/i, "")}.mcap`;
+}
+
 /** The names of SVVs in a text, with * and ?; null: all. */
 export function namesIn(text: string): string[] | null {
   const names = text.split(/[\s,]+/).filter(Boolean);

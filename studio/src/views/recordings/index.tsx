@@ -2,7 +2,7 @@
 import { useCallback, useEffect, useId, useState } from "react";
 import { Empty, Panel, Refusals } from "../../design/parts";
 import { useAction, useLive } from "../../shell/context";
-import { type Begun, freshName, keepRecordings, keptRecordings, namesIn } from "./begun";
+import { type Begun, completedName, freshName, keepRecordings, keptRecordings, namesIn } from "./begun";
 import { Files } from "./Files";
 import "./recordings.css";
 
@@ -33,10 +33,11 @@ function Begin(props: { begun: (one: Begun) => void }) {
   const [cells, setCells] = useState(false);
   const [replay, setReplay] = useState(false);
   const [file, names] = [useId(), useId()];
+  const path = completedName(name);
   const begin = () =>
     action.run(async () => {
-      const { recording } = await control.order("record", { path: name.trim(), svvs: namesIn(svvs), cells, replay });
-      props.begun({ recording, run: control.version.run, name: name.trim(), summary: null });
+      const { recording } = await control.order("record", { path, svvs: namesIn(svvs), cells, replay });
+      props.begun({ recording, run: control.version.run, name: path, summary: null });
       setName(freshName(control.version.system, new Date()));
     });
   return (
@@ -51,7 +52,7 @@ function Begin(props: { begun: (one: Begun) => void }) {
         <div className="row">
           <label htmlFor={file}>File</label>
           <input id={file} size={34} value={name} required onChange={(event) => setName(event.target.value)} />
-          <span className="quiet">in the system's folder for recordings</span>
+          <span className="quiet">{path === name.trim() ? "" : `is ${path}, `}in the system's folder for recordings</span>
         </div>
         <div className="row">
           <label htmlFor={names}>SVVs</label>
@@ -65,7 +66,7 @@ function Begin(props: { begun: (one: Begun) => void }) {
             <input type="checkbox" checked={replay} onChange={(event) => setReplay(event.target.checked)} /> what comes from outside too,
             for replay
           </label>
-          <button type="submit" className="primary" disabled={action.busy || name.trim() === ""}>
+          <button type="submit" className="primary" disabled={action.busy || path === ""}>
             Record
           </button>
         </div>
