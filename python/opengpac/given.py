@@ -16,7 +16,7 @@ import numpy as np
 
 from . import _native
 from .errors import CallError, DefinitionError, Error, did_you_mean, refusals, refuse
-from .numerals import number
+from .numerals import is_number, number
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -24,11 +24,7 @@ C = TypeVar("C")
 
 
 def _is_whole(value: Any) -> bool:
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+    return isinstance(value, int) and not isinstance(value, bool)
 
 
 def _is_list(value: Any) -> bool:
@@ -38,10 +34,10 @@ def _is_list(value: Any) -> bool:
 _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "str": (lambda value: isinstance(value, str), "a text"),
     "int": (_is_whole, "a whole number"),
-    "float": (_is_number, "a number"),
+    "float": (is_number, "a number"),
     "bool": (lambda value: isinstance(value, bool), "True or False"),
     "None": (lambda value: value is None, "None"),
-    "Quantity": (lambda value: _is_number(value) or isinstance(value, str), "a quantity ('20 ms', or a number in SI units)"),
+    "Quantity": (lambda value: is_number(value) or isinstance(value, str), "a quantity ('20 ms', or a number in SI units)"),
     "os.PathLike[str]": (lambda value: isinstance(value, os.PathLike), "a path"),
     "Mapping": (lambda value: isinstance(value, Mapping), "a dictionary"),
     "Sequence": (_is_list, "a list"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers that come from elsewhere: NumPy, pandas, PyTorch, JAX, `decimal`, `fractions`. Each is a number wherever one is taken.
+"""Makes plain numbers of those of NumPy, pandas, PyTorch, JAX, `decimal` and `fractions`: each is taken wherever a number is.
 
 Nothing of those libraries is loaded here: the process of a driver needs none of them.
 """
@@ -54,11 +54,12 @@ def range_of(given: Any, what: str) -> str | list[float | str] | None:
         return given
     listed = rows(given)
     ends = [number(end) for end in listed] if isinstance(listed, list | tuple) else []
-    if len(ends) == 2 and all(isinstance(end, str) or _is_finite(end) for end in ends):
+    if len(ends) == 2 and all(isinstance(end, str) or (is_number(end) and math.isfinite(end)) for end in ends):
         return [end if isinstance(end, str) else float(end) for end in ends]
     remedy = 'give its two ends, finite numbers: within=(0, 1), or a text: within="[0, inf)"'
     refuse(CallError, f"{what} is {repr(given)[:80]}", remedy)
 
 
-def _is_finite(end: Any) -> bool:
-    return isinstance(end, int | float) and not isinstance(end, bool) and math.isfinite(end)
+def is_number(value: Any) -> bool:
+    """Whether it is a plain number. Truth values are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -48,6 +48,13 @@ async function choose(page: Page, box: string): Promise<void> {
   await panelOf(page, box).waitFor();
 }
 
+/** The way from one box to another, in widths of the first: the same at each zoom. */
+async function apart(page: Page, from: string, to: string): Promise<string> {
+  const [one, other] = await Promise.all([from, to].map((box) => page.locator(`[data-box="${box}"]`).boundingBox()));
+  if (!one || !other) return "one is out of sight";
+  return [other.x - one.x, other.y - one.y].map((way) => (way / one.width).toFixed(1)).join(" ");
+}
+
 /** Draws a wire by the keyboard; `from` and `to` are ports or boundaries: the panel of the block has them. */
 async function wire(page: Page, label: string, field: string, other: string): Promise<void> {
   await choose(page, label);
@@ -288,10 +295,15 @@ test("a graph in which a block runs once in five invocations", async () => {
   await enter(page, "Graph", "thinned");
   await block(page, "library.signal_generator", "wave");
   await block(page, "library.lowpass", "slow");
-  await page.getByRole("button", { name: "Arrange" }).click();
   await wire(page, "wave", "Wire wave.y to", "slow.u");
   await nameCell(page, "y", "raw");
-  await page.getByRole("button", { name: "Add output" }).click();
+  // What is added while places are computed stays.
+  const before = await apart(page, "wave", "slow");
+  await page.evaluate(() => {
+    const buttons = [...document.querySelectorAll("button")];
+    for (const name of ["Arrange", "Add output"]) buttons.find((one) => one.textContent === name)?.click();
+  });
+  await expect.poll(() => apart(page, "wave", "slow")).not.toBe(before);
   await wire(page, "slow", "Wire slow.y to", "output");
   await choose(page, "output");
   await enter(panelOf(page, "output"), "Name", "y");

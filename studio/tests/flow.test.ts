@@ -5,7 +5,21 @@ import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { illegible } from "./large";
-import { axeFindings, browse, goTo, LOOKS, type Look, type Opened, open, PATIENCE_MS, type Running, run, shoot } from "./running";
+import {
+  axeFindings,
+  browse,
+  command,
+  goTo,
+  LOOKS,
+  type Look,
+  type Opened,
+  open,
+  PATIENCE_MS,
+  type Running,
+  run,
+  shoot,
+  standsStill,
+} from "./running";
 
 let running: Running;
 let browser: Browser;
@@ -123,8 +137,9 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
   expect(file.graphs.drawn.blocks.gain).toEqual({ block: { subroutine: "library.gain" }, constants: { k: 3 } });
 
   await page.getByLabel("Source", { exact: true }).selectOption("rtp0.slow");
-  await page.getByRole("button", { name: "Install and start" }).click();
-  await page.getByRole("link", { name: "See its outputs in the scope" }).click();
+  const outputs = page.getByRole("link", { name: "See its outputs in the scope" });
+  await command(page.getByRole("button", { name: "Install and start" }), outputs);
+  await outputs.click();
   await page.getByRole("main", { name: "Scope" }).waitFor();
   await page.getByText("drawn.output").locator("visible=true").first().waitFor();
   await page.waitForFunction(() => /received\s*[1-9]/i.test(document.body.textContent ?? ""));
@@ -382,6 +397,7 @@ test("a block is placed on an interrupt source by dragging it there, or at its s
   await chosen(page, "gain");
   const runsOn = page.getByLabel("runs on");
   expect(await runsOn.inputValue()).toBe("");
+  await Promise.all([standsStill(page.locator('[data-box="gain"]')), standsStill(region)]);
   const [from, to] = await Promise.all([page.locator('[data-box="gain"] strong').boundingBox(), region.boundingBox()]);
   if (!from || !to) throw new Error("the block and the source are to be seen");
   await page.mouse.move(from.x + 5, from.y + 5);

@@ -146,7 +146,7 @@ export async function command(control: Locator, led: Locator, state: "visible" |
   for (let isPressed = false; !(isPressed && (await isLed())); ) {
     const now = (await told.allTextContents()).join("; ");
     if (!isPressed || (now !== said && now !== "")) {
-      await control.evaluate(standStill, AIMED_MS);
+      await standsStill(control);
       await control.click();
       isPressed = true;
     }
@@ -156,7 +156,12 @@ export async function command(control: Locator, led: Locator, state: "visible" |
   }
 }
 
-/** Waits until an element has kept its place for so long. Runs in the page. */
+/** Waits until an element has kept its place for as long as a person looks before a press. */
+export async function standsStill(element: Locator): Promise<void> {
+  await element.evaluate(standStill, AIMED_MS);
+}
+
+/** Runs in the page. */
 function standStill(element: Element, for_ms: number): Promise<void> {
   return new Promise((over) => {
     let place = "";

@@ -3,10 +3,10 @@
 use std::sync::LazyLock;
 use std::time::Instant;
 
-/// Where the clock that clients are told begins. Random, so that a time of another run is no time of this one.
+/// The time at which the clock that clients are told begins. It is random, so that a time of another run is none of this one.
 static BEGUN: LazyLock<(Instant, u64)> = LazyLock::new(|| (now(), u64::from(getrandom::u32().unwrap_or(1 << 31)) + (1 << 32)));
 
-/// What time it is, by the clock of the runtime: a test may let that stand still.
+/// The present time by the clock of the runtime, which a test may let stand still.
 pub(crate) fn now() -> Instant {
     tokio::time::Instant::now().into_std()
 }

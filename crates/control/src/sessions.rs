@@ -293,8 +293,8 @@ impl Sessions {
         state.pass(instance, Some(name));
     }
 
-    /// A session starts an instance, whoever has made it: its end is told there, and it follows its policy when that is lost. Returns the
-    /// owner before.
+    /// Makes a session the owner of an instance that it starts, also of one that another session has made: the session is told of the
+    /// end, and when it is lost the instance follows its policy. Returns the owner before.
     pub fn own(&self, name: &str, instance: u64) -> Option<String> {
         self.locked().pass(instance, Some(name))
     }

@@ -38,7 +38,7 @@ const ENTRIES_MAX: usize = 256;
 /// How often a silent reader is asked whether it is there, and how long a frame may take to leave.
 const PING: Duration = Duration::from_secs(5);
 const LEAVE_MAX: Duration = Duration::from_secs(10);
-/// How often a stream with a heartbeat tells the time: a client that hears none for longer knows that nothing reaches it.
+/// Period of the heartbeat of a stream. A client that hears no beat for longer knows that nothing reaches it.
 const BEAT: Duration = Duration::from_millis(250);
 /// Frames of a client in one second, pings among them: more than any program or page sends.
 const FRAMES_EACH_SECOND: u32 = 256;

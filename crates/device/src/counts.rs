@@ -71,7 +71,7 @@ impl CountsOptions {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
     pub number: Number,
-    /// How many bits it has, at most those of the number.
+    /// Its number of bits, at most those of the number.
     pub bits: u32,
     pub scale: f64,
     pub offset: f64,

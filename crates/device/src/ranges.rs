@@ -12,7 +12,7 @@ const TIMES: [(&str, f64); 4] = [("ns", 1.0), ("us", 1e3), ("ms", 1e6), ("s", 1e
 /// A number that is out of its range.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Outside {
-    /// Where it stands: `servos.elbow.id`.
+    /// Its path in the options: `servos.elbow.id`.
     pub path: String,
     /// The reason, for people.
     pub problem: String,

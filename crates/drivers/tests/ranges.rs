@@ -29,7 +29,7 @@ fn numbers_of(kind: &str) -> Vec<Place> {
     found
 }
 
-/// What is needed, and this number at its place.
+/// Options with all that must be given, and this value at the place that `way` leads to.
 fn options(kind: &str, way: &[String], value: Value) -> Value {
     let of = device::find(kind).expect("a driver of ours");
     let needed = device::options_of(of).into_iter().filter(|word| word.default.is_none() && word.name != way[0]);

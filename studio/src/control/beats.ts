@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-/** How much the clocks of a browser and a daemon may drift apart, ms in each ms. */
+/** The drift between the clocks of a browser and a daemon at the most, ms in each ms. */
 const DRIFT = 0.0002;
 
 /**

@@ -19,7 +19,7 @@ const ANALOG_ERROR_VALUE: u16 = 0x6444;
 /// How many analog values a PDO carries.
 const ANALOG_IN_ONE: usize = 4;
 
-/// Where a channel is in the process data, and what its counts mean.
+/// The place of a channel in the process data, and the meaning of its counts.
 #[derive(Clone, Copy)]
 struct Wired {
     word: Word,

@@ -204,12 +204,12 @@ fn byte(scale: f64, offset: f64) -> Counts {
     Counts { scale, offset, ..Counts::of(Number::Uint8) }
 }
 
-/// How far left a byte lies in its register.
+/// The number of bits by which a byte is shifted in its register.
 fn shift(is_high: bool) -> u32 {
     if is_high { 8 } else { 0 }
 }
 
-/// One register on the wire.
+/// The two bytes of a register as they are sent, in front of zeros.
 fn in_register(value: u16) -> [u8; 8] {
     let [high, low] = value.to_be_bytes();
     [high, low, 0, 0, 0, 0, 0, 0]

@@ -3,7 +3,7 @@
 use crate::core::Core;
 use crate::course::of::Course;
 use crate::lifecycle::instance::{Cause, Instance, Life, State};
-use crate::lifecycle::outputs::{decode, reported, take_captured, take_outputs, whole};
+use crate::lifecycle::outputs::{decode, reported};
 use crate::lifecycle::report::Report;
 use crate::lifecycle::stages::Verbatim;
 use crate::protection::causes::{alarm_of_condition, alarm_of_end};
@@ -98,8 +98,7 @@ impl Course<'_> {
         }
         let condition = cause.condition;
         instance.ends(cause);
-        instance.findings.capturing.clear();
-        instance.findings.way.capturing.clear();
+        instance.findings.expect_nothing();
         let is_through = std::mem::take(&mut instance.work.is_through) && !instance.is_under_way() && instance.ends_in_its_opening() == Some(condition);
         // A resume takes the pause back and begins nothing that is on its way to its end.
         self.core.safety.pause.forget_start(id);
@@ -111,18 +110,16 @@ impl Course<'_> {
             let len = outputs.iter().map(|output| of.piece_len(*output)).sum::<usize>() + STAMP_LEN;
             // What stands behind the outputs says that the script was carried out to its end.
             if matches!(&instance.work.captured[..], [(_, captured)] if captured.len() == len) {
-                instance.findings.capturing.push((source, outputs));
+                instance.findings.captures.expect(source, outputs);
                 return self.ended();
             }
         }
         let mut builder = Builder::default();
         for &source in &instance.installed.sources {
             let mut outputs = of.outputs_in(source, condition);
-            outputs.retain(|o| !instance.findings.outputs.iter().any(|(have, _)| have == o));
+            instance.findings.captures.keep_missing(&mut outputs);
             of.end_in(&mut builder, source, &outputs);
-            if !outputs.is_empty() {
-                instance.findings.capturing.push((source, outputs));
-            }
+            instance.findings.captures.expect(source, outputs);
         }
         builder.then(Movement::Ended);
         self.replace_sequence(builder.finish());
@@ -137,15 +134,14 @@ impl Course<'_> {
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         // What the ending list captured is nothing: the outputs were read when it began.
         let outputs = if instance.is_in_ending() { Vec::new() } else { of.outputs_in(source, cause.condition) };
-        let lens: Vec<usize> = outputs.iter().map(|o| of.piece_len(*o)).collect();
-        take_outputs(&mut instance.findings.outputs, &outputs, &lens, captured);
-        let (told, is_read) = (cause.condition, instance.is_in_ending() && instance.findings.capturing.is_empty());
+        instance.findings.captures.take(&of, &outputs, captured);
+        let (told, is_read) = (cause.condition, instance.is_in_ending() && !instance.findings.captures.is_pending());
         let cause = instance.remembered(cause);
         let is_read = is_read || told == cause.condition;
         let done = is_read && alone && instance.installed.sources.len() == 1 && instance.work.outstanding == 0 && instance.work.sequence.is_empty();
         if done && instance.is_running() {
             // The reaction has done all of it: everything is off and safe, the outputs are here.
-            instance.findings.capturing.clear();
+            instance.findings.captures.expect_nothing();
             instance.ends(cause);
             return self.ended();
         }
@@ -161,7 +157,7 @@ impl Course<'_> {
         let Life::Ending { cause, .. } = &instance.life else { return };
         let cause = cause.clone();
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
-        take_captured(&of, &mut instance.findings.outputs, &mut instance.findings.capturing, std::mem::take(&mut instance.work.captured));
+        instance.findings.captures.take_scripts(&of, std::mem::take(&mut instance.work.captured));
         instance.position.active.clear();
         instance.position.wait_until_ns = None;
         let owner = instance.owner.clone();
@@ -203,10 +199,10 @@ fn report(instance: &Instance, registry: &Registry, cause: Cause) -> Report {
     let (condition, way) = (&instance.plan.conditions[cause.condition], &instance.findings.way);
     let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
     let mut outputs = IndexMap::new();
-    let on_the_way = way.conditions.iter().flat_map(|passed| &instance.plan.conditions[*passed].returns).map(|output| (output, &way.outputs));
-    for (&output, captured) in on_the_way.chain(condition.returns.iter().map(|output| (output, &instance.findings.outputs))) {
+    let on_the_way = way.conditions.iter().flat_map(|passed| &instance.plan.conditions[*passed].returns).map(|output| (output, &way.captures));
+    for (&output, captured) in on_the_way.chain(condition.returns.iter().map(|output| (output, &instance.findings.captures))) {
         let planned = &instance.plan.outputs[output];
-        if let Some(bytes) = whole(&of, captured, output) {
+        if let Some(bytes) = captured.whole(&of, output) {
             let (value, was_reported) = match planned.target {
                 Target::Report { item, .. } => reported(&bytes, item),
                 _ => (bytes.as_slice(), true),

@@ -8,7 +8,7 @@ use crate::lifecycle::instance::{Cause, Departure};
 use crate::lifecycle::stages::Verbatim;
 use crate::protection::causes::alarm_of_condition;
 use crate::wiring::sequence::Builder;
-use kernel::{Op, SourceId};
+use kernel::SourceId;
 use model::{ENDS, SystemCondition};
 
 /// Ends that leave no time for an ending list.
@@ -116,15 +116,12 @@ impl Course<'_> {
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         let mut builder = Builder::default();
-        instance.findings.capturing.clear();
-        instance.findings.way.capturing.clear();
+        instance.findings.expect_nothing();
         for &source in &instance.installed.sources {
             let mut outputs = of.outputs_in(source, condition);
-            outputs.retain(|o| !instance.findings.outputs.iter().any(|(have, _)| have == o));
-            if !outputs.is_empty() {
-                builder.add(source, Op::Capture(of.cells_of(&outputs)));
-                instance.findings.capturing.push((source, outputs));
-            }
+            instance.findings.captures.keep_missing(&mut outputs);
+            of.capture_in(&mut builder, source, &outputs);
+            instance.findings.captures.expect(source, outputs);
         }
         self.go_from(builder, list, 0);
     }
@@ -134,9 +131,7 @@ impl Course<'_> {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
-        let outputs = of.concluding_outputs(source, cause.condition);
-        let lens: Vec<usize> = outputs.iter().map(|o| of.piece_len(*o)).collect();
-        crate::lifecycle::outputs::take_outputs(&mut instance.findings.outputs, &outputs, &lens, captured);
+        instance.findings.captures.take(&of, &of.concluding_outputs(source, cause.condition), captured);
         let cause = instance.remembered(cause);
         self.concluding(cause);
     }

@@ -5,7 +5,7 @@ use crate::course::of::Course;
 use crate::lifecycle::instance::Cause;
 use crate::lifecycle::stages::Verbatim;
 use crate::wiring::sequence::Builder;
-use kernel::{Op, SourceId};
+use kernel::SourceId;
 
 impl Course<'_> {
     /// The supervisor leads on to `list`. The process was taken.
@@ -18,10 +18,8 @@ impl Course<'_> {
         let mut builder = Builder::default();
         for &source in &instance.installed.sources {
             let outputs = of.outputs_in(source, cause.condition);
-            if !outputs.is_empty() {
-                builder.add(source, Op::Capture(of.cells_of(&outputs)));
-                way.capturing.push((source, outputs));
-            }
+            of.capture_in(&mut builder, source, &outputs);
+            way.captures.expect(source, outputs);
         }
         self.go_from(builder, list, 0);
     }
@@ -32,6 +30,6 @@ impl Course<'_> {
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         instance.findings.way.lead_on(&of, instance.position.list, cause);
-        instance.findings.way.take(&of, source, cause.condition, captured);
+        instance.findings.way.captures.take(&of, &of.outputs_in(source, cause.condition), captured);
     }
 }

@@ -4,7 +4,6 @@ use crate::course::of::Course;
 use crate::lifecycle::instance::{Life, Rest, State};
 use crate::lifecycle::opening::{make_up, set_rest, wake};
 use crate::lifecycle::operating::looks;
-use crate::lifecycle::outputs::take_captured;
 use crate::lifecycle::stages::Verbatim;
 use crate::protection::causes::alarm_enabled;
 use crate::wiring::sequence::{Builder, Movement, by_source};
@@ -138,12 +137,12 @@ impl Course<'_> {
     pub fn entered(&mut self, list: usize, stage: usize) {
         let id = self.id;
         self.is_in(list, stage, stage == 0);
-        if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| i.is_in_ending() && !i.findings.capturing.is_empty()) {
+        if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| i.is_in_ending() && i.findings.captures.is_pending()) {
             let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
-            take_captured(&of, &mut instance.findings.outputs, &mut instance.findings.capturing, std::mem::take(&mut instance.work.captured));
-        } else if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| !i.findings.way.capturing.is_empty()) {
+            instance.findings.captures.take_scripts(&of, std::mem::take(&mut instance.work.captured));
+        } else if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| i.findings.way.captures.is_pending()) {
             let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
-            instance.findings.way.take_scripts(&of, std::mem::take(&mut instance.work.captured));
+            instance.findings.way.captures.take_scripts(&of, std::mem::take(&mut instance.work.captured));
         }
         let turned = self.core.carrier().follow_writers(id);
         if !turned.is_empty() {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A verb instance: what it was made of, where it is in its life, what it still waits for.
+use crate::lifecycle::captures::Captures;
 use crate::lifecycle::report::{Other, Report};
 use crate::lifecycle::way::Way;
 use crate::refuse::refuse;
@@ -232,13 +233,19 @@ pub(crate) struct Work {
 /// What the report of one start will say beside its condition.
 #[derive(Default)]
 pub(crate) struct Findings {
-    /// Values of its outputs, as far as they have been captured: (piece, bytes).
-    pub outputs: Vec<(Piece, Vec<u8>)>,
-    /// Outputs that the script under way captures in each source, in order.
-    pub capturing: Vec<(SourceId, Vec<Piece>)>,
+    /// What the condition of its end returns.
+    pub captures: Captures,
     pub others: Vec<Other>,
     /// The transitions before that, and what they returned.
     pub way: Way,
+}
+
+impl Findings {
+    /// No script captures anything any more.
+    pub fn expect_nothing(&mut self) {
+        self.captures.expect_nothing();
+        self.way.captures.expect_nothing();
+    }
 }
 
 /// What has come in one start that leads to its end, or may.

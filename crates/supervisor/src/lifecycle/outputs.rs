@@ -69,8 +69,13 @@ impl Verbatim<'_> {
     pub fn end_in(&self, builder: &mut Builder, source: SourceId, outputs: &[Piece]) {
         self.stop_in(builder, source);
         builder.add(source, Op::StopClock(self.installed.process.clone()));
-        if !outputs.is_empty() {
-            builder.add(source, Op::Capture(self.cells_of(outputs)));
+        self.capture_in(builder, source, outputs);
+    }
+
+    /// The operation that reads these pieces in `source`; none where there are no pieces.
+    pub fn capture_in(&self, builder: &mut Builder, source: SourceId, pieces: &[Piece]) {
+        if !pieces.is_empty() {
+            builder.add(source, Op::Capture(self.cells_of(pieces)));
         }
     }
 
@@ -87,39 +92,6 @@ impl Verbatim<'_> {
             }
         }
         pieces
-    }
-}
-
-/// What the scripts of an end captured in each source becomes outputs.
-pub(crate) fn take_captured(
-    of: &Verbatim,
-    outputs: &mut Vec<(Piece, Vec<u8>)>,
-    capturing: &mut Vec<(SourceId, Vec<Piece>)>,
-    captured: Vec<(SourceId, Vec<u8>)>,
-) {
-    for (source, bytes) in captured {
-        if let Some((_, asked)) = capturing.iter().find(|(s, _)| *s == source) {
-            let lens: Vec<usize> = asked.iter().map(|o| of.piece_len(*o)).collect();
-            take_outputs(outputs, asked, &lens, &bytes);
-        }
-    }
-    capturing.clear();
-}
-
-/// The bytes of an output whose pieces have all been captured.
-pub(crate) fn whole(of: &Verbatim, have: &[(Piece, Vec<u8>)], output: usize) -> Option<Vec<u8>> {
-    let piece = |part| have.iter().find(|(piece, _)| *piece == (output, part)).map(|(_, bytes)| bytes.as_slice());
-    (0..of.parts(output)).map(piece).collect::<Option<Vec<_>>>().map(|pieces| pieces.concat())
-}
-
-/// Splits captured bytes into pieces of outputs.
-pub(crate) fn take_outputs(have: &mut Vec<(Piece, Vec<u8>)>, outputs: &[Piece], lens: &[usize], bytes: &[u8]) {
-    let mut offset = 0;
-    for (output, len) in outputs.iter().zip(lens) {
-        if let Some(part) = bytes.get(offset..offset + len) {
-            have.push((*output, part.to_vec()));
-        }
-        offset += len;
     }
 }
 

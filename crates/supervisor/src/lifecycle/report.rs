@@ -24,17 +24,17 @@ pub struct Passed {
     pub time_s: f64,
 }
 
-/// How one start of a verb instance ended.
+/// The end of one start of a verb instance.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Report {
     pub instance: String,
     pub verb: String,
-    /// Which start of this instance it was, from 1.
+    /// The number of this start of the instance, from 1.
     pub start: u64,
     /// The termination condition.
     pub condition: String,
-    /// Whether it is a normal end: no exception on the PS.
+    /// True for a normal end, which raises no exception in the programming system.
     pub normal: bool,
     /// The list that was running.
     pub command_list: String,
@@ -45,7 +45,7 @@ pub struct Report {
     pub started_s: f64,
     /// The value that the condition reported, if it has one.
     pub value: Option<Value>,
-    /// Why, in words.
+    /// The cause in words.
     pub message: String,
     /// What the conditions on its way and the last one return: of one name, the latest. Nothing for a condition that was not reported in
     /// this start.

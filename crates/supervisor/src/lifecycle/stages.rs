@@ -161,9 +161,7 @@ impl Verbatim<'_> {
                     if outputs.iter().any(|(output, _)| self.moves(*output)) || captured > PASSED_MAX {
                         return Response::Tell;
                     }
-                    if !outputs.is_empty() {
-                        builder.add(source, Op::Capture(self.cells_of(&outputs)));
-                    }
+                    self.capture_in(&mut builder, source, &outputs);
                     builder.add(source, Op::Forget);
                 }
                 self.enter(&mut builder, &active, to, to_stage, None);

@@ -4,6 +4,7 @@ import { ReactFlowProvider } from "@xyflow/react";
 import { useCallback, useEffect, useMemo, useState } from "react";
 import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
+import { useLatest } from "../../../design/useLatest";
 import { useLive } from "../../../shell/context";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
 import { shapeOfDefinition } from "../../verbs/shape";
@@ -182,6 +183,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
     }),
     [draft, put, faces, possible, add, drawing, bySource, runOn],
   );
+  const latest = useLatest({ draft, drawing, put, way });
   const choose = useCallback((id: string) => setChosen({ kind: "box", id }), []);
   return (
     <>
@@ -196,7 +198,10 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
           type="button"
           onClick={() =>
             void arrange(drawing).then((laid) => {
-              put(change.places(draft, Object.fromEntries(laid)));
+              const now = latest.current;
+              if (now.way.join(".") !== way.join(".")) return;
+              const there = new Set(now.drawing.boxes.map((box) => box.id));
+              now.put(change.places(now.draft, Object.fromEntries([...laid].filter(([id]) => there.has(id)))));
               showAnew();
             })
           }

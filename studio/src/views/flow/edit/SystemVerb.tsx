@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import type { VerbForm } from "../../../control/shapes";
+import { useLatest } from "../../../design/useLatest";
 import { useLive } from "../../../shell/context";
 
 /** Chooses a verb of the system and takes its definition. `take` may throw; `failed` is told what is wrong, and nothing at each new choice. */
@@ -15,13 +17,14 @@ export function SystemVerb(props: {
 }) {
   const control = useLive();
   const [names, setNames] = useState<string[]>([]);
+  const latest = useLatest(props);
   const bring = async (name: string) => {
     props.failed([]);
     try {
       const { defined } = await control.look("verb_form", { name });
-      props.take(name, defined);
+      latest.current.take(name, defined);
     } catch (why) {
-      props.failed(refusalsOf(why));
+      latest.current.failed(refusalsOf(why));
     }
   };
   return (

@@ -55,7 +55,7 @@ export function verbAround(graph: Graph, every_ns: number): Record<string, unkno
   };
 }
 
-/** Installs a graph and starts it. Errors: `Refused`; what had been made before is left, so that it can be tried again. */
+/** Installs a graph and starts it. Errors: `Refused`; definition and SVVs stay then, an instance that was not started does not. */
 export async function begin(control: Control, draft: Draft & { kind: "graph" }, faces: Faces, wanted: Wanted): Promise<Trial> {
   const graph = draft.of;
   const pressed = control.pressed();
@@ -79,7 +79,12 @@ export async function begin(control: Control, draft: Draft & { kind: "graph" }, 
   await control.order("define_verb", verbAround(graph, wanted.every_ns) as unknown as VerbRequest);
   const placed = Object.fromEntries(Object.entries(wanted.placement).map(([label, source]) => [`${LABEL}.${label}`, source]));
   const instance = await control.order("create", { verb: graph.name, arguments: named, placement: { ...placed, "*": wanted.source } });
-  await control.order("start", { instance }, undefined, pressed);
+  try {
+    await control.order("start", { instance }, undefined, pressed);
+  } catch (why) {
+    await control.order("delete", { instance });
+    throw why;
+  }
   return { verb: graph.name, instance, outputs: Object.keys(graph.outputs).map((port) => named[port]?.svv ?? port) };
 }
 
