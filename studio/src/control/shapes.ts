@@ -1824,15 +1824,15 @@ export interface Replaying {
   failure: string | null;
 }
 
-/** How one start of a verb instance ended. */
+/** The end of one start of a verb instance. */
 export interface Report {
   instance: string;
   verb: string;
-  /** Which start of this instance it was, from 1. */
+  /** The number of this start of the instance, from 1. */
   start: number;
   /** The termination condition. */
   condition: string;
-  /** Whether it is a normal end: no exception on the PS. */
+  /** True for a normal end, which raises no exception in the programming system. */
   normal: boolean;
   /** The list that was running. */
   command_list: string;
@@ -1843,7 +1843,7 @@ export interface Report {
   started_s: number;
   /** The value that the condition reported, if it has one. */
   value: Value | null;
-  /** Why, in words. */
+  /** The cause in words. */
   message: string;
   /**
    * What the conditions on its way and the last one return: of one name, the latest. Nothing for a condition that was not reported in
