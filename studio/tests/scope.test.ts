@@ -99,6 +99,30 @@ test("a trigger is shown with what was before it, cursors read it, and it can be
   await shoot(page, "scope-trigger");
 });
 
+test("no axis has two equal labels, however closely a large value is looked at", async () => {
+  const { page } = studio;
+  await page.evaluate(() => {
+    const texts: string[] = [];
+    const write = CanvasRenderingContext2D.prototype.fillText;
+    CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+      texts.push(String(text));
+      write.call(this, text, x, y);
+    };
+    Object.assign(window, { texts });
+    const setup = {
+      traces: [{ channel: "bank.c00", component: "", look: 0, range: [1234.5678, 1234.5682] }],
+      sweep: "roll",
+      span_s: 0.5,
+    };
+    window.location.hash = `#/scope?setup=${encodeURIComponent(JSON.stringify(setup))}`;
+  });
+  const texts = () => page.evaluate(() => (window as unknown as { texts: string[] }).texts);
+  // Each of these would read 1234.6.
+  await until("the labels have the digits that they need", async () => (await texts()).includes("+ 1234.567"));
+  expect(await texts()).toEqual(expect.arrayContaining(["0.00080", "0.00090", "0.00100", "0.00110", "0.00120"]));
+  await shoot(page, "scope-labels");
+});
+
 test("a value is found by a few keys", async () => {
   const { page } = studio;
   await page.locator("body").click({ position: { x: 2, y: 2 } });

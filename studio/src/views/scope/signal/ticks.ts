@@ -25,8 +25,10 @@ export function ticks(lo: number, hi: number, count: number): number[] {
 
 /** The multiples of `step` from `lo` to `hi`. */
 export function multiples(lo: number, hi: number, step: number): number[] {
-  const first = Math.ceil(lo / step - 1e-9);
-  const last = Math.floor(hi / step + 1e-9);
+  // An end that is a multiple itself counts, in spite of the rounding of the quotient.
+  const near = (end: number) => 1e-9 + 4 * Number.EPSILON * Math.abs(end / step);
+  const first = Math.ceil(lo / step - near(lo));
+  const last = Math.floor(hi / step + near(hi));
   // Written as its digits, 3 · 0.1 is 0.3: as many digits as are left of a double.
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => Number(((first + i) * step).toPrecision(15)));
 }
