@@ -25,7 +25,7 @@ export interface Gestures {
 const AXIS_WIDTH = 62;
 /** Room of a label: along x in characters and px, and the distance of labels along y, px. */
 const ALONG = { room: 8, space_px: 70 };
-const UP = { room: 7, space_px: 34 };
+const UP = { room: 6, space_px: 34 };
 
 /** How a plot stands among others under each other: the last has the labels along x; all are as wide as the one with most axes. */
 export interface Among {

@@ -13,6 +13,8 @@ test("labels have the digits that their distance needs", () => {
     texts: ["0.0008", "0.0010", "0.0012"],
     common: "+ 1234.567",
   });
+  expect(labelsOf([1234.5678, 1234.568, 1234.5682], 0.0002, 5)).toMatchObject({ texts: ["0.8", "1.0", "1.2"], common: "×10⁻³ + 1234.567" });
+  expect(labelsOf([-0.0015, -0.001], 0.0005, 6)).toMatchObject({ texts: ["-1.5", "-1.0"], common: "×10⁻³" });
   expect(labelsOf([], 1, 7).texts).toEqual([]);
 });
 

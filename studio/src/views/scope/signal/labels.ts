@@ -10,23 +10,23 @@ export interface Labels {
   offset: number;
 }
 
-/** Digits of a number that need no exponent. */
+/** Sizes from and below which numbers are written with a power of ten. */
 const [LARGE, SMALL] = [1e6, 1e-3];
 const DECIMALS_MAX = 20;
 
-/** Labels of ascending marks that differ by multiples of `step`; each has at most about `room` characters. Those that a double cannot tell apart stay empty. */
+/** Labels of ascending marks that are multiples of `step`, as a rule of at most `room` characters. Those that a double cannot tell apart stay empty. */
 export function labelsOf(marks: readonly number[], step: number, room: number): Labels {
-  const plain = scaled(marks, step, 0);
-  if (plain.texts.every((text) => text.length <= room)) return plain;
+  const fits = ({ texts }: Labels) => texts.every((text) => text.length <= room);
+  const [plain, short] = [scaled(marks, step, 0, SMALL), scaled(marks, step, 0, 1)];
+  if (fits(plain)) return plain;
+  if (fits(short)) return short;
   const [first, last] = [marks[0] as number, marks.at(-1) as number];
   const unit = 10 ** Math.ceil(Math.log10(Math.max(last - first, step)) + 1e-9);
   const offset = Math.floor(first / unit) * unit;
-  if (offset === 0 || !Number.isFinite(offset)) return plain;
-  return scaled(
-    marks.map((mark) => Math.round((mark - offset) / step) * step),
-    step,
-    offset,
-  );
+  if (offset === 0 || !Number.isFinite(offset)) return short;
+  const rest = marks.map((mark) => Math.round((mark - offset) / step) * step);
+  const [away, awayShort] = [scaled(rest, step, offset, SMALL), scaled(rest, step, offset, 1)];
+  return fits(away) ? away : awayShort;
 }
 
 /** The ends of a range, with digits that tell them apart: "1234.56 … 1234.58". */
@@ -38,9 +38,10 @@ export function rangeText(lo: number, hi: number): string {
   return `${Number(lo.toPrecision(digits))} … ${Number(hi.toPrecision(digits))}`;
 }
 
-function scaled(marks: readonly number[], step: number, offset: number): Labels {
+/** `small`: the size below which all labels have a power of ten in common. */
+function scaled(marks: readonly number[], step: number, offset: number, small: number): Labels {
   const size = Math.max(step, ...marks.map(Math.abs));
-  const exponent = size >= LARGE || size < SMALL ? 3 * Math.floor(Math.log10(size * (1 + 1e-12)) / 3) : 0;
+  const exponent = size >= LARGE || size < small ? 3 * Math.floor(Math.log10(size * (1 + 1e-12)) / 3) : 0;
   const factor = 10 ** exponent;
   const decimals = decimalsOf(step / factor);
   const texts = marks.map((mark) => {
