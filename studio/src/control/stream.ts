@@ -135,7 +135,7 @@ export class Stream {
     this.#socket?.close();
   }
 
-  /** A browser does not tell why a connection was refused: a plain request does. A daemon that was started again has another token. */
+  /** Finds out by a plain request whether the system refuses this page's token, because a browser does not tell why a WebSocket failed. */
   #askWhy(refused: WebSocket): void {
     this.#met?.().catch((why) => {
       if (!(why instanceof Refused && why.status === 401) || this.#socket !== refused) return;

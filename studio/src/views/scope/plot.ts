@@ -23,7 +23,7 @@ export interface Gestures {
 }
 
 const AXIS_WIDTH = 62;
-/** Room of a label: along x in characters and px, and the distance of labels along y, px. */
+/** Longest label of an axis along x and of one along y, in characters, and least distance of two labels, px. */
 const ALONG = { room: 8, space_px: 70 };
 const UP = { room: 6, space_px: 34 };
 
@@ -66,7 +66,7 @@ export class Plot {
     this.#isFixed = among.isFixed;
     this.#isAbove = !among.isLast;
     this.#plot?.destroy();
-    // uPlot sees every scale from 0 to 1: its own marks end where doubles have 17 digits, and those here follow the range.
+    // Every scale of uPlot runs from 0 to 1, and the marks are computed here: its own ones fail on large offsets.
     const data = [[0, 1], ...axes.map(() => [0, 1])] as uPlot.AlignedData;
     this.#common.clear();
     this.#plot = new uPlot(this.#options(width, height, along !== null, among), data, this.#host);

@@ -24,7 +24,7 @@ export function sineNear(values: Float64Array, weights: Float64Array, cycles: nu
   let turn = begin;
   let found: Fit | null = null;
   for (let round = 0; round < ROUNDS_MAX; round += 1) {
-    found = stepped(values, weights, turn, found);
+    found = gaussNewton(values, weights, turn, found);
     if (!found) return null;
     turn += found.step;
     if (!(Math.abs(turn - begin) <= 1.5 * bin && turn > 0 && turn < Math.PI)) return null;
@@ -42,8 +42,8 @@ interface Fit {
   step: number;
 }
 
-/** One step of Gauss and Newton; without `before` the turn per value is kept. */
-function stepped(values: Float64Array, weights: Float64Array, turn: number, before: Fit | null): Fit | null {
+/** Makes one Gauss-Newton step from the fit `before`; without one it fits offset and amplitude and keeps the turn per value. */
+function gaussNewton(values: Float64Array, weights: Float64Array, turn: number, before: Fit | null): Fit | null {
   const count = values.length;
   const middle = (count - 1) / 2;
   const size = before ? 4 : 3;
