@@ -57,7 +57,7 @@ from .policies import Policy, Term, policy
 from .processors import Processor
 from .python import PythonBlock, block
 from .quantities import Quantity, deg
-from .recordings import Recorded, Recording, open_recording
+from .recordings import Recorded, Recording, RecordingDamage, open_recording
 from .remote.connecting import connect
 from .replaying import Difference, Replay, replay
 from .reports import Report
@@ -84,7 +84,7 @@ __all__ = [
     "FileFailed", "FmuBlock", "Frame", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState",
     "LimitExceeded", "LogicalDevice", "Module", "ModuleError", "NotAllowed", "NotCommanding", "NotEnabled", "NotHomed", "Occurrence",
     "OutOfRange", "Part", "PhysicalDevice", "PlacementError", "Point", "Points", "Policy", "Pose", "Predicate", "Processor",
-    "PythonBlock", "Quantity", "Recorded", "Recording", "Reference", "Replay", "Report", "SchedulingError", "SecondWriter", "SessionLost",
+    "PythonBlock", "Quantity", "Recorded", "Recording", "RecordingDamage", "Reference", "Replay", "Report", "SchedulingError", "SecondWriter", "SessionLost",
     "Snapshot", "Source", "StructType", "Studio", "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Term", "Terminated",
     "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance",
     "VersionMismatch", "activate", "block", "casadi", "cell", "compose", "connect", "deactivate", "deg", "drivers", "each", "execute",

@@ -6,7 +6,9 @@ from __future__ import annotations
 import fnmatch
 import json
 import os
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -118,6 +120,40 @@ def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | 
     return Recording(system, number, file)
 
 
+DAMAGE_SHOWN = 3
+"""How many parts of a damaged file a warning has in full."""
+
+
+@dataclass(frozen=True)
+class RecordingDamage:
+    """A part of a recording's file that cannot be read; `recorded.damage` lists them."""
+
+    begins: int
+    """Its first byte in the file."""
+    ends: int
+    """The first byte behind it."""
+    what: str
+    """Why it cannot be read."""
+    span: tuple[float, float] | None
+    """Times between which what is lost lies, s on the system's clock; None where the file does not say it."""
+    lost: dict[str, int] | None
+    """Number of messages that are lost, by channel: empty where none is, None where the file does not say it."""
+
+    @classmethod
+    def _of(cls, said: Mapping[str, Any]) -> Self:
+        span = None if said["from_ns"] is None else (said["from_ns"] * 1e-9, said["to_ns"] * 1e-9)
+        return cls(said["begins"], said["ends"], said["what"], span, said["lost"])
+
+    def __str__(self) -> str:
+        if self.lost == {}:
+            loss = "no message is lost"
+        else:
+            count = "an unknown number of messages" if self.lost is None else f"{sum(self.lost.values())} messages of {', '.join(self.lost)}"
+            when = "" if self.span is None else f" between {self.span[0]:.6g} s and {self.span[1]:.6g} s"
+            loss = f"{count}{when} {'is' if self.lost is None else 'are'} lost"
+        return f"bytes {self.begins} to {self.ends}: {self.what}; {loss}"
+
+
 class Recorded(Mapping[str, np.ndarray]):
     """A recording read back: names of SVVs to structured arrays of `number`, `time` (s on the system's clock) and `value`.
 
@@ -137,9 +173,16 @@ class Recorded(Mapping[str, np.ndarray]):
         self.complete: bool = about["complete"]
         """False where the file has no end, because its recorder was killed or the disk was full: this is all up to there."""
         self.lost: dict[str, int] = about["lost"]
-        """What is not in it, by channel, where there is anything."""
+        """What its recorder could not keep up with, by channel, where there is anything."""
+        self.damage: list[RecordingDamage] = [RecordingDamage._of(one) for one in about["damage"]]
+        """Parts of the file that cannot be read, with their place, time and messages; everything else is here."""
         self.metadata: dict[str, dict[str, str]] = about["metadata"]
         """What the file says of the system: name, version, configuration, when its clock stood at 0."""
+        if self.damage:
+            shown = "; ".join(str(one) for one in self.damage[:DAMAGE_SHOWN])
+            more = f"; and {len(self.damage) - DAMAGE_SHOWN} more in recording.damage" if len(self.damage) > DAMAGE_SHOWN else ""
+            places = "one place" if len(self.damage) == 1 else f"{len(self.damage)} places"
+            warnings.warn(f"recording '{self.path}' is damaged in {places}: {shown}{more}", UserWarning, stacklevel=4)
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._series:
@@ -203,6 +246,7 @@ class Recorded(Mapping[str, np.ndarray]):
     def __repr__(self) -> str:
         values = sum(of["count"] for of in self._series.values())
         state = "" if self.complete else ", without an end"
+        state += f", damaged in {len(self.damage)} places" if self.damage else ""
         return f"recording '{self.path}'{state}: {len(self)} SVVs and cells, {values} values, {sum(self.lost.values()) or 'nothing'} lost"
 
 
@@ -219,7 +263,7 @@ class Unmade(Recorded):
             abouts = {name: native.svv_about(name) for name in names}
         self._series = {name: {"type": about["type"], "unit": about["unit"], "count": 0} for name, about in abouts.items()}
         self._cells: bool = options["cells"]
-        self.complete, self.lost, self.metadata = True, {}, {}
+        self.complete, self.lost, self.damage, self.metadata = True, {}, [], {}
 
     def __getitem__(self, name: str) -> np.ndarray:
         if self._cells and ":" in name:
@@ -246,6 +290,7 @@ def open_recording(path: str | os.PathLike[str]) -> Recorded:
     """Reads the recording at `path`, which `cell.record()` or `opengpac record` has made.
 
     A mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`, `timing` and `lost`.
+    What of a damaged file is sound is there, with a warning that has place, time and messages of what is not (`damage`).
     Raises ValueRefused where the file is none. While a program is only checked (`opengpac check`), what it would have recorded itself is
     there with its names, types and units, and no value.
     """

@@ -39,7 +39,7 @@ GROUPS: dict[str, tuple[str, str]] = {
         "System TakenOver TakenProcessor connect Processor Source PhysicalDevice Part Channel SVV Snapshot Predicate Module StructType "
         "Studio",
     ),
-    "Recordings and replay": ("opengpac", "Recording open_recording Recorded replay Replay Difference"),
+    "Recordings and replay": ("opengpac", "Recording open_recording Recorded RecordingDamage replay Replay Difference"),
     "Definitions in files": ("opengpac", "load save DefinitionFile"),
     "Blocks and graphs": ("opengpac", "Block BlockUse Occurrence Reference Graph ratio block PythonBlock"),
     "Items of a block in Python": ("opengpac.python", "Input Output State Parameter Condition Invocation"),

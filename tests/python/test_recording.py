@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import json
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -248,3 +249,74 @@ def test_alarms_are_recorded_at_the_time_at_which_they_came(tmp_path: Path) -> N
             for _, channel, message in reader.make_reader(file).iter_messages(topics=["/alarms"])
         ]
     assert [time for time, codes in rows if codes == ["hot"]] == [2_000_000_000], rows
+
+
+def messages_of(path: Path) -> dict[str, list[tuple[int, float]]]:
+    """Times in ns and values of the SVVs of a sound file, as the package `mcap` reads it."""
+    from mcap import reader
+
+    found: dict[str, list[tuple[int, float]]] = {}
+    with open(path, "rb") as file:
+        for _, channel, message in reader.make_reader(file).iter_messages():
+            if "kind" in channel.metadata:
+                found.setdefault(channel.topic, []).append((message.log_time, json.loads(message.data)["value"]))
+    return found
+
+
+def chunks_of(path: Path) -> list[tuple[range, int, int]]:
+    """Place, first and last time of each chunk of a sound file, as the package `mcap` reads its summary."""
+    from mcap import reader
+
+    with open(path, "rb") as file:
+        summary = reader.make_reader(file).get_summary()
+        assert summary
+        of = summary.chunk_indexes
+        return [(range(one.chunk_start_offset, one.chunk_start_offset + one.chunk_length), one.message_start_time, one.message_end_time) for one in of]
+
+
+def test_a_damaged_recording_has_everything_but_the_chunk_that_was_hit(cell: gpac.System, tmp_path: Path) -> None:
+    path, damaged = tmp_path / "run.mcap", tmp_path / "damaged.mcap"
+    with cell.record(path):
+        for svv in ("a", "b"):
+            run(cell, svv)
+        cell.advance("12 s")
+    whole, places, bytes_of = messages_of(path), chunks_of(path), path.read_bytes()
+    assert len(places) >= 4
+    draw = np.random.default_rng(30)
+    for _ in range(60):
+        at, bit = int(draw.integers(8, len(bytes_of))), int(draw.integers(8))
+        damaged.write_bytes(bytes_of[:at] + bytes([bytes_of[at] ^ 1 << bit]) + bytes_of[at + 1 :])
+        hit = next((place for place in places if at in place[0]), None)
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            recorded = gpac.open_recording(damaged)
+        lost = 0
+        for name, messages in whole.items():
+            got = [(round(time * 1e9), value) for time, value in zip(recorded[name]["time"], recorded[name]["value"], strict=True)]
+            assert set(got) <= set(messages), f"byte {at}: values of {name} that were not recorded"
+            missing = set(messages) - set(got)
+            lost += len(missing)
+            assert not missing or hit and all(hit[1] <= time <= hit[2] for time, _ in missing), f"byte {at}: {len(missing)} of {name}"
+        if lost:
+            assert hit and len(told) == 1 and str(damaged) in str(told[0].message), f"byte {at}"
+            [one] = recorded.damage
+            assert (one.begins, one.ends) == (hit[0].start, hit[0].stop) and one.lost and one.lost.get("a", 0) + one.lost.get("b", 0) == lost
+            assert one.span and (round(one.span[0] * 1e9), round(one.span[1] * 1e9)) == hit[1:]
+            assert f"{sum(one.lost.values())} messages of" in str(told[0].message)
+
+
+def test_a_recording_without_its_tail_says_where_it_ends(cell: gpac.System, tmp_path: Path) -> None:
+    path, cut = tmp_path / "run.mcap", tmp_path / "cut.mcap"
+    with cell.record(path):
+        run(cell, "a")
+        cell.advance("12 s")
+    whole, places, bytes_of = messages_of(path), chunks_of(path), path.read_bytes()
+    place, first, last = places[-2]
+    cut.write_bytes(bytes_of[: (place.start + place.stop) // 2])
+    with pytest.warns(UserWarning, match="ends within a record"):
+        recorded = gpac.open_recording(cut)
+    assert not recorded.complete
+    [one] = recorded.damage
+    assert one.begins == place.start and one.span and (round(one.span[0] * 1e9), round(one.span[1] * 1e9)) == (first, last)
+    got = {round(time * 1e9) for time in recorded["a"]["time"]}
+    assert {time for time, _ in whole["a"]} - got == {time for time, _ in whole["a"] if time >= min(first, max(got))} - got

@@ -46,9 +46,9 @@ impl Recording {
         self.inner.records.keys().cloned().collect()
     }
 
-    /// `{complete, metadata, lost}`.
+    /// `{complete, metadata, lost, damage}`.
     fn about_json(&self) -> PyResult<String> {
-        to_json(&json!({"complete": self.inner.complete, "metadata": self.inner.metadata, "lost": self.inner.lost()}))
+        to_json(&json!({"complete": self.inner.complete, "metadata": self.inner.metadata, "lost": self.inner.lost(), "damage": self.inner.damage}))
     }
 }
 

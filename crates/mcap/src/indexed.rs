@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reading an MCAP file in place: where its chunks lie, and one chunk at a time. Nothing but heads is read before a chunk is asked for.
+//! What cannot be read is passed over, and listed by [`Indexed::damage`].
 use crate::Record;
+use crate::damage::{Damage, Summary};
 use crate::reader::{LEN_MAX, SHORT, Unreadable, record, unpack};
-use crate::records::{CHANNEL, CHUNK, DATA_END, FOOTER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, Rest};
+use crate::records::{CHANNEL, CHUNK, DATA_END, FOOTER, HEADER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, Rest};
+use crate::sound::{self, HEAD, INDEX_ENTRY};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
@@ -17,11 +20,12 @@ pub struct Channel {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// Where a chunk lies, and what the file says of it.
+/// Where a chunk lies, and what the file says of it. Messages beside chunks, one after the other, are taken as one.
 #[derive(Clone, Debug)]
 pub struct ChunkIndex {
-    /// Its fields, in bytes of the file.
-    fields: Range<u64>,
+    /// Its fields, in bytes of the file; of messages beside chunks their records.
+    pub(crate) fields: Range<u64>,
+    is_packed: bool,
     /// The smallest and the largest time of its messages, ns.
     pub first: u64,
     pub last: u64,
@@ -89,6 +93,12 @@ pub struct Indexed {
     pub channels: BTreeMap<u16, Channel>,
     /// Chunks that were looked through for channels.
     looked: usize,
+    /// Chunks that the caller has seen: nothing is added to them.
+    seen: usize,
+    /// Places between sound records, in the order of the file.
+    passed: Vec<Damage>,
+    /// What the file's summary says; read at the first damage.
+    summary: Option<Summary>,
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
 }
 
@@ -99,11 +109,18 @@ impl Indexed {
     /// [`Unreadable::NoMcap`] where it begins with anything else, and those of the file.
     pub fn open(file: File) -> Result<Indexed, Unreadable> {
         let mut begin = [0; MAGIC.len()];
-        if file.read_exact_at(&mut begin, 0).is_err() || begin != *MAGIC {
+        if file.read_exact_at(&mut begin, 0).is_err() {
             return Err(Unreadable::NoMcap);
         }
-        let (chunks, channels, metadata) = Default::default();
-        let mut indexed = Indexed { file, at: MAGIC.len() as u64, is_whole: false, is_read: false, chunks, channels, looked: 0, metadata };
+        let (chunks, channels, passed, metadata) = Default::default();
+        let at = MAGIC.len() as u64;
+        let mut indexed = Indexed { file, at, is_whole: false, is_read: false, chunks, channels, looked: 0, seen: 0, passed, summary: None, metadata };
+        if begin != *MAGIC {
+            if !indexed.has_header()? {
+                return Err(Unreadable::NoMcap);
+            }
+            indexed.passed.push(Damage::harmless(0..at, "the mark of an MCAP file is damaged"));
+        }
         indexed.go_on()?;
         Ok(indexed)
     }
@@ -112,15 +129,91 @@ impl Indexed {
     pub fn go_on(&mut self) -> Result<bool, Unreadable> {
         let (before, len) = (self.at, self.file.metadata()?.len());
         while !self.is_read {
-            match self.step(len) {
-                Ok(true) => {}
-                // What follows a damaged place cannot be told from damage: the end.
-                Ok(false) | Err(Unreadable::Damaged { .. }) => break,
+            let what = match self.step(len) {
+                Ok(true) => continue,
+                Ok(false) => CUT_OFF,
+                Err(Unreadable::Damaged { what, .. }) => what,
                 Err(why) => return Err(why),
+            };
+            if !self.pass(what, len)? {
+                break;
             }
         }
+        self.seen = self.chunks.len();
         self.find_channels()?;
         Ok(self.at > before)
+    }
+
+    /// Returns whether the record behind the mark of the file is the one that comes first in every MCAP file.
+    fn has_header(&self) -> Result<bool, Unreadable> {
+        let Some((HEADER, fields)) = self.head(self.at, self.file.metadata()?.len()).unwrap_or(None) else { return Ok(false) };
+        let size = fields.end - fields.start;
+        let begin = self.read(fields.start..fields.start + sound::prefix(HEADER, size))?;
+        Ok(sound::is_sound(HEADER, &begin, size))
+    }
+
+    /// Passes over damage, up to the next sound record; false where there is none yet.
+    fn pass(&mut self, what: &'static str, len: u64) -> Result<bool, Unreadable> {
+        if self.at + HEAD > len {
+            return Ok(false);
+        }
+        let summary = self.summary.get_or_insert_with(|| Summary::read(&self.file, len).unwrap_or_default());
+        let (known, span) = (summary.places(), summary.span(self.at));
+        let next = |has_chunks| sound::next_sound(&self.file, self.at + 1, len, &known, has_chunks);
+        let mut found = next(true)?;
+        if !self.has_chunks() && !matches!(found, Some((_, CHUNK | MESSAGE_INDEX))) {
+            found = next(false)?;
+        }
+        let Some((to, _)) = found else { return Ok(false) };
+        let bytes = self.at..to;
+        let fields = (bytes.start + HEAD).min(to)..to;
+        let begin = self.read(fields.start..(fields.start + CHUNK_CHECKED).min(to))?;
+        let span = span.or_else(|| self.times_at(self.at));
+        self.at = to;
+        if sound::is_chunk(&begin, fields.end - fields.start) {
+            self.passed.push(Damage::harmless(bytes, "the length of a chunk is damaged"));
+            self.at = self.take_chunk(fields, len)?;
+        } else {
+            let what = if what == CUT_OFF { "a record has a code or length that none can have" } else { what };
+            self.passed.push(Damage { bytes, what, span, counts: None });
+        }
+        Ok(true)
+    }
+
+    /// True where messages lie in chunks, as far as the file is known.
+    fn has_chunks(&self) -> bool {
+        self.chunks.last().is_some_and(|chunk| chunk.is_packed)
+    }
+
+    /// What could not be read of the file so far. Of chunks only their places were looked at: the content of each is checked by
+    /// [`Indexed::chunk`], and what that refuses is told by [`Indexed::damage_of`].
+    pub fn damage(&self) -> Vec<Damage> {
+        let mut found: Vec<Damage> = self.passed.clone();
+        let len = self.file.metadata().map_or(self.at, |about| about.len());
+        if !self.is_whole && self.at < len {
+            found.push(Damage { bytes: self.at..len, what: CUT_OFF, span: self.times_at(self.at), counts: None });
+        }
+        for damage in found.iter_mut().filter(|damage| damage.span.is_none() && damage.counts.as_ref().is_none_or(|counts| !counts.is_empty())) {
+            let before = self.chunks.iter().rfind(|chunk| chunk.fields.end <= damage.bytes.start).map(|chunk| chunk.last);
+            let behind = self.chunks.iter().find(|chunk| chunk.fields.start >= damage.bytes.end).map(|chunk| chunk.first);
+            damage.span = before.zip(behind).filter(|(from, to)| from <= to);
+        }
+        found
+    }
+
+    /// What is lost with a chunk whose content cannot be read.
+    pub fn damage_of(&self, chunk: usize, what: &'static str) -> Damage {
+        let ChunkIndex { fields, first, last, counts, .. } = &self.chunks[chunk];
+        let counts = Some(counts.clone()).filter(|counts| !counts.is_empty());
+        Damage { bytes: fields.start - HEAD..fields.end, what, span: Some((*first, *last)).filter(|(first, last)| first <= last), counts }
+    }
+
+    /// The times that a chunk says it has, where its head is there.
+    fn times_at(&self, at: u64) -> Option<(u64, u64)> {
+        let head = self.read(at..at + HEAD + CHUNK_HEAD).ok()?;
+        let mut rest = Rest(&head);
+        let (CHUNK, Some(_len)) = (rest.u8()?, rest.u64()) else { return None };
+        Some((rest.u64()?, rest.u64()?)).filter(|(first, last)| first <= last)
     }
 
     /// True where the file's end is there: nothing more comes.
@@ -130,7 +223,11 @@ impl Indexed {
 
     /// Reads a chunk.
     pub fn chunk(&self, index: usize) -> Result<Chunk, Unreadable> {
-        self.unpacked(&self.chunks[index].fields)
+        let ChunkIndex { fields, is_packed, .. } = &self.chunks[index];
+        if *is_packed {
+            return self.unpacked(fields);
+        }
+        Chunk::of(self.read(fields.clone())?).ok_or(Unreadable::Damaged { at: fields.start, what: SHORT })
     }
 
     fn unpacked(&self, place: &Range<u64>) -> Result<Chunk, Unreadable> {
@@ -143,21 +240,28 @@ impl Indexed {
     /// Takes the next record, with the index behind it where it is a chunk's; false where there is no whole one.
     fn step(&mut self, len: u64) -> Result<bool, Unreadable> {
         let Some((code, fields)) = self.head(self.at, len)? else { return Ok(false) };
-        let mut end = fields.end;
-        match code {
-            CHUNK => {
-                let head = self.read(fields.start..(fields.start + CHUNK_HEAD).min(fields.end))?;
-                let mut rest = Rest(&head);
-                let (Some(first), Some(last)) = (rest.u64(), rest.u64()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
-                let (mut counts, behind, is_whole) = self.index(fields.end, len)?;
-                if !is_whole {
-                    let chunk = self.unpacked(&fields)?;
-                    counts = chunk.messages.iter().map(|(channel, messages)| (*channel, messages.len())).collect();
+        let (size, mut end) = (fields.end - fields.start, fields.end);
+        let begin = self.read(fields.start..fields.start + sound::prefix(code, size))?;
+        let Some(meant) = sound::code_of(code, &begin, size, self.has_chunks()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
+        if meant != code {
+            self.passed.push(Damage::harmless(self.at..fields.start, "the code of a record is damaged"));
+        }
+        match meant {
+            CHUNK => end = self.take_chunk(fields, len)?,
+            // An entry of the summary whose code is damaged.
+            MESSAGE if self.is_whole => self.passed.push(Damage::harmless(self.at..end, "the code of a record is damaged")),
+            MESSAGE => self.take_message(&begin, fields),
+            // Of a chunk that was passed over.
+            MESSAGE_INDEX => {
+                let (counts, behind, _) = self.index(self.at, len)?;
+                let is_chunk = |place: &Range<u64>| self.summary.as_ref().is_some_and(|summary| summary.is_chunk(place));
+                let is_one = |damage: &&mut Damage| damage.counts.is_none() && damage.bytes.end == self.at && is_chunk(&damage.bytes);
+                if let Some(damage) = self.passed.last_mut().filter(is_one) {
+                    damage.counts = Some(counts);
                 }
                 end = behind;
-                self.chunks.push(ChunkIndex { fields, first, last, counts });
             }
-            CHANNEL | METADATA => match record(code, Rest(&self.read(fields)?)) {
+            CHANNEL | METADATA => match record(meant, Rest(&self.read(fields)?)) {
                 Some(Record::Channel { id, topic, encoding, metadata }) => {
                     self.channels.insert(id, Channel { topic, encoding, metadata });
                 }
@@ -167,29 +271,65 @@ impl Indexed {
                 _ => return Err(Unreadable::Damaged { at: self.at, what: SHORT }),
             },
             DATA_END => self.is_whole = true,
-            FOOTER => self.is_read = true,
+            FOOTER => (self.is_whole, self.is_read) = (true, true),
             _ => {}
         }
         self.at = end;
         Ok(true)
     }
 
+    /// Takes in a chunk; where the index behind it ends.
+    fn take_chunk(&mut self, fields: Range<u64>, len: u64) -> Result<u64, Unreadable> {
+        let head = self.read(fields.start..fields.start + CHUNK_HEAD)?;
+        let mut rest = Rest(&head);
+        let (Some(first), Some(last)) = (rest.u64(), rest.u64()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
+        let (mut counts, behind, is_whole) = self.index(fields.end, len)?;
+        if !is_whole {
+            match self.unpacked(&fields) {
+                Ok(chunk) => counts = chunk.messages.iter().map(|(channel, messages)| (*channel, messages.len())).collect(),
+                Err(Unreadable::Damaged { .. }) => {}
+                Err(why) => return Err(why),
+            }
+        }
+        self.chunks.push(ChunkIndex { fields, is_packed: true, first, last, counts });
+        Ok(behind)
+    }
+
+    /// Takes in a message that is in no chunk.
+    fn take_message(&mut self, begin: &[u8], fields: Range<u64>) {
+        let mut rest = Rest(begin);
+        let (Some(channel), Some(_sequence), Some(time)) = (rest.u16(), rest.u32(), rest.u64()) else { return };
+        let is_free = self.chunks.len() > self.seen;
+        let run = self.chunks.last_mut().filter(|run| is_free && !run.is_packed && run.fields.end == self.at && self.at - run.fields.start < RUN_MAX);
+        if let Some(run) = run {
+            run.fields.end = fields.end;
+            (run.first, run.last) = (run.first.min(time), run.last.max(time));
+            *run.counts.entry(channel).or_default() += 1;
+        } else {
+            self.chunks.push(ChunkIndex { fields: self.at..fields.end, is_packed: false, first: time, last: time, counts: [(channel, 1)].into() });
+        }
+    }
+
     /// Number of messages of each channel in the index behind a chunk, where it ends, and whether it is whole: the file may end before.
     fn index(&self, mut at: u64, len: u64) -> Result<(BTreeMap<u16, usize>, u64, bool), Unreadable> {
         let mut counts = BTreeMap::new();
         loop {
-            match self.head(at, len)? {
-                Some((MESSAGE_INDEX, fields)) => {
-                    let head = self.read(fields.start..(fields.start + INDEX_HEAD).min(fields.end))?;
-                    let mut rest = Rest(&head);
-                    if let (Some(channel), Some(bytes)) = (rest.u16(), rest.u32()) {
-                        *counts.entry(channel).or_default() += bytes as usize / INDEX_ENTRY;
-                    }
-                    at = fields.end;
-                }
-                Some(_) => return Ok((counts, at, true)),
-                None => return Ok((counts, at, false)),
+            let (code, fields) = match self.head(at, len) {
+                Ok(Some(found)) => found,
+                Ok(None) | Err(Unreadable::Damaged { .. }) => return Ok((counts, at, false)),
+                Err(why) => return Err(why),
+            };
+            let size = fields.end - fields.start;
+            let begin = self.read(fields.start..fields.start + sound::prefix(code, size))?;
+            match sound::code_of(code, &begin, size, true) {
+                Some(MESSAGE_INDEX) => {}
+                meant => return Ok((counts, at, meant.is_some())),
             }
+            let mut rest = Rest(&begin);
+            if let (Some(channel), Some(bytes)) = (rest.u16(), rest.u32()) {
+                *counts.entry(channel).or_default() += bytes as usize / INDEX_ENTRY;
+            }
+            at = fields.end;
         }
     }
 
@@ -213,8 +353,12 @@ impl Indexed {
         let unknown = |of: &Indexed| of.chunks.iter().rposition(|chunk| chunk.counts.keys().any(|id| !of.channels.contains_key(id)));
         while let Some(last) = unknown(self).filter(|last| *last >= self.looked) {
             for index in self.looked..=last {
-                let found = self.chunk(index)?.channels;
-                self.channels.extend(found);
+                match self.chunk(index) {
+                    Ok(chunk) => self.channels.extend(chunk.channels),
+                    // Its channels may be described in the summary.
+                    Err(Unreadable::Damaged { .. }) => {}
+                    Err(why) => return Err(why),
+                }
             }
             self.looked = last + 1;
         }
@@ -229,11 +373,10 @@ impl Indexed {
     }
 }
 
-/// Bytes of a record before its fields: its code and their length.
-const HEAD: u64 = 9;
 /// Bytes of a chunk before its length: its times.
 const CHUNK_HEAD: u64 = 16;
-/// Bytes of a message index before its entries: its channel, and their length in bytes.
-const INDEX_HEAD: u64 = 6;
-/// Bytes of one entry of a message index: time and offset.
-const INDEX_ENTRY: usize = 16;
+/// Bytes of a chunk in which its lengths are.
+const CHUNK_CHECKED: u64 = 128;
+/// Bytes of messages beside chunks that are taken as one chunk.
+const RUN_MAX: u64 = 1 << 20;
+const CUT_OFF: &str = "the file ends within a record";

@@ -190,7 +190,8 @@ pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<()
             read.map_err(|_| damaged("a chunk cannot be decompressed"))?;
         }
         "lz4" => return Err(damaged("no chunk is as long as this one says")),
-        _ => return Err(Unreadable::Compressed { how: compression }),
+        "zstd" => return Err(Unreadable::Compressed { how: compression }),
+        _ => return Err(damaged("a chunk names a compression that MCAP does not have")),
     }
     if content.len() as u64 != size {
         return Err(damaged("a chunk is not as long as it says"));

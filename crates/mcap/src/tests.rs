@@ -108,7 +108,7 @@ fn read(bytes: &[u8]) -> (Vec<Written>, Result<bool, Unreadable>) {
 }
 
 /// A file with the records of `compressed`, whose chunks are made by `chunk` of what was in them.
-fn with_chunks(compressed: &[u8], chunk: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
+pub(crate) fn with_chunks(compressed: &[u8], chunk: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let (mut rest, mut out) = (Rest(&compressed[MAGIC.len()..]), MAGIC.to_vec());
     while let Some((code, mut fields)) = rest.record() {
         if code == CHUNK {
@@ -132,7 +132,7 @@ fn chunk(size: usize, sum: u32, compression: &str, bytes: &[u8]) -> Vec<u8> {
     out
 }
 
-fn plain(records: &[u8]) -> Vec<u8> {
+pub(crate) fn plain(records: &[u8]) -> Vec<u8> {
     chunk(records.len(), crc32fast::hash(records), "", records)
 }
 

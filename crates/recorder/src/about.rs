@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a recording is, in one answer: when, of what, how it ended.
 use crate::archive::Index;
-use crate::{ABOUT, Archive, ENDS, INSTALLED, numbers};
+use crate::{ABOUT, Archive, Damaged, ENDS, INSTALLED, numbers};
 use model::refusal::Refusals;
 use serde::Serialize;
 use serde_json::Value as Json;
@@ -38,6 +38,8 @@ pub struct Recorded {
     pub ends: Vec<RecordedEnd>,
     /// Messages that are not in it, by channel, where there are any.
     pub lost: BTreeMap<String, u64>,
+    /// Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first.
+    pub damage: Vec<Damaged>,
     /// What the file says of the system: `configuration` is the answer of the call of that name as JSON.
     pub metadata: BTreeMap<String, String>,
 }
@@ -74,6 +76,7 @@ impl Archive {
         let mut verbs: Vec<String> = installed.iter().flat_map(|one| verbs_of(&one.message)).collect();
         verbs.sort_unstable();
         verbs.dedup();
+        let damage = self.damage();
         let index = self.index();
         let said = index.file.metadata.get(ABOUT).cloned().unwrap_or_default();
         let text = |name: &str| said.get(name).cloned().unwrap_or_default();
@@ -94,6 +97,7 @@ impl Archive {
             verbs,
             ends: ends.iter().filter_map(|one| end_of(&one.message)).collect(),
             lost: self.lost(),
+            damage,
             metadata: said,
         })
     }

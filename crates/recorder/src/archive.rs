@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A recording on disk, read in place: what was at a time, and what was over a span, without the rest of the file.
-use crate::reader::{OURS, cannot_read};
+use crate::reader::{Damaged, OURS, cannot_read};
 use crate::{ABOUT, LOST, json};
 use indexmap::IndexMap;
 use mcap::{Chunk, Indexed, Message, Unreadable};
@@ -71,6 +71,8 @@ pub struct Archive {
     pub(crate) path: PathBuf,
     index: RwLock<Index>,
     chunks: Mutex<VecDeque<(usize, Arc<Chunk>)>>,
+    /// Chunks that turned out to be damaged when they were read, and in which way.
+    damaged: Mutex<BTreeMap<usize, &'static str>>,
     /// By channel and chunk.
     digests: Mutex<HashMap<(String, usize), Arc<Digest>>>,
 }
@@ -98,13 +100,13 @@ impl Archive {
     pub fn open(path: &Path) -> Result<Archive, Refusals> {
         let file = File::open(path).map_err(|why| cannot_read(path, &why, "does the file exist?"))?;
         let file = Indexed::open(file).map_err(|why| cannot_read(path, &why, OURS))?;
-        if !file.metadata.contains_key(ABOUT) {
+        if !file.metadata.contains_key(ABOUT) && (file.damage().is_empty() || file.channels.is_empty()) {
             return Err(cannot_read(path, &"it was not made by OpenGPAC", OURS));
         }
         let mut index = Index { file, tracks: IndexMap::new(), floors: Vec::new(), ceilings: Vec::new(), taken: 0 };
         index.take();
-        let (chunks, digests) = Default::default();
-        Ok(Archive { path: path.to_owned(), index: RwLock::new(index), chunks, digests })
+        let (chunks, damaged, digests) = Default::default();
+        Ok(Archive { path: path.to_owned(), index: RwLock::new(index), chunks, damaged, digests })
     }
 
     /// Takes in what was written since, of a recording that is under way.
@@ -214,13 +216,33 @@ impl Archive {
         self.digests.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A chunk, out of memory where it was read lately.
+    /// Parts of the file that cannot be read, in their order, as far as they are known: the content of a chunk is checked when it is read.
+    pub fn damage(&self) -> Vec<Damaged> {
+        let index = self.index();
+        let mut found = index.file.damage();
+        found.extend(self.damaged().iter().map(|(at, what)| index.file.damage_of(*at, what)));
+        found.sort_by_key(|damage| damage.bytes.start);
+        found.into_iter().map(|damage| Damaged::of(damage, &index.file.channels)).collect()
+    }
+
+    fn damaged(&self) -> MutexGuard<'_, BTreeMap<usize, &'static str>> {
+        self.damaged.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A chunk, out of memory where it was read lately. A damaged one is empty.
     pub(crate) fn chunk(&self, index: &Index, at: usize) -> Result<Arc<Chunk>, Refusals> {
         let kept = || self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, chunk)) = kept().iter().find(|(known, _)| *known == at) {
             return Ok(chunk.clone());
         }
-        let chunk = Arc::new(index.file.chunk(at).map_err(|why| self.cannot(&why))?);
+        let chunk = match index.file.chunk(at) {
+            Err(Unreadable::Damaged { what, .. }) => {
+                self.damaged().insert(at, what);
+                Chunk::default()
+            }
+            read => read.map_err(|why| self.cannot(&why))?,
+        };
+        let chunk = Arc::new(chunk);
         let mut kept = kept();
         kept.push_front((at, chunk.clone()));
         kept.truncate(CHUNKS_KEPT);

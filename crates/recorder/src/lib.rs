@@ -34,7 +34,7 @@ pub use again::Again;
 pub use archive::{Archive, RecordedMessage};
 pub use digest::{Samples, Sums};
 pub use file::Sink;
-pub use reader::{Recording, Series};
+pub use reader::{Damaged, Recording, Series};
 pub use recorder::{Options, Recorder, Summary};
 pub use replay::Replaying;
 pub use shelf::{RecordingFile, opened, recordings};

@@ -3,11 +3,12 @@
 use crate::page::JSON;
 use crate::{ABOUT, ENDS, LOG, LOSSES, LOST, json};
 use indexmap::IndexMap;
-use mcap::{Reader, Record, Unreadable};
+use mcap::{Channel, Chunk, Damage, Indexed, Unreadable};
 use model::refusal::{Class, Refusal, Refusals};
 use model::types::Type;
+use serde::Serialize;
 use serde_json::Value as Json;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 
@@ -25,6 +26,38 @@ pub struct Series {
     pub bytes: Vec<u8>,
 }
 
+/// A part of a recording that cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Damaged {
+    /// Its place in the file: the first byte, and the first one behind it.
+    pub begins: u64,
+    pub ends: u64,
+    pub what: String,
+    /// Times between which what is lost lies, ns on the system's clock, as far as the file says so.
+    pub from_ns: Option<i64>,
+    pub to_ns: Option<i64>,
+    /// Number of messages that are lost, by channel; empty where none is, nothing where the file does not say it.
+    pub lost: Option<BTreeMap<String, u64>>,
+}
+
+impl Damaged {
+    /// With the names of its channels.
+    pub(crate) fn of(damage: Damage, channels: &BTreeMap<u16, Channel>) -> Damaged {
+        let Damage { bytes, what, span, counts } = damage;
+        let name = |id: u16| channels.get(&id).map_or_else(|| format!("channel {id}"), |channel| channel.topic.clone());
+        let lost = counts.map(|counts| {
+            let mut lost = BTreeMap::new();
+            for (id, count) in counts {
+                *lost.entry(name(id)).or_default() += count as u64;
+            }
+            lost
+        });
+        let (from_ns, to_ns) = span.map(|(from, to)| (from.cast_signed(), to.cast_signed())).unzip();
+        Damaged { begins: bytes.start, ends: bytes.end, what: what.to_owned(), from_ns, to_ns, lost }
+    }
+}
+
 /// A recording in memory.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
@@ -36,6 +69,8 @@ pub struct Recording {
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
     /// False where the file has no end: its recorder was killed, or the disk was full. Everything up to the last whole chunk is here.
     pub complete: bool,
+    /// Parts of the file that cannot be read, in their order. Everything else is here.
+    pub damage: Vec<Damaged>,
 }
 
 impl Recording {
@@ -51,67 +86,93 @@ impl Recording {
         };
         let file = File::open(path).map_err(|why| refused(why.into()))?;
         let mut recording = Recording::default();
-        recording.take(Reader::new(file).map_err(refused)?).map_err(refused)?;
-        if !recording.metadata.contains_key(ABOUT) {
+        recording.take(Indexed::open(file).map_err(refused)?).map_err(refused)?;
+        // A damaged file may have lost the record that says so.
+        if !recording.metadata.contains_key(ABOUT) && (recording.damage.is_empty() || recording.series.is_empty()) {
             return Err(cannot_read(path, &"it was not made by OpenGPAC", OURS));
         }
         Ok(recording)
     }
 
-    /// Takes records, up to the end of the data or of what is whole.
-    fn take(&mut self, mut file: Reader<File>) -> Result<(), Unreadable> {
-        let mut channels = HashMap::new();
-        loop {
-            match file.next_record() {
-                Ok(Some(Record::Channel { id, topic, encoding, metadata })) if encoding == JSON => {
-                    self.define(&topic, &metadata);
-                    channels.insert(id, topic);
-                }
-                Ok(Some(Record::Message { channel, time, data, .. })) => {
-                    if let Some(topic) = channels.get(&channel) {
-                        self.put(topic, time.cast_signed(), data);
+    /// Takes everything in a file that can be read.
+    fn take(&mut self, mut file: Indexed) -> Result<(), Unreadable> {
+        let mut damage = file.damage();
+        for channel in file.channels.values() {
+            self.define(channel);
+        }
+        for at in 0..file.chunks.len() {
+            match file.chunk(at) {
+                Ok(chunk) => {
+                    for (id, channel) in &chunk.channels {
+                        self.define(channel);
+                        file.channels.entry(*id).or_insert_with(|| channel.clone());
+                    }
+                    let lost = self.put_all(&chunk, &file.channels);
+                    if !lost.is_empty() {
+                        damage.push(Damage { counts: Some(lost), ..file.damage_of(at, "messages are not what their channels have, or of no known channel") });
                     }
                 }
-                Ok(Some(Record::Metadata { name, texts })) => {
-                    self.metadata.insert(name, texts);
-                }
-                // What a replay reads.
-                Ok(Some(Record::Channel { .. })) => {}
-                // What follows a damaged place cannot be told from damage: the end, for us.
-                Ok(None) | Err(Unreadable::Damaged { .. }) => break,
+                Err(Unreadable::Damaged { what, .. }) => damage.push(file.damage_of(at, what)),
                 Err(why) => return Err(why),
             }
         }
+        damage.sort_by_key(|damage| damage.bytes.start);
+        self.damage = damage.into_iter().map(|damage| Damaged::of(damage, &file.channels)).collect();
+        self.metadata = std::mem::take(&mut file.metadata);
         self.complete = file.is_whole();
         Ok(())
     }
 
-    fn define(&mut self, topic: &str, metadata: &BTreeMap<String, String>) {
+    /// Takes the messages of a chunk; the number of those of each channel that are none.
+    fn put_all(&mut self, chunk: &Chunk, channels: &BTreeMap<u16, Channel>) -> BTreeMap<u16, usize> {
+        let mut lost = BTreeMap::new();
+        for (id, messages) in &chunk.messages {
+            let channel = channels.get(id);
+            // What a replay reads.
+            if channel.is_some_and(|channel| channel.encoding != JSON) {
+                continue;
+            }
+            for message in messages {
+                if !channel.is_some_and(|channel| self.put(&channel.topic, message.time.cast_signed(), chunk.data(message))) {
+                    *lost.entry(*id).or_default() += 1;
+                }
+            }
+        }
+        lost
+    }
+
+    fn define(&mut self, channel: &Channel) {
+        let Channel { topic, encoding, metadata } = channel;
+        if encoding != JSON {
+            return;
+        }
         let text = |name: &str| metadata.get(name).cloned().unwrap_or_default();
         match (metadata.get("kind"), Type::parse(&text("type"), &IndexMap::new())) {
             (Some(kind), Ok(value_type)) => {
                 let fresh = || Series { value_type, kind: kind.clone(), unit: text("unit"), numbers: Vec::new(), times_ns: Vec::new(), bytes: Vec::new() };
-                self.series.entry(topic.to_owned()).or_insert_with(fresh);
+                self.series.entry(topic.clone()).or_insert_with(fresh);
             }
             _ => {
-                self.records.entry(topic.to_owned()).or_default();
+                self.records.entry(topic.clone()).or_default();
             }
         }
     }
 
-    fn put(&mut self, topic: &str, time_ns: i64, data: &[u8]) {
-        let Ok(message) = serde_json::from_slice::<Json>(data) else { return };
+    /// Takes a message; false where it is none of its channel.
+    fn put(&mut self, topic: &str, time_ns: i64, data: &[u8]) -> bool {
+        let Ok(message) = serde_json::from_slice::<Json>(data) else { return false };
         if let Some(series) = self.series.get_mut(topic) {
             let start = series.bytes.len();
-            if json::read(&series.value_type, &message["value"], &mut series.bytes) {
-                series.numbers.push(message["number"].as_u64().unwrap_or(0));
-                series.times_ns.push(time_ns);
-            } else {
+            if !json::read(&series.value_type, &message["value"], &mut series.bytes) {
                 series.bytes.truncate(start);
+                return false;
             }
+            series.numbers.push(message["number"].as_u64().unwrap_or(0));
+            series.times_ns.push(time_ns);
         } else if let Some(records) = self.records.get_mut(topic) {
             records.push((time_ns, message));
         }
+        true
     }
 
     /// Entries of the log.

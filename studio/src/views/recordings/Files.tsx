@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
-import type { Recorded, RecordingFile } from "../../control/shapes";
+import type { Damaged, Recorded, RecordingFile } from "../../control/shapes";
 import { count, seconds } from "../../design/numbers";
 import { Empty, Panel, Refusals, Tag } from "../../design/parts";
 import { useAxis } from "../../shell/axis";
@@ -113,7 +113,12 @@ function Row(props: { of: RecordingFile; begun: Begun | null; changed: (one: Beg
         ) : (
           about && <Tag tone="warn">without an end</Tag>
         )}{" "}
-        {about?.replay && <Tag tone="good">replay</Tag>} {lost > 0 && <Tag tone="bad">{count(lost)} lost</Tag>}
+        {about?.replay && <Tag tone="good">replay</Tag>} {lost > 0 && <Tag tone="bad">{count(lost)} lost</Tag>}{" "}
+        {!running && about !== null && about.damage.length > 0 && (
+          <Tag tone="bad" title={about.damage.map(damageText).join("\n")}>
+            damaged in {count(about.damage.length)} {about.damage.length === 1 ? "place" : "places"}
+          </Tag>
+        )}
         <Refusals of={refusals} />
       </td>
       <td className="number">{sizeText(begun?.summary?.running ? Math.max(of.bytes, begun.summary.bytes) : of.bytes)}</td>
@@ -138,6 +143,13 @@ function Row(props: { of: RecordingFile; begun: Begun | null; changed: (one: Beg
 }
 
 /** When it began, by the clock on the wall. */
+/** A part of a file that cannot be read: place and messages. */
+function damageText(of: Damaged): string {
+  const lost = of.lost == null ? "unknown" : `${count(sumOf(of.lost))} (${Object.keys(of.lost).join(", ")})`;
+  const when = of.from_ns == null || of.to_ns == null ? "" : `, ${seconds(of.from_ns / 1e9)} to ${seconds(of.to_ns / 1e9)}`;
+  return `bytes ${of.begins} to ${of.ends}${when}: ${of.what}; messages lost: ${lost}`;
+}
+
 function whenText(about: Recorded): string {
   const at = new Date((about.epoch_unix_s + about.begins_ns / 1e9) * 1000);
   return at.toLocaleString(undefined, { dateStyle: "short", timeStyle: "medium" });

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Damage in a file: the place, the time, the number of messages that are lost; and the summary, which says what was there.
+use crate::records::{CHUNK_INDEX, MAGIC, Rest};
+use crate::sound::HEAD;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io;
+use std::ops::Range;
+use std::os::unix::fs::FileExt;
+
+/// A part of a file that cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// Its place in the file.
+    pub bytes: Range<u64>,
+    pub what: &'static str,
+    /// Times between which its messages lie, ns, as far as the file says so.
+    pub span: Option<(u64, u64)>,
+    /// Number of messages of each channel that are lost, where the file says so; empty where none is.
+    pub counts: Option<BTreeMap<u16, usize>>,
+}
+
+impl Damage {
+    /// Damage by which no message is lost.
+    pub(crate) fn harmless(bytes: Range<u64>, what: &'static str) -> Damage {
+        Damage { bytes, what, span: None, counts: Some(BTreeMap::new()) }
+    }
+}
+
+/// Chunks as the end of a file lists them.
+#[derive(Debug, Default)]
+pub(crate) struct Summary {
+    /// Place of each, with its times.
+    chunks: Vec<(Range<u64>, (u64, u64))>,
+}
+
+impl Summary {
+    /// Reads the summary; empty where the file has none, or where it is damaged.
+    pub fn read(file: &File, len: u64) -> io::Result<Summary> {
+        let mut summary = Summary::default();
+        let Some(footer) = len.checked_sub(HEAD + 20 + MAGIC.len() as u64) else { return Ok(summary) };
+        let mut bytes = [0; 8];
+        file.read_exact_at(&mut bytes, footer + HEAD)?;
+        let begin = u64::from_le_bytes(bytes);
+        if begin < MAGIC.len() as u64 || begin > footer || footer - begin > SUMMARY_MAX {
+            return Ok(summary);
+        }
+        let mut records = vec![0; usize::try_from(footer - begin).map_err(io::Error::other)?];
+        file.read_exact_at(&mut records, begin)?;
+        let mut rest = Rest(&records);
+        while let Some((code, mut fields)) = rest.record() {
+            if code != CHUNK_INDEX {
+                continue;
+            }
+            if let (Some(first), Some(last), Some(at), Some(size)) = (fields.u64(), fields.u64(), fields.u64(), fields.u64()) {
+                if let Some(end) = at.checked_add(size).filter(|end| *end <= begin) {
+                    summary.chunks.push((at..end, (first, last)));
+                }
+            }
+        }
+        Ok(summary)
+    }
+
+    /// Places of the chunks.
+    pub fn places(&self) -> Vec<Range<u64>> {
+        self.chunks.iter().map(|(place, _)| place.clone()).collect()
+    }
+
+    /// Returns whether a place is that of one chunk.
+    pub fn is_chunk(&self, place: &Range<u64>) -> bool {
+        self.chunks.iter().any(|(chunk, _)| chunk == place)
+    }
+
+    /// Times of the chunk that begins at a place.
+    pub fn span(&self, at: u64) -> Option<(u64, u64)> {
+        self.chunks.iter().find(|(place, _)| place.start == at).map(|(_, span)| *span)
+    }
+}
+
+/// Bytes of a summary that is read.
+const SUMMARY_MAX: u64 = 256 << 20;

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Damaged files: every message of a sound chunk is read, none that was not written, and what is lost is told.
+use crate::records::{CHUNK, MAGIC, Rest};
+use crate::sound::HEAD;
+use crate::tests::{plain, with_chunks};
+use crate::{Damage, Indexed, Schema, Unreadable, Writer};
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Seek, Write};
+use std::ops::Range;
+use std::os::fd::FromRawFd;
+
+/// Channel, time, bytes.
+type Said = (u16, u64, Vec<u8>);
+
+const CHUNKS: u64 = 12;
+
+/// A recording of some chunks, each with its messages and its place in the file.
+fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Vec<(Range<usize>, Vec<Said>)>) {
+    let schema = Schema { name: "form".to_owned(), encoding: "jsonschema", text: "{}".to_owned() };
+    let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
+    writer.metadata("begin", &[("by".to_owned(), "us".to_owned())].into()).expect("memory has room");
+    let channels: Vec<u16> = ["a", "b", "c"].iter().filter_map(|topic| writer.channel(topic, "json", Some(&schema), &BTreeMap::new())).collect();
+    let mut chunks: Vec<Vec<Said>> = Vec::new();
+    for at in 0..CHUNKS {
+        let messages: Vec<Said> =
+            (0..10 + at).map(|n| (channels[(n % 3) as usize], 1000 * at + n, format!("{{\"value\":{},\"number\":{n}}}", n * n * 7919).into_bytes())).collect();
+        messages.iter().for_each(|(channel, time, data)| writer.put(*channel, 0, *time, data));
+        chunks.push(messages);
+        writer.finish_chunk().expect("memory has room");
+    }
+    writer.metadata("end", &BTreeMap::new()).expect("memory has room");
+    if has_end {
+        writer.finish().expect("memory has room");
+    }
+    let packed = writer.into_sink();
+    let bytes = if is_packed { packed } else { with_chunks(&packed, plain) };
+    let places = places(&bytes);
+    (bytes, places.into_iter().zip(chunks).collect())
+}
+
+/// Places of the chunks of a sound file.
+fn places(bytes: &[u8]) -> Vec<Range<usize>> {
+    let (mut rest, mut at, mut found) = (Rest(&bytes[MAGIC.len()..]), MAGIC.len(), Vec::new());
+    while let Some((code, fields)) = rest.record() {
+        let end = at + HEAD as usize + fields.0.len();
+        if code == CHUNK {
+            found.push(at..end);
+        }
+        at = end;
+    }
+    found
+}
+
+/// A file in memory.
+fn file(bytes: &[u8]) -> File {
+    // SAFETY: a new descriptor, which nobody else has.
+    let mut file = unsafe { File::from_raw_fd(libc::memfd_create(c"recording".as_ptr(), libc::MFD_CLOEXEC)) };
+    file.write_all(bytes).expect("memory has room");
+    file.rewind().expect("a file in memory");
+    file
+}
+
+/// Messages that are read of a file, by channel, and what it says is lost.
+fn read(bytes: &[u8]) -> Result<(Vec<Said>, Vec<Damage>, bool), Unreadable> {
+    let indexed = Indexed::open(file(bytes))?;
+    let (mut said, mut damage) = (Vec::new(), indexed.damage());
+    for at in 0..indexed.chunks.len() {
+        match indexed.chunk(at) {
+            Ok(chunk) => {
+                for (channel, messages) in &chunk.messages {
+                    said.extend(messages.iter().map(|message| (*channel, message.time, chunk.data(message).to_vec())));
+                }
+            }
+            Err(Unreadable::Damaged { what, .. }) => damage.push(indexed.damage_of(at, what)),
+            Err(why) => return Err(why),
+        }
+    }
+    Ok((said, damage, indexed.is_whole()))
+}
+
+/// Asserts what holds of a damaged file. `touched`: bytes that are not as they were written; those behind the end of a file that was cut too.
+fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<Said>)], touched: &[Range<usize>]) -> Result<(), TestCaseError> {
+    // The mark of the file, and the record that proves it is one.
+    if touched.iter().any(|range| range.start < 8) && touched.iter().any(|range| (8..60).contains(&range.start) || range.end > 8) {
+        let _no_panic = read(bytes);
+        return Ok(());
+    }
+    let (said, damage, is_whole) = read(bytes).map_err(|why| TestCaseError::fail(why.to_string()))?;
+    for one in &said {
+        prop_assert!(chunks.iter().any(|(_, messages)| messages.contains(one)), "{one:?} was not written");
+    }
+    for (place, messages) in chunks {
+        let is_read = messages.iter().all(|one| said.contains(one));
+        let hit = touched.iter().find(|range| range.start < place.end && place.start < range.end);
+        let Some(hit) = hit else {
+            prop_assert!(is_read, "the sound chunk at {place:?} is not read; {touched:?} was touched, {damage:?}");
+            continue;
+        };
+        let begins = hit.start.max(place.start) as u64;
+        let told = damage.iter().find(|damage| damage.bytes.start <= place.end as u64 && damage.bytes.end >= place.start as u64);
+        let is_cut = !is_whole && begins >= bytes.len() as u64;
+        prop_assert!(is_read || told.is_some() || is_cut, "the loss of the chunk at {place:?} is not told: {damage:?}");
+        if let (false, Some(counts)) = (is_read, told.and_then(|damage| damage.counts.as_ref())) {
+            prop_assert!(touched.len() > 1 || counts.values().sum::<usize>() == messages.len(), "{counts:?} of {}", messages.len());
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+
+    #[test]
+    fn turned_bits_cost_the_chunks_that_they_hit(is_packed: bool, has_end: bool, bits in prop::collection::vec((any::<prop::sample::Index>(), 0..8u8), 1..9)) {
+        let (mut bytes, chunks) = recording(is_packed, has_end);
+        let mut touched = Vec::new();
+        for (index, bit) in bits {
+            let at = index.index(bytes.len());
+            bytes[at] ^= 1 << bit;
+            touched.push(at..at + 1);
+        }
+        check(&bytes, &chunks, &touched)?;
+    }
+
+    #[test]
+    fn a_block_that_is_gone_costs_the_chunks_that_it_hits(
+        is_packed: bool, has_end: bool, at: prop::sample::Index, len in 1..2000usize, with in prop_oneof![Just(Some(0)), Just(Some(0xff)), Just(None)],
+    ) {
+        let (mut bytes, chunks) = recording(is_packed, has_end);
+        let begins = at.index(bytes.len());
+        let ends = (begins + len).min(bytes.len());
+        match with {
+            Some(byte) => bytes[begins..ends].fill(byte),
+            None => (begins..ends).for_each(|at| bytes[at] = (at * 2_654_435_761 >> 7) as u8),
+        }
+        check(&bytes, &chunks, &[begins..ends])?;
+    }
+
+    #[test]
+    fn a_cut_costs_what_lies_behind_it(is_packed: bool, has_end: bool, at: prop::sample::Index) {
+        let (bytes, chunks) = recording(is_packed, has_end);
+        let cut = at.index(bytes.len());
+        check(&bytes[..cut], &chunks, &[cut..bytes.len()])?;
+    }
+
+    #[test]
+    fn any_bytes_are_read_to_an_end(bytes in prop::collection::vec(0..16u8, 0..3000)) {
+        let _no_panic = read(&[&recording(true, true).0[..100], &bytes].concat());
+    }
+}
+
+#[test]
+fn each_bit_of_a_recording_may_turn() {
+    for (is_packed, has_end) in [(true, true), (true, false), (false, true)] {
+        let (bytes, chunks) = recording(is_packed, has_end);
+        // Heads of chunks, and the indexes before them, in full.
+        let is_head = |at: usize| chunks.iter().any(|(place, _)| (place.start.saturating_sub(80)..place.start + 70).contains(&at));
+        for at in (0..bytes.len()).filter(|at| at % 7 == 0 || is_head(*at) || *at > bytes.len() - 600) {
+            let mut turned = bytes.clone();
+            turned[at] ^= 1 << (at % 8);
+            check(&turned, &chunks, std::slice::from_ref(&(at..at + 1))).unwrap_or_else(|why| panic!("bit {} of byte {at}: {why}", at % 8));
+        }
+    }
+}
+
+#[test]
+fn damage_is_told_with_its_times_and_messages() {
+    let (mut bytes, chunks) = recording(true, true);
+    let (place, messages) = &chunks[4];
+    bytes[place.end - 9] ^= 4;
+    let (said, damage, is_whole) = read(&bytes).expect("it is read");
+    assert_eq!((said.len(), is_whole), (chunks.iter().map(|(_, messages)| messages.len()).sum::<usize>() - messages.len(), true));
+    let [damage] = &damage[..] else { panic!("{damage:?}") };
+    assert_eq!(damage.bytes, place.start as u64..place.end as u64);
+    assert_eq!(damage.span, Some((4000, 4013)));
+    assert_eq!(damage.counts, Some([(1, 5), (2, 5), (3, 4)].into()));
+}
+
+#[test]
+fn a_damaged_length_loses_nothing() {
+    for (is_packed, has_end) in [(true, true), (true, false), (false, true)] {
+        let (bytes, chunks) = recording(is_packed, has_end);
+        for bit in 0..64 {
+            let mut turned = bytes.clone();
+            turned[chunks[4].0.start + 1 + bit / 8] ^= 1 << (bit % 8);
+            let (said, damage, _) = read(&turned).expect("it is read");
+            assert_eq!(said.len(), chunks.iter().map(|(_, messages)| messages.len()).sum::<usize>(), "bit {bit}: {damage:?}");
+            assert!(damage.iter().all(|damage| damage.counts.as_ref().is_some_and(BTreeMap::is_empty)), "bit {bit}: {damage:?}");
+            assert_eq!(damage.len(), 1, "bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn a_sound_file_has_no_damage() {
+    for (is_packed, has_end) in [(true, true), (true, false), (false, true)] {
+        let (bytes, chunks) = recording(is_packed, has_end);
+        let (said, damage, is_whole) = read(&bytes).expect("it is read");
+        assert_eq!((said.len(), damage.len(), is_whole), (chunks.iter().map(|(_, messages)| messages.len()).sum(), 0, has_end));
+    }
+}

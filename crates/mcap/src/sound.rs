@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Records of a damaged file: which of them are sound, and where the next sound one begins behind damage.
+//!
+//! A record has no checksum of its own, except for the content of a chunk. Most records have inner lengths, though, and those must agree with
+//! the length in the head of the record. A damaged length or code nearly always breaks that.
+use crate::reader::LEN_MAX;
+use crate::records::{
+    ATTACHMENT, ATTACHMENT_INDEX, CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, HEADER, MESSAGE, MESSAGE_INDEX, METADATA, METADATA_INDEX, Rest, SCHEMA,
+    STATISTICS, SUMMARY_OFFSET,
+};
+use std::fs::File;
+use std::io;
+use std::ops::Range;
+use std::os::unix::fs::FileExt;
+
+/// Bytes of a record before its fields: its code and their length.
+pub(crate) const HEAD: u64 = 9;
+/// Bytes of a chunk, a message or an index of messages that have to agree with the length of the record.
+const PREFIX: u64 = 128;
+/// Bytes of any other record that is checked. A longer one is taken as it is.
+const CHECKED_MAX: u64 = 1 << 20;
+/// Bytes that are read at once in a search.
+const WINDOW: u64 = 1 << 16;
+/// The first code that the format has no record of.
+const UNKNOWN: u8 = DATA_END + 1;
+/// Records in a row that must be sound where one has too few fields to be told from chance.
+const CHAIN: u32 = 3;
+/// Bytes of one entry of a message index: time and offset.
+pub(crate) const INDEX_ENTRY: usize = 16;
+
+/// Returns whether the fields of a record agree with its length. `fields`: at least the first [`prefix`] of them.
+pub(crate) fn is_sound(code: u8, fields: &[u8], len: u64) -> bool {
+    match code {
+        CHUNK => is_chunk(fields, len),
+        MESSAGE => len >= 22,
+        MESSAGE_INDEX => is_index(fields, len),
+        DATA_END => len == 4,
+        FOOTER => len == 20,
+        SUMMARY_OFFSET => len == 17,
+        STATISTICS => sized(fields, 42, 10).is_some_and(|ends| ends == len),
+        HEADER | SCHEMA | CHANNEL | METADATA | CHUNK_INDEX | METADATA_INDEX => len > CHECKED_MAX || has_all(code, Rest(fields)).is_some_and(|rest| rest == 0),
+        _ => true,
+    }
+}
+
+/// The code that a record has by its fields, although its own may be damaged; none where the fields do not agree with its length.
+/// `has_chunks`: messages lie in chunks, so that what looks like an index is none of them.
+pub(crate) fn code_of(code: u8, fields: &[u8], len: u64, has_chunks: bool) -> Option<u8> {
+    let is_own = is_sound(code, fields, len);
+    let is_vague = matches!(code, MESSAGE | ATTACHMENT..=ATTACHMENT_INDEX) || code >= UNKNOWN;
+    if is_chunk(fields, len) {
+        Some(CHUNK)
+    } else if has_chunks && is_index(fields, len) && (is_vague || !is_own) {
+        Some(MESSAGE_INDEX)
+    } else if code >= UNKNOWN && len <= CHECKED_MAX && is_sound(METADATA, fields, len) {
+        Some(METADATA)
+    } else {
+        is_own.then_some(code)
+    }
+}
+
+/// Number of bytes of a record that [`is_sound`] looks at.
+pub(crate) fn prefix(code: u8, len: u64) -> u64 {
+    match code {
+        HEADER | SCHEMA | CHANNEL | METADATA | CHUNK_INDEX | METADATA_INDEX | UNKNOWN.. if len <= CHECKED_MAX => len,
+        _ => len.min(PREFIX),
+    }
+}
+
+/// Returns whether the fields of a record are those of an index of messages, whatever its code says.
+fn is_index(fields: &[u8], len: u64) -> bool {
+    sized(fields, 2, INDEX_ENTRY).is_some_and(|ends| ends == len)
+}
+
+/// Returns whether the fields of a record are those of a chunk, whatever its code says.
+pub(crate) fn is_chunk(fields: &[u8], len: u64) -> bool {
+    let mut rest = Rest(fields);
+    let packed = rest.take(28).and_then(|_| rest.text()).and_then(|_| rest.u64());
+    packed.is_some_and(|packed| packed.checked_add((fields.len() - rest.0.len()) as u64) == Some(len))
+}
+
+/// End of a list of entries behind `skip` bytes, where its length is a number of whole ones.
+fn sized(fields: &[u8], skip: usize, entry: usize) -> Option<u64> {
+    let mut rest = Rest(fields);
+    rest.take(skip)?;
+    let len = rest.u32()? as usize;
+    (len % entry == 0).then_some((skip + 4 + len) as u64)
+}
+
+/// Number of bytes behind all fields of a record; none where it ends before them.
+fn has_all(code: u8, mut rest: Rest<'_>) -> Option<usize> {
+    match code {
+        HEADER => {
+            (rest.text()?, rest.text()?);
+        }
+        SCHEMA => {
+            (rest.u16()?, rest.text()?, rest.text()?, rest.bytes()?);
+        }
+        CHANNEL => {
+            (rest.u16()?, rest.u16()?, rest.text()?, rest.text()?, rest.texts()?);
+        }
+        METADATA => {
+            (rest.text()?, rest.texts()?);
+        }
+        CHUNK_INDEX => {
+            (rest.take(32)?, rest.bytes()?, rest.u64()?, rest.text()?, rest.take(16)?);
+        }
+        _ => {
+            (rest.take(16)?, rest.text()?);
+        }
+    }
+    Some(rest.0.len())
+}
+
+/// Finds the first sound record that begins at `from` or behind it; its code too. Places within `known` chunks are passed over: they may hold
+/// bytes of another file. `has_chunks`: channels and messages are passed over, which lie in chunks, maybe in the very one that is damaged.
+pub(crate) fn next_sound(file: &File, from: u64, len: u64, known: &[Range<u64>], has_chunks: bool) -> io::Result<Option<(u64, u8)>> {
+    let (mut at, mut window, mut begins) = (from, Vec::new(), 0);
+    while at + HEAD <= len {
+        if let Some(chunk) = known.iter().find(|chunk| chunk.start < at && at < chunk.end) {
+            if is_record(file, chunk.end, len, 0)? {
+                at = chunk.end;
+                continue;
+            }
+        }
+        let within = usize::try_from(at.wrapping_sub(begins)).unwrap_or(usize::MAX);
+        if window.len().saturating_sub(within) < HEAD as usize {
+            window.resize(usize::try_from(WINDOW.min(len - at)).map_err(io::Error::other)?, 0);
+            file.read_exact_at(&mut window, at)?;
+            begins = at;
+            continue;
+        }
+        let mut head = Rest(&window[within..]);
+        if let (Some(code @ 1..=DATA_END), Some(size)) = (head.u8(), head.u64()) {
+            let is_likely = size <= LEN_MAX && at + HEAD + size <= len && !(has_chunks && matches!(code, SCHEMA | CHANNEL | MESSAGE));
+            if is_likely && is_record(file, at, len, 0)? {
+                return Ok(Some((at, code)));
+            }
+        }
+        at += 1;
+    }
+    Ok(None)
+}
+
+/// Returns whether a record begins at a place, as far as its fields and those that follow show.
+fn is_record(file: &File, at: u64, len: u64, before: u32) -> io::Result<bool> {
+    if at + HEAD > len {
+        return Ok(false);
+    }
+    let mut head = [0; HEAD as usize];
+    file.read_exact_at(&mut head, at)?;
+    let mut rest = Rest(&head);
+    let (Some(code @ 1..=DATA_END), Some(size)) = (rest.u8(), rest.u64()) else { return Ok(false) };
+    let room = len - at - HEAD;
+    if size > room {
+        return Ok(false);
+    }
+    let mut fields = vec![0; usize::try_from(prefix(code, size)).map_err(io::Error::other)?];
+    file.read_exact_at(&mut fields, at + HEAD)?;
+    if !is_sound(code, &fields, size) {
+        return Ok(false);
+    }
+    match code {
+        FOOTER => Ok(room - size == 8),
+        DATA_END | SUMMARY_OFFSET | MESSAGE => Ok(before == CHAIN || is_record(file, at + HEAD + size, len, before + 1)?),
+        CHUNK | MESSAGE_INDEX | STATISTICS => Ok(true),
+        HEADER | SCHEMA | CHANNEL | METADATA | CHUNK_INDEX | METADATA_INDEX => Ok(size <= CHECKED_MAX),
+        _ => Ok(false),
+    }
+}
