@@ -148,9 +148,9 @@ class RecordingDamage:
         if self.lost == {}:
             loss = "no message is lost"
         else:
-            count = "an unknown number of messages" if self.lost is None else f"{sum(self.lost.values())} messages of {', '.join(self.lost)}"
+            count = "messages" if self.lost is None else f"{sum(self.lost.values())} messages of {', '.join(self.lost)}"
             when = "" if self.span is None else f" between {self.span[0]:.6g} s and {self.span[1]:.6g} s"
-            loss = f"{count}{when} {'is' if self.lost is None else 'are'} lost"
+            loss = f"{count}{when} are lost" + ("; the file does not say how many" if self.lost is None else "")
         return f"bytes {self.begins} to {self.ends}: {self.what}; {loss}"
 
 
@@ -180,7 +180,8 @@ class Recorded(Mapping[str, np.ndarray]):
         """What the file says of the system: name, version, configuration, when its clock stood at 0."""
         if self.damage:
             shown = "; ".join(str(one) for one in self.damage[:DAMAGE_SHOWN])
-            more = f"; and {len(self.damage) - DAMAGE_SHOWN} more in recording.damage" if len(self.damage) > DAMAGE_SHOWN else ""
+            rest = len(self.damage) - DAMAGE_SHOWN
+            more = f"; and {rest} more in recording.damage" if rest > 0 else ""
             places = "one place" if len(self.damage) == 1 else f"{len(self.damage)} places"
             warnings.warn(f"recording '{self.path}' is damaged in {places}: {shown}{more}", UserWarning, stacklevel=4)
 

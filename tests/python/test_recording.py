@@ -270,8 +270,11 @@ def chunks_of(path: Path) -> list[tuple[range, int, int]]:
     with open(path, "rb") as file:
         summary = reader.make_reader(file).get_summary()
         assert summary
-        of = summary.chunk_indexes
-        return [(range(one.chunk_start_offset, one.chunk_start_offset + one.chunk_length), one.message_start_time, one.message_end_time) for one in of]
+        found: list[tuple[range, int, int]] = []
+        for one in summary.chunk_indexes:
+            place = range(one.chunk_start_offset, one.chunk_start_offset + one.chunk_length)
+            found.append((place, one.message_start_time, one.message_end_time))
+        return found
 
 
 def test_a_damaged_recording_has_everything_but_the_chunk_that_was_hit(cell: gpac.System, tmp_path: Path) -> None:
@@ -281,7 +284,7 @@ def test_a_damaged_recording_has_everything_but_the_chunk_that_was_hit(cell: gpa
             run(cell, svv)
         cell.advance("12 s")
     whole, places, bytes_of = messages_of(path), chunks_of(path), path.read_bytes()
-    assert len(places) >= 4
+    assert len(places) >= 3
     draw = np.random.default_rng(30)
     for _ in range(60):
         at, bit = int(draw.integers(8, len(bytes_of))), int(draw.integers(8))
@@ -296,11 +299,12 @@ def test_a_damaged_recording_has_everything_but_the_chunk_that_was_hit(cell: gpa
             assert set(got) <= set(messages), f"byte {at}: values of {name} that were not recorded"
             missing = set(messages) - set(got)
             lost += len(missing)
-            assert not missing or hit and all(hit[1] <= time <= hit[2] for time, _ in missing), f"byte {at}: {len(missing)} of {name}"
+            assert not missing or (hit and all(hit[1] <= time <= hit[2] for time, _ in missing)), f"byte {at}: {len(missing)} of {name}"
         if lost:
             assert hit and len(told) == 1 and str(damaged) in str(told[0].message), f"byte {at}"
             [one] = recorded.damage
-            assert (one.begins, one.ends) == (hit[0].start, hit[0].stop) and one.lost and one.lost.get("a", 0) + one.lost.get("b", 0) == lost
+            assert (one.begins, one.ends) == (hit[0].start, hit[0].stop)
+            assert one.lost and one.lost.get("a", 0) + one.lost.get("b", 0) == lost
             assert one.span and (round(one.span[0] * 1e9), round(one.span[1] * 1e9)) == hit[1:]
             assert f"{sum(one.lost.values())} messages of" in str(told[0].message)
 
@@ -309,7 +313,7 @@ def test_a_recording_without_its_tail_says_where_it_ends(cell: gpac.System, tmp_
     path, cut = tmp_path / "run.mcap", tmp_path / "cut.mcap"
     with cell.record(path):
         run(cell, "a")
-        cell.advance("12 s")
+        cell.advance("30 s")
     whole, places, bytes_of = messages_of(path), chunks_of(path), path.read_bytes()
     place, first, last = places[-2]
     cut.write_bytes(bytes_of[: (place.start + place.stop) // 2])
@@ -318,5 +322,5 @@ def test_a_recording_without_its_tail_says_where_it_ends(cell: gpac.System, tmp_
     assert not recorded.complete
     [one] = recorded.damage
     assert one.begins == place.start and one.span and (round(one.span[0] * 1e9), round(one.span[1] * 1e9)) == (first, last)
-    got = {round(time * 1e9) for time in recorded["a"]["time"]}
-    assert {time for time, _ in whole["a"]} - got == {time for time, _ in whole["a"] if time >= min(first, max(got))} - got
+    got = [round(time * 1e9) for time in recorded["a"]["time"]]
+    assert got == [time for time, _ in whole["a"] if time < first], "every value of the chunks before"

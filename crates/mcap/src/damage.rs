@@ -52,10 +52,10 @@ impl Summary {
             if code != CHUNK_INDEX {
                 continue;
             }
-            if let (Some(first), Some(last), Some(at), Some(size)) = (fields.u64(), fields.u64(), fields.u64(), fields.u64()) {
-                if let Some(end) = at.checked_add(size).filter(|end| *end <= begin) {
-                    summary.chunks.push((at..end, (first, last)));
-                }
+            if let (Some(first), Some(last), Some(at), Some(size)) = (fields.u64(), fields.u64(), fields.u64(), fields.u64())
+                && let Some(end) = at.checked_add(size).filter(|end| *end <= begin)
+            {
+                summary.chunks.push((at..end, (first, last)));
             }
         }
         Ok(summary)

@@ -14,10 +14,13 @@ use std::os::fd::FromRawFd;
 /// Channel, time, bytes.
 type Said = (u16, u64, Vec<u8>);
 
+/// Places of chunks, and the messages of each.
+type Chunks = Vec<(Range<usize>, Vec<Said>)>;
+
 const CHUNKS: u64 = 12;
 
 /// A recording of some chunks, each with its messages and its place in the file.
-fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Vec<(Range<usize>, Vec<Said>)>) {
+fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Chunks) {
     let schema = Schema { name: "form".to_owned(), encoding: "jsonschema", text: "{}".to_owned() };
     let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
     writer.metadata("begin", &[("by".to_owned(), "us".to_owned())].into()).expect("memory has room");
@@ -99,18 +102,19 @@ fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<Said>)], touched: &[Range<us
             continue;
         };
         let begins = hit.start.max(place.start) as u64;
-        let told = damage.iter().find(|damage| damage.bytes.start <= place.end as u64 && damage.bytes.end >= place.start as u64);
+        let told: Vec<&Damage> = damage.iter().filter(|damage| damage.bytes.start <= place.end as u64 && damage.bytes.end >= place.start as u64).collect();
         let is_cut = !is_whole && begins >= bytes.len() as u64;
-        prop_assert!(is_read || told.is_some() || is_cut, "the loss of the chunk at {place:?} is not told: {damage:?}");
-        if let (false, Some(counts)) = (is_read, told.and_then(|damage| damage.counts.as_ref())) {
-            prop_assert!(touched.len() > 1 || counts.values().sum::<usize>() == messages.len(), "{counts:?} of {}", messages.len());
+        prop_assert!(is_read || !told.is_empty() || is_cut, "the loss of the chunk at {place:?} is not told: {damage:?}");
+        if !is_read && touched.len() == 1 && !told.is_empty() {
+            let is_right = |damage: &&Damage| damage.counts.as_ref().is_none_or(|counts| counts.values().sum::<usize>() == messages.len());
+            prop_assert!(told.iter().any(is_right), "{} messages are lost of the chunk at {place:?}: {damage:?}", messages.len());
         }
     }
     Ok(())
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
 
     #[test]
     fn turned_bits_cost_the_chunks_that_they_hit(is_packed: bool, has_end: bool, bits in prop::collection::vec((any::<prop::sample::Index>(), 0..8u8), 1..9)) {
@@ -133,16 +137,16 @@ proptest! {
         let ends = (begins + len).min(bytes.len());
         match with {
             Some(byte) => bytes[begins..ends].fill(byte),
-            None => (begins..ends).for_each(|at| bytes[at] = (at * 2_654_435_761 >> 7) as u8),
+            None => (begins..ends).for_each(|at| bytes[at] = ((at * 2_654_435_761) >> 7) as u8),
         }
-        check(&bytes, &chunks, &[begins..ends])?;
+        check(&bytes, &chunks, std::slice::from_ref(&(begins..ends)))?;
     }
 
     #[test]
     fn a_cut_costs_what_lies_behind_it(is_packed: bool, has_end: bool, at: prop::sample::Index) {
         let (bytes, chunks) = recording(is_packed, has_end);
         let cut = at.index(bytes.len());
-        check(&bytes[..cut], &chunks, &[cut..bytes.len()])?;
+        check(&bytes[..cut], &chunks, std::slice::from_ref(&(cut..bytes.len())))?;
     }
 
     #[test]
@@ -156,8 +160,8 @@ fn each_bit_of_a_recording_may_turn() {
     for (is_packed, has_end) in [(true, true), (true, false), (false, true)] {
         let (bytes, chunks) = recording(is_packed, has_end);
         // Heads of chunks, and the indexes before them, in full.
-        let is_head = |at: usize| chunks.iter().any(|(place, _)| (place.start.saturating_sub(80)..place.start + 70).contains(&at));
-        for at in (0..bytes.len()).filter(|at| at % 7 == 0 || is_head(*at) || *at > bytes.len() - 600) {
+        let is_head = |at: usize| chunks.iter().any(|(place, _)| (place.start.saturating_sub(30)..place.start + 70).contains(&at));
+        for at in (0..bytes.len()).filter(|at| at % 31 == 0 || is_head(*at) || *at > bytes.len() - 100) {
             let mut turned = bytes.clone();
             turned[at] ^= 1 << (at % 8);
             check(&turned, &chunks, std::slice::from_ref(&(at..at + 1))).unwrap_or_else(|why| panic!("bit {} of byte {at}: {why}", at % 8));

@@ -84,29 +84,42 @@ fn sized(fields: &[u8], skip: usize, entry: usize) -> Option<u64> {
     let mut rest = Rest(fields);
     rest.take(skip)?;
     let len = rest.u32()? as usize;
-    (len % entry == 0).then_some((skip + 4 + len) as u64)
+    len.is_multiple_of(entry).then_some((skip + 4 + len) as u64)
 }
 
 /// Number of bytes behind all fields of a record; none where it ends before them.
 fn has_all(code: u8, mut rest: Rest<'_>) -> Option<usize> {
     match code {
         HEADER => {
-            (rest.text()?, rest.text()?);
+            rest.text()?;
+            rest.text()?;
         }
         SCHEMA => {
-            (rest.u16()?, rest.text()?, rest.text()?, rest.bytes()?);
+            rest.take(2)?;
+            rest.text()?;
+            rest.text()?;
+            rest.bytes()?;
         }
         CHANNEL => {
-            (rest.u16()?, rest.u16()?, rest.text()?, rest.text()?, rest.texts()?);
+            rest.take(4)?;
+            rest.text()?;
+            rest.text()?;
+            rest.texts()?;
         }
         METADATA => {
-            (rest.text()?, rest.texts()?);
+            rest.text()?;
+            rest.texts()?;
         }
         CHUNK_INDEX => {
-            (rest.take(32)?, rest.bytes()?, rest.u64()?, rest.text()?, rest.take(16)?);
+            rest.take(32)?;
+            rest.bytes()?;
+            rest.take(8)?;
+            rest.text()?;
+            rest.take(16)?;
         }
         _ => {
-            (rest.take(16)?, rest.text()?);
+            rest.take(16)?;
+            rest.text()?;
         }
     }
     Some(rest.0.len())
@@ -117,11 +130,11 @@ fn has_all(code: u8, mut rest: Rest<'_>) -> Option<usize> {
 pub(crate) fn next_sound(file: &File, from: u64, len: u64, known: &[Range<u64>], has_chunks: bool) -> io::Result<Option<(u64, u8)>> {
     let (mut at, mut window, mut begins) = (from, Vec::new(), 0);
     while at + HEAD <= len {
-        if let Some(chunk) = known.iter().find(|chunk| chunk.start < at && at < chunk.end) {
-            if is_record(file, chunk.end, len, 0)? {
-                at = chunk.end;
-                continue;
-            }
+        if let Some(chunk) = known.iter().find(|chunk| chunk.start < at && at < chunk.end)
+            && is_record(file, chunk.end, len, 0)?
+        {
+            at = chunk.end;
+            continue;
         }
         let within = usize::try_from(at.wrapping_sub(begins)).unwrap_or(usize::MAX);
         if window.len().saturating_sub(within) < HEAD as usize {

@@ -370,6 +370,19 @@ export interface Configuration {
   device_types: { [name: string]: DeviceType };
 }
 
+/** A part of a recording that cannot be read. */
+export type Damaged = {
+  /** Its place in the file: the first byte, and the first one behind it. */
+  begins: number;
+  ends: number;
+  what: string;
+  /** Times between which what is lost lies, ns on the system's clock, as far as the file says so. */
+  from_ns: number | null;
+  to_ns: number | null;
+  /** Number of messages that are lost, by channel; empty where none is, nothing where the file does not say it. */
+  lost: { [name: string]: number } | null;
+};
+
 /** `POST /v1/command/decline`. */
 export interface DeclineRequest {
   /** The session that asks. */
@@ -1547,6 +1560,8 @@ export interface Recorded {
   ends: RecordedEnd[];
   /** Messages that are not in it, by channel, where there are any. */
   lost: { [name: string]: number };
+  /** Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first. */
+  damage: Damaged[];
   /** What the file says of the system: `configuration` is the answer of the call of that name as JSON. */
   metadata: { [name: string]: string };
 }
