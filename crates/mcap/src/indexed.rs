@@ -125,7 +125,7 @@ impl Indexed {
         Ok(indexed)
     }
 
-    /// Finds what has come since: of a file that is being written. Whether there was anything.
+    /// Takes in what has come since, of a file that is being written; returns whether there was anything.
     pub fn go_on(&mut self) -> Result<bool, Unreadable> {
         let (before, len) = (self.at, self.file.metadata()?.len());
         while !self.is_read {
@@ -180,12 +180,12 @@ impl Indexed {
         Ok(true)
     }
 
-    /// True where messages lie in chunks, as far as the file is known.
+    /// Returns whether messages lie in chunks, as far as the file is known.
     fn has_chunks(&self) -> bool {
         self.chunks.last().is_some_and(|chunk| chunk.is_packed)
     }
 
-    /// What could not be read of the file so far. Of chunks only their places were looked at: the content of each is checked by
+    /// Lists what could not be read of the file so far. Of chunks only their places were looked at: the content of each is checked by
     /// [`Indexed::chunk`], and what that refuses is told by [`Indexed::damage_of`].
     pub fn damage(&self) -> Vec<Damage> {
         let mut found: Vec<Damage> = self.passed.clone();
@@ -201,14 +201,15 @@ impl Indexed {
         found
     }
 
-    /// What is lost with a chunk whose content cannot be read.
+    /// Describes what is lost with a chunk whose content cannot be read.
     pub fn damage_of(&self, chunk: usize, what: &'static str) -> Damage {
-        let ChunkIndex { fields, first, last, counts, .. } = &self.chunks[chunk];
+        let ChunkIndex { fields, is_packed, first, last, counts } = &self.chunks[chunk];
         let counts = Some(counts.clone()).filter(|counts| !counts.is_empty());
-        Damage { bytes: fields.start - HEAD..fields.end, what, span: Some((*first, *last)).filter(|(first, last)| first <= last), counts }
+        let begins = if *is_packed { fields.start - HEAD } else { fields.start };
+        Damage { bytes: begins..fields.end, what, span: Some((*first, *last)).filter(|(first, last)| first <= last), counts }
     }
 
-    /// The times that a chunk says it has, where its head is there.
+    /// Reads the times that a chunk says it has, where its head is there.
     fn times_at(&self, at: u64) -> Option<(u64, u64)> {
         let head = self.read(at..at + HEAD + CHUNK_HEAD).ok()?;
         let mut rest = Rest(&head);
