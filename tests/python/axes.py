@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 import opengpac as gpac
+from opengpac import activate
 from opengpac.processors import Processor
 from opengpac.robots import Joint
 
@@ -28,6 +29,16 @@ def machine(cell: gpac.System, on: Processor | None = None, **changes: Any) -> g
     }  # fmt: skip
     joints = [Joint(f"axes.{name}", drive=plant[name], on=fast, **about | changes) for name in ("x", "y")]
     return gpac.Group("axes", *joints).enable()
+
+
+nap = gpac.Verb("nap", blocks={"b": gpac.library.flag}, command_lists={"start": [activate("b")]}, instantiation_parameters={"y": "b.y"})
+
+
+def late(rtp: Processor, ms: int) -> Callable[[], None]:
+    """A call that keeps the processor for so long, once."""
+    hog = rtp.trigger("hog", priority=90, virtual_cost=f"{ms} ms")
+    nap.on(hog).asynch(rtp.system.svv("napped", bool))
+    return hog.request
 
 
 class Watch:

@@ -218,6 +218,17 @@ fn a_fault_is_named_and_reset() {
 }
 
 #[test]
+fn a_following_error_of_the_drive_says_where_the_axis_is_and_what_to_change() {
+    let mut rig = Rig::new();
+    rig.until(&[Some(1.0)], "in operation", |rig| rig.status("x") == OPERATION_ENABLED);
+    rig.bus.with(|bus| bus.fail(X, 0x8611));
+    let (_, fault) = rig.lost(&[Some(1.0)]);
+    for said in ["axis 'x' (node 5) has a fault, 0x8611: following error", "; it is at ", "(0x6065): move with less speed=", "torque limit (0x6072)"] {
+        assert!(fault.contains(said), "{fault}");
+    }
+}
+
+#[test]
 fn objects_are_read_and_written_beside_the_cycle() {
     let mut rig = Rig::new();
     let read = |rig: &Rig, index: u32| rig.call("read_object", json!({ "axis": "y", "index": index }));

@@ -99,6 +99,9 @@ impl Mode {
     }
 }
 
+/// Error code of a following error, which the drive itself found.
+pub const FOLLOWING_ERROR: u16 = 0x8611;
+
 /// What an error code (0x603F) says, as far as CiA 402 names it.
 pub fn error_name(code: u16) -> &'static str {
     match code {
@@ -120,7 +123,7 @@ pub fn error_name(code: u16) -> &'static str {
         0x8311 => "torque limit exceeded",
         0x8400 => "velocity controller error",
         0x8500 => "position controller error",
-        0x8611 => "following error: the target is too far from where the axis is",
+        FOLLOWING_ERROR => "following error: the target is too far from where the axis is",
         0x8612 => "a limit of the range was reached",
         _ => match code >> 12 {
             2 => "a current error",

@@ -121,6 +121,8 @@ pub struct Approached {
     pub limited: bool,
     /// Time of one cycle, s; 0 in the first.
     pub span_s: f64,
+    /// Time lost before this cycle, s; 0 if there was no gap.
+    pub lost_s: f64,
     /// Distance and motion beyond the last set-point, if the servo brakes because no new one came in its time.
     pub braking: Braking,
 }
@@ -153,7 +155,8 @@ impl Approach {
         }
         let (reference, step, limited) = self.spline.advance(next.position, interpolation, bounds);
         let moving = interpolation > 1 && span_s > 0.0;
-        Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, braking: self.lead.braking() }
+        let lost_s = if passed.is_gap() { passed.lost_s() } else { 0.0 };
+        Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, lost_s, braking: self.lead.braking() }
     }
 }
 

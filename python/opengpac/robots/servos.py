@@ -13,7 +13,11 @@ from ..verbs import Verb
 
 
 class FollowingError(Terminated):
-    """A joint is farther from where it is commanded to be than `max_following_error`."""
+    """A joint is farther from where it is commanded to be than `max_following_error`.
+
+    `value` is the error, the position wanted less the measured one. `outputs` has `error_limit` (`max_following_error`), `time_lost` (s,
+    because releases were skipped just before), and of a servo of this host `effort` and `effort_limit` (`max_effort`).
+    """
 
 
 SERVO_PERIOD = "1 ms"
@@ -47,6 +51,12 @@ def _kept(label: str, velocity: str | list[str]) -> dict[str, str | list[str]]:
         "homed": f"{label}.homed",
     }
 
+
+_SERVO_SAYS = {"error_limit": "servo.error_max", "effort": "servo.effort", "effort_limit": "servo.limit", "time_lost": "servo.lost"}
+"""Values that a servo returns with a following error; the system's message is made of them."""
+
+_FOLLOWER_SAYS = {"error_limit": "follow.error_max", "time_lost": "follow.lost"}
+"""The same of a drive that closes the loop itself: its effort is not known here."""
 
 joint_servo = Verb(
     "robot_joint_servo",
@@ -91,7 +101,8 @@ joint_servo = Verb(
             ready(),
         ]
     },
-    conditions={"following_error": on("servo.following_error", raises=FollowingError)},
+    output_values=_SERVO_SAYS,
+    conditions={"following_error": on("servo.following_error", returns=list(_SERVO_SAYS), raises=FollowingError)},
 )
 
 
@@ -127,7 +138,8 @@ joint_decoupled_servo = Verb(
             ready(),
         ]
     },
-    conditions={"following_error": on("servo.following_error", raises=FollowingError)},
+    output_values=_SERVO_SAYS,
+    conditions={"following_error": on("servo.following_error", returns=list(_SERVO_SAYS), raises=FollowingError)},
 )
 """Keeps a joint going whose drive adds what gravity and the other joints need (computed torque), as a simulated arm's does."""
 
@@ -167,6 +179,7 @@ joint_follower = Verb(
             ready(),
         ]
     },
-    conditions={"following_error": on("follow.following_error", raises=FollowingError)},
+    output_values=_FOLLOWER_SAYS,
+    conditions={"following_error": on("follow.following_error", returns=list(_FOLLOWER_SAYS), raises=FollowingError)},
 )
 """What keeps a joint going that takes positions: the servo is in the machine."""

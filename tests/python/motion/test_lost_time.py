@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
-from axes import machine
+from axes import late, machine
 from opengpac import activate, motion
-from opengpac.processors import Processor
 from opengpac.robots import Joint
 
 Axes = gpac.Group[Joint]
@@ -25,16 +24,6 @@ MOTIONS: dict[str, Callable[[Axes], gpac.VerbInstance[Any]]] = {
     "robots.move": lambda axes: gpac.robots.move.asynch(axes, [0.6, 0.6], speed=ASKED),
     "gear": lambda axes: motion.gear.asynch(axes[0], axes[1].commanded, time_limit="3 s"),
 }
-
-nap = gpac.Verb("nap", blocks={"b": gpac.library.flag}, command_lists={"start": [activate("b")]}, instantiation_parameters={"y": "b.y"})
-
-
-def late(rtp: Processor, ms: int) -> Callable[[], None]:
-    """A call that keeps the processor for so long, once."""
-    hog = rtp.trigger("hog", priority=90, virtual_cost=f"{ms} ms")
-    nap.on(hog).asynch(rtp.system.svv("napped", bool))
-    return hog.request
-
 
 @pytest.fixture(params=[50, 100, 300, 480])
 def bounded(request: pytest.FixtureRequest) -> Iterator[tuple[Axes, Callable[[], None]]]:

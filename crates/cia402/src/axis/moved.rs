@@ -3,6 +3,7 @@
 use super::channels::Channels;
 use super::options::AxisOptions;
 use crate::commander::{Commander, Scale, Told};
+use crate::states::FOLLOWING_ERROR;
 use device::Layout;
 
 /// What a drive said last, in its own units; 0 where it does not say.
@@ -79,7 +80,8 @@ impl Axis {
     pub fn fault(&self) -> Option<String> {
         let (title, code, commander) = (&self.title, self.measured.error, &self.commander);
         if commander.is_wanted() && commander.is_faulty() {
-            return Some(format!("{title} has a fault, {code:#06x}: {}; remove its cause, then reset the device", (self.named)(code)));
+            let why = if code == FOLLOWING_ERROR { self.following_text() } else { String::new() };
+            return Some(format!("{title} has a fault, {code:#06x}: {}{why}; remove its cause, then reset the device", (self.named)(code)));
         }
         let state = commander.state();
         let within_s = self.operating_within_s;
@@ -92,6 +94,19 @@ impl Axis {
         commander
             .has_dropped()
             .then(|| format!("{title} has left operation by itself: it is in '{state}', error {code:#06x}; look at its enable input, then reset the device"))
+    }
+
+    /// State of the axis at a following error that its drive found, and what to change.
+    fn following_text(&self) -> String {
+        let torque = match self.measured.torque {
+            0 => String::new(),
+            thousandths => format!(" with {:.1} % of its rated torque", f64::from(thousandths) * 0.1),
+        };
+        format!(
+            "; it is at {:.6}{torque}, and the drive has the error (0x60F4) and its limit (0x6065): move with less speed= or acceleration=, look for what \
+             blocks the axis and at its torque limit (0x6072), or allow more in 0x6065",
+            self.commander.position()
+        )
     }
 
     /// Returns what its drive is told until the next cycle, which comes after `span_s`.

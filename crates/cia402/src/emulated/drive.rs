@@ -3,13 +3,12 @@
 use super::brake::Brake;
 use super::homing::{Limits, Search};
 use super::objects::{Access, Handle, Objects};
-use crate::states::{DriveState, Mode, RESET};
+use crate::states::{DriveState, FOLLOWING_ERROR, Mode, RESET};
 
 /// Who made the emulated drives: a number that no vendor has.
 pub const VENDOR: u32 = 0x0000_6A1C;
 pub const PRODUCT: u32 = 0x0000_0402;
 /// Faults, as 0x603F says them.
-const FOLLOWING_ERROR: u16 = 0x8611;
 const COMMUNICATION: u16 = 0x8130;
 const BLOCKED: u16 = 0x7121;
 /// Counts by which an axis moves though its brake is closed.

@@ -2,6 +2,7 @@
 //! Ends: every start of a verb instance has exactly one, with its report.
 use crate::core::Core;
 use crate::course::of::Course;
+use crate::lifecycle::following::{FOLLOWING_ERROR, following_text};
 use crate::lifecycle::instance::{Cause, Instance, Life, State};
 use crate::lifecycle::outputs::{decode, reported};
 use crate::lifecycle::report::Report;
@@ -211,6 +212,12 @@ fn report(instance: &Instance, registry: &Registry, cause: Cause) -> Report {
             outputs.insert(planned.name.clone(), value);
         }
     }
+    let message = match cause.message {
+        message if message.is_empty() && condition.name == FOLLOWING_ERROR => {
+            following_text(registry, instance.owner.as_deref(), cause.value.as_ref(), &outputs)
+        }
+        message => message,
+    };
     Report {
         instance: instance.name.clone(),
         verb: instance.plan.verb.clone(),
@@ -222,7 +229,7 @@ fn report(instance: &Instance, registry: &Registry, cause: Cause) -> Report {
         time_s: cause.time_ns as f64 * 1e-9,
         started_s: instance.times.started_ns as f64 * 1e-9,
         value: cause.value,
-        message: cause.message,
+        message,
         outputs,
         others: instance.findings.others.clone(),
         way: way.told(),

@@ -2,6 +2,7 @@
 //! A verb instance as it is kept: what it was made of, where it stands in its life, and what the kernels are asked to do for it.
 pub(crate) mod captures;
 pub(crate) mod floats;
+pub(crate) mod following;
 pub(crate) mod held;
 pub(crate) mod homes;
 pub(crate) mod idle;

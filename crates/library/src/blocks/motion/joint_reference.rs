@@ -56,6 +56,12 @@ pub struct JointReference {
     /// of the system's clock); all 0 where set-points lead
     #[output]
     braking: [f64; 4],
+    /// time that was lost before this invocation, because releases were skipped; 0 where none were
+    #[output(unit = "s")]
+    lost: f64,
+    /// maximum |q_r - q| in force: the preset of `following_error`
+    #[output(unit = "rad|m")]
+    error_max: f64,
     /// time between two set-points
     #[param(default = 0.02, unit = "s", range = "(0, inf)")]
     period: f64,
@@ -108,7 +114,9 @@ impl Step for JointReference {
         (self.reference, self.reference_velocity, self.goal) = (now.reference, now.velocity, now.reference - self.offset);
         self.limited += i64::from(now.limited);
         self.braking = now.braking.numbers();
+        self.lost = now.lost_s;
         self.error = now.reference - self.position;
+        self.error_max = self.following_error.preset;
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
         }
@@ -122,7 +130,7 @@ mod tests {
 
     fn reference() -> JointReference {
         JointReference {
-            setpoint: 0.7, position: 0.7, offset: 0.0, homed: true, goal: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], jerk_max: 1e9, period: 0.02,
+            setpoint: 0.7, position: 0.7, offset: 0.0, homed: true, goal: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], lost: 0.0, error_max: 0.0, jerk_max: 1e9, period: 0.02,
             position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false, following_error: ConditionOf::new(0.0), approach: Approach::default(),
         }
     }

@@ -63,6 +63,12 @@ pub struct JointServo {
     /// of the system's clock); all 0 where set-points lead
     #[output]
     braking: [f64; 4],
+    /// time that was lost before this invocation, because releases were skipped; 0 where none were
+    #[output(unit = "s")]
+    lost: f64,
+    /// maximum |q_r - q| in force: the preset of `following_error`
+    #[output(unit = "rad|m")]
+    error_max: f64,
     /// proportional gain
     #[param(default = 100.0, unit = "N.m/rad|N/m", range = "[0, inf)")]
     kp: f64,
@@ -131,9 +137,11 @@ impl Step for JointServo {
         (self.reference, self.reference_velocity) = (now.reference, now.velocity);
         self.limited += i64::from(now.limited);
         self.braking = now.braking.numbers();
+        self.lost = now.lost_s;
         self.error = now.reference - self.position;
         let law = Law { kp: self.kp, ki: self.ki, kd: self.kd, limit: self.limit };
         self.effort = law.effort(self.error, self.reference_velocity - self.velocity, self.bias, now.span_s, &mut self.integral);
+        self.error_max = self.following_error.preset;
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
         }
@@ -147,7 +155,7 @@ mod tests {
 
     fn servo() -> JointServo {
         JointServo {
-            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], jerk_max: 1e9,
+            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], lost: 0.0, error_max: 0.0, jerk_max: 1e9,
             kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false,
             following_error: ConditionOf::new(0.0), approach: Approach::default(), integral: 0.0,
         }

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Message of a following error: its size and limit, the effort of the servo, the time that was lost, and what to change.
+//!
+//! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit` and `time_lost`, as
+//! the servos of `robots` do; a verb that returns fewer of them gets a shorter message.
+use crate::registry::records::Registry;
+use indexmap::IndexMap;
+use model::value::Value;
+
+/// The condition that these words are for.
+pub(crate) const FOLLOWING_ERROR: &str = "following_error";
+
+/// Share of its limit from which an effort counts as saturated.
+const SATURATED: f64 = 0.999;
+
+/// What is known of a following error.
+#[derive(Default)]
+struct Found<'a> {
+    /// The logical device, with the units of its positions and efforts.
+    joint: Option<&'a str>,
+    unit: &'a str,
+    effort_unit: &'a str,
+    error: f64,
+    error_limit: Option<f64>,
+    effort: Option<f64>,
+    effort_limit: Option<f64>,
+    lost_s: f64,
+}
+
+/// Returns the message for a following error of `error` that a verb reported; `owner` is the logical device that it kept going.
+pub(crate) fn following_text(registry: &Registry, owner: Option<&str>, error: Option<&Value>, outputs: &IndexMap<String, Option<Value>>) -> String {
+    let Some(error) = error.and_then(number) else { return String::new() };
+    let output = |name: &str| outputs.get(name)?.as_ref().and_then(number);
+    let unit_of = |member: &str| owner.and_then(|joint| Some(registry.svvs.get(&format!("{joint}.{member}"))?.unit.as_str())).unwrap_or_default();
+    Found {
+        joint: owner,
+        unit: unit_of("sensed"),
+        effort_unit: unit_of("load_effort"),
+        error,
+        error_limit: output("error_limit"),
+        effort: output("effort"),
+        effort_limit: output("effort_limit"),
+        lost_s: output("time_lost").unwrap_or(0.0),
+    }
+    .text()
+}
+
+impl Found<'_> {
+    fn text(&self) -> String {
+        let joint = self.joint.map_or("the position".to_owned(), |name| format!("joint '{name}'"));
+        let mut text = format!("{joint} is {} from where it is commanded to be", quantity(self.error.abs(), self.unit));
+        if let Some(limit) = self.error_limit {
+            text += &format!(", and max_following_error is {}", quantity(limit, self.unit));
+        }
+        if let (Some(effort), Some(limit)) = (self.effort, self.effort_limit) {
+            let state = if self.is_saturated() { "saturated" } else { "not saturated" };
+            text += &format!("; its servo's effort is {} of max_effort {} ({state})", quantity(effort, ""), quantity(limit, self.effort_unit));
+        }
+        if self.lost_s > 0.0 {
+            text += &format!("; {} had been lost just before, because releases were skipped", quantity(self.lost_s, "s"));
+        }
+        format!("{text}: {}", self.remedy())
+    }
+
+    fn is_saturated(&self) -> bool {
+        self.effort.zip(self.effort_limit).is_some_and(|(effort, limit)| effort.abs() >= SATURATED * limit)
+    }
+
+    /// What to change, the likeliest cause first.
+    fn remedy(&self) -> &'static str {
+        if self.error_limit.is_none() {
+            return "move more slowly, look for what blocks the joint, or raise the preset of the condition";
+        }
+        match (self.lost_s > 0.0, self.effort.is_some(), self.is_saturated()) {
+            (true, ..) => "find what delayed the servo (statistics), or allow more by max_following_error=",
+            (_, _, true) => {
+                "move with less speed= or acceleration=, take load off, look for what blocks the joint, or raise max_effort= if the drive can give more"
+            }
+            (_, true, false) => "move with less speed= or acceleration=, raise kp= and kd=, or allow more by max_following_error=",
+            (_, false, false) => {
+                "move with less speed= or acceleration=, look for what blocks the joint and at the load and torque limit of its drive, \
+                 or allow more by max_following_error="
+            }
+        }
+    }
+}
+
+/// A number with four significant digits, and its unit.
+fn quantity(number: f64, unit: &str) -> String {
+    let digits = if number == 0.0 || !number.is_finite() { 0 } else { (3 - number.abs().log10().floor() as i32).clamp(0, 12) };
+    let text = format!("{number:.*}", digits as usize);
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) => Some(*number),
+        Value::Integer(number) => Some(*number as f64),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found() -> Found<'static> {
+        Found {
+            joint: Some("arm.x"),
+            unit: "rad",
+            effort_unit: "N.m",
+            error: -0.0213,
+            error_limit: Some(0.02),
+            effort: Some(-28.0),
+            effort_limit: Some(28.0),
+            ..Found::default()
+        }
+    }
+
+    #[test]
+    fn a_message_has_size_limit_effort_and_remedy() {
+        let expected = "joint 'arm.x' is 0.0213 rad from where it is commanded to be, and max_following_error is 0.02 rad; its servo's effort is -28 of \
+                        max_effort 28 N.m (saturated): move with less speed= or acceleration=, take load off, look for what blocks the joint, or \
+                        raise max_effort= if the drive can give more";
+        assert_eq!(found().text(), expected);
+        let weak = Found { effort: Some(3.123_456), ..found() }.text();
+        assert!(weak.contains("effort is 3.123 of max_effort 28 N.m (not saturated): move with less speed= or acceleration=, raise kp= and kd="), "{weak}");
+    }
+
+    #[test]
+    fn time_that_was_lost_is_named_first_among_the_causes() {
+        let late = Found { lost_s: 0.48, ..found() }.text();
+        assert!(late.contains("; 0.48 s had been lost just before, because releases were skipped: find what delayed the servo"), "{late}");
+    }
+
+    #[test]
+    fn a_message_says_nothing_of_what_is_not_known() {
+        let drive = Found { effort: None, effort_limit: None, ..found() }.text();
+        assert!(!drive.contains("effort is") && drive.contains("torque limit of its drive"), "{drive}");
+        let bare = Found { error: 12_345.6, ..Found::default() }.text();
+        assert!(bare.starts_with("the position is 12346 from where it is commanded to be: move more slowly"), "{bare}");
+    }
+}

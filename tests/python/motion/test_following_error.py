@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The message of a following error has what a person needs: the joint, the error, its limit, the effort, and what to change."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import opengpac as gpac
+from axes import late, machine
+from opengpac.robots import FollowingError
+
+
+@pytest.fixture
+def cell() -> Iterator[gpac.System]:
+    with gpac.System("following", clock="virtual", seed=1) as cell:
+        yield cell
+
+
+def stuck(cell: gpac.System, **changes: Any) -> tuple[str, gpac.Group[Any]]:
+    """The text of a motion's exception, and its joints. A loopback part moves as fast as its effort says: gain 0 keeps it where it is."""
+    about: dict[str, Any] = {"max_following_error": 0.05, "max_effort": 150.0} | changes
+    axes = machine(cell, **about)
+    with pytest.raises(gpac.Terminated) as ended:
+        gpac.motion.move_absolute(axes, 1.0)
+    return str(ended.value), axes
+
+
+def test_a_motion_says_joint_error_limit_effort_and_what_to_change(cell: gpac.System) -> None:
+    said, _ = stuck(cell, kp=0.0)
+    pattern = (
+        r"the verb of device 'axes\.x' ended with 'following_error': joint 'axes\.x' is (0\.05\d*) rad from where it is commanded to be, "
+        r"and max_following_error is 0\.05 rad; its servo's effort is 0 of max_effort 150 N\.m \(not saturated\): move with less speed= or "
+        r"acceleration=, raise kp= and kd=, or allow more by max_following_error="
+    )
+    found = re.search(pattern, said)
+    assert found, said
+    assert 0.05 < float(found[1]) < 0.06
+
+
+def test_a_saturated_servo_is_called_so_wherever_the_end_is_told(cell: gpac.System) -> None:
+    said, axes = stuck(cell, kp=50.0, max_effort=0.01)
+    words = "its servo's effort is 0.01 of max_effort 0.01 N.m (saturated): move with less speed="
+    assert words in said
+    assert words in cell.alarms["following_error"].text
+    assert any(words in entry["text"] for entry in cell.log())
+    assert axes[0].state == "fault"
+
+
+def test_the_exception_has_the_numbers() -> None:
+    for servo, returns in (
+        (gpac.robots.joint_servo, ("error_limit", "effort", "effort_limit", "time_lost")),
+        (gpac.robots.joint_decoupled_servo, ("error_limit", "effort", "effort_limit", "time_lost")),
+        (gpac.robots.joint_follower, ("error_limit", "time_lost")),
+    ):
+        end = servo.termination("following_error", "start")
+        assert end is not None
+        assert (end.raises, end.returns) == (FollowingError, returns)
+
+
+def test_a_sliding_joint_speaks_of_metres(cell: gpac.System) -> None:
+    said, _ = stuck(cell, kp=0.0, units={"rad": "m", "N.m": "N"})
+    assert re.search(r"is 0\.05\d* m from where .* max_following_error is 0\.05 m; its servo's effort is 0 of max_effort 150 N \(", said)
+
+
+def test_time_that_was_lost_is_named(cell: gpac.System) -> None:
+    """The plant goes on under its last effort while the servo stands still."""
+    rtp = cell.processor("rtp0")
+    axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 300)
+    moving = gpac.motion.move_velocity.asynch(axes, 0.3, time_limit="3 s")
+    cell.advance("700 ms")
+    keep()
+    cell.advance("1 s")
+    with pytest.raises(gpac.Terminated, match=r"; 0\.(29\d|3)\d* s had been lost just before.*: find what delayed the servo"):
+        moving.wait()
+
+
+def test_a_drive_that_closes_the_loop_has_no_effort_to_tell(cell: gpac.System) -> None:
+    rtp = cell.processor("rtp0")
+    fast = rtp.timer("fast", period="1 ms", priority=80)
+    rtp.timer("slow", period="20 ms", priority=60)
+    plant = rtp.physical_device("plant", gpac.drivers.loopback("x", command="position"), exchange=fast)
+    # The drive is one release behind, which is more than this joint allows.
+    axes = gpac.Group("axes", gpac.robots.Joint("axes.x", drive=plant["x"], on=fast, max_following_error=1e-4)).enable()
+    with pytest.raises(gpac.Terminated) as ended:
+        gpac.motion.move_absolute(axes, 1.0)
+    assert "and max_following_error is 0.0001 rad: move with less speed= or acceleration=, look for what blocks" in str(ended.value)
+    assert "torque limit of its drive" in str(ended.value)
