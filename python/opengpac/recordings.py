@@ -126,7 +126,7 @@ DAMAGE_SHOWN = 3
 
 @dataclass(frozen=True)
 class RecordingDamage:
-    """A part of a recording's file that cannot be read; `recorded.damage` lists them."""
+    """A part of a recording's file that cannot be read; `recorded.damage` lists them. Made by `gpac.open_recording`."""
 
     begins: int
     """Its first byte in the file."""

@@ -30,9 +30,12 @@ def test_everything_holds_after_a_fault(kind, blocks: str) -> None:
 
 def test_the_accounting_finds_what_is_left() -> None:
     before, shared = Before(), Path("/dev/shm/opengpac_left_by_a_test")
-    with subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as child:
+    program = [sys.executable, "-c", "print(flush=True); input()"]
+    with subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
         shared.touch()
         try:
+            # Before it runs its own code its environment may not be there yet, by which it is known.
+            assert child.stdout is not None and child.stdout.readline() == b"\n"
             left = before.left_over(within_s=0)
         finally:
             shared.unlink()

@@ -29,7 +29,7 @@ def test_a_manual_prints_everything() -> None:
     for line in (
         "loopback: parts that follow their effort exactly, x' = u, for tests",
         "exchanges: on the thread of its source",
-        "safe state: each output carries its safe value, by driver, end of process",
+        "safe state: each output carries its safe value, by driver and end of process",
         "looks for devices: no",
     ):
         assert line in shown.splitlines()
