@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,9 @@ from .reports import Report, terminated
 
 if TYPE_CHECKING:
     from .devices import LogicalDevice
+    from .system import System
+
+_logger = logging.getLogger("opengpac")
 
 
 def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
@@ -30,7 +34,7 @@ def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
             begun.append(device)
         for device in begun[:1]:
             device.system._say_rights()
-            device.system._say_unguarded()
+            _say_unguarded(device.system)
         for device in begun:
             with refusals:
                 in_time = device.system._native.wait_enabled(device.name, timeout_ns)
@@ -41,6 +45,20 @@ def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
             if device.state != "disabled":
                 device.disable()
         raise
+
+
+def _say_unguarded(system: System) -> None:
+    """Says once of each physical device that nothing brings to its safe state when this program is gone or hangs."""
+    if system.virtual:
+        return
+    for name, device in system.physical_devices.items():
+        if device.about.get("unguarded") and name not in system._unguarded_said:
+            system._unguarded_said.add(name)
+            _logger.warning(
+                "device '%s' goes on under its last commands when this program is gone or hangs: it has no watchdog, and the guard "
+                "cannot reach it. Set the watchdog of the device itself, where it has one (docs/guard.md)",
+                name,
+            )
 
 
 def _not_ready(device: LogicalDevice, identity: int, timeout_ns: int | None) -> None:

@@ -334,19 +334,6 @@ class System(Commanded, Timed, Declared):
         if missing:
             _logger.warning("system '%s' runs with less than real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
 
-    def _say_unguarded(self) -> None:
-        """Says once of each physical device that nothing brings to its safe state when this program is gone or hangs."""
-        if self.virtual:
-            return
-        for name, device in self.physical_devices.items():
-            if device.about.get("unguarded") and name not in self._unguarded_said:
-                self._unguarded_said.add(name)
-                _logger.warning(
-                    "device '%s' goes on under its last commands when this program is gone or hangs: it has no watchdog, and the guard "
-                    "cannot reach it. Set the watchdog of the device itself, where it has one (docs/guard.md)",
-                    name,
-                )
-
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes what a warm restart gives back, `gpac.System(name, restore=path)`: tunable parameters and members declared with
         `keep=True` of every logical device, and the alarms, which are history then.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reading an MCAP file in place: where its chunks lie, and one chunk at a time. Nothing but heads is read before a chunk is asked for.
-//! What cannot be read is passed over, and listed by [`Indexed::damage`].
+//! Parts that cannot be read are passed over, and listed by [`Indexed::damage`].
 use crate::Record;
 use crate::damage::{Damage, Summary};
 use crate::reader::{LEN_MAX, SHORT, Unreadable, record, unpack};
@@ -20,7 +20,7 @@ pub struct Channel {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// Where a chunk lies, and what the file says of it. Messages beside chunks, one after the other, are taken as one.
+/// A chunk: its place, and its description in the file. Messages beside chunks, one after the other, are taken as one.
 #[derive(Clone, Debug)]
 pub struct ChunkIndex {
     /// Its fields, in bytes of the file; of messages beside chunks their records.
@@ -97,7 +97,7 @@ pub struct Indexed {
     seen: usize,
     /// Places between sound records, in the order of the file.
     passed: Vec<Damage>,
-    /// What the file's summary says; read at the first damage.
+    /// The summary of the file; read at the first damage.
     summary: Option<Summary>,
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
 }

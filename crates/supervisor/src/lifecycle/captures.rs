@@ -35,7 +35,7 @@ impl Captures {
         self.pending.clear();
     }
 
-    /// What these outputs were is out of date.
+    /// Forgets the values of these outputs, which are out of date.
     pub fn forget(&mut self, outputs: &[usize]) {
         self.taken.retain(|((output, _), _)| !outputs.contains(output));
     }

@@ -13,9 +13,9 @@ pub(crate) const FOLLOWING_ERROR: &str = "following_error";
 /// Share of its limit from which an effort counts as saturated.
 const SATURATED: f64 = 0.999;
 
-/// What is known of a following error.
+/// A following error, as far as it is known.
 #[derive(Default)]
-struct Found<'a> {
+struct FollowingError<'a> {
     /// The logical device, with the units of its positions and efforts.
     joint: Option<&'a str>,
     unit: &'a str,
@@ -32,7 +32,7 @@ pub(crate) fn following_text(registry: &Registry, owner: Option<&str>, error: Op
     let Some(error) = error.and_then(number) else { return String::new() };
     let output = |name: &str| outputs.get(name)?.as_ref().and_then(number);
     let unit_of = |member: &str| owner.and_then(|joint| Some(registry.svvs.get(&format!("{joint}.{member}"))?.unit.as_str())).unwrap_or_default();
-    Found {
+    FollowingError {
         joint: owner,
         unit: unit_of("sensed"),
         effort_unit: unit_of("load_effort"),
@@ -45,7 +45,7 @@ pub(crate) fn following_text(registry: &Registry, owner: Option<&str>, error: Op
     .text()
 }
 
-impl Found<'_> {
+impl FollowingError<'_> {
     fn text(&self) -> String {
         let joint = self.joint.map_or("the position".to_owned(), |name| format!("joint '{name}'"));
         let mut text = format!("{joint} is {} from where it is commanded to be", quantity(self.error.abs(), self.unit));
@@ -66,7 +66,7 @@ impl Found<'_> {
         self.effort.zip(self.effort_limit).is_some_and(|(effort, limit)| effort.abs() >= SATURATED * limit)
     }
 
-    /// What to change, the likeliest cause first.
+    /// The remedy for the likeliest cause.
     fn remedy(&self) -> &'static str {
         if self.error_limit.is_none() {
             return "move more slowly, look for what blocks the joint, or raise the preset of the condition";
@@ -105,8 +105,8 @@ fn number(value: &Value) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn found() -> Found<'static> {
-        Found {
+    fn found() -> FollowingError<'static> {
+        FollowingError {
             joint: Some("arm.x"),
             unit: "rad",
             effort_unit: "N.m",
@@ -114,7 +114,7 @@ mod tests {
             error_limit: Some(0.02),
             effort: Some(-28.0),
             effort_limit: Some(28.0),
-            ..Found::default()
+            ..FollowingError::default()
         }
     }
 
@@ -124,21 +124,21 @@ mod tests {
                         max_effort 28 N.m (saturated): move with less speed= or acceleration=, take load off, look for what blocks the joint, or \
                         raise max_effort= if the drive can give more";
         assert_eq!(found().text(), expected);
-        let weak = Found { effort: Some(3.123_456), ..found() }.text();
+        let weak = FollowingError { effort: Some(3.123_456), ..found() }.text();
         assert!(weak.contains("effort is 3.123 of max_effort 28 N.m (not saturated): move with less speed= or acceleration=, raise kp= and kd="), "{weak}");
     }
 
     #[test]
     fn time_that_was_lost_is_named_first_among_the_causes() {
-        let late = Found { lost_s: 0.48, ..found() }.text();
+        let late = FollowingError { lost_s: 0.48, ..found() }.text();
         assert!(late.contains("; 0.48 s had been lost just before, because releases were skipped: find what delayed the servo"), "{late}");
     }
 
     #[test]
     fn a_message_says_nothing_of_what_is_not_known() {
-        let drive = Found { effort: None, effort_limit: None, ..found() }.text();
+        let drive = FollowingError { effort: None, effort_limit: None, ..found() }.text();
         assert!(!drive.contains("effort is") && drive.contains("torque limit of its drive"), "{drive}");
-        let bare = Found { error: 12_345.6, ..Found::default() }.text();
+        let bare = FollowingError { error: 12_345.6, ..FollowingError::default() }.text();
         assert!(bare.starts_with("the position is 12346 from where it is commanded to be: move more slowly"), "{bare}");
     }
 }

@@ -233,7 +233,7 @@ pub(crate) struct Work {
 /// What the report of one start will say beside its condition.
 #[derive(Default)]
 pub(crate) struct Findings {
-    /// What the condition of its end returns.
+    /// Outputs that the condition of its end returns.
     pub captures: Captures,
     pub others: Vec<Other>,
     /// The transitions before that, and what they returned.

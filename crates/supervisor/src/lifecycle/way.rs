@@ -15,7 +15,7 @@ pub(crate) struct Way {
     passed: VecDeque<Passed>,
     /// Conditions that led on, by index, each once, in the order in which they came last.
     pub conditions: Vec<usize>,
-    /// What those return, as it was when they led on.
+    /// Outputs that those return, as they were when they led on.
     pub captures: Captures,
 }
 

@@ -130,7 +130,7 @@ export class Plot {
     return { places: marks.map((mark) => Math.min(1, Math.max(0, (mark - lo) / (hi - lo)))), labels: labelsOf(scaled, step * per, room) };
   }
 
-  /** What all labels of an axis have in common, by the axis's number; written beside it. */
+  /** The factor or offset that all labels of an axis have in common, by the axis's number; written beside it. */
   readonly #common = new Map<number, string>();
 
   #options(width: number, height: number, xy: boolean, among: Among): uPlot.Options {

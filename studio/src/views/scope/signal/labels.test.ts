@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
+import { randomOf } from "../../../../tests/randomActions";
 import { labelsOf, rangeText } from "./labels";
-import { random } from "./random.testing";
 import { stepOf, ticks } from "./ticks";
 
 test("labels have the digits that their distance needs", () => {
@@ -19,7 +19,7 @@ test("labels have the digits that their distance needs", () => {
 });
 
 test("no two labels of an axis are equal, and each is its mark, at any zoom and offset", () => {
-  const next = random(31);
+  const next = randomOf(31);
   for (let time = 0; time < 20_000; time += 1) {
     const size = 10 ** (-12 + 24 * next());
     // At the most so far away that doubles still resolve the range in 10,000 steps.

@@ -60,7 +60,7 @@ function scaled(marks: readonly number[], step: number, offset: number, small: n
   };
 }
 
-/** How many decimals a step has: 0.25 has two. */
+/** The number of decimals of a step: 0.25 has two. */
 function decimalsOf(step: number): number {
   for (let decimals = 0; decimals < DECIMALS_MAX; decimals += 1) {
     const whole = step * 10 ** decimals;

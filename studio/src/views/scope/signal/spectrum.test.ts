@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
+import { randomOf } from "../../../../tests/randomActions";
 import { measure, measuresOf, spreadOf } from "./measure";
-import { random } from "./random.testing";
 import type { Series } from "./series";
 import { type Amount, peakOf, regular, spectrumOf, spectrumUnit, WINDOW_FUNCTIONS, type WindowFunction } from "./spectrum";
 
@@ -83,7 +83,7 @@ test("a sine's amplitude and frequency are read off, in decibels too", () => {
 });
 
 test("a sine reads its frequency and its amplitude, whatever its phase, its length and the window", () => {
-  const next = random(9);
+  const next = randomOf(9);
   for (let time = 0; time < 100; time += 1) {
     const count = 32 + Math.floor(1500 * next());
     const step_s = 10 ** (-5 + 4 * next());
@@ -105,7 +105,7 @@ test("a sine reads its frequency and its amplitude, whatever its phase, its leng
 });
 
 test("the stronger of two sines, in noise, is read within a thousandth", () => {
-  const next = random(4);
+  const next = randomOf(4);
   const values = Float64Array.from(
     { length: 1000 },
     (_, n) => Math.sin(0.0628318 * n + 1) + 0.3 * Math.sin(0.31 * n) + 0.01 * (next() - 0.5),
