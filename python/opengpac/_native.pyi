@@ -29,10 +29,12 @@ def check_driver(kind: str, options_json: str) -> str | None:
     """Checks options against the declaration of a driver; what is wrong with them, None where nothing is."""
 
 def check_conformance(
-    kind: str, options_json: str, command: list[str], exchanges: int, counting: str | None = None, sanitizer: str | None = None
+    kind: str, options_json: str, command: list[str], exchanges: int, counting: str | None = None, sanitizer: str | None = None,
+    told: Callable[[str, str], bool] | None = None,
 ) -> str:
     """Checks a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}. `command` is a process that
-    calls `run_driver_check`, `counting` a shared object of `counting_text()`."""
+    calls `run_driver_check`, `counting` a shared object of `counting_text()`. `told(check, verdict)` hears each outcome as it comes, and
+    ends the checks by returning False."""
 
 def sanitizer_in(folder: str) -> str | None:
     """The real-time sanitizer for that process, made in a folder from that of Rust or clang; None: no compiler here has it."""

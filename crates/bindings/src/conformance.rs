@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The conformance kit of drivers.
 use crate::convert::{from_json, to_json};
-use drivers::Settings;
+use drivers::{Outcome, Settings};
 use pyo3::prelude::*;
 use serde_json::Value;
 use std::ffi::OsString;
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// How long one check may take.
 const CHECK: Duration = Duration::from_secs(120);
 
-/// Checks a driver: its report as JSON.
+/// Checks a driver: its report as JSON. `told(check, verdict)` is called with each outcome as it comes, and ends the checks by returning False.
 #[pyfunction]
-#[pyo3(signature = (kind, options_json, command, exchanges, counting=None, sanitizer=None))]
+#[pyo3(signature = (kind, options_json, command, exchanges, counting=None, sanitizer=None, told=None))]
 pub fn check_conformance(
     py: Python<'_>,
     kind: &str,
@@ -22,10 +23,24 @@ pub fn check_conformance(
     exchanges: u64,
     counting: Option<PathBuf>,
     sanitizer: Option<PathBuf>,
+    told: Option<Py<PyAny>>,
 ) -> PyResult<String> {
     let options: Value = from_json(options_json)?;
     let settings = Settings { command, exchanges, counting, sanitizer, limit: CHECK };
-    to_json(&py.detach(|| drivers::check_conformance(kind, &options, &settings)).json())
+    let mut raised = None;
+    let mut hear = |outcome: &Outcome| {
+        let Some(told) = &told else { return ControlFlow::Continue(()) };
+        match Python::attach(|py| told.call1(py, (&outcome.check, outcome.verdict.text()))?.extract::<bool>(py)) {
+            Ok(true) => ControlFlow::Continue(()),
+            Ok(false) => ControlFlow::Break(()),
+            Err(why) => {
+                raised = Some(why);
+                ControlFlow::Break(())
+            }
+        }
+    };
+    let report = py.detach(|| drivers::check_conformance(kind, &options, &settings, &mut hear));
+    raised.map_or_else(|| to_json(&report.json()), Err)
 }
 
 /// The source in C of what counts allocations in the process that a driver is checked in.

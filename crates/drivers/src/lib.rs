@@ -40,8 +40,9 @@ pub mod any_bytes {
 }
 
 use device::{Declaration, DriverError, Found, Geometry, Manual, Opened, Reached};
-pub use driver_kit::conformance::{Report, Settings, sanitizer_in};
+pub use driver_kit::conformance::{Outcome, Report, Settings, sanitizer_in};
 use serde_json::Value;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Once;
 
@@ -180,10 +181,11 @@ pub fn run_process() -> Result<(), String> {
     plant_process::run()
 }
 
-/// Checks a driver by the conformance kit; `settings` name a process that calls [`run_check`].
-pub fn check_conformance(kind: &str, options: &Value, settings: &Settings) -> Report {
+/// Checks a driver by the conformance kit; `settings` name a process that calls [`run_check`]. `hear` is given each outcome as it comes, and
+/// ends the checks by breaking.
+pub fn check_conformance(kind: &str, options: &Value, settings: &Settings, hear: &mut dyn FnMut(&Outcome) -> ControlFlow<()>) -> Report {
     register();
-    driver_kit::conformance::check(kind, options, settings)
+    driver_kit::conformance::check(kind, options, settings, hear)
 }
 
 /// What a process runs that a driver is checked in.

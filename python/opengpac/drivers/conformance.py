@@ -9,9 +9,11 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+from rich.console import Console
 
 from .. import _native, processes
 from ..errors import CallError, Error, refusals, refuse
@@ -33,6 +35,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     check.add_argument(
         "--machine-is-safe", action="store_true", help="send extreme commands without asking: no machine is connected, or nothing can move"
     )
+    check.add_argument("--all", action="store_true", help="go on after a check that failed, to the end of the list")
     check.add_argument("-v", "--verbose", action="store_true", help="also list the checks that passed")
     check.add_argument("--json", action="store_true", help="the report for a program")
     check.set_defaults(run=run)
@@ -45,18 +48,34 @@ def run(given: argparse.Namespace) -> int:
     if not given.machine_is_safe:
         for driver in drivers:
             _ask(driver)
-    reports = [check(driver, exchanges=given.exchanges) for driver in drivers]
+    reports = []
+    with Console(stderr=True).status("checking") as status:
+        for driver in drivers:
+
+            def goes_on(name: str, verdict: str, kind: str = driver.kind) -> bool:
+                status.update(f"{kind}: {name} {verdict}")
+                return given.all or verdict != "failed"
+
+            reports.append(check(driver, exchanges=given.exchanges, goes_on=goes_on))
     if given.json:
         print(json.dumps(reports))
     else:
         for report in reports:
             print(shown(report, given.verbose))
+        if not given.all and not all(report["passed"] for report in reports):
+            print("A driver is checked up to the first check that fails; --all goes on.", file=sys.stderr)
     return 0 if all(report["passed"] for report in reports) else 1
 
 
-def check(driver: Driver, *, exchanges: int = 1_000_000) -> dict[str, Any]:
-    """The report of the kit on a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}."""
-    of_class = _of_class(driver) if driver.kind == "python" else []
+def check(
+    driver: Driver, *, exchanges: int = 1_000_000, goes_on: Callable[[str, str], bool] = lambda _check, _verdict: True
+) -> dict[str, Any]:
+    """Returns the report of the kit on a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}.
+
+    `goes_on` is called with the name and the verdict of each check as it ends, and ends the checks by returning False.
+    The checks on the class of a driver in Python end at the first that fails in any case.
+    """
+    of_class = _of_class(driver, goes_on) if driver.kind == "python" else []
     if any(each["verdict"] == "failed" for each in of_class):
         return _report(driver.kind, of_class)
     with tempfile.TemporaryDirectory() as folder:
@@ -66,7 +85,7 @@ def check(driver: Driver, *, exchanges: int = 1_000_000) -> dict[str, Any]:
         with refusals:
             sanitizer = _native.sanitizer_in(folder)
             options = json.dumps(dict(driver.options))
-            report = json.loads(_native.check_conformance(driver.kind, options, command, exchanges, counting, sanitizer))
+            report = json.loads(_native.check_conformance(driver.kind, options, command, exchanges, counting, sanitizer, goes_on))
     return _report(report["driver"], of_class + report["checks"]) if of_class else report
 
 
@@ -94,8 +113,8 @@ def _ask(driver: Driver) -> None:
     refuse(CallError, f"driver '{driver.kind}' was not checked: {what}", "disconnect or secure the machine, then give --machine-is-safe")
 
 
-def _of_class(driver: Driver) -> list[dict[str, Any]]:
-    """Checks of a driver in Python on its class itself, up to the first that fails; each is told on standard error as it ends."""
+def _of_class(driver: Driver, goes_on: Callable[[str, str], bool]) -> list[dict[str, Any]]:
+    """Checks a driver in Python on its class itself, up to the first check that fails."""
     given = {name: driver.options[name] for name in ("path", "module", "class", "options", "paths") if driver.options.get(name) is not None}
     command = [sys.executable, "-m", "opengpac.drivers.class_checks"]
     outcomes: list[dict[str, Any]] = []
@@ -114,8 +133,8 @@ def _of_class(driver: Driver) -> list[dict[str, Any]]:
                 why = f"it did not come back within {CLASS_S:.0f} s" if is_late else f"it ended its process: status {process.wait()}"
             outcome = {"check": name, "sentence": sentence, "verdict": "failed", "why": why} if why else json.loads(line)
             outcomes.append(outcome)
-            print(f"{outcome['verdict']:<7} {name}", file=sys.stderr)
-            if outcome["verdict"] == "failed":
+            if not goes_on(name, outcome["verdict"]) or outcome["verdict"] == "failed":
+                process.kill()
                 break
     return outcomes
 

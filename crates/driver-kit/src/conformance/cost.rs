@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of what an exchange costs: allocations, waits, memory, and how old its readings are.
 use super::check::{Check, Passed, Tried, holds};
-use super::measures::{allocated, allocations, resident, waits};
+use super::measures::{allocated, allocations, printed, processor_ns, resident, waits};
 use super::rig::{Joint, Rig};
 use super::subject::Subject;
 use device::Class;
@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 pub(super) const CHECKS: &[Check] = &[
     Check { name: "allocation", sentence: "an inline exchange allocates nothing", run: allocation },
     Check { name: "waiting", sentence: "an inline exchange does not wait", run: waiting },
+    Check { name: "brief", sentence: "an inline exchange computes for less than 0.25 ms", run: brief },
+    Check { name: "prints", sentence: "an exchange prints nothing", run: prints },
     Check { name: "memory", sentence: "memory is flat over many exchanges", run: memory },
     Check { name: "age", sentence: "readings of a worker have an age, and new ones come", run: age },
 ];
@@ -19,7 +21,9 @@ pub(super) const WARM: usize = 50;
 /// Firings that are measured.
 const MEASURED: usize = 500;
 /// The long check ends then, however many exchanges it has made.
-const LONG: Duration = Duration::from_secs(60);
+const LONG: Duration = Duration::from_secs(15);
+/// Processor time of one inline exchange, on average: a quarter of a cycle at 1 kHz.
+const BRIEF_NS: i64 = 250_000;
 /// What memory may grow in all: pages that are touched for the first time.
 const GROWTH: i64 = 256 << 10;
 
@@ -65,6 +69,28 @@ fn waiting(subject: &Subject) -> Tried {
     let waited = waits() - before;
     // A page that comes from a disk is a wait too: one that waits by itself does so in each firing.
     holds(waited * 10 < MEASURED as i64, || format!("its thread gave up its processor {waited} times in {MEASURED} firings"))
+}
+
+fn brief(subject: &Subject) -> Tried {
+    if !subject.is_inline() {
+        return Ok(Passed::NotApplicable("it is not inline"));
+    }
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    mixed(&mut rig, &joints, WARM)?;
+    let before_ns = processor_ns();
+    mixed(&mut rig, &joints, WARM)?;
+    let mean_ns = (processor_ns() - before_ns) / WARM as i64;
+    holds(mean_ns <= BRIEF_NS, || format!("it computes for {:.2} ms, and everything on its source waits for it", mean_ns as f64 * 1e-6))
+}
+
+fn prints(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    let (made, bytes) = printed(|| mixed(&mut rig, &joints, WARM)).map_err(|why| format!("what it prints cannot be counted: {why}"))?;
+    made?;
+    // A message at the first exchange or two is none per exchange.
+    holds(bytes < WARM as u64, || format!("it prints {bytes} bytes in {WARM} exchanges; each waits for whoever reads the terminal"))
 }
 
 fn memory(subject: &Subject) -> Tried {

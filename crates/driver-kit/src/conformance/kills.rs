@@ -11,8 +11,8 @@ use process_kit::{Launch, UnixLink};
 use serde_json::{Value, json};
 
 /// One after the other.
-pub(super) fn outcomes(kind: &str, options: &Value, settings: &Settings) -> Vec<Outcome> {
-    let outcome = |(_, name, sentence): &(Phase, &str, &str)| Outcome {
+pub(super) fn outcomes(kind: &str, options: &Value, settings: &Settings) -> impl Iterator<Item = Outcome> {
+    let outcome = move |(_, name, sentence): &(Phase, &str, &str)| Outcome {
         check: (*name).to_owned(),
         sentence: (*sentence).to_owned(),
         verdict: match killed(kind, options, name, settings) {
@@ -21,7 +21,7 @@ pub(super) fn outcomes(kind: &str, options: &Value, settings: &Settings) -> Vec<
             Err(cause) => Verdict::Failed(cause),
         },
     };
-    PHASES.iter().map(outcome).collect()
+    PHASES.iter().map(outcome)
 }
 
 /// Kills one process in that phase, does what the guard does, and has another one open the device.

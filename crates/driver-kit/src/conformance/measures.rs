@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What this process has: descriptors, threads, memory; how often its thread waited or allocated.
 use std::ffi::CStr;
+use std::fs::File;
+use std::io::Write;
+use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
 use std::time::{Duration, Instant};
 
 pub(crate) fn descriptors() -> usize {
@@ -31,6 +34,62 @@ pub(crate) fn allocated() -> i64 {
 pub(crate) fn resident() -> i64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     text.split_whitespace().nth(1).and_then(|pages| pages.parse::<i64>().ok()).map_or(0, |pages| pages * 4096)
+}
+
+/// Processor time that this thread has used.
+pub(crate) fn processor_ns() -> i64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: it is told where the struct lies.
+    unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
+    time.tv_sec * 1_000_000_000 + time.tv_nsec
+}
+
+/// Standard output and standard error of this process, put back where they were when it is dropped.
+struct Diverted([OwnedFd; 2]);
+
+impl Diverted {
+    fn to(file: &File) -> std::io::Result<Diverted> {
+        let kept = Diverted([std::io::stdout().as_fd().try_clone_to_owned()?, std::io::stderr().as_fd().try_clone_to_owned()?]);
+        flush();
+        for name in [1, 2] {
+            // SAFETY: both descriptors are open.
+            unsafe { libc::dup2(file.as_raw_fd(), name) };
+        }
+        Ok(kept)
+    }
+}
+
+impl Drop for Diverted {
+    fn drop(&mut self) {
+        flush();
+        for (kept, name) in self.0.iter().zip([1, 2]) {
+            // SAFETY: both descriptors are open.
+            unsafe { libc::dup2(kept.as_raw_fd(), name) };
+        }
+    }
+}
+
+/// Writes out what is buffered for standard output, by C and by Rust.
+fn flush() {
+    // It is counted, not read: what cannot be written is not there.
+    let _written = std::io::stdout().flush();
+    // SAFETY: a null pointer means every stream.
+    unsafe { libc::fflush(std::ptr::null_mut()) };
+}
+
+/// What a call returns, and how many bytes this process has written to its standard output and standard error meanwhile.
+pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> {
+    // SAFETY: a name, and flags that it knows.
+    let descriptor = unsafe { libc::memfd_create(c"printed".as_ptr(), libc::MFD_CLOEXEC) };
+    if descriptor < 0 {
+        return Err(std::io::Error::last_os_error());
+    }
+    // SAFETY: it was just made, and is nobody else's.
+    let file = File::from(unsafe { OwnedFd::from_raw_fd(descriptor) });
+    let diverted = Diverted::to(&file)?;
+    let made = call();
+    drop(diverted);
+    Ok((made, file.metadata()?.len()))
 }
 
 /// How often this thread has given up its processor to wait for something.

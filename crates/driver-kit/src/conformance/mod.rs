@@ -10,7 +10,9 @@
 //! | `options` | what is refused, and how |
 //! | `channels` | where values lie, what they carry when nobody commands |
 //! | `life` | open, close, again, in any order; what is left behind |
-//! | `exchange`, `cost` | readings and commands, odd times and odd numbers; allocation, waits, memory |
+//! | `exchange`, `cost` | readings and commands, odd times and odd numbers; allocation, waits, computing, printing, memory |
+//! | `driven` | motion over many firings: parts that rest, parts that follow their command and say so |
+//! | `driven` | motion over many firings: readings that stay finite, creep, parts that follow their command |
 //! | `rest` | the safe state |
 //! | `services` | services, counters, search |
 //! | `sanitized`, `sanitizing` | the exchange under the real-time sanitizer, in a process that has it; `runtime` is that |
@@ -22,6 +24,7 @@ mod channels;
 mod check;
 mod cost;
 mod declaration;
+mod driven;
 mod exchange;
 mod kills;
 mod life;

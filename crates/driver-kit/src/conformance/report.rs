@@ -29,6 +29,17 @@ pub struct Report {
     pub outcomes: Vec<Outcome>,
 }
 
+impl Verdict {
+    /// Its name, for programs.
+    pub fn text(&self) -> &'static str {
+        match self {
+            Verdict::Passed => "passed",
+            Verdict::Failed(_) => "failed",
+            Verdict::NotApplicable(_) => "not applicable",
+        }
+    }
+}
+
 impl Outcome {
     /// What is said of it, behind its name.
     fn said(&self) -> (&'static str, String) {
@@ -53,12 +64,11 @@ impl Report {
     /// For programs.
     pub fn json(&self) -> Value {
         let outcomes = self.outcomes.iter().map(|outcome| {
-            let (verdict, why) = match &outcome.verdict {
-                Verdict::Passed => ("passed", ""),
-                Verdict::Failed(cause) => ("failed", cause.as_str()),
-                Verdict::NotApplicable(why) => ("not applicable", why.as_str()),
+            let why = match &outcome.verdict {
+                Verdict::Passed => "",
+                Verdict::Failed(why) | Verdict::NotApplicable(why) => why.as_str(),
             };
-            json!({ "check": outcome.check, "sentence": outcome.sentence, "verdict": verdict, "why": why })
+            json!({ "check": outcome.check, "sentence": outcome.sentence, "verdict": outcome.verdict.text(), "why": why })
         });
         json!({ "driver": self.driver, "passed": self.failed().is_empty(), "checks": outcomes.collect::<Vec<_>>(), "text": self.to_string() })
     }

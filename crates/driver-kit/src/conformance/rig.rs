@@ -14,6 +14,7 @@ const GUARD_BYTE: u8 = 0xA5;
 pub(crate) struct Joint {
     pub(crate) name: String,
     pub(crate) position: Slot,
+    pub(crate) velocity: Slot,
     /// What it takes to hold it: the effort is its bias, the goal its position.
     pub(crate) holds_by: Slot,
     pub(crate) command: Slot,
@@ -167,11 +168,11 @@ impl Rig {
             (channel.type_text == "double").then_some(Slot { offset: channel.offset, len: channel.len })
         };
         let read = |channel: &str| slot(find(channel, Direction::Read)?, Direction::Read);
-        read("velocity")?;
         let command_index = find(if is_effort { "effort" } else { "goal" }, Direction::Write)?;
         Some(Joint {
             name: name.to_owned(),
             position: read("position")?,
+            velocity: read("velocity")?,
             holds_by: read(if is_effort { "bias" } else { "position" })?,
             command: slot(command_index, Direction::Write)?,
             command_index,

@@ -9,35 +9,56 @@ use super::settings::Settings;
 use interconnect::Link;
 use process_kit::{Child, Launch, UnixLink};
 use serde_json::{Value, json};
+use std::ops::ControlFlow;
 use std::time::Duration;
 
 /// What came of a process of checks.
 enum Ran {
     ToItsEnd,
+    /// Whoever hears the outcomes has heard enough.
+    Enough,
     /// The process ended in the check that was begun last.
     Ended(String),
 }
 
-/// Checks a driver with these options.
-pub fn check(kind: &str, options: &Value, settings: &Settings) -> Report {
-    let mut report = Report { driver: kind.split('@').next().unwrap_or(kind).to_owned(), outcomes: Vec::new() };
-    let all = checks().len();
-    while report.outcomes.len() < all {
-        let before = report.outcomes.len();
-        match run(kind, options, settings, &mut report.outcomes) {
-            Ok(Ran::ToItsEnd) if report.outcomes.len() > before => {}
-            Ok(Ran::ToItsEnd) => report.outcomes.push(failed(before, "its process said nothing".to_owned())),
-            Ok(Ran::Ended(cause)) => report.outcomes.push(failed(report.outcomes.len(), cause)),
-            // Nothing can be checked: it is no driver, or no process can be started.
-            Err(why) => {
-                report.outcomes.push(failed(report.outcomes.len(), why));
-                return report;
-            }
-        }
+/// The outcomes so far, and who hears each of them as it comes.
+struct Outcomes<'a> {
+    known: Vec<Outcome>,
+    hear: &'a mut dyn FnMut(&Outcome) -> ControlFlow<()>,
+}
+
+impl Outcomes<'_> {
+    fn push(&mut self, outcome: Outcome) -> ControlFlow<()> {
+        let goes_on = (self.hear)(&outcome);
+        self.known.push(outcome);
+        goes_on
     }
-    report.outcomes.push(sanitizing::outcome(kind, options, settings));
-    report.outcomes.extend(kills::outcomes(kind, options, settings));
-    report
+}
+
+/// Checks a driver with these options. `hear` is given each outcome as it comes, and ends the checks by breaking.
+pub fn check(kind: &str, options: &Value, settings: &Settings, hear: &mut dyn FnMut(&Outcome) -> ControlFlow<()>) -> Report {
+    let mut outcomes = Outcomes { known: Vec::new(), hear };
+    // A break means that `hear` has heard enough, which the report shows by its length.
+    let _ended_early = check_all(kind, options, settings, &mut outcomes);
+    Report { driver: kind.split('@').next().unwrap_or(kind).to_owned(), outcomes: outcomes.known }
+}
+
+fn check_all(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Outcomes<'_>) -> ControlFlow<()> {
+    let all = checks().len();
+    while outcomes.known.len() < all {
+        let before = outcomes.known.len();
+        let cause = match run(kind, options, settings, outcomes) {
+            Ok(Ran::Enough) => return ControlFlow::Break(()),
+            Ok(Ran::ToItsEnd) if outcomes.known.len() > before => continue,
+            Ok(Ran::ToItsEnd) => "its process said nothing".to_owned(),
+            Ok(Ran::Ended(cause)) => cause,
+            // Nothing can be checked: it is no driver, or no process can be started.
+            Err(why) => return outcomes.push(failed(before, why)),
+        };
+        outcomes.push(failed(outcomes.known.len(), cause))?;
+    }
+    outcomes.push(sanitizing::outcome(kind, options, settings))?;
+    kills::outcomes(kind, options, settings).try_for_each(|outcome| outcomes.push(outcome))
 }
 
 fn failed(index: usize, cause: String) -> Outcome {
@@ -46,17 +67,17 @@ fn failed(index: usize, cause: String) -> Outcome {
 }
 
 /// Has a process do the checks that are not done yet.
-fn run(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Vec<Outcome>) -> Result<Ran, String> {
+fn run(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Outcomes<'_>) -> Result<Ran, String> {
     let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
     let mut launch = Launch::new(settings.command.iter().cloned()).descriptor(LINK, theirs);
     if let Some(counting) = &settings.counting {
         launch = launch.variable("LD_PRELOAD", counting);
     }
     let child = launch.start().map_err(|why| format!("no process to check it in: {why}"))?;
-    let order = json!({ "kind": kind, "options": options, "exchanges": settings.exchanges, "from": outcomes.len() });
+    let order = json!({ "kind": kind, "options": options, "exchanges": settings.exchanges, "from": outcomes.known.len() });
     link.send_with(order.to_string().as_bytes(), &[], Some(settings.limit)).map_err(|_| "the process to check it in ended at once".to_owned())?;
     let all = checks();
-    while outcomes.len() < all.len() {
+    while outcomes.known.len() < all.len() {
         match link.receive(settings.limit) {
             Err(_) => return Ok(Ran::Ended(format!("it ended its process: {}", ended(&child)))),
             Ok(None) => {
@@ -69,8 +90,12 @@ fn run(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Vec<Outc
                     return Err(why.to_owned());
                 }
                 if let Some(verdict) = verdict(&news) {
-                    let check = all[outcomes.len()];
-                    outcomes.push(Outcome { check: check.name.to_owned(), sentence: check.sentence.to_owned(), verdict });
+                    let check = all[outcomes.known.len()];
+                    let outcome = Outcome { check: check.name.to_owned(), sentence: check.sentence.to_owned(), verdict };
+                    if outcomes.push(outcome).is_break() {
+                        child.kill();
+                        return Ok(Ran::Enough);
+                    }
                 }
             }
         }

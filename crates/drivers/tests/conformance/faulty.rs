@@ -93,7 +93,7 @@ faulty! {
     ((uint8_t *)commands)[0] = 1;"#,
         ["commands-kept"], "they are others behind it";
     drifts: "    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.7;",
-        ["unengaged"], "within 20 firings";
+        ["unengaged", "creep"], "within 20 firings";
     leaps_when_engaged: "    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => r#"    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;
     if (is_engaged(engaged, self->effort) && self->bias.index != 7) self->place += 0.5, self->bias.index = 7;"#,
         ["no-leap"], "goes from 0 to 0.5 in one firing";
@@ -113,6 +113,23 @@ faulty! {
     breaks_at_some_bytes: "    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => r#"    uint64_t bits; get_value(commands, self->effort, &bits, 8); if (bits == UINT64_C(0x0101010101010101)) __builtin_trap();
     self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;"#,
         ["all-bytes"], "it ended its process: was ended by SIG";
+    nan_after_many_readings: "    set_number(readings, self->position, place);" => r#"    set_number(readings, self->position, *self->exchanges > 200 ? __builtin_nan("") : place);"#,
+        ["readings-stay-finite"], "'belt.position' is not finite after";
+    creeps: "is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "is_engaged(engaged, self->effort) ? self->gain * effort : 0.05;",
+        ["creep"], "and nothing commands it";
+    ignores_its_effort: "is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "0.0;",
+        ["moves"], "the command is ignored, or the reading is frozen";
+    reading_freezes: "    set_number(readings, self->position, place);" => "    if (*self->exchanges == 0) set_number(readings, self->position, place);",
+        ["moves"], "'belt.position' stays the same while 'belt' is pushed each way";
+    velocity_of_the_wrong_sign: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, -self->speed);",
+        ["velocity-sign"], "while 'belt.velocity' is -";
+    velocity_always_zero: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, 0.0);",
+        ["velocity-sign"], "on average";
+    spins: "    count(self->exchanges, 1);" => "    for (volatile int turn = 0; turn < 3000000; turn++);\n    count(self->exchanges, 1);",
+        ["brief"], "it computes for";
+    prints: "    count(self->exchanges, 1);" => r#"    if (write(1, "reading\n", 8) < 8) return "nobody reads";
+    count(self->exchanges, 1);"#,
+        ["prints"], "bytes in 50 exchanges";
     allocates: r#"    count(self->exchanges, 1);
     return OK;"# => r#"    extern void *malloc(size_t); extern void free(void *); void *volatile block = malloc(100); free(block);
     count(self->exchanges, 1);

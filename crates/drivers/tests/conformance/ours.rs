@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The drivers that come with OpenGPAC, and the example in C.
-use crate::{built, checked, settings};
+use crate::{built, checked};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
@@ -122,7 +122,7 @@ fn the_example_in_c() {
 
 #[test]
 fn what_is_no_driver_fails_the_first_check() {
-    let report = drivers::check_conformance("no_such", &json!({}), &settings());
+    let report = checked("no_such", &json!({}));
     assert_eq!(report.failed().len(), 1);
     assert!(report.to_string().contains("no driver 'no_such'"), "{report}");
 }

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checks of motion over many firings: readings that stay finite, parts that rest, parts that follow their command and say so.
+use super::check::{Check, Passed, Tried, none_of};
+use super::rig::{Joint, PERIOD_NS, Rig};
+use super::subject::Subject;
+use std::time::Duration;
+
+pub(super) const CHECKS: &[Check] = &[
+    Check { name: "readings-stay-finite", sentence: "its readings stay finite over many firings", run: stay_finite },
+    Check { name: "creep", sentence: "a part that nothing commands does not creep", run: creep },
+    Check { name: "moves", sentence: "a part moves while it is pushed, and its position says so", run: moves },
+    Check { name: "velocity-sign", sentence: "the velocity of a part has the sign of its motion", run: velocity_sign },
+];
+
+/// Firings that are looked at: half a second of a machine at 1 kHz, and more than what shows in the first ones.
+const MANY: usize = 500;
+/// Rad or m that a part at rest may go in `MANY` firings.
+const CREEP: f64 = 0.01;
+/// Firings of a push.
+const PUSHED: usize = 100;
+/// Rad or m: less is no motion.
+const MOTION: f64 = 1e-9;
+/// Rad, m: motion whose direction is beyond doubt.
+const CLEAR: f64 = 1e-6;
+
+fn stay_finite(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    for firing in 1..=MANY {
+        rig.cycle()?;
+        // The first reading has its own check.
+        if let Some(name) = rig.not_finite().filter(|_| firing > 1) {
+            return Err(format!("'{name}' is not finite after {firing} readings"));
+        }
+    }
+    Ok(Passed::Yes)
+}
+
+fn creep(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    if joints.is_empty() {
+        return Ok(Passed::NotApplicable("it has no parts"));
+    }
+    rig.cycles(2)?;
+    let before = rig.positions(&joints);
+    rig.cycles(MANY)?;
+    let gone = joints.iter().zip(before).zip(rig.positions(&joints));
+    none_of(
+        gone.filter(|((_, before), after)| (after - before).abs() > CREEP)
+            .map(|((joint, before), after)| format!("'{}' goes from {before} to {after} within {MANY} firings, and nothing commands it", joint.name)),
+    )
+}
+
+/// Motion of one part during the second half of a push.
+struct Motion {
+    distance: f64,
+    velocity_mean: f64,
+}
+
+/// Pushes every part gently in one direction; `pause` is real time between two firings, for machines that do not follow the time of the kit.
+fn push(rig: &mut Rig, joints: &[Joint], sign: f64, pause: Duration) -> Result<Vec<Motion>, String> {
+    rig.cycles(2)?;
+    let start = rig.positions(joints);
+    let (mut half, mut sums) = (start.clone(), vec![0.0; joints.len()]);
+    for firing in 1..=PUSHED {
+        rig.hold(joints);
+        for (joint, start) in joints.iter().zip(&start) {
+            let command = if joint.is_effort {
+                joint.command.double(&rig.commands, 0) + sign * (0.05 * joint.effort_max).min(1.0)
+            } else {
+                start + sign * firing as f64 * (0.2 * joint.speed_max * PERIOD_NS as f64 * 1e-9).min(1e-4)
+            };
+            joint.command.set_double(&mut rig.commands, 0, command);
+        }
+        rig.cycle()?;
+        std::thread::sleep(pause);
+        if firing == PUSHED / 2 {
+            half = rig.positions(joints);
+        }
+        if firing > PUSHED / 2 {
+            sums.iter_mut().zip(joints).for_each(|(sum, joint)| *sum += joint.velocity.double(&rig.readings, 0));
+        }
+    }
+    let motions = half.iter().zip(rig.positions(joints)).zip(sums);
+    let motions = motions.map(|((half, end), sum)| Motion { distance: end - half, velocity_mean: sum / (PUSHED - PUSHED / 2) as f64 });
+    let motions = motions.collect();
+    rig.let_go();
+    rig.cycles(PUSHED)?;
+    Ok(motions)
+}
+
+/// A part that was pushed up and down.
+struct Pushed {
+    joint: Joint,
+    motions: [Motion; 2],
+}
+
+impl Pushed {
+    fn is_still(&self) -> bool {
+        self.motions.iter().all(|motion| motion.distance.abs() < MOTION)
+    }
+}
+
+/// Every part, pushed up and down; none where the driver has no parts or its exchange is not inline.
+fn pushed(subject: &Subject, pause: Duration) -> Result<Vec<Pushed>, String> {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    if joints.is_empty() || !subject.is_inline() {
+        return Ok(Vec::new());
+    }
+    let (up, down) = (push(&mut rig, &joints, 1.0, pause)?, push(&mut rig, &joints, -1.0, pause)?);
+    rig.driver.safe_state();
+    Ok(joints.into_iter().zip(up.into_iter().zip(down)).map(|(joint, (up, down))| Pushed { joint, motions: [up, down] }).collect())
+}
+
+const NO_PARTS: Passed = Passed::NotApplicable("it has no parts whose exchange is inline");
+
+fn moves(subject: &Subject) -> Tried {
+    let mut parts = pushed(subject, Duration::ZERO)?;
+    if parts.is_empty() {
+        return Ok(NO_PARTS);
+    }
+    // A machine that moves by the clock on the wall needs that time to pass.
+    if parts.iter().any(Pushed::is_still) {
+        parts = pushed(subject, Duration::from_millis(1))?;
+    }
+    none_of(parts.iter().filter(|part| part.is_still()).map(|part| {
+        let name = &part.joint.name;
+        format!("'{name}.position' stays the same while '{name}' is pushed each way: the command is ignored, or the reading is frozen")
+    }))
+}
+
+fn velocity_sign(subject: &Subject) -> Tried {
+    let parts = pushed(subject, Duration::ZERO)?;
+    if parts.is_empty() {
+        return Ok(NO_PARTS);
+    }
+    let wrong = |motion: &Motion| motion.distance.abs() > CLEAR && motion.distance * motion.velocity_mean <= 0.0;
+    let told = parts.iter().flat_map(|part| part.motions.iter().map(move |motion| (&part.joint.name, motion)));
+    none_of(told.filter(|(_, motion)| wrong(motion)).map(|(name, motion)| {
+        format!("'{name}.position' changes by {:.3e} while '{name}.velocity' is {:.3e} on average", motion.distance, motion.velocity_mean)
+    }))
+}
