@@ -29,8 +29,7 @@ def check_driver(kind: str, options_json: str) -> str | None:
     """Checks options against the declaration of a driver; what is wrong with them, None where nothing is."""
 
 def check_conformance(
-    kind: str, options_json: str, command: list[str], exchanges: int, counting: str | None = None, sanitizer: str | None = None,
-    told: Callable[[str, str], bool] | None = None,
+    kind: str, options_json: str, command: list[str], exchanges: int, counting: str | None, sanitizer: str | None, told: Callable[[str, str], bool]
 ) -> str:
     """Checks a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}. `command` is a process that
     calls `run_driver_check`, `counting` a shared object of `counting_text()`. `told(check, verdict)` hears each outcome as it comes, and

@@ -14,7 +14,7 @@ const CHECK: Duration = Duration::from_secs(120);
 
 /// Checks a driver: its report as JSON. `told(check, verdict)` is called with each outcome as it comes, and ends the checks by returning False.
 #[pyfunction]
-#[pyo3(signature = (kind, options_json, command, exchanges, counting=None, sanitizer=None, told=None))]
+#[expect(clippy::too_many_arguments, reason = "they are those of Python's call")]
 pub fn check_conformance(
     py: Python<'_>,
     kind: &str,
@@ -23,20 +23,17 @@ pub fn check_conformance(
     exchanges: u64,
     counting: Option<PathBuf>,
     sanitizer: Option<PathBuf>,
-    told: Option<Py<PyAny>>,
+    told: Py<PyAny>,
 ) -> PyResult<String> {
     let options: Value = from_json(options_json)?;
     let settings = Settings { command, exchanges, counting, sanitizer, limit: CHECK };
     let mut raised = None;
-    let mut hear = |outcome: &Outcome| {
-        let Some(told) = &told else { return ControlFlow::Continue(()) };
-        match Python::attach(|py| told.call1(py, (&outcome.check, outcome.verdict.text()))?.extract::<bool>(py)) {
-            Ok(true) => ControlFlow::Continue(()),
-            Ok(false) => ControlFlow::Break(()),
-            Err(why) => {
-                raised = Some(why);
-                ControlFlow::Break(())
-            }
+    let mut hear = |outcome: &Outcome| match Python::attach(|py| told.call1(py, (&outcome.check, outcome.verdict.text()))?.extract::<bool>(py)) {
+        Ok(true) => ControlFlow::Continue(()),
+        Ok(false) => ControlFlow::Break(()),
+        Err(why) => {
+            raised = Some(why);
+            ControlFlow::Break(())
         }
     };
     let report = py.detach(|| drivers::check_conformance(kind, &options, &settings, &mut hear));

@@ -3,6 +3,7 @@
 //!
 //! To add one, write its file: `build.rs` lists the folder. The folder within `blocks` is its category. What several blocks
 //! share is beside `blocks`.
+pub mod chatter;
 pub mod kinematics;
 pub mod lead;
 pub mod motion;

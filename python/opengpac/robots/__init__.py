@@ -10,9 +10,9 @@ from .gripper import Finger, finger_follower, finger_servo, gripper
 from .joints import Joint
 from .kinematics import Axis, Kinematics
 from .motion import MotionTimeout, Moved, move
-from .servos import FollowingError, joint_decoupled_servo, joint_follower, joint_servo
+from .servos import FollowingError, ServoUnstable, joint_decoupled_servo, joint_follower, joint_servo
 
 __all__ = [
-    "Arm", "Axis", "Finger", "FollowingError", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "finger_follower",
-    "finger_servo", "gripper", "joint_decoupled_servo", "joint_follower", "joint_servo", "load", "move",
+    "Arm", "Axis", "Finger", "FollowingError", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "ServoUnstable",
+    "finger_follower", "finger_servo", "gripper", "joint_decoupled_servo", "joint_follower", "joint_servo", "load", "move",
 ]  # fmt: skip

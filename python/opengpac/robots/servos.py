@@ -20,6 +20,14 @@ class FollowingError(Terminated):
     """
 
 
+class ServoUnstable(Terminated):
+    """The servo of a joint swings: its effort from limit to limit, or the position about where it is commanded to be.
+
+    `value` is the frequency, Hz. A swing counts from `unstable_from` on, ten periods in a row, and where the error passes half of
+    `max_following_error` either way or the effort both its limits.
+    """
+
+
 SERVO_PERIOD = "1 ms"
 """How often the servo runs."""
 
@@ -58,6 +66,11 @@ _SERVO_SAYS = {"error_limit": "servo.error_max", "effort": "servo.effort", "effo
 _FOLLOWER_SAYS = {"error_limit": "follow.error_max", "time_lost": "follow.lost"}
 """The same of a drive that closes the loop itself: its effort is not known here."""
 
+_SERVO_ENDS = {
+    "following_error": on("servo.following_error", returns=list(_SERVO_SAYS), raises=FollowingError),
+    "servo_unstable": on("servo.unstable", raises=ServoUnstable),
+}
+
 joint_servo = Verb(
     "robot_joint_servo",
     doc="Keeps a joint at its commanded position, within its range and maximum speed: PID with the plant's gravity compensation.",
@@ -89,6 +102,7 @@ joint_servo = Verb(
         "position_max": "servo.position_max",
         "needs_home": "servo.needs_home",
         "max_following_error": "servo.following_error",
+        "unstable_from": input("servo.unstable", default=5.0),
     },
     command_lists={
         "start": [
@@ -102,7 +116,7 @@ joint_servo = Verb(
         ]
     },
     output_values=_SERVO_SAYS,
-    conditions={"following_error": on("servo.following_error", returns=list(_SERVO_SAYS), raises=FollowingError)},
+    conditions=_SERVO_ENDS,
 )
 
 
@@ -139,7 +153,7 @@ joint_decoupled_servo = Verb(
         ]
     },
     output_values=_SERVO_SAYS,
-    conditions={"following_error": on("servo.following_error", returns=list(_SERVO_SAYS), raises=FollowingError)},
+    conditions=_SERVO_ENDS,
 )
 """Keeps a joint going whose drive adds what gravity and the other joints need (computed torque), as a simulated arm's does."""
 

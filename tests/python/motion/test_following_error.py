@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
 import opengpac as gpac
@@ -89,3 +90,31 @@ def test_a_drive_that_closes_the_loop_has_no_effort_to_tell(cell: gpac.System) -
         gpac.motion.move_absolute(axes, 1.0)
     assert "and max_following_error is 0.0001 rad: move with less speed= or acceleration=, look for what blocks" in str(ended.value)
     assert "torque limit of its drive" in str(ended.value)
+
+
+def test_a_servo_that_swings_is_unstable_and_its_joint_in_fault(cell: gpac.System) -> None:
+    axes = machine(cell, kp=3000.0, max_effort=20.0)
+    with pytest.raises(gpac.Terminated) as ended:
+        gpac.motion.move_absolute(axes, 1.0)
+    found = re.search(r"the servo of joint 'axes\.([xy])' is unstable: it swings at ([\d.]+) Hz: lower kd= and kp=, ", str(ended.value))
+    assert found, str(ended.value)
+    joint = axes[0 if found[1] == "x" else 1]
+    assert joint.state == "fault"
+    assert "it swings at" in cell.alarms["servo_unstable"].text
+    # As the positions of the last 20 ms turn, which are ten periods of the fastest swing.
+    steps = np.sign(np.diff(joint.sensed.history[-21:]["value"]))
+    assert float(found[2]) == pytest.approx(1000 * np.count_nonzero(np.diff(steps)) / 2 / 19, rel=0.2)
+
+
+def test_a_servo_that_saturates_both_ways_in_a_motion_is_not_unstable(cell: gpac.System) -> None:
+    axes = machine(cell, kp=50.0, max_effort=1.0, max_following_error=0.0)
+    for goal in (0.5, -0.5) * 4:
+        gpac.motion.move_absolute(axes, goal, speed="100 %")
+    assert axes[0].state == "standstill"
+
+
+def test_the_check_can_be_turned_off(cell: gpac.System) -> None:
+    axes = machine(cell, kp=3000.0, max_effort=20.0, unstable_from=0.0)
+    gpac.motion.move_absolute.asynch(axes, 1.0)
+    cell.advance("1 s")
+    assert axes[0].state == "moving"

@@ -2,7 +2,7 @@
 //! Ends: every start of a verb instance has exactly one, with its report.
 use crate::core::Core;
 use crate::course::of::Course;
-use crate::lifecycle::following::{FOLLOWING_ERROR, following_text};
+use crate::lifecycle::following::servo_text;
 use crate::lifecycle::instance::{Cause, Instance, Life, State};
 use crate::lifecycle::outputs::{decode, reported};
 use crate::lifecycle::report::Report;
@@ -213,9 +213,7 @@ fn report(instance: &Instance, registry: &Registry, cause: Cause) -> Report {
         }
     }
     let message = match cause.message {
-        message if message.is_empty() && condition.name == FOLLOWING_ERROR => {
-            following_text(registry, instance.owner.as_deref(), cause.value.as_ref(), &outputs)
-        }
+        message if message.is_empty() => servo_text(registry, &condition.name, instance.owner.as_deref(), cause.value.as_ref(), &outputs),
         message => message,
     };
     Report {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Message of a following error: its size and limit, the effort of the servo, the time that was lost, and what to change.
+//! Messages of what a servo reports. Of a following error: its size and limit, the effort of the servo, the time that was lost, and what to
+//! change; of an unstable servo its frequency.
 //!
 //! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit` and `time_lost`, as
 //! the servos of `robots` do; a verb that returns fewer of them gets a shorter message.
@@ -7,8 +8,9 @@ use crate::registry::records::Registry;
 use indexmap::IndexMap;
 use model::value::Value;
 
-/// The condition that these words are for.
-pub(crate) const FOLLOWING_ERROR: &str = "following_error";
+/// The conditions that these words are for.
+const FOLLOWING_ERROR: &str = "following_error";
+const SERVO_UNSTABLE: &str = "servo_unstable";
 
 /// Share of its limit from which an effort counts as saturated.
 const SATURATED: f64 = 0.999;
@@ -27,9 +29,32 @@ struct FollowingError<'a> {
     lost_s: f64,
 }
 
-/// Returns the message for a following error of `error` that a verb reported; `owner` is the logical device that it kept going.
-pub(crate) fn following_text(registry: &Registry, owner: Option<&str>, error: Option<&Value>, outputs: &IndexMap<String, Option<Value>>) -> String {
-    let Some(error) = error.and_then(number) else { return String::new() };
+/// Returns the message for a condition of a servo that came with this value; empty for any other condition. `owner` is the logical device
+/// that the verb kept going.
+pub(crate) fn servo_text(
+    registry: &Registry,
+    condition: &str,
+    owner: Option<&str>,
+    value: Option<&Value>,
+    outputs: &IndexMap<String, Option<Value>>,
+) -> String {
+    match (condition, value.and_then(number)) {
+        (FOLLOWING_ERROR, Some(error)) => following_text(registry, owner, error, outputs),
+        (SERVO_UNSTABLE, Some(frequency)) => unstable_text(owner, frequency),
+        _ => String::new(),
+    }
+}
+
+fn unstable_text(owner: Option<&str>, frequency: f64) -> String {
+    let joint = owner.map_or_else(String::new, |name| format!(" of joint '{name}'"));
+    format!(
+        "the servo{joint} is unstable: it swings at {}: lower kd= and kp=, take delay out of its loop (a faster source, a drive that answers sooner), \
+         or look for play between drive and joint",
+        quantity(frequency, "Hz")
+    )
+}
+
+fn following_text(registry: &Registry, owner: Option<&str>, error: f64, outputs: &IndexMap<String, Option<Value>>) -> String {
     let output = |name: &str| outputs.get(name)?.as_ref().and_then(number);
     let unit_of = |member: &str| owner.and_then(|joint| Some(registry.svvs.get(&format!("{joint}.{member}"))?.unit.as_str())).unwrap_or_default();
     FollowingError {
@@ -126,6 +151,12 @@ mod tests {
         assert_eq!(found().text(), expected);
         let weak = FollowingError { effort: Some(3.123_456), ..found() }.text();
         assert!(weak.contains("effort is 3.123 of max_effort 28 N.m (not saturated): move with less speed= or acceleration=, raise kp= and kd="), "{weak}");
+    }
+
+    #[test]
+    fn an_unstable_servo_is_named_with_its_frequency() {
+        let said = unstable_text(Some("arm.x"), 124.96);
+        assert!(said.starts_with("the servo of joint 'arm.x' is unstable: it swings at 125 Hz: lower kd= and kp="), "{said}");
     }
 
     #[test]

@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
+use crate::chatter::Chatter;
 use crate::reference::{Approach, Led, is_bad_limit};
 use crate::servo::Law;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// A limit is negative or no number, or the range is empty.
 const BAD_LIMIT: u32 = 1;
+
+/// Kept from invocation to invocation: a block has 32 items at most.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Memory {
+    approach: Approach,
+    /// Swings of the effort and of the error.
+    swings: [Chatter; 2],
+}
 
 /// Joint servo: effort = kp (q_r - q) + ki ∫(q_r - q) dt + kd (q_r' - q') + bias within ± limit; fault 1: a limit below 0, an empty range.
 ///
@@ -105,9 +114,13 @@ pub struct JointServo {
     /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
-    /// where the reference is
+    /// effort that swings from limit to limit, or an error that swings beyond half the preset of `following_error` either way, ten periods in
+    /// a row: the servo is unstable. The value is the frequency in Hz, the preset the lowest that counts; off where it is 0
+    #[condition(preset = 0.0, unit = "Hz", range = "[0, inf)")]
+    unstable: ConditionOf<f64>,
+    /// where the reference is, and the swings
     #[state(opaque)]
-    approach: Approach,
+    memory: Memory,
     /// ki ∫(q_r - q) dt
     #[state]
     integral: f64,
@@ -133,7 +146,7 @@ impl Step for JointServo {
             acceleration_max: self.acceleration_max,
             jerk_max: self.jerk_max,
         };
-        let now = self.approach.advance(invocation, led, |_| self.interpolation);
+        let now = self.memory.approach.advance(invocation, led, |_| self.interpolation);
         (self.reference, self.reference_velocity) = (now.reference, now.velocity);
         self.limited += i64::from(now.limited);
         self.braking = now.braking.numbers();
@@ -144,6 +157,12 @@ impl Step for JointServo {
         self.error_max = self.following_error.preset;
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
+        }
+        let swings = [(self.effort, self.limit), (self.error, 0.5 * self.following_error.preset)];
+        for (chatter, (value, bound)) in self.memory.swings.iter_mut().zip(swings) {
+            if let Some(frequency) = chatter.look(value, bound, self.unstable.preset, invocation.time_ns) {
+                self.unstable.report(frequency);
+            }
         }
         Outcome::Done
     }
@@ -157,7 +176,7 @@ mod tests {
         JointServo {
             setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], lost: 0.0, error_max: 0.0, jerk_max: 1e9,
             kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false,
-            following_error: ConditionOf::new(0.0), approach: Approach::default(), integral: 0.0,
+            following_error: ConditionOf::new(0.0), unstable: ConditionOf::new(0.0), memory: Memory::default(), integral: 0.0,
         }
     }
 
@@ -205,6 +224,33 @@ mod tests {
         }
         assert_eq!(unknown.reference, 0.9, "before it is homed its numbers mean nothing");
         assert_eq!(JointServo { position_max: -2e6, ..self::servo() }.step(&Invocation::default()), Outcome::Fault(BAD_LIMIT));
+    }
+
+    #[test]
+    fn a_servo_whose_gains_are_too_high_is_unstable() {
+        // A unit inertia whose drive takes the effort one period late, pushed once. Beside what is reported, how often the velocity turns.
+        let found = |kd: f64, limit: f64| {
+            let (mut q, mut v, mut late, mut turns) = (0.001, 0.0_f64, 0.0, Vec::new());
+            let mut servo = JointServo { setpoint: 0.0, kp: 100.0, kd, limit, unstable: ConditionOf::new(5.0), ..servo() };
+            for k in 0..3000i64 {
+                (servo.position, servo.velocity) = (q, v);
+                assert_eq!(servo.step(&Invocation { number: k as u64, time_ns: k * 1_000_000, now_ns: 0 }), Outcome::Done);
+                if servo.unstable.is_reported() {
+                    let all_ms = (turns[turns.len() - 1] - turns[0]) as f64;
+                    return Some((servo.unstable.value, 500.0 * (turns.len() - 1) as f64 / all_ms));
+                }
+                let before = v;
+                (v, late) = (v + late * 1e-3, servo.effort);
+                q += v * 1e-3;
+                if before * v < 0.0 {
+                    turns.push(k);
+                }
+            }
+            None
+        };
+        let (said, measured) = found(1500.0, 5.0).expect("it is unstable");
+        assert!((said / measured - 1.0).abs() < 0.1 && said > 50.0, "{said} Hz, {measured} Hz");
+        assert_eq!(found(100.0, 5.0), None, "it settles");
     }
 
     #[test]
