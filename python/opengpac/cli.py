@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac`: run, check, stubs, build, new block, blocks, drivers, devices, rts, token, studio, join, doctor, top, record,
-plot, replay."""
+"""The command `opengpac`: run, check, stubs, build, new block, blocks, drivers, devices, robots, rts, token, studio, join, doctor, top,
+record, plot, replay."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from collections.abc import Sequence, Sized
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import _native, daemon, doctor, driver_commands, hosts, library, plotting, programs, replaying, studio, top
+from . import _native, daemon, doctor, driver_commands, hosts, library, plotting, programs, replaying, robot_commands, studio, top
 from .drivers import beginning, conformance
 from .errors import Error, InstallationErrors, refusals, several
 from .places import Place, here
@@ -119,6 +119,7 @@ def _parser() -> argparse.ArgumentParser:
     blocks.add_argument("words", nargs="*", metavar="WORD")
     blocks.set_defaults(run=_blocks)
     driver_commands.add_to(commands)
+    robot_commands.add_to(commands)
     daemon.add_to(commands)
     studio.add_to(commands)
     hosts.add_to(commands)

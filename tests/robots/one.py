@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads one robot file as it is, holds it, moves it, and prints what came of it as a line of JSON: `python tests/robots/one.py FILE`."""
+"""Loads one robot file as it is, or an arm by its name, holds it, moves it, and prints what came of it as a line of JSON.
+
+`python tests/robots/one.py FILE|NAME`
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,7 @@ import numpy as np
 
 import opengpac as gpac
 from opengpac.robots import mjcf, urdf
+from opengpac.robots.catalogue import ARMS
 
 mujoco: Any = importlib.import_module("mujoco")
 
@@ -41,7 +45,7 @@ def main(file: str) -> None:
         arm.enable()
         try_to_move(arm, found)
         if found["why"]:
-            found["why"] += touching(arm, Path(file))
+            found["why"] += touching(arm, ARMS[file].file() if file in ARMS else Path(file))
     except (gpac.Error, ValueError) as error:
         found["why"] = f"{type(error).__name__}: {sentence(error)}"
     print(json.dumps(found), flush=True)

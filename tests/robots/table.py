@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads the robot files of `files.toml` from the packages that people install, and writes docs/robots.md: `make robots`.
+"""Loads the robot files of `files.toml` and the arms known by name from the packages that people install, and writes docs/robots.md.
+
+`make robots`.
 
 Packages are downloaded once, to `out/robots`, and unpacked, not installed. No file is edited.
 """
@@ -15,6 +17,8 @@ import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
+
+from opengpac.robots.catalogue import ARMS, Named
 
 HERE = Path(__file__).parent
 TOP = HERE.parents[1]
@@ -35,13 +39,19 @@ def main() -> None:
         if not words or any(word in f"{package}/{file}" for word in words)
     ]
     files = [unpacked(package, version) / folder / file for package, version, folder, file in wanted]
-    rows = []
+    arms = [arm for arm in ARMS.values() if not words or any(word in arm.name for word in words)]
+    # An unpacked package is found as an installed one is.
+    places = [unpacked(arm.package.name, arm.package.version) for arm in arms]
+    named, rows = [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for arm, found in zip(arms, pool.map(tried, [arm.name for arm in arms], places), strict=True):
+            named.append((arm, found))
+            print(f"{arm.name:20} {arm.package.name:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
         for (package, version, _, file), found in zip(wanted, pool.map(tried, files), strict=True):
             rows.append((f"{package} {version}", file, found))
             print(f"{package:20} {file:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
     if not words:
-        PAGE.write_text(page(rows))
+        PAGE.write_text(page(named, rows))
         print(f"{PAGE.relative_to(TOP)} is written")
 
 
@@ -61,28 +71,52 @@ def unpacked(package: str, version: str) -> Path:
     return folder
 
 
-def tried(file: Path) -> dict[str, Any]:
-    """What `one.py` says of a file, in a process of its own."""
+def tried(file: Path | str, packages: Path | None = None) -> dict[str, Any]:
+    """Runs `one.py` on a file, or on an arm's name with the folder of its package, in a process of its own."""
     nothing = {"joints": 0, "ripple": None, "missed": [], "why": ""}
     try:
-        run = subprocess.run([sys.executable, HERE / "one.py", file], capture_output=True, text=True, timeout=SECONDS, check=False)
+        command = [sys.executable, HERE / "one.py", file]
+        environment = os.environ if packages is None else {**os.environ, "PYTHONPATH": str(packages)}
+        run = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False, env=environment)
     except subprocess.TimeoutExpired:
         return {**nothing, "why": f"not done after {SECONDS} s"}
     lines = [line for line in run.stdout.splitlines() if line.startswith("{")]
     if not lines:
         return {**nothing, "why": (run.stderr.strip().splitlines() or ["it said nothing"])[-1][:200]}
     found: dict[str, Any] = json.loads(lines[-1])
-    found["why"] = found["why"].replace(str(file.parent) + "/", "").replace(str(TOP) + "/", "")[:300]
+    found["why"] = found["why"].replace(str(Path(file).absolute().parent) + "/", "").replace(str(TOP) + "/", "")[:300]
     return found
 
 
-def page(rows: list[tuple[str, str, dict[str, Any]]]) -> str:
+def page(named: list[tuple[Named, dict[str, Any]]], rows: list[tuple[str, str, dict[str, Any]]]) -> str:
     """The page of docs."""
     loaded = sum(found["joints"] > 0 for _, _, found in rows)
     arrive = sum(not found["why"] for _, _, found in rows)
     packages = len({package for package, _, _ in rows})
     lines = [
         "# Robots that people have",
+        "",
+        "## Arms by name",
+        "",
+        "`gpac.robots.load(\"panda\")` loads an arm whose model is in another package. `pip install 'opengpac[robots]'` brings",
+        "airo-models, example-robot-data and rtb-data. Other packages depend on much that an arm does not need, so their files alone are",
+        "installed: an arm that is missing is refused with the line that installs it. Each has a home, where the simulation begins, and a",
+        "tool, the body at whose frame poses are given; speeds and efforts are those of the file. The files of rtb-data give KUKA's arms",
+        "no efforts: these are stronger than the real ones. Joints of a gripper in the file are parts of the machine, not of the arm.",
+        "*Reach* is from the shoulder to the tool. `opengpac robots` lists them and which are installed, `opengpac robots panda` shows",
+        "one.",
+        "",
+        "| name | joints | reach, m | tool | package | licence | file | |",
+        "|---|---|---|---|---|---|---|---|",
+        *(
+            f"| `{arm.name}` | {len(arm.home)} | {arm.reach:.2f} | `{arm.tool}` | {arm.package.name} {arm.package.version} "
+            f"| {arm.package.licence} | `{arm.path}` | {found['why'].replace('|', '/') or 'arrives'} |"
+            for arm, found in named
+        ),
+        "",
+        "They are tried as the files below.",
+        "",
+        "## Files",
         "",
         f"{len(rows)} files from {packages} packages of the Python registry, loaded as they are by `gpac.robots.load(FILE)`:",
         f"{loaded} load, and in {arrive} every joint arrives. `make robots` writes this page anew (`tests/robots`).",

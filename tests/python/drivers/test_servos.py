@@ -218,9 +218,11 @@ def test_an_so101_that_is_unplugged_is_lost_and_comes_back_where_it_is(so101: tu
     assert np.allclose(moved.position, GOAL, atol=0.01)
 
 
-def test_an_so101_has_no_geometry_and_no_simulation() -> None:
-    with pytest.raises(gpac.CallError, match="'so101' is not simulated here"):
-        gpac.robots.load("so101", clock="virtual")
+def test_an_so101_with_a_driver_has_no_geometry() -> None:
+    with gpac.drivers.fake.servos("feetech") as bus:
+        arm = gpac.robots.load("so101", driver=gpac.drivers.feetech(bus.port, **PATIENT), clock="virtual")
+        with arm.system, pytest.raises(gpac.DefinitionError, match="the geometry of 'so101' is not known here"):
+            arm.forward([0.0] * 6)
 
 
 def test_the_exchange_has_a_thread_of_its_own_in_real_time() -> None:

