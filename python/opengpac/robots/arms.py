@@ -275,7 +275,7 @@ def _file(path: str | os.PathLike[str]) -> Path:
         return known[str(path)]
     file = Path(path).expanduser()
     if not file.suffix and not files.there(file):
-        meant = did_you_mean(str(path), {*known, *ARMS, *BARE})
+        meant = did_you_mean(str(path), sorted({*known, *ARMS, *BARE}))
         refuse(UnknownName, f"there is no arm '{path}'", meant or "give the path of an MJCF or URDF file")
     return file.absolute()
 
