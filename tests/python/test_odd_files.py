@@ -69,7 +69,8 @@ DAMAGES: list[Callable[[random.Random, bytes], bytes]] = [turned, cut, twice, wi
 
 
 @pytest.mark.parametrize("number", range(SEED, SEED + COUNT))
-def test_an_odd_file_loads_or_says_what_and_where(number: int, tmp_path: Path) -> None:
+def test_an_odd_file_loads_or_says_what_and_where(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # where MuJoCo writes its log of warnings
     chance = random.Random(number)
     original, damage = chance.choice(ORIGINALS), chance.choice(DAMAGES)
     file = tmp_path / f"odd{original.suffix}"
