@@ -8,6 +8,7 @@ import os
 import pickle
 import re
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -94,6 +95,42 @@ def test_a_forked_child_keeps_nothing_alive_when_its_parent_is_killed(where: str
             until(lambda: not any(lives(process) for process in processes), "what its parent started has ended")
         finally:
             os.kill(child, signal.SIGKILL)
+
+
+WITH_A_DEVICE = """
+import os, sys, time
+import opengpac as gpac
+cell = gpac.System("held", progress=False)
+rtp = cell.processor("rtp0")
+scale = gpac.drivers.text(sys.argv[1], reads=["{weight}"], fields={"weight": {"unit": "kg"}})
+rtp.physical_device("scale", scale, exchange=rtp.timer("slow", period="10 ms"))
+child = os.fork()
+if child == 0:
+    time.sleep(600)
+    os._exit(0)
+cell.close()
+print(child, flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_forked_child_does_not_hold_a_device() -> None:
+    """The other end sees the connection close with the parent's system, though the child lives."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        command = [sys.executable, "-W", "ignore", "-c", WITH_A_DEVICE, f"tcp/127.0.0.1:{server.getsockname()[1]}"]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
+            server.settimeout(120)
+            connection, _ = server.accept()
+            with connection:
+                assert run.stdout and run.stdin
+                child = int(run.stdout.readline())
+                try:
+                    assert lives(child)
+                    connection.settimeout(30)
+                    assert connection.recv(1) == b"", "the connection ends, though the child lives"
+                finally:
+                    os.kill(child, signal.SIGKILL)
+                    run.stdin.close()
 
 
 EXECUTED = """

@@ -3,6 +3,7 @@
 //! tested without a cable.
 //!
 //! Nothing here allocates after [`SerialLine::open`]. Each wait is bounded by the deadline that its caller gives.
+use forks::Device;
 use serde::Deserialize;
 use std::fs::{File, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result, Write};
@@ -47,7 +48,7 @@ impl Settings {
 /// An open line.
 #[derive(Debug)]
 pub(crate) struct SerialLine {
-    file: File,
+    file: Device<File>,
 }
 
 /// Takes a line for this program: the lock tells programs that ask for it, the flag of the terminal keeps out the others.
@@ -71,7 +72,7 @@ impl SerialLine {
         // Non-blocking, so that neither a missing carrier nor a full buffer holds anybody up; `poll` waits.
         let file = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOCTTY | libc::O_NONBLOCK | libc::O_CLOEXEC).open(path)?;
         claim(&file)?;
-        let line = SerialLine { file };
+        let line = SerialLine { file: Device::new(file) };
         line.set(settings)?;
         line.drain_input()?;
         Ok(line)
@@ -111,7 +112,7 @@ impl SerialLine {
             return Ok(0);
         }
         loop {
-            match (&self.file).read(buffer) {
+            match (&*self.file).read(buffer) {
                 // A terminal without a byte says that it would block, so this is its end.
                 Ok(0) => return Err(Error::new(ErrorKind::UnexpectedEof, "the line is gone")),
                 Err(why) if why.kind() == ErrorKind::WouldBlock => {}
@@ -130,7 +131,7 @@ impl SerialLine {
     /// The line is gone, or has not taken them by the deadline ([`ErrorKind::TimedOut`]).
     pub(crate) fn write_all(&self, mut bytes: &[u8], deadline: Instant) -> Result<()> {
         while !bytes.is_empty() {
-            match (&self.file).write(bytes) {
+            match (&*self.file).write(bytes) {
                 Ok(taken) => bytes = &bytes[taken..],
                 Err(why) if why.kind() == ErrorKind::Interrupted => {}
                 Err(why) if why.kind() == ErrorKind::WouldBlock => {
@@ -251,6 +252,29 @@ pub(crate) mod tests {
             got.extend_from_slice(&some[..count]);
         }
         assert_eq!(got, every);
+    }
+
+    #[test]
+    fn a_forked_child_does_not_keep_a_line() {
+        let (_device, path) = pty();
+        let (gate, open) = std::os::unix::net::UnixStream::pair().expect("two sockets");
+        let line = SerialLine::open(&path, &Settings::default()).expect("it opens");
+        // SAFETY: the child calls nothing but what it may between fork and exec, and ends.
+        let child = unsafe { libc::fork() };
+        if child == 0 {
+            let mut byte = 0u8;
+            // SAFETY: a byte of ours; the child is ended here.
+            unsafe { libc::read(gate.as_raw_fd(), (&raw mut byte).cast(), 1) };
+        }
+        drop(line);
+        let again = SerialLine::open(&path, &Settings::default());
+        // SAFETY: a child of this test, which is ended and reaped once.
+        unsafe {
+            libc::kill(child, libc::SIGKILL);
+            libc::waitpid(child, std::ptr::null_mut(), 0);
+        }
+        again.expect("the lock has gone with the parent's descriptor");
+        drop(open);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //!
 //! `tcp/192.0.2.5:502` and `rtu//dev/ttyUSB0?baud=19200&parity=even&stop=1`; the word before the first slash of a serial line is its driver's.
 use crate::serial::{Parity, SerialLine, Settings, is_overtime, wait};
+use forks::Device;
 use std::fmt;
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -67,7 +68,7 @@ impl fmt::Display for Address {
 /// An open one.
 #[derive(Debug)]
 pub(crate) enum Stream {
-    Tcp(TcpStream),
+    Tcp(Device<TcpStream>),
     Serial(SerialLine),
 }
 
@@ -85,7 +86,7 @@ impl Stream {
                 let connection = TcpStream::connect_timeout(&to, left)?;
                 connection.set_nodelay(true)?;
                 connection.set_nonblocking(true)?;
-                Ok(Stream::Tcp(connection))
+                Ok(Stream::Tcp(Device::new(connection)))
             }
         }
     }
@@ -101,7 +102,7 @@ impl Stream {
         match self {
             Stream::Serial(line) => line.read(buffer, deadline),
             Stream::Tcp(connection) => loop {
-                match { connection }.read(buffer) {
+                match (&**connection).read(buffer) {
                     Ok(0) => return Err(Error::new(ErrorKind::UnexpectedEof, "the other end closed the connection")),
                     Err(why) if why.kind() == ErrorKind::WouldBlock => {}
                     Err(why) if why.kind() == ErrorKind::Interrupted => continue,
@@ -121,7 +122,7 @@ impl Stream {
     pub(crate) fn write_all(&self, mut bytes: &[u8], deadline: Instant) -> Result<()> {
         let connection = match self {
             Stream::Serial(line) => return line.write_all(bytes, deadline),
-            Stream::Tcp(connection) => connection,
+            Stream::Tcp(connection) => &**connection,
         };
         while !bytes.is_empty() {
             match { connection }.write(bytes) {

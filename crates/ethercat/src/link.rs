@@ -4,6 +4,7 @@
 //! `eth0` is the interface of that name, with a raw socket, which needs `CAP_NET_RAW`. `local:NAME` is a socket of this machine on which an
 //! emulated segment answers.
 use crate::frames::ETHERTYPE;
+use forks::Device;
 use std::ffi::CString;
 use std::io;
 use std::mem::{size_of, zeroed};
@@ -12,7 +13,7 @@ use std::time::Duration;
 
 /// One end. It never waits unless [`Link::wait`] is called, and never allocates after it is open.
 pub struct Link {
-    socket: OwnedFd,
+    socket: Device<OwnedFd>,
     name: String,
 }
 
@@ -77,7 +78,7 @@ impl Link {
     fn socket(name: &str, family: i32, kind: i32, protocol: i32) -> io::Result<Link> {
         // SAFETY: a new descriptor, which is ours alone.
         let socket = unsafe { OwnedFd::from_raw_fd(check(libc::socket(family, kind | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC, protocol))?) };
-        Ok(Link { socket, name: name.to_owned() })
+        Ok(Link { socket: Device::new(socket), name: name.to_owned() })
     }
 
     fn bind<A>(&self, to: &A, len: usize) -> io::Result<()> {

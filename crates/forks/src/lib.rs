@@ -2,20 +2,25 @@
 //! Keeps the real-time system of a process out of processes that are forked from it.
 //!
 //! A fork copies the thread that calls it, with all memory and descriptors. Where that thread runs blocks or drives a device, the copy would
-//! fire, command and publish beside the original. Three barriers stand against that:
+//! fire, command and publish beside the original. Four barriers stand against that:
 //!
 //! | barrier | where it acts |
 //! |---|---|
 //! | [`bind_thread`] | a child that a bound thread makes by `fork()` ends before `fork()` returns there |
 //! | [`Unforked`], [`keep_from_children`] | memory that the child does not have: its first access ends it, however it was made |
+//! | [`Device`] | a descriptor in whose place a child that is made by `fork()` finds `/dev/null` |
 //! | [`end_if_child`] | one load of a word that the operating system sets to 0 in every child, before a device or another process is touched |
 //!
-//! The last two hold for `clone` and `SYS_fork` as well, which call no handlers. None of them sees `vfork()`, whose child shares all memory.
+//! Memory and the word hold for `clone` and `SYS_fork` as well, which call no handlers. None of the four sees `vfork()`, whose child shares all memory.
 #[cfg(not(target_os = "linux"))]
 compile_error!("children are told from their parents by MADV_WIPEONFORK, which Linux has");
 
+mod device;
 mod memory;
+#[cfg(test)]
+mod tests;
 
+pub use device::Device;
 pub use memory::{Unforked, keep_from_children};
 use std::cell::Cell;
 use std::sync::OnceLock;
@@ -94,6 +99,7 @@ unsafe extern "C" fn in_the_child() {
     if IS_BOUND.get() {
         end_child();
     }
+    device::leave();
     // The operating system has done that already, unless it is older than Linux 4.14.
     word().store(0, Ordering::Relaxed);
 }

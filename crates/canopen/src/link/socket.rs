@@ -2,6 +2,7 @@
 //! Sockets: SocketCAN, and a local one on which an emulated bus answers with the same frames.
 use super::end::{LOCAL, Link};
 use crate::frame::{self, Came, FRAME_LEN, Frame};
+use forks::Device;
 use std::ffi::CString;
 use std::io;
 use std::mem::{size_of, size_of_val, zeroed};
@@ -15,7 +16,7 @@ const ROOM: libc::c_int = 1 << 20;
 
 /// One end.
 pub struct Socket {
-    socket: OwnedFd,
+    socket: Device<OwnedFd>,
     is_local: bool,
     overflowed: u32,
     /// What came while the bus was being settled: nothing is lost by that.
@@ -54,7 +55,7 @@ impl Socket {
         let end = Socket::local()?;
         let (at, len) = local_address(name.strip_prefix(LOCAL).unwrap_or(name));
         end.bind(&at, len as usize)?;
-        Ok(end.socket)
+        end.socket.try_clone()
     }
 
     fn raw(name: &str, heard: &[(u16, u16)]) -> io::Result<Socket> {
@@ -91,7 +92,7 @@ impl Socket {
         // SAFETY: a new descriptor, which is ours alone.
         let socket = unsafe { OwnedFd::from_raw_fd(check(libc::socket(family, kind | libc::SOCK_NONBLOCK | libc::SOCK_CLOEXEC, protocol))?) };
         let kept = std::collections::VecDeque::with_capacity(if is_local { KEPT_MAX } else { 0 });
-        Ok(Socket { socket, is_local, overflowed: 0, kept })
+        Ok(Socket { socket: Device::new(socket), is_local, overflowed: 0, kept })
     }
 
     fn set<T>(&self, level: i32, option: i32, values: &[T]) -> io::Result<()> {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The dashboard of a controller: one line asks, one line answers. Never on the cycle.
 use device::{DeviceError, Kind, ServiceWord, Services};
+use forks::Device;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Result, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -14,7 +15,7 @@ const WITHIN: Duration = Duration::from_secs(5);
 const LINE_LEN_MAX: u64 = 4096;
 
 pub(super) struct Dashboard {
-    stream: BufReader<TcpStream>,
+    stream: BufReader<Device<TcpStream>>,
 }
 
 impl Dashboard {
@@ -22,7 +23,7 @@ impl Dashboard {
     pub fn connect(to: SocketAddr, within: Duration) -> Result<Dashboard> {
         // A timeout of 0 would be none.
         let within = within.clamp(Duration::from_millis(1), WITHIN);
-        let stream = TcpStream::connect_timeout(&to, within)?;
+        let stream = Device::new(TcpStream::connect_timeout(&to, within)?);
         stream.set_read_timeout(Some(within))?;
         stream.set_write_timeout(Some(within))?;
         let mut dashboard = Dashboard { stream: BufReader::new(stream) };

@@ -2,6 +2,7 @@
 //! The connection over which RTDE comes and goes: never waits where it is not told to, and allocates nothing once it is made.
 use super::rtde::{self, Malformed, Message};
 use crate::serial::wait;
+use forks::Device;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::os::fd::AsFd;
@@ -24,7 +25,7 @@ pub(super) enum Broken {
 }
 
 pub(super) struct Link {
-    stream: TcpStream,
+    stream: Device<TcpStream>,
     input: Box<[u8]>,
     filled: usize,
     /// What the connection has not taken yet of a package; a package is never sent in part.
@@ -33,7 +34,7 @@ pub(super) struct Link {
 
 impl Link {
     pub fn connect(to: SocketAddr, within: Duration) -> io::Result<Link> {
-        let stream = TcpStream::connect_timeout(&to, within)?;
+        let stream = Device::new(TcpStream::connect_timeout(&to, within)?);
         stream.set_nodelay(true)?;
         stream.set_nonblocking(true)?;
         Ok(Link { stream, input: vec![0; INPUT_LEN].into_boxed_slice(), filled: 0, unsent: Vec::with_capacity(INPUT_LEN) })

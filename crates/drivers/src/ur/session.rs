@@ -8,6 +8,7 @@ use super::sample::{INPUTS, JOINTS, OUTPUTS, Sample, Told, recipe};
 use super::script::{CYCLE_NS, Program};
 use super::states::{hindrance, interruption, is_off};
 use device::DeviceError;
+use forks::Device;
 use std::io::Write;
 use std::net::{IpAddr, SocketAddr, TcpStream};
 use std::time::{Duration, Instant, SystemTime};
@@ -149,7 +150,7 @@ impl Session {
             deceleration: options.deceleration,
         };
         let failed = |why: std::io::Error| format!("no program can be sent to {to}: {why}; enable the secondary interface in the controller's services");
-        let mut stream = TcpStream::connect_timeout(&to, left(self.deadline).min(ANSWER)).map_err(failed)?;
+        let mut stream = Device::new(TcpStream::connect_timeout(&to, left(self.deadline).min(ANSWER)).map_err(failed)?);
         stream.set_write_timeout(Some(left(self.deadline).min(ANSWER))).map_err(failed)?;
         stream.write_all(program.text().as_bytes()).map_err(failed)?;
         let number = self.number;
