@@ -13,33 +13,55 @@ pub struct Chatter {
     count: u32,
     first_ns: i64,
     last_ns: i64,
-    /// Sign of the value before, unless that was 0.
+    /// Half waves since `first_ns`, of which not each passes its bound.
+    half_waves: HalfWaves,
+    /// The same of what leads the value.
+    led: HalfWaves,
+}
+
+/// Counts how often a number changes its sign.
+#[derive(Clone, Copy, Debug, Default)]
+struct HalfWaves {
+    /// Sign of the number before, unless that was 0.
     sign: i8,
-    /// How often the value changed its sign since `first_ns`: not each half wave of a swing passes its bound.
-    crossings: u32,
+    count: u32,
+}
+
+impl HalfWaves {
+    fn look(&mut self, number: f64) {
+        let sign = sign(number);
+        if sign != 0 {
+            self.count = self.count.saturating_add(u32::from(sign == -self.sign));
+            self.sign = sign;
+        }
+    }
+}
+
+/// 1, -1, or 0 for 0 and what is no number.
+fn sign(number: f64) -> i8 {
+    i8::from(number > 0.0) - i8::from(number < 0.0)
 }
 
 impl Chatter {
     /// Takes the value at `time_ns`. Returns the frequency, Hz, when ten periods in a row have gone from beyond `bound` to beyond `-bound`
     /// and back, none slower than `frequency_min`. A value that stays beyond one bound (a hard stop), seldom passes them (a step, friction)
-    /// or stays within them (noise) does not chatter. Off where the bound or the frequency is 0.
-    pub fn look(&mut self, value: f64, bound: f64, frequency_min: f64, time_ns: i64) -> Option<f64> {
+    /// or stays within them (noise) does not chatter, nor does one that is led to swing: `leads` is the speed of its reference, which turns at
+    /// least half as often then. Off where the bound or the frequency is 0.
+    pub fn look(&mut self, value: f64, bound: f64, frequency_min: f64, leads: f64, time_ns: i64) -> Option<f64> {
         if !(bound > 0.0 && frequency_min > 0.0) {
             *self = Chatter::default();
             return None;
         }
-        let side = i8::from(value > 0.0) - i8::from(value < 0.0);
-        if side == 0 {
-            return None;
-        }
-        self.crossings = self.crossings.saturating_add(u32::from(side == -self.sign));
-        self.sign = side;
-        if value.abs() < bound || side == self.side {
+        self.half_waves.look(value);
+        self.led.look(leads);
+        let side = sign(value);
+        if side == 0 || value.abs() < bound || side == self.side {
             return None;
         }
         let is_late = (time_ns - self.last_ns) as f64 * 1e-9 > 0.5 / frequency_min;
         if self.side == 0 || is_late {
-            *self = Chatter { side, count: 0, first_ns: time_ns, last_ns: time_ns, sign: side, crossings: 0 };
+            *self = Chatter { side, last_ns: time_ns, ..*self };
+            self.begin(time_ns);
             return None;
         }
         *self = Chatter { side, count: self.count + 1, last_ns: time_ns, ..*self };
@@ -47,10 +69,15 @@ impl Chatter {
             return None;
         }
         let span_s = (time_ns - self.first_ns) as f64 * 1e-9;
-        let frequency = 0.5 * f64::from(self.crossings) / span_s;
+        let is_led = 2 * self.led.count >= self.half_waves.count;
+        let frequency = 0.5 * f64::from(self.half_waves.count) / span_s;
         // The next report is of the next ten periods.
-        (self.count, self.first_ns, self.crossings) = (0, time_ns, 0);
-        Some(frequency)
+        self.begin(time_ns);
+        (!is_led).then_some(frequency)
+    }
+
+    fn begin(&mut self, time_ns: i64) {
+        (self.count, self.first_ns, self.half_waves.count, self.led.count) = (0, time_ns, 0, 0);
     }
 }
 
@@ -61,7 +88,7 @@ mod tests {
     /// What is reported of a value over `ms`, looked at each ms.
     fn look(value: impl Fn(f64) -> f64, ms: i64) -> Option<f64> {
         let mut chatter = Chatter::default();
-        (0..ms).find_map(|k| chatter.look(value(k as f64 * 1e-3), 1.0, 5.0, k * 1_000_000))
+        (0..ms).find_map(|k| chatter.look(value(k as f64 * 1e-3), 1.0, 5.0, 0.0, k * 1_000_000))
     }
 
     #[test]
@@ -78,6 +105,15 @@ mod tests {
         let wave = |t: f64| if (t * 40.0) as i64 % 3 == 0 { 0.8 } else { 2.0 };
         let found = look(|t| wave(t) * (std::f64::consts::TAU * 40.0 * (t + 3e-4)).sin(), 3000).unwrap();
         assert!((found / 40.0 - 1.0).abs() < 0.05, "{found} Hz of 40");
+    }
+
+    #[test]
+    fn what_is_led_to_swing_is_not_found() {
+        let mut chatter = Chatter::default();
+        let wave = |k: i64, frequency: f64| (std::f64::consts::TAU * frequency * (k as f64 * 1e-3 + 3e-4)).sin();
+        let found = |led: f64, chatter: &mut Chatter| (0..5000).find_map(|k| chatter.look(2.0 * wave(k, 20.0), 1.0, 5.0, wave(k, led), k * 1_000_000));
+        assert_eq!(found(20.0, &mut chatter), None, "it follows");
+        assert!(found(1.0, &mut Chatter::default()).is_some(), "it swings by itself while it is led slowly");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -118,3 +119,22 @@ def test_the_check_can_be_turned_off(cell: gpac.System) -> None:
     gpac.motion.move_absolute.asynch(axes, 1.0)
     cell.advance("1 s")
     assert axes[0].state == "moving"
+
+
+def test_a_position_that_ripples_is_unstable_though_its_effort_is_within_its_limits(cell: gpac.System) -> None:
+    axes = machine(cell, kp=2020.0, max_effort=1e6)
+    with pytest.raises(gpac.Terminated, match="is unstable: it swings at 500 Hz"):
+        gpac.motion.move_absolute(axes, 1.0)
+
+
+@pytest.mark.parametrize(
+    "soft",
+    [{"kp": 10.0, "max_effort": 100.0, "max_following_error": 0.35}, {"kp": 50.0, "max_effort": 1.0, "max_following_error": 0.0}],
+    ids=["error", "effort"],
+)
+def test_a_joint_that_is_commanded_to_swing_is_not_unstable(cell: gpac.System, soft: dict[str, float]) -> None:
+    joint = machine(cell, max_speed=100.0, **soft)[0]
+    for k in range(300):
+        joint.commanded.value = 0.3 * math.sin(2 * math.pi * 10.0 * k * 0.01)
+        cell.advance("10 ms")
+    assert "servo_unstable" not in cell.alarms

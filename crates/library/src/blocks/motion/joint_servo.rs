@@ -115,7 +115,7 @@ pub struct JointServo {
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
     /// effort that swings from limit to limit, or an error that swings beyond half the preset of `following_error` either way, ten periods in
-    /// a row: the servo is unstable. The value is the frequency in Hz, the preset the lowest that counts; off where it is 0
+    /// a row, without being led to: the servo is unstable. The value is the frequency in Hz, the preset the lowest that counts; off where it is 0
     #[condition(preset = 0.0, unit = "Hz", range = "[0, inf)")]
     unstable: ConditionOf<f64>,
     /// where the reference is, and the swings
@@ -160,7 +160,7 @@ impl Step for JointServo {
         }
         let swings = [(self.effort, self.limit), (self.error, 0.5 * self.following_error.preset)];
         for (chatter, (value, bound)) in self.memory.swings.iter_mut().zip(swings) {
-            if let Some(frequency) = chatter.look(value, bound, self.unstable.preset, invocation.time_ns) {
+            if let Some(frequency) = chatter.look(value, bound, self.unstable.preset, self.reference_velocity, invocation.time_ns) {
                 self.unstable.report(frequency);
             }
         }
