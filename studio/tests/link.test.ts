@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A network that freezes, delays, drops and cuts, between an operator's page and its system; and a page that is closed.
+import { connect } from "node:net";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
@@ -8,7 +9,7 @@ import { Link } from "./link";
 import { browse, command, type Opened, open, type Running, run, shoot } from "./running";
 
 /** Presses of the emergency stop. */
-const STOPS = Number(process.env.OPENGPAC_STOPS ?? 12);
+const STOPS = Number(process.env.OPENGPAC_STOPS ?? 18);
 
 let running: Running;
 let browser: Browser;
@@ -160,26 +161,34 @@ test("the emergency stop says at once whether it was heard, and shouts when not"
   const shout = page.getByText("The emergency stop was not heard.");
   const told = () => page.evaluate(() => (window as unknown as { said: [string, number][] }).said.splice(0));
   const first: [string, number][] = [];
+  const ways = ["freezes", "is cut", "is answered for", "is crowded", "is busy", "works"];
   for (let index = 0; index < STOPS; index += 1) {
-    const how = ["works", "freezes", "is cut"][index % 3];
+    const how = ways[index % ways.length] as string;
+    const isLost = index % ways.length < 3;
     await isHeard(page);
+    let after = async () => {};
     if (how === "freezes") link.freeze();
     if (how === "is cut") link.cut();
+    if (how === "is answered for") after = await answered(page);
+    if (how === "is crowded") after = await crowded();
+    if (how === "is busy") after = await busy(page);
     await stop.click();
-    if (how !== "works") {
+    if (isLost) {
       await shout.waitFor();
-      if (index < 3)
+      if (index < 2)
         for (const width of [1440, 800, 390]) {
           await page.setViewportSize({ width, height: 900 });
           await shoot(page, `stop-unheard-${width}`);
         }
       link.thaw();
       link.mend();
+      await after();
     }
     await page.locator(".stopped").getByText("pressed in the studio").waitFor();
     await shout.waitFor({ state: "detached" });
     const [what] = await told();
-    expect(what?.[0], how).toBe(how === "works" ? "heard" : "unheard");
+    if (!isLost) await after();
+    expect(what?.[0], how).toBe(isLost ? "unheard" : "heard");
     if (what) first.push(what);
     await isHeard(page);
     // Messages come and go just now, and move no reset: the first press is taken.
@@ -192,6 +201,46 @@ test("the emergency stop says at once whether it was heard, and shouts when not"
   );
   expect(Math.max(...first.map(([, ms]) => ms))).toBeLessThanOrEqual(300);
 });
+
+/** Something between page and system answers the stop: it is overloaded, or has no room. Returns what ends that. */
+async function answered(page: Page): Promise<() => Promise<void>> {
+  let status = 503;
+  await page.route("**/emergency_stop", (route) => {
+    status = status === 503 ? 429 : 503;
+    return route.fulfill({ status, headers: { "Retry-After": "2" }, body: "full" });
+  });
+  return () => page.unroute("**/emergency_stop");
+}
+
+/** All 64 connections that a caller may have are open, and more are asked for. Returns what closes them. */
+async function crowded(): Promise<() => Promise<void>> {
+  const { host, hash, port } = new URL(running.url);
+  const token = decodeURIComponent(hash.replace("#token=", ""));
+  const opened = Array.from({ length: 80 }, () => connect(Number(port), "127.0.0.1"));
+  await Promise.all(
+    opened.map(async (socket) => {
+      socket.on("error", () => {});
+      socket.write(`GET /v1/sessions HTTP/1.1\r\nHost: ${host}\r\nAuthorization: Bearer ${token}\r\n\r\n`);
+      await new Promise((answer) => socket.once("data", answer).once("close", answer));
+    }),
+  );
+  return async () => {
+    for (const socket of opened) socket.destroy();
+  };
+}
+
+/** The page computes for 50 ms of each 60. Returns what ends that. */
+async function busy(page: Page): Promise<() => Promise<void>> {
+  const beat = await page.evaluate(() =>
+    Number(
+      window.setInterval(() => {
+        const until = performance.now() + 50;
+        while (performance.now() < until);
+      }, 60),
+    ),
+  );
+  return () => page.evaluate((one) => window.clearInterval(one), beat);
+}
 
 async function goToPanel(page: Page): Promise<void> {
   await page.setViewportSize({ width: 1440, height: 900 });

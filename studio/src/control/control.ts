@@ -120,11 +120,11 @@ export class Control implements Source {
   /** Stops everything at once: needs the role `operate`, and no command. */
   async emergencyStop(reason: string, signal?: AbortSignal): Promise<null> {
     try {
-      return await call<null>(this.#asker, "emergency_stop", { reason }, signal);
+      return await call<null>({ ...this.#asker, isUrgent: true }, "emergency_stop", { reason }, signal);
     } catch (why) {
       // It needs no session: none is opened before it.
       if (!(why instanceof Refused && why.is("SessionLost"))) throw why;
-      return await call<null>({ token: this.#asker.token, session: null }, "emergency_stop", { reason }, signal);
+      return await call<null>({ token: this.#asker.token, session: null, isUrgent: true }, "emergency_stop", { reason }, signal);
     }
   }
 

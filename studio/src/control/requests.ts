@@ -7,6 +7,8 @@ export interface Asker {
   session: string | null;
   /** The daemon's time at which what is asked was given, ms: the daemon refuses it where it comes late. */
   asOf?: number;
+  /** Does not wait for room: the answer that there is none comes back at once. */
+  isUrgent?: boolean;
 }
 
 /** How often a request is made for which there is no room, and the longest time between, s. */
@@ -41,7 +43,7 @@ export async function answer<T>(asker: Asker, method: string, path: string, body
       throw unreachable(why);
     }
     // Where there was no room for it, nothing was done: it is asked again when the system says.
-    if (status !== 429 || tries + 1 === TRIES) break;
+    if (status !== 429 || asker.isUrgent || tries + 1 === TRIES) break;
     await new Promise((wait) => setTimeout(wait, 1000 * Math.min(Number(again) || 1, AGAIN_MAX_S)));
   }
   if (status >= 400) throw refusedBy(status, text);

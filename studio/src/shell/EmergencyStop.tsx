@@ -25,6 +25,11 @@ export interface Press {
   putAway: () => void;
 }
 
+/** Whether the next try would be answered the same. One that finds no room, or that something between page and system answers, may be heard. */
+function isFinal(status: number): boolean {
+  return status >= 400 && status < 500 && status !== 408 && status !== 429;
+}
+
 export function useEmergencyStop(now: Statistics | null): Press {
   const control = useLive();
   const [hearing, setHearing] = useState<Hearing>("none");
@@ -70,8 +75,7 @@ export function useEmergencyStop(now: Statistics | null): Press {
         } catch (why) {
           if (pressed.signal.aborted) return;
           setRefusals(why instanceof Refused ? why.refusals : []);
-          // Whoever has answered will answer the same again.
-          if (why instanceof Refused && why.status > 0) return end("refused");
+          if (why instanceof Refused && isFinal(why.status)) return end("refused");
           setHearing("unheard");
         }
         await new Promise((again) => setTimeout(again, AGAIN_MS));
