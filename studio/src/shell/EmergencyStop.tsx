@@ -45,8 +45,9 @@ export function useEmergencyStop(now: Statistics | null): Press {
   const putAway = useCallback(() => end("none"), [end]);
   // The system says that it is latched: that is heard too, whatever became of the answer.
   useEffect(() => {
-    if (isLatched) setHearing((before) => (before === "unheard" || before === "refused" ? "none" : before));
-    if (isLatched) present.current?.abort();
+    if (!isLatched) return;
+    setHearing((before) => (before === "asked" || before === "heard" ? "heard" : "none"));
+    present.current?.abort();
   }, [isLatched]);
   useEffect(() => {
     if (hearing !== "heard") return;
