@@ -21,8 +21,8 @@ const SLICE_MS = 1000;
 /** Calls that stop something. They need no command, and have stopped it when their first answer comes. */
 export type Stops = Pick<Orders, "halt" | "suspend" | "disable" | "pause">;
 
-/** Calls that neither need command nor take it, for they leave the machine alone: a replay beside it, what is kept for people. */
-export type Asides = Pick<Orders, "replay" | "stop_replay" | "keep_workspace" | "forget_workspace">;
+/** Calls that neither need command nor take it, for they leave the machine alone: a replay beside it, what is kept for people, alarms. */
+export type Asides = Pick<Orders, "replay" | "stop_replay" | "keep_workspace" | "forget_workspace" | "acknowledge_alarms">;
 
 interface Waiting {
   waiting: true;

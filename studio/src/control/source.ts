@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Looks, Orders, Stops } from "./calls";
+import type { Asides, Looks, Orders, Stops } from "./calls";
 import type { Refusal } from "./refusals";
 import type { Alarms, End, Installed, LogEntry, Reading, RecordedSpan, Role, Statistics, Version } from "./shapes";
 import type { Started } from "./started";
@@ -91,6 +91,8 @@ export interface Source {
   look<N extends keyof Looks>(name: N, args: Looks[N][0], signal?: AbortSignal): Promise<Looks[N][1]>;
   /** Makes a call that commands. Errors: `Refused`: what is past cannot be commanded. */
   order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal, pressed?: Pressed): Promise<Orders[N][1]>;
+  /** Makes a call that leaves the machine alone: it needs its role and no command. Errors: `Refused`. */
+  aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]>;
   /** When the person gave the command that is being made. For one of several calls: read before the first, and given to each. */
   pressed(): Pressed;
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void>;

@@ -54,6 +54,7 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
     look: (name, args, signal) => source.look(name, args, signal),
     pressed: () => null,
     order: () => Promise.reject(notNow("The page is paused")),
+    aside: () => Promise.reject(notNow("The page is paused")),
     stop: (name, args) => source.stop(name, args),
   };
 }

@@ -46,7 +46,7 @@ export function Acknowledge(props: { of: Alarm; from: Source }) {
         data-commands
         disabled={action.busy}
         aria-label={`Acknowledge ${of.code}${of.source ? ` of ${of.source}` : ""}`}
-        onClick={() => action.run(() => from.order("acknowledge_alarms", { number: of.number }).then(() => from.alarms.look()))}
+        onClick={() => action.run(() => from.aside("acknowledge_alarms", { number: of.number }).then(() => from.alarms.look()))}
       >
         Acknowledge
       </button>
@@ -66,7 +66,7 @@ export function AcknowledgeAll(props: { of: readonly Alarm[]; from: Source }) {
         type="button"
         data-commands
         disabled={action.busy}
-        onClick={() => action.run(() => from.order("acknowledge_alarms", {}).then(() => from.alarms.look()))}
+        onClick={() => action.run(() => from.aside("acknowledge_alarms", {}).then(() => from.alarms.look()))}
       >
         Acknowledge all
       </button>

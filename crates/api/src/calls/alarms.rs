@@ -24,7 +24,7 @@ crate::calls! {
         Observe alarms() -> AlarmList
             => |system| sure(system.alarms());
         /// Acknowledges one alarm, or all. Returns how many.
-        Operate acknowledge_alarms(may number: Option<u64>) -> usize: commands(""), told
+        Operate acknowledge_alarms(may number: Option<u64>) -> usize: commands(""), told, free
             => |system| system.acknowledge_alarms(number);
         /// Enters the history of an earlier life.
         Configure restore_alarms(must history: Vec<Alarm>) -> (): commands(""), replaces(&[])

@@ -195,6 +195,10 @@ export class Recording implements Source, Past {
     return Promise.reject(notNow(`'${this.name}' is a recording`));
   }
 
+  aside(): Promise<never> {
+    return Promise.reject(notNow(`'${this.name}' is a recording`));
+  }
+
   stop(): Promise<never> {
     return Promise.reject(notNow(`'${this.name}' is a recording`));
   }
