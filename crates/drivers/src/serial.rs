@@ -257,14 +257,16 @@ pub(crate) mod tests {
     #[test]
     fn a_forked_child_does_not_keep_a_line() {
         let (_device, path) = pty();
-        let (gate, open) = std::os::unix::net::UnixStream::pair().expect("two sockets");
         let line = SerialLine::open(&path, &Settings::default()).expect("it opens");
-        // SAFETY: the child calls nothing but what it may between fork and exec, and ends.
+        // SAFETY: the child calls nothing but what it may between fork and exec, and ends there, with this thread at the latest.
         let child = unsafe { libc::fork() };
         if child == 0 {
-            let mut byte = 0u8;
-            // SAFETY: a byte of ours; the child is ended here.
-            unsafe { libc::read(gate.as_raw_fd(), (&raw mut byte).cast(), 1) };
+            // SAFETY: as above.
+            unsafe {
+                libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL);
+                libc::pause();
+                libc::_exit(0)
+            }
         }
         drop(line);
         let again = SerialLine::open(&path, &Settings::default());
@@ -274,7 +276,6 @@ pub(crate) mod tests {
             libc::waitpid(child, std::ptr::null_mut(), 0);
         }
         again.expect("the lock has gone with the parent's descriptor");
-        drop(open);
     }
 
     #[test]

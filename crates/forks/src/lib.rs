@@ -17,8 +17,6 @@ compile_error!("children are told from their parents by MADV_WIPEONFORK, which L
 
 mod device;
 mod memory;
-#[cfg(test)]
-mod tests;
 
 pub use device::Device;
 pub use memory::{Unforked, keep_from_children};
