@@ -102,8 +102,11 @@ import os, sys, time
 import opengpac as gpac
 cell = gpac.System("held", progress=False)
 rtp = cell.processor("rtp0")
-scale = gpac.drivers.text(sys.argv[1], reads=["{weight}"], fields={"weight": {"unit": "kg"}})
-rtp.physical_device("scale", scale, exchange=rtp.timer("slow", period="10 ms"))
+if sys.argv[1] == "client":
+    driver = gpac.drivers.text(sys.argv[2], reads=["{weight}"], fields={"weight": {"unit": "kg"}})
+else:
+    driver = gpac.drivers.modbus_server(sys.argv[2], channels={"wanted": {"holding": 100, "type": "double"}})
+rtp.physical_device("scale", driver, exchange=rtp.timer("slow", period="10 ms"))
 child = os.fork()
 if child == 0:
     time.sleep(600)
@@ -117,7 +120,7 @@ sys.stdin.read()
 def test_a_forked_child_does_not_hold_a_device() -> None:
     """The other end sees the connection close with the parent's system, though the child lives."""
     with socket.create_server(("127.0.0.1", 0)) as server:
-        command = [sys.executable, "-W", "ignore", "-c", WITH_A_DEVICE, f"tcp/127.0.0.1:{server.getsockname()[1]}"]
+        command = [sys.executable, "-W", "ignore", "-c", WITH_A_DEVICE, "client", f"tcp/127.0.0.1:{server.getsockname()[1]}"]
         with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
             server.settimeout(120)
             connection, _ = server.accept()
@@ -131,6 +134,22 @@ def test_a_forked_child_does_not_hold_a_device() -> None:
                 finally:
                     os.kill(child, signal.SIGKILL)
                     run.stdin.close()
+
+
+def test_a_forked_child_does_not_hold_a_port() -> None:
+    """Others can listen where the parent's system has listened, though the child lives."""
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    command = [sys.executable, "-W", "ignore", "-c", WITH_A_DEVICE, "server", f"tcp/127.0.0.1:{port}"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
+        assert run.stdout and run.stdin
+        child = int(run.stdout.readline())
+        try:
+            assert lives(child)
+            socket.create_server(("127.0.0.1", port)).close()
+        finally:
+            os.kill(child, signal.SIGKILL)
+            run.stdin.close()
 
 
 EXECUTED = """

@@ -11,10 +11,11 @@ mod tables;
 
 use super::map::{self, End, Place, Write};
 use device::{Channel, Class, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState};
+use forks::Device;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use serve::{Count, Shared, serve};
-use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs};
+use std::net::{IpAddr, Shutdown, SocketAddr, TcpListener, ToSocketAddrs};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -123,7 +124,7 @@ impl Driver for Server {
         self.safe_state();
         self.asked = (0, now_ns);
         let cannot = |why: std::io::Error| DeviceError { message: format!("it cannot listen at {}: {why}", self.address) };
-        let listener = TcpListener::bind(self.address).map_err(cannot)?;
+        let listener = Device::new(TcpListener::bind(self.address).map_err(cannot)?);
         listener.set_nonblocking(true).map_err(cannot)?;
         let (mine, ends) = UnixStream::pair().map_err(cannot)?;
         let (shared, clients) = (self.shared.clone(), self.clients);
@@ -161,7 +162,8 @@ impl Driver for Server {
 
     fn close(&mut self) {
         if let Some((mine, serving)) = self.running.take() {
-            drop(mine);
+            // Not by closing it: a process that was forked may have a copy. It fails where the thread has ended already.
+            let _ = mine.shutdown(Shutdown::Both);
             // What it panicked with has been printed.
             let _ = serving.join();
         }

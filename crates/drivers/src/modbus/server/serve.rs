@@ -11,6 +11,7 @@ use super::tables::Tables;
 use crate::modbus::frame::{FRAME_MAX, framed, mbap};
 use crate::modbus::pdu::{PDU_MAX, refusal};
 use device::Counters;
+use forks::Device;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::fd::{AsRawFd, RawFd};
@@ -58,7 +59,7 @@ impl Shared {
 
 /// A client: what it has sent and not been answered, and what it has not taken yet.
 struct Client {
-    stream: TcpStream,
+    stream: Device<TcpStream>,
     came: [u8; FRAME_MAX],
     filled: usize,
     answer: [u8; FRAME_MAX],
@@ -109,7 +110,7 @@ fn accept(listener: &TcpListener, clients: &mut Vec<Client>, most: usize, turn: 
         silent.map(|at| clients.swap_remove(at));
         shared.count(Count::GaveWay);
     }
-    clients.push(Client { stream, came: [0; FRAME_MAX], filled: 0, answer: [0; FRAME_MAX], left: (0, 0), heard: turn });
+    clients.push(Client { stream: Device::new(stream), came: [0; FRAME_MAX], filled: 0, answer: [0; FRAME_MAX], left: (0, 0), heard: turn });
 }
 
 impl Client {
