@@ -124,11 +124,14 @@ fn identity(descriptor: RawFd) -> Option<(libc::dev_t, libc::ino_t)> {
 /// Puts `/dev/null` in the place of each device, and of each duplicate, as a guard has them. Runs in the child, before `fork()` returns there.
 pub(crate) fn leave() {
     let null = NULL.load(Ordering::Acquire);
+    // A child of a child finds it in those places already. It is no device, and other descriptors of the process may lead to it.
+    let blank = identity(null);
     let mut files = [(0, 0); DEVICES_MAX];
     let mut count = 0;
     for place in &DEVICES {
         let device = place.load(Ordering::Acquire);
-        if let Some(file) = (device >= 0).then(|| identity(device)).flatten() {
+        let file = if device >= 0 { identity(device) } else { None };
+        if let Some(file) = file.filter(|_| file != blank) {
             files[count] = file;
             count += 1;
         }

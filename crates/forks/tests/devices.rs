@@ -2,6 +2,7 @@
 //! A forked child finds nothing of a device; the parent's close is the last one.
 use forks::Device;
 use std::io::{Read, Write};
+use std::os::fd::AsRawFd;
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
@@ -50,4 +51,42 @@ fn the_other_end_of_a_device_sees_it_close_while_a_child_lives() {
             assert_eq!(libc::waitpid(child, std::ptr::null_mut(), 0), child);
         }
     }
+}
+
+/// Forks a child of a child of a child, each of which tells over `told` what it finds, and ends.
+fn told_by_descendants(told: i32, descriptors: [i32; 2]) {
+    // SAFETY: the children call nothing but what they may between fork and exec, and each ends here.
+    unsafe {
+        let child = libc::fork();
+        assert!(child >= 0);
+        if child > 0 {
+            libc::waitpid(child, std::ptr::null_mut(), 0);
+            return;
+        }
+        for _ in 0..3 {
+            let flags = descriptors.map(|descriptor| libc::fcntl(descriptor, libc::F_GETFD) as i8 as u8);
+            libc::write(told, flags.as_ptr().cast(), flags.len());
+            let next = libc::fork();
+            if next != 0 {
+                libc::waitpid(next, std::ptr::null_mut(), 0);
+                libc::_exit(0);
+            }
+        }
+        libc::_exit(0)
+    }
+}
+
+#[test]
+fn a_child_of_a_child_keeps_what_stands_in_the_place_of_a_device() {
+    let device = Device::new(UnixStream::pair().expect("two sockets").0);
+    // SAFETY: a descriptor of this test; it is left open for programs that are executed, as the standard input of a service is.
+    let input = unsafe { libc::open(c"/dev/null".as_ptr(), libc::O_RDONLY) };
+    let (mut heard, told) = UnixStream::pair().expect("two sockets");
+    told_by_descendants(told.as_raw_fd(), [input, device.as_raw_fd()]);
+    drop(told);
+    let mut flags = Vec::new();
+    heard.set_read_timeout(Some(Duration::from_secs(60))).expect("a socket");
+    heard.read_to_end(&mut flags).expect("all children have ended");
+    let close_on_exec = libc::FD_CLOEXEC as u8;
+    assert_eq!(flags, [0, close_on_exec].repeat(3), "its own file stays open when a program is executed; the device's number stays taken");
 }
