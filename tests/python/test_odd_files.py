@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Damaged and odd files of arms: each loads, or is refused with a sentence that names the file and the place in it.
 
-`OPENGPAC_ODD_FILES=500` tries as many, 40 else; `OPENGPAC_ODD_SEED` begins elsewhere.
+40 files are tried, or as many as `OPENGPAC_ODD_FILES` says; `OPENGPAC_ODD_SEED` is the first seed.
 """
 
 from __future__ import annotations

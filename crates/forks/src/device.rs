@@ -12,7 +12,7 @@ use std::ops::{Deref, DerefMut};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, IntoRawFd, RawFd};
 use std::sync::atomic::{AtomicI32, Ordering};
 
-/// How many descriptors can be kept from children; what is opened beyond that stays open in them.
+/// The most descriptors that can be kept from children. Those beyond it stay open in them.
 const DEVICES_MAX: usize = 1024;
 
 /// Descriptors of a child that are looked at: a duplicate with a higher number stays.

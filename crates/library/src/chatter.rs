@@ -85,7 +85,7 @@ impl Chatter {
 mod tests {
     use super::*;
 
-    /// What is reported of a value over `ms`, looked at each ms.
+    /// Returns the first frequency that is reported of a value, which is looked at each ms for `ms`.
     fn look(value: impl Fn(f64) -> f64, ms: i64) -> Option<f64> {
         let mut chatter = Chatter::default();
         (0..ms).find_map(|k| chatter.look(value(k as f64 * 1e-3), 1.0, 5.0, 0.0, k * 1_000_000))

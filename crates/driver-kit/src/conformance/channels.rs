@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of channels: where they lie, and what they carry when nobody commands them.
-use super::check::{Check, Passed, Tried, holds, none_of};
+use super::check::{Check, NO_PARTS, Passed, Tried, holds, none_of};
 use super::declaration::wrong_line;
 use super::subject::Subject;
 use device::{Channel, Direction, Slot, Type};
@@ -119,7 +119,7 @@ fn parts(subject: &Subject) -> Tried {
         holds(number("range_min") <= number("range_max"), || format!("part '{name}' has a range from {} to {}", number("range_min"), number("range_max")))?;
         holds(number("effort_max") > 0.0 && number("speed_max") > 0.0, || format!("part '{name}' can neither push nor move"))?;
     }
-    Ok(if parts.is_empty() { Passed::NotApplicable("it has no parts") } else { Passed::Yes })
+    Ok(if parts.is_empty() { NO_PARTS } else { Passed::Yes })
 }
 
 fn watchdog(subject: &Subject) -> Tried {

@@ -18,6 +18,9 @@ pub(super) enum Passed {
     NotApplicable(&'static str),
 }
 
+/// Of a check of parts, where there are none.
+pub(super) const NO_PARTS: Passed = Passed::NotApplicable("it has no parts");
+
 /// Passes where the condition holds; else the cause.
 pub(super) fn holds(condition: bool, cause: impl FnOnce() -> String) -> Tried {
     if condition { Ok(Passed::Yes) } else { Err(cause()) }

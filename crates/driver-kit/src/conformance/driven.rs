@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of motion over many firings: readings that stay finite, parts that rest, parts that follow their command and say so.
-use super::check::{Check, Passed, Tried, none_of};
+use super::check::{Check, NO_PARTS, Passed, Tried, none_of};
 use super::rig::{Joint, PERIOD_NS, Rig};
 use super::subject::Subject;
 use std::time::Duration;
@@ -36,11 +36,7 @@ fn stay_finite(subject: &Subject) -> Tried {
 }
 
 fn creep(subject: &Subject) -> Tried {
-    let mut rig = subject.open()?;
-    let joints = rig.joints();
-    if joints.is_empty() {
-        return Ok(Passed::NotApplicable("it has no parts"));
-    }
+    let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(NO_PARTS) };
     rig.cycles(2)?;
     let before = rig.positions(&joints);
     rig.cycles(MANY)?;
@@ -103,22 +99,21 @@ impl Pushed {
 
 /// Every part, pushed up and down; none where the driver has no parts or its exchange is not inline.
 fn pushed(subject: &Subject, pause: Duration) -> Result<Vec<Pushed>, String> {
-    let mut rig = subject.open()?;
-    let joints = rig.joints();
-    if joints.is_empty() || !subject.is_inline() {
+    if !subject.is_inline() {
         return Ok(Vec::new());
     }
+    let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(Vec::new()) };
     let (up, down) = (push(&mut rig, &joints, 1.0, pause)?, push(&mut rig, &joints, -1.0, pause)?);
     rig.driver.safe_state();
     Ok(joints.into_iter().zip(up.into_iter().zip(down)).map(|(joint, (up, down))| Pushed { joint, motions: [up, down] }).collect())
 }
 
-const NO_PARTS: Passed = Passed::NotApplicable("it has no parts whose exchange is inline");
+const NO_INLINE_PARTS: Passed = Passed::NotApplicable("it has no parts whose exchange is inline");
 
 fn moves(subject: &Subject) -> Tried {
     let mut parts = pushed(subject, Duration::ZERO)?;
     if parts.is_empty() {
-        return Ok(NO_PARTS);
+        return Ok(NO_INLINE_PARTS);
     }
     // A machine that moves by the clock on the wall needs that time to pass.
     if parts.iter().any(Pushed::is_still) {
@@ -133,7 +128,7 @@ fn moves(subject: &Subject) -> Tried {
 fn velocity_sign(subject: &Subject) -> Tried {
     let parts = pushed(subject, Duration::ZERO)?;
     if parts.is_empty() {
-        return Ok(NO_PARTS);
+        return Ok(NO_INLINE_PARTS);
     }
     let wrong = |motion: &Motion| motion.distance.abs() > CLEAR && motion.distance * motion.velocity_mean <= 0.0;
     let told = parts.iter().flat_map(|part| part.motions.iter().map(move |motion| (&part.joint.name, motion)));

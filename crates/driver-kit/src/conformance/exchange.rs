@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the exchange: what is read and written, odd times and odd numbers.
-use super::check::{Check, Passed, Tried, holds};
+use super::check::{Check, NO_PARTS, Passed, Tried, holds};
 use super::rig::{PERIOD_NS, Rig};
 use super::subject::Subject;
 use device::Direction;
@@ -59,11 +59,7 @@ fn still(rig: &Rig, joints: &[super::rig::Joint], before: &[f64], what: &str) ->
 }
 
 fn unengaged(subject: &Subject) -> Tried {
-    let mut rig = subject.open()?;
-    let joints = rig.joints();
-    if joints.is_empty() {
-        return Ok(Passed::NotApplicable("it has no parts"));
-    }
+    let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(NO_PARTS) };
     rig.cycles(2)?;
     let before = rig.positions(&joints);
     rig.cycles(20)?;
@@ -71,11 +67,7 @@ fn unengaged(subject: &Subject) -> Tried {
 }
 
 fn no_leap(subject: &Subject) -> Tried {
-    let mut rig = subject.open()?;
-    let joints = rig.joints();
-    if joints.is_empty() {
-        return Ok(Passed::NotApplicable("it has no parts"));
-    }
+    let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(NO_PARTS) };
     rig.cycles(3)?;
     for _ in 0..10 {
         let before = rig.positions(&joints);
@@ -88,11 +80,7 @@ fn no_leap(subject: &Subject) -> Tried {
 }
 
 fn let_go(subject: &Subject) -> Tried {
-    let mut rig = subject.open()?;
-    let joints = rig.joints();
-    if joints.is_empty() {
-        return Ok(Passed::NotApplicable("it has no parts"));
-    }
+    let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(NO_PARTS) };
     for _ in 0..3 {
         rig.cycle()?;
         rig.hold(&joints);

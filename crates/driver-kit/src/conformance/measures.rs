@@ -77,7 +77,7 @@ fn flush() {
     unsafe { libc::fflush(std::ptr::null_mut()) };
 }
 
-/// What a call returns, and how many bytes this process has written to its standard output and standard error meanwhile.
+/// Makes a call and counts the bytes that this process writes to its standard output and standard error meanwhile. Returns both.
 pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> {
     // SAFETY: a name, and flags that it knows.
     let descriptor = unsafe { libc::memfd_create(c"printed".as_ptr(), libc::MFD_CLOEXEC) };

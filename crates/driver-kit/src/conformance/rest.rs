@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the safe state: it comes about as declared, and the driver goes on behind it.
-use super::check::{Check, Passed, Tried, holds};
+use super::check::{Check, NO_PARTS, Passed, Tried, holds};
 use super::measures::allocations;
 use super::rig::{PERIOD_NS, Rig};
 use super::subject::Subject;
@@ -53,7 +53,7 @@ fn rests(subject: &Subject) -> Tried {
     let mut rig = pushed(subject)?;
     let joints = rig.joints();
     if joints.is_empty() {
-        return Ok(Passed::NotApplicable("it has no parts"));
+        return Ok(NO_PARTS);
     }
     rig.driver.safe_state();
     // As the kernel does it behind a fault: nobody commands anything.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver that is checked, and the options that it is checked with.
-use super::rig::Rig;
+use super::rig::{Joint, Rig};
 use device::{Class, Declaration, DriverError, Kind, Opened};
 use serde_json::{Value, json};
 
@@ -39,6 +39,13 @@ impl Subject {
         let mut rig = self.rig()?;
         rig.open()?;
         Ok(rig)
+    }
+
+    /// The same with its parts; none where the driver has no parts.
+    pub(crate) fn open_with_parts(&self) -> Result<Option<(Rig, Vec<Joint>)>, String> {
+        let rig = self.open()?;
+        let joints = rig.joints();
+        Ok((!joints.is_empty()).then_some((rig, joints)))
     }
 
     /// Its options with another one.
