@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from .. import library
-from ..errors import NotEnabled, refuse
+from ..errors import CallError, NotEnabled, refuse
 from ..frames import Pose
 from ..groups import Group
 from ..instances import VerbInstance
@@ -27,7 +27,7 @@ _SENSED = ("standstill", "moving", "stopping")
 class Payload:
     """What an arm carries: its mass (kg, from 0) and where its centre of mass is in the flange's frame (m).
 
-    Raises `OutOfRange` for a mass or a coordinate that no payload has.
+    Raises `OutOfRange` for a mass or a coordinate that no payload has, `CallError` for a centre that is not three numbers.
     """
 
     mass: float
@@ -36,6 +36,8 @@ class Payload:
     def __post_init__(self) -> None:
         items = library.payload_effort.items
         items["mass"].check(self.mass, "the mass of a payload")
+        if not isinstance(self.centre, Sequence | np.ndarray) or len(self.centre) != 3:
+            refuse(CallError, f"the centre of mass of a payload is {self.centre!r}", "give three coordinates in the flange's frame, m")
         for coordinate in self.centre:
             items["centre"].check(coordinate, "the centre of mass of a payload")
 

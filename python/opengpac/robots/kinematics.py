@@ -20,8 +20,9 @@ from .. import _native
 from .. import library as lib
 from ..declared import Declared
 from ..drivers.simulated import mujoco_folder
-from ..errors import CallError, DefinitionError, DeviceFailed, Unreachable, refusals, refuse
+from ..errors import CallError, DefinitionError, DeviceFailed, UnknownName, Unreachable, did_you_mean, refusals, refuse
 from ..frames import Pose
+from ..numerals import is_number, number, rows
 
 JOINTS_MAX = lib.forward_kinematics.items["n"].most
 """The maximum number of joints of a chain."""
@@ -124,7 +125,12 @@ class Kinematics(Declared):
         refuse(Unreachable, f"{pose} is out of {range_text}: {far}", "start from another posture: near=")
 
     def _positions(self, given: Iterable[float]) -> list[float]:
-        found = [float(x) for x in given]
+        if not 1 <= len(self.axes) <= JOINTS_MAX:
+            refuse(DefinitionError, f"a chain of {len(self.axes)} joints cannot be computed", f"give it 1 to {JOINTS_MAX} axes")
+        listed = rows(given)
+        found: list[Any] = [number(x) for x in listed] if isinstance(listed, Iterable) and not isinstance(listed, str | bytes) else [listed]
+        if not all(is_number(x) for x in found):
+            refuse(CallError, f"{repr(given)[:80]} is no list of joint positions", "give a number for each joint, rad or m")
         if len(found) != len(self.axes):
             refuse(CallError, f"{len(found)} joint positions are given for {len(self.axes)} joints", f"give one for each: {self.joints}")
         return found
@@ -138,8 +144,10 @@ class Kinematics(Declared):
         """The geometry of an MJCF arm from its world to its tool, read through MuJoCo. `joints`: those that are driven, in order.
 
         The tool is the site of that name; without one the site that most of these joints move: `tool` or `attachment_site`, also with
-        a prefix (`left_tool`), else that of a force sensor; else it is the body of the last joint.
+        a prefix (`left_tool`), else that of a force sensor; else it is the body of the last joint. Raises `CallError` for no joints or one
+        that stands there twice, `UnknownName` for a joint or a site that the model lacks.
         """
+        names = _names(joints)
         try:
             mujoco = importlib.import_module("mujoco")
         except ImportError:
@@ -148,7 +156,7 @@ class Kinematics(Declared):
             problem = _native.try_driver("mujoco", json.dumps({"path": os.fspath(path), "library": mujoco_folder()}))
         if problem is not None:
             refuse(DeviceFailed, problem)
-        return _read(mujoco, mujoco.MjModel.from_xml_path(os.fspath(path)), list(joints), site)
+        return _read(mujoco, mujoco.MjModel.from_xml_path(os.fspath(path)), names, site)
 
     def __repr__(self) -> str:
         kinds = {NONE: "does not move the tool", HINGE: "turns", SLIDE: "slides"}
@@ -156,9 +164,29 @@ class Kinematics(Declared):
         return f"kinematics: base {self.base!r}, flange at zero {self.home!r}, tool {self.tool!r}{''.join(lines)}"
 
 
+def _names(joints: Any) -> list[str]:
+    """The names of joints that a call is given: at least one, each once."""
+    listed = rows(joints)
+    names = [] if isinstance(listed, str) or not isinstance(listed, Iterable) else list(listed)
+    if not all(isinstance(name, str) for name in names) or (not names and listed not in ([], ())):
+        refuse(CallError, f"the joints of a chain are {repr(joints)[:80]}", "give a list of names")
+    if not names:
+        refuse(CallError, "a chain is asked for without joints", "name the driven joints in order, at least one")
+    twice = next((name for index, name in enumerate(names) if name in names[:index]), None)
+    if twice is not None:
+        refuse(CallError, f"joint '{twice}' stands twice in the chain", "name each joint once")
+    return names
+
+
 def _read(mujoco: Any, model: Any, names: list[str], named: str | None) -> Kinematics:
     data = mujoco.MjData(model)
     known = {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
+    for name in names:
+        if name not in known:
+            refuse(UnknownName, f"the model has no joint '{name}'", did_you_mean(str(name), known))
+    sites = [model.site(s).name for s in range(model.nsite)]
+    if named is not None and named not in sites:
+        refuse(UnknownName, f"the model has no site '{named}'", did_you_mean(named, sites))
     ids = [known[name] for name in names]
     for j in ids:
         data.qpos[model.jnt_qposadr[j]] = 0.0

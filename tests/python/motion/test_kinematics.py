@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -151,6 +152,37 @@ def test_a_chain_that_is_none_is_a_fault_and_an_undriven_joint_is_refused(gantry
     broken = gpac.robots.Kinematics([gpac.robots.Axis("a", 1, (0, 0, 2))], gpac.Pose())
     with pytest.raises(gpac.DefinitionError, match="unit vectors"):
         broken.forward([0.0])
+
+
+@pytest.mark.parametrize(
+    ("joints", "error", "says"),
+    [
+        ([], gpac.CallError, "a chain is asked for without joints; name the driven joints"),
+        ("elbow", gpac.CallError, "the joints of a chain are 'elbow'; give a list of names"),
+        (None, gpac.CallError, "the joints of a chain are None"),
+        ([1], gpac.CallError, r"the joints of a chain are \[1\]"),
+        (["elbo"], gpac.UnknownName, "the model has no joint 'elbo'; did you mean 'elbow'"),
+        (["shoulder_pan", "shoulder_pan"], gpac.CallError, "joint 'shoulder_pan' stands twice"),
+    ],
+)
+def test_a_chain_of_joints_that_are_none_is_refused(joints: Any, error: type[gpac.Error], says: str) -> None:
+    with pytest.raises(error, match=says):
+        gpac.robots.Kinematics.of_mjcf(MODEL, joints)
+
+
+def test_empty_lists_and_other_values_are_refused_in_words(arm: gpac.robots.Arm) -> None:
+    nothing: Any = gpac.robots.Kinematics([], gpac.Pose())
+    for call in (nothing.forward, nothing.jacobian, lambda q: nothing.inverse(gpac.Pose(), q)):
+        with pytest.raises(gpac.DefinitionError, match="a chain of 0 joints cannot be computed; give it 1 to 16"):
+            call([])
+    for odd in ("x", None, [[0.0] * 6], ["1"] * 6):
+        with pytest.raises(gpac.CallError, match="is no list of joint positions; give a number for each joint"):
+            arm.forward(odd)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(gpac.UnknownName, match="the model has no site 'hand'"):
+        gpac.robots.Kinematics.of_mjcf(MODEL, ["elbow"], site="hand")
+    for centre in ((), (1.0,), 2.0):
+        with pytest.raises(gpac.CallError, match=r"the centre of mass of a payload is .*; give three coordinates"):
+            gpac.robots.Payload(1.0, centre)  # pyright: ignore[reportArgumentType]
 
 
 def test_forward_kinematics_runs_in_a_verb(arm: gpac.robots.Arm) -> None:
