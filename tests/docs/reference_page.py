@@ -67,7 +67,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Arms and grippers": (
         "opengpac.robots",
         "load Arm Joint joint_servo joint_decoupled_servo joint_follower "
-        "move Moved MotionTimeout FollowingError ServoUnstable Payload Kinematics Axis gripper Finger "
+        "move Moved MotionTimeout FollowingError ServoUnstable Payload Kinematics Axis Interfaces gripper Finger "
         "finger_servo finger_follower",
     ),
     "Signals of a cell": (

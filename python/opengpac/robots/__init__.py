@@ -12,8 +12,9 @@ from .joints import Joint
 from .kinematics import Axis, Kinematics
 from .motion import MotionTimeout, Moved, move
 from .servos import FollowingError, ServoUnstable, joint_decoupled_servo, joint_follower, joint_servo
+from .urdf import Interfaces
 
 __all__ = [
-    "Arm", "Axis", "Finger", "FollowingError", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "ServoUnstable",
+    "Arm", "Axis", "Finger", "FollowingError", "Interfaces", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "ServoUnstable",
     "finger_follower", "finger_servo", "gripper", "joint_decoupled_servo", "joint_follower", "joint_servo", "load", "move",
 ]  # fmt: skip

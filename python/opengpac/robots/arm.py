@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..instances import VerbInstance
 from ..quantities import Quantity
 from .joints import Joint
 from .kinematics import Kinematics
+from .urdf import Interfaces
 
 _SENSED = ("standstill", "moving", "stopping")
 """States of a joint in which its verb reads where it is."""
@@ -49,11 +51,27 @@ class Arm(Group[Joint]):
     site `tool` of the model), or of the frame that `arm.tool` says in it. Both are read at each start of a verb.
     """
 
-    def __init__(self, name: str, *joints: Joint, kinematics: Callable[[], Kinematics], notes: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        name: str,
+        *joints: Joint,
+        kinematics: Callable[[], Kinematics],
+        notes: tuple[str, ...] = (),
+        groups: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
+        states: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+        interfaces: Mapping[str, Interfaces] = MappingProxyType({}),
+    ) -> None:
         super().__init__(name, *joints)
+        names = [joint.short_name for joint in joints]
         self._read = kinematics
         self.notes = notes
         """What was put right in the file that it was loaded from, one sentence each."""
+        self.groups = dict(groups)
+        """The groups of its SRDF file, each with the names of its joints in the file."""
+        self.states = {state: {name: of[name] for name in names if name in of} for state, of in states.items()}
+        """The states of its SRDF file: the positions of its joints, in their order, rad or m; a state may lack some."""
+        self.interfaces = {name: interfaces[name] for name in names if name in interfaces}
+        """What the tags `ros2_control` of its URDF file say of its joints, by their names."""
         self._payload = Payload(0.0)
         self._carrying: VerbInstance[Any] | None = None
 

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from .. import cache, drivers, files
 from ..errors import CallError, DeviceFailed, PlacementError, UnknownName, did_you_mean, refuse
@@ -50,6 +50,9 @@ def load(
     contacts: int = 0,
     package_paths: Iterable[str | os.PathLike[str]] = (),
     strict: bool = False,
+    srdf: str | os.PathLike[str] | bool = True,
+    group: str | None = None,
+    self_collision: bool = False,
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
@@ -58,7 +61,10 @@ def load(
     has that no arm can have (a mesh that is not there, a mass of zero, an empty range) is put right, with a warning and in `arm.notes`;
     with `strict` it is refused. So is an MJCF file without a motor, or with links that touch at the arm's home: they do not collide with
     each other. What is put right in the file of an arm known by name is in `arm.notes`, without a warning. A URDF file's
-    packages are looked for in `package_paths`, then where ROS looks for them, then in the folders above the file. `tool` is one that is
+    packages are looked for in `package_paths`, then where ROS looks for them, then in the folders above the file. `srdf` is its SRDF file,
+    by default the one beside it where exactly one is there (`False`: none), and `group` the group of it whose joints make the arm: it
+    begins at the SRDF state `home`, and `arm.states` has all of them. With `self_collision` the links of a URDF file collide with each
+    other, but for neighbours and the pairs that the SRDF file excludes. `tool` is one that is
     screwed to its flange (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints
     only. Where the tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The maximum speeds
     are those of the model: of velocity actuators in MJCF, of `limit velocity` in URDF; else 3.14 rad/s, and 0.25 m/s of sliding joints.
@@ -72,7 +78,8 @@ def load(
     physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     packages = [Path(folder) for folder in package_paths]
-    model = _model(path, tool, scene, packages, is_simulated=driver is None)
+    described = _Described(srdf if isinstance(srdf, bool) else Path(srdf).expanduser().absolute(), group, self_collision)
+    model = _model(path, tool, scene, packages, described, is_simulated=driver is None)
     if str(path) not in ARMS:
         _tell(model.notes, strict)
     driver = model.wired(driver)
@@ -94,6 +101,9 @@ def load(
         "apart": apart,
         "driver": None if driver is None else (driver.kind, driver.options),
         "contacts": contacts,
+        "srdf": srdf,
+        "group": group,
+        "self_collision": self_collision,
     }
     if (last := _made_before(rtp.system, name, asked)) is not None:
         return last
@@ -107,7 +117,8 @@ def load(
         for part in device:
             if part.name in own:
                 joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name), part.name in model.held_back))
-        arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes)
+        known_of = {"groups": model.groups, "states": model.states, "interfaces": model.interfaces}
+        arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes, **known_of)
         arm.model = identity
         rtp.system._by_name.keep("arm", name, asked, arm)
         return arm
@@ -147,17 +158,36 @@ def _model(
     tool: str | os.PathLike[str] | None,
     scene: str | os.PathLike[str] | None,
     packages: list[Path],
+    described: _Described,
     is_simulated: bool,
 ) -> _Model | Bare:
     """What is known of an arm."""
     named, bare = ARMS.get(str(path)), BARE.get(str(path))
+    if (named or bare) and described.is_asked:
+        refuse(CallError, f"'{path}' is known by name, with its joints and its home", f"load its URDF file for {_Described.WORDS}")
     if bare is None or (is_simulated and named is not None):
         file = _file(path) if named is None else named.file()
         on_flange, around = (None if part is None else _file(part) for part in (tool, scene))
-        return _Model.of(file, on_flange, around, packages, is_simulated, named)
+        return _Model.of(file, on_flange, around, packages, described, is_simulated, named)
     if tool is not None or scene is not None:
         refuse(CallError, f"'{bare.name}' has no model that a tool or a scene could be added to", "load its URDF or MJCF file")
     return bare
+
+
+@dataclass(frozen=True)
+class _Described:
+    """What is said of an arm beside its URDF file."""
+
+    srdf: Path | bool
+    group: str | None
+    self_collision: bool
+
+    WORDS: ClassVar[str] = "srdf=, group= and self_collision="
+
+    @property
+    def is_asked(self) -> bool:
+        """Whether anything was asked for, so that an arm without a URDF file is refused."""
+        return isinstance(self.srdf, Path) or self.group is not None or self.self_collision
 
 
 @dataclass(frozen=True)
@@ -178,6 +208,23 @@ class _Model:
     held_back: frozenset[str]
     """Joints with dry friction, and those that others follow: their drive's equations lack that."""
     named: Named | None
+    converted: urdf.Converted | None
+    """What its URDF and SRDF files say, where it has such."""
+
+    @property
+    def groups(self) -> Mapping[str, tuple[str, ...]]:
+        """The groups of its SRDF file."""
+        return self.converted.groups if self.converted else {}
+
+    @property
+    def states(self) -> Mapping[str, Mapping[str, float]]:
+        """The states of its SRDF file."""
+        return self.converted.states if self.converted else {}
+
+    @property
+    def interfaces(self) -> Mapping[str, urdf.Interfaces]:
+        """What `ros2_control` says of its joints."""
+        return self.converted.interfaces if self.converted else {}
 
     @property
     def name(self) -> str:
@@ -199,24 +246,33 @@ class _Model:
 
     @classmethod
     def of(
-        cls, arm: Path, tool: Path | None, scene: Path | None, packages: list[Path], is_simulated: bool, named: Named | None
+        cls,
+        arm: Path,
+        tool: Path | None,
+        scene: Path | None,
+        packages: list[Path],
+        described: _Described,
+        is_simulated: bool,
+        named: Named | None,
     ) -> Self:
         own, speeds, notes, held_back = None, {}, (), frozenset[str]()
+        joints, converted = set[str](), None
         if urdf.is_urdf(arm):
-            converted = urdf.convert(arm, packages)
+            converted = urdf.convert(arm, packages, described.srdf if named is None else False, described.group, described.self_collision)
             own, speeds, notes = converted.text, converted.speeds, converted.notes
-            held_back = converted.held_back
+            held_back, joints = converted.held_back, set(converted.joints)
+        elif described.is_asked:
+            refuse(CallError, f"'{arm}' is no URDF file", f"leave {_Described.WORDS} out, or load its URDF file")
         elif named is not None or (is_simulated and arm.parent != _ARMS):
             own, notes, held_back = mjcf.put_right(arm, is_whole=named is not None)
-        joints = set[str]()
         if named is not None:
             own, joints = _settled(named, own), set(named.home)
         if tool is None and scene is None:
-            return cls(arm, own, None, joints, False, speeds, notes, held_back, named)
+            return cls(arm, own, None, joints, False, speeds, notes, held_back, named, converted)
         file = _kept(own, arm)
         whole = assemble(file, tool, scene)
         has_tip = tool is not None and has_site(tool, TIP_SITE)
-        return cls(arm, own, whole, joints or joint_names(file), has_tip, speeds, notes, held_back, named)
+        return cls(arm, own, whole, joints or joint_names(file), has_tip, speeds, notes, held_back, named, converted)
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """The machine."""

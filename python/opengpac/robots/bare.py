@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from ..drivers import Driver
 from ..errors import CallError, DefinitionError, refuse
@@ -53,6 +54,13 @@ class Bare:
     def held_back(self) -> Collection[str]:
         """None that is known."""
         return ()
+
+    @property
+    def groups(self) -> Mapping[str, Any]:
+        """None, as it has no states and no interfaces."""
+        return {}
+
+    states = interfaces = groups
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """Without a driver there is nothing to open."""

@@ -38,7 +38,7 @@ def main(file: Path, is_whole: bool) -> None:
     if not any(kind == mujoco.mjtTrn.mjTRN_JOINT for kind in model.actuator_trntype):
         notes += _give_motors(spec, model)
         model = spec.compile()
-    notes += _exclude(spec, model)
+    notes += exclude_touching(spec, model)
     print(json.dumps([_text(spec, file.parent) if notes or is_whole else None, notes, _held_back(spec, model)]))
 
 
@@ -125,7 +125,7 @@ def _poses(model: Any, data: Any) -> Any:
         yield number
 
 
-def _exclude(spec: Any, model: Any) -> list[str]:
+def exclude_touching(spec: Any, model: Any) -> list[str]:
     """Excludes the pairs of links that touch at home; MuJoCo excludes neighbours itself."""
     driven = {int(model.actuator_trnid[a][0]) for a in range(model.nu) if model.actuator_trntype[a] == mujoco.mjtTrn.mjTRN_JOINT}
     trees = {int(model.body_treeid[model.jnt_bodyid[j]]) for j in driven}

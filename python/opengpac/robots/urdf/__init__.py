@@ -2,21 +2,25 @@
 """Arms that are described in URDF, as MJCF models with motors.
 
 MuJoCo reads the file. Before, what other people's files have and MuJoCo refuses is put right, each with a note (`cleaning`, `meshes`).
-After, what URDF cannot say is added: a motor for each joint, and a site `tool` at the flange.
+After, what URDF cannot say is added: a motor for each joint, a site `tool` at the flange, and what an SRDF file says (`srdf`).
 """
 
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable
+import logging
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 from ...errors import DeviceFailed, refuse
-from . import cleaning, meshes, packages
-from .source import Source
+from . import cleaning, control, equipment, meshes, packages, selection, srdf
+from .control import Interfaces as Interfaces
+from .source import Source as Source
+
+_logger = logging.getLogger("opengpac")
 
 MASS_MIN = 1e-3
 """Mass of a moving link of which the file says none, and that has no shape to take it from, kg."""
@@ -29,13 +33,18 @@ class Converted:
     """An arm's URDF file, converted.
 
     `text` is the MJCF model, `speeds` the maximum speed of each joint that has one (rad/s or m/s), `notes` what was put right, one
-    sentence each, `held_back` the joints with dry friction and those that others follow.
+    sentence each, `held_back` the joints with dry friction and those that others follow, `joints` those of the group that was chosen
+    (empty without one), `groups` and `states` those of the SRDF file, `interfaces` what `ros2_control` tags say of joints.
     """
 
     text: str
     speeds: dict[str, float]
     notes: tuple[str, ...]
     held_back: frozenset[str]
+    joints: frozenset[str]
+    groups: Mapping[str, tuple[str, ...]]
+    states: Mapping[str, Mapping[str, float]]
+    interfaces: Mapping[str, Interfaces]
 
 
 def is_urdf(file: Path) -> bool:
@@ -49,17 +58,29 @@ def is_urdf(file: Path) -> bool:
     return root.tag == "robot"
 
 
-def convert(file: Path, package_paths: Iterable[Path] = ()) -> Converted:
+def convert(
+    file: Path,
+    package_paths: Iterable[Path] = (),
+    semantic: Path | bool = False,
+    group: str | None = None,
+    self_collision: bool = False,
+) -> Converted:
     """Converts a URDF file; packages are looked for in `package_paths` first.
 
-    Raises `DeviceFailed` where MuJoCo cannot read what is left.
+    `semantic` is its SRDF file, or whether the one beside it is read, `group` the group of it whose joints make the arm,
+    `self_collision` whether its links collide with each other, but for neighbours and the pairs of the SRDF file. Raises
+    `DeviceFailed` where MuJoCo cannot read what is left, `UnknownName` for a group that the SRDF file lacks.
     """
     try:
         mujoco: Any = importlib.import_module("mujoco")
     except ImportError:
         refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
     source = Source.read(file)
+    controls = control.read(source)
     speeds = cleaning.clean(source)
+    control.narrow(source, controls, speeds)
+    semantics = _semantics(source, semantic)
+    selected = selection.select(source, semantics, controls.home, group)
     held_back = frozenset(mimic.get("joint", "") for mimic in source.root.findall("joint/mimic")) | {
         joint.get("name", "")
         for joint in source.root.findall("joint")
@@ -68,10 +89,36 @@ def convert(file: Path, package_paths: Iterable[Path] = ()) -> Converted:
     }
     meshes.place(source, packages.Packages(file, package_paths))
     try:
-        spec = _compiled(mujoco, source)
+        spec = _compiled(mujoco, source, selected, semantics.pairs if self_collision else None)
     except (ValueError, OSError, mujoco.FatalError) as error:
         refuse(DeviceFailed, f"MuJoCo cannot read the URDF file '{file}': {error}", "mend what it names, or give the arm as MJCF")
-    return Converted(_balanced(spec.to_xml()), speeds, tuple(source.notes), held_back)
+    states = semantics.states_of(selected.arm or selected.motors)
+    return Converted(
+        _balanced(spec.to_xml()), speeds, tuple(source.notes), held_back, selected.arm, semantics.groups, states, controls.interfaces
+    )
+
+
+def _semantics(source: Source, semantic: Path | bool) -> srdf.Semantics:
+    """What the SRDF file says that is given or lies beside the URDF file, with a line in the log.
+
+    One that lies there and has no meaning is left out with a note: nobody asked for it.
+    """
+    if isinstance(semantic, Path):
+        return srdf.read(semantic, source)
+    found = srdf.beside(source.file) if semantic else []
+    if len(found) > 1:
+        names = ", ".join(f"'{file.name}'" for file in found)
+        _logger.info("'%s': there are several SRDF files beside it (%s), and none is read; srdf= names one", source.file.name, names)
+    if len(found) != 1:
+        return srdf.Semantics()
+    try:
+        semantics = srdf.read(found[0], source)
+    except DeviceFailed as error:
+        source.note(f"the SRDF file beside it is left out: {error.message}")
+        return srdf.Semantics()
+    groups = ", ".join(semantics.groups) or "none"
+    _logger.info("'%s': the SRDF file beside it is read, '%s'; its groups: %s", source.file.name, found[0], groups)
+    return semantics
 
 
 def _balanced(text: str) -> str:
@@ -84,38 +131,23 @@ def _balanced(text: str) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
-def _compiled(mujoco: Any, source: Source) -> Any:
+def _compiled(mujoco: Any, source: Source, selected: selection.Selection, pairs: list[tuple[str, str]] | None) -> Any:
     """The model, compiled: meshes that MuJoCo cannot use are left out one by one."""
     while True:
         spec = mujoco.MjSpec.from_string(source.text())
         spec.compiler.fusestatic = False
         spec.compiler.balanceinertia = True
         spec.compiler.boundmass, spec.compiler.boundinertia = MASS_MIN, INERTIA_MIN
-        _equip(mujoco, spec, source)
+        equipment.stand_still(mujoco, spec, selected)
+        equipment.add_motors(mujoco, spec, selected)
         try:
-            spec.compile()
-            return spec
+            model = spec.compile()
+            break
         except ValueError as error:
             if not meshes.leave_out(source, str(error)):
                 raise
-
-
-def _equip(mujoco: Any, spec: Any, source: Source) -> None:
-    """Adds motors and the flange's site. Shapes collide with what is around the arm, not with each other."""
-    for shape in spec.geoms:
-        if shape.contype or shape.conaffinity:
-            shape.contype, shape.conaffinity = 1, 0
-    kinds = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
-    moving = [joint for joint in spec.joints if joint.type in kinds and joint.name not in source.followers]
-    for joint in moving:
-        spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-    if moving:
-        _flange(moving[-1].parent).add_site(name="tool")
-
-
-def _flange(body: Any) -> Any:
-    """The last link of a chain of fixed links behind the last joint; where it branches, the link of the joint itself."""
-    last = body
-    while len(last.bodies) == 1 and not last.bodies[0].joints:
-        last = last.bodies[0]
-    return body if last.bodies else last
+    if selected.home:
+        equipment.add_home(mujoco, spec, model, selected.home)
+    equipment.collide(spec, source, pairs)
+    spec.compile()
+    return spec

@@ -25,17 +25,18 @@ class Source:
         self._lines = lines
 
     @classmethod
-    def read(cls, file: Path) -> Source:
-        """The file, with the macros of xacro expanded. Raises `DeviceFailed` with the line of what is wrong."""
+    def read(cls, file: Path, kind: str = "URDF") -> Source:
+        """The file, a URDF or SRDF file, with the macros of xacro expanded. Raises `DeviceFailed` with the line of what is wrong."""
         try:
             content = file.read_bytes()
         except OSError as error:
-            refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", "give the path of a URDF file")
-        found = _parsed(file, content)
+            refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", f"give the path of a {kind} file")
+        kinds = "URDF or MJCF" if kind == "URDF" else kind
+        found = _parsed(file, content, kinds)
         if file.suffix == ".xacro" or any(element.tag.startswith("xacro:") or _is_macro(element) for element in found.root.iter()):
-            found = _parsed(file, _expanded(file))
+            found = _parsed(file, _expanded(file), kinds)
         if found.root.tag != "robot":
-            refuse(DeviceFailed, f"'{file}' begins with <{found.root.tag}>, not with <robot>", "give a URDF or MJCF file")
+            refuse(DeviceFailed, f"'{file}' begins with <{found.root.tag}>, not with <robot>", f"give a {kinds} file")
         return found
 
     def line(self, element: ElementTree.Element) -> int:
@@ -88,7 +89,7 @@ def _expanded(file: Path) -> bytes:
         refuse(DeviceFailed, f"xacro cannot expand '{file}': {error}", "try it in a terminal: xacro FILE")
 
 
-def _parsed(file: Path, content: bytes) -> Source:
+def _parsed(file: Path, content: bytes, kinds: str) -> Source:
     """The elements, with their lines. Prefixes need no declaration: those of plugins and macros often have none."""
     parser = expat.ParserCreate()
     lines: dict[ElementTree.Element, int] = {}
@@ -99,15 +100,21 @@ def _parsed(file: Path, content: bytes) -> Source:
         element = ElementTree.Element(tag, attributes)
         lines[element] = parser.CurrentLineNumber
         if len(open_elements) >= XML_DEPTH_MAX:
-            refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", "give a URDF file")
+            refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", f"give a {kinds} file")
         (open_elements[-1] if open_elements else roots).append(element)
         open_elements.append(element)
 
+    def text(content: str) -> None:
+        # Only parameters of ros2_control say anything in words.
+        if open_elements and open_elements[-1].tag == "param":
+            open_elements[-1].text = (open_elements[-1].text or "") + content
+
     parser.StartElementHandler = start
+    parser.CharacterDataHandler = text
     parser.EndElementHandler = lambda _tag: open_elements.pop()
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:
         what = expat.ErrorString(error.code)
-        refuse(DeviceFailed, f"{file}:{error.lineno}: this is not XML: {what}", "give the path of a URDF or MJCF file")
+        refuse(DeviceFailed, f"{file}:{error.lineno}: this is not XML: {what}", f"give the path of a {kinds} file")
     return Source(file, roots[0], lines)

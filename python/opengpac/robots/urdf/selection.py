@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which joints of a URDF file have a motor, which make the arm, which stand still, and where all of them begin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from . import srdf
+from .source import Source
+from .tree import Tree
+
+MOVING = ("revolute", "continuous", "prismatic")
+"""The types of joints that have one position."""
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The joints of a file by what becomes of them.
+
+    `motors` have a motor. `arm` are those of the group that was chosen, empty without one. `still` stand still at `home`, which gives
+    positions of joints, rad or m; `state` is the name of the SRDF state it is from. `tip` is the link at whose frame poses are given,
+    empty for the flange of the last joint.
+    """
+
+    motors: frozenset[str]
+    arm: frozenset[str]
+    still: frozenset[str]
+    home: Mapping[str, float]
+    state: str
+    tip: str
+
+
+def select(source: Source, semantics: srdf.Semantics, initial: Mapping[str, float], group: str | None) -> Selection:
+    """Chooses the joints of a group, or all. Without an SRDF state they begin at `initial`.
+
+    Joints outside the group stand still, but those of its end effectors, which have motors, and those that have none in any case.
+    """
+    tree = Tree(source.root)
+    moving = [name for name, joint in tree.joints.items() if joint.get("type") in MOVING]
+    driven = {name for name in moving if name not in source.followers and name not in semantics.passive}
+    if group is None:
+        state, home = semantics.home_of(driven)
+        return Selection(frozenset(driven), frozenset(), frozenset(), _inside(source, tree, home or initial, state), state, "")
+    members = srdf.chosen(semantics, group, driven)
+    state, home = semantics.home_of(members)
+    hands = _hands(tree, semantics, group, members)
+    motors = driven & (set(members) | hands)
+    still = {name for name in moving if name in driven - motors or _leader(tree, name) in driven - motors}
+    positions = _inside(source, tree, _followed(tree, home or initial, still), state)
+    return Selection(frozenset(motors), frozenset(members), frozenset(still), positions, state, _tip(tree, semantics, group, members))
+
+
+def _leader(tree: Tree, name: str) -> str:
+    """The joint that a joint follows at last, empty for none."""
+    found, seen = "", {name}
+    while (mimic := tree.joints[found or name].find("mimic")) is not None:
+        found = mimic.get("joint", "")
+        if found in seen or found not in tree.joints:
+            break
+        seen.add(found)
+    return found
+
+
+def _followed(tree: Tree, home: Mapping[str, float], still: set[str]) -> dict[str, float]:
+    """Positions with those of joints that follow one that stands still."""
+    found = dict(home)
+    for name in still:
+        mimic = tree.joints[name].find("mimic")
+        if mimic is not None:
+            multiplier, offset = (float(mimic.get(word, default)) for word, default in (("multiplier", "1"), ("offset", "0")))
+            found[name] = multiplier * found.get(mimic.get("joint", ""), 0.0) + offset
+    return found
+
+
+def _inside(source: Source, tree: Tree, home: Mapping[str, float], state: str) -> dict[str, float]:
+    """Positions within the ranges of their joints."""
+    found: dict[str, float] = {}
+    for name, position in home.items():
+        joint = tree.joints[name]
+        limit = joint.find("limit")
+        found[name] = position
+        if joint.get("type") not in ("revolute", "prismatic") or limit is None:
+            continue
+        low, high = float(limit.get("lower", "0")), float(limit.get("upper", "0"))
+        found[name] = min(max(position, low), high)
+        if abs(found[name] - position) > 1e-6:
+            where = f"in state '{state}'" if state else "at its initial value"
+            source.note(
+                f"joint '{name}' is {where} at {position:g}, outside its range, {low:g} to {high:g}: it begins at the end of it", joint
+            )
+    return found
+
+
+def _hands(tree: Tree, semantics: srdf.Semantics, group: str, members: list[str]) -> set[str]:
+    """The joints of the end effectors that a group carries."""
+    found: set[str] = set()
+    for effector in semantics.end_effectors:
+        own = semantics.groups.get(effector.group, ())
+        if set(own).isdisjoint(semantics.groups[group]) and (
+            effector.arm == group or not set(tree.above(effector.link)).isdisjoint(members)
+        ):
+            found.update(own)
+    return found
+
+
+def _tip(tree: Tree, semantics: srdf.Semantics, group: str, members: list[str]) -> str:
+    """The last link of a group that is a chain, else the link of an end effector that its last joint moves."""
+    if group in semantics.tips:
+        return semantics.tips[group]
+    last = max(members, key=lambda name: len(tree.moved(name)))
+    for effector in semantics.end_effectors:
+        if group in (effector.arm, effector.group) and last in tree.above(effector.link):
+            return effector.link
+    return ""

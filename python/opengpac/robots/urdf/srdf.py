@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: Apache-2.0
+"""SRDF files: which joints of a URDF file make an arm, where they are at home, which links do not collide, which joints have no motor.
+
+Read as MoveIt reads them. A name that the URDF file lacks is left out with a note; where the file has no meaning it is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ...errors import DeviceFailed, UnknownName, did_you_mean, refuse
+from .source import Source
+from .tree import Tree
+
+_MEMBERS = ("joint", "link", "chain", "group")
+
+
+@dataclass(frozen=True)
+class State:
+    """Named positions of joints, rad or m; `group` is that which they are of, empty for none."""
+
+    name: str
+    group: str
+    positions: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class EndEffector:
+    """A tool: the link that it is attached to, the group of its own joints, and the group of the arm, empty where it is not said."""
+
+    link: str
+    group: str
+    arm: str
+
+
+@dataclass
+class Semantics:
+    """What an SRDF file says of the joints and links that the URDF file has.
+
+    `groups` gives the joints of each group in the order of the URDF file, fixed ones too, `lines` where each stands, `tips` the last
+    link of a group that is one chain, `pairs` the links that do not collide, each pair once.
+    """
+
+    file: Path | None = None
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+    tips: dict[str, str] = field(default_factory=dict)
+    states: list[State] = field(default_factory=list)
+    passive: set[str] = field(default_factory=set)
+    pairs: list[tuple[str, str]] = field(default_factory=list)
+    end_effectors: list[EndEffector] = field(default_factory=list)
+
+    def states_of(self, joints: Collection[str]) -> dict[str, dict[str, float]]:
+        """The states that have one of these joints, by name: those of one name, of an arm and of its hand, are one."""
+        found: dict[str, dict[str, float]] = {}
+        for state in self.states:
+            if not set(joints).isdisjoint(state.positions):
+                found.setdefault(state.name, {}).update(state.positions)
+        return found
+
+    def home_of(self, joints: Collection[str]) -> tuple[str, dict[str, float]]:
+        """The name and the positions of the state at which an arm of these joints begins: `home`, else the only one, else nothing."""
+        states = self.states_of(joints)
+        name = "home" if "home" in states else next(iter(states)) if len(states) == 1 else ""
+        return name, states.get(name, {})
+
+
+def beside(urdf: Path) -> list[Path]:
+    """The SRDF files in the folder of a URDF file; where there is none, those in the folder `srdf` beside that folder."""
+    for folder in (urdf.parent, urdf.parent.parent / "srdf"):
+        if found := sorted(folder.glob("*.srdf")):
+            return found
+    return []
+
+
+def read(file: Path, arm: Source) -> Semantics:
+    """What an SRDF file says of a URDF file. Raises `DeviceFailed` with the line where it has no meaning."""
+    source = Source.read(file, "SRDF")
+    return _Reading(source, Tree(arm.root), arm).semantics()
+
+
+class _Reading:
+    """An SRDF file that is being read."""
+
+    def __init__(self, source: Source, tree: Tree, arm: Source) -> None:
+        self.source, self.tree, self.arm = source, tree, arm
+        self.groups: dict[str, ElementTree.Element] = {}
+        self.virtual = {joint.get("name", "") for joint in source.root.findall("virtual_joint")}
+        self.foreign: dict[str, ElementTree.Element] = {}
+        """Names that the URDF file lacks."""
+        self.lost: dict[str, ElementTree.Element] = {}
+        """What is told of groups that this file lacks."""
+
+    def semantics(self) -> Semantics:
+        root, found = self.source.root, Semantics(self.source.file)
+        for element in root.findall("group"):
+            name = self._named(element)
+            if name in self.groups:
+                self.source.refuse(element, f"there are two groups '{name}'", "name one of them otherwise")
+            self.groups[name] = element
+            found.lines[name] = self.source.line(element)
+        for name, element in self.groups.items():
+            joints = set(self._joints(element, (name,)))
+            found.groups[name] = tuple(joint for joint in self.tree.joints if joint in joints)
+            chains = element.findall("chain")
+            if len(chains) == 1 and chains[0].get("tip_link") in self.tree.links:
+                found.tips[name] = chains[0].get("tip_link", "")
+        found.states.extend(self._state(element) for element in root.findall("group_state"))
+        for element in root.findall("passive_joint"):
+            name = self._named(element)
+            if self._has("joint", name, element):
+                found.passive.add(name)
+        found.pairs.extend(sorted({pair for element in root.findall("disable_collisions") if (pair := self._pair(element))}))
+        for element in root.findall("end_effector"):
+            link = element.get("parent_link", "")
+            if self._has("link", link, element):
+                found.end_effectors.append(EndEffector(link, element.get("group", ""), element.get("parent_group", "")))
+        self._tell()
+        return found
+
+    def _named(self, element: ElementTree.Element) -> str:
+        name = element.get("name", "").strip()
+        if not name:
+            self.source.refuse(element, f"a <{element.tag}> has no name", "give it one")
+        return name
+
+    def _has(self, kind: str, name: str, element: ElementTree.Element) -> bool:
+        """Whether the URDF file has a joint or link; what it lacks is remembered."""
+        if name in (self.tree.joints if kind == "joint" else self.tree.links):
+            return True
+        if name not in self.virtual:
+            self.foreign.setdefault(f"{kind} '{name}'", element)
+        return False
+
+    def _joints(self, group: ElementTree.Element, inside: tuple[str, ...]) -> list[str]:
+        """The joints of a group; `inside` are the groups that lead to it."""
+        found: list[str] = []
+        for member in group:
+            if member.tag == "chain":
+                found += self._chain(member, inside[0])
+            elif member.tag == "group":
+                found += self._subgroup(member, inside)
+            elif member.tag in ("joint", "link"):
+                name = self._named(member)
+                joint = (name if member.tag == "joint" else self.tree.carrier(name)) if self._has(member.tag, name, member) else None
+                found += [] if joint is None else [joint]
+            else:
+                known = " or ".join(f"<{tag}>" for tag in _MEMBERS)
+                self.source.refuse(member, f"group '{inside[-1]}' has a <{member.tag}>", f"it has {known}")
+        return found
+
+    def _chain(self, chain: ElementTree.Element, group: str) -> list[str]:
+        base, tip = chain.get("base_link", ""), chain.get("tip_link", "")
+        if not base or not tip:
+            self.source.refuse(chain, f"a chain of group '{group}' lacks base_link or tip_link", "name its first and its last link")
+        has_both = [self._has("link", link, chain) for link in (base, tip)]
+        return self.tree.chain(base, tip) if all(has_both) else []
+
+    def _subgroup(self, member: ElementTree.Element, inside: tuple[str, ...]) -> list[str]:
+        name = self._named(member)
+        if name in inside:
+            self.source.refuse(member, f"group '{name}' is a part of itself", "leave it out there")
+        if name not in self.groups:
+            self.lost.setdefault(f"group '{inside[-1]}' has the group '{name}', which is not in the file: it is left out", member)
+            return []
+        return self._joints(self.groups[name], (*inside, name))
+
+    def _state(self, element: ElementTree.Element) -> State:
+        name, group = self._named(element), element.get("group", "")
+        if group and group not in self.groups:
+            self.lost[f"state '{name}' is of the group '{group}', which is not in the file: it is of none"] = element
+        positions: dict[str, float] = {}
+        for member in element.findall("joint"):
+            joint = self._named(member)
+            # A base that floats has several numbers, and its joint is mostly in no file.
+            if len(member.get("value", "").split()) > 1 and joint not in self.tree.joints:
+                continue
+            if self._has("joint", joint, member) and self.tree.joints[joint].get("type") not in ("fixed", "floating", "planar"):
+                positions[joint] = self._position(member, f"joint '{joint}' in state '{name}'")
+        return State(name, group, positions)
+
+    def _position(self, member: ElementTree.Element, of: str) -> float:
+        text = member.get("value", "")
+        try:
+            value = float(text)
+        except ValueError:
+            value = float("inf")
+        if not abs(value) < float("inf"):
+            self.source.refuse(member, f"the value of {of} is '{text[:60]}'", "write a number there, rad or m")
+        return value
+
+    def _pair(self, element: ElementTree.Element) -> tuple[str, str] | None:
+        first, second = element.get("link1", ""), element.get("link2", "")
+        if not first or not second:
+            self.source.refuse(element, "a <disable_collisions> lacks link1 or link2", "name two links")
+        has_both = [self._has("link", link, element) for link in (first, second)]
+        return (min(first, second), max(first, second)) if all(has_both) and first != second else None
+
+    def _tell(self) -> None:
+        """Notes what is left out: names that the URDF file lacks, and elements that are none of SRDF's."""
+        name, robot = self.source.root.get("name", ""), self.arm.root.get("name", "")
+        if name and robot and name != robot:
+            self.source.note(f"it is of the robot '{name}', the URDF file of '{robot}'", self.source.root)
+        for sentence, element in self.lost.items():
+            self.source.note(sentence, element)
+        if self.foreign:
+            what, element = next(iter(self.foreign.items()))
+            more = f", nor are {len(self.foreign) - 1} other names of it" if len(self.foreign) > 1 else ""
+            self.source.note(f"{what} is not in the URDF file{more}; what is said there is left out", element)
+        self.arm.notes += self.source.notes
+
+
+def chosen(semantics: Semantics, group: str, driven: Collection[str]) -> list[str]:
+    """The driven joints of a group that is asked for. Raises `UnknownName` where there is none of that name."""
+    if semantics.file is None:
+        refuse(UnknownName, f"there is no group '{group}': no SRDF file is read", "give its file: srdf=")
+    if group not in semantics.groups:
+        refuse(UnknownName, f"'{semantics.file}' has no group '{group}'", did_you_mean(group, semantics.groups))
+    joints = [name for name in semantics.groups[group] if name in driven]
+    if not joints:
+        refuse(
+            DeviceFailed,
+            f"{semantics.file}:{semantics.lines[group]}: group '{group}' has no joint that a motor drives",
+            "name joints of the URDF file in it that are neither fixed nor passive",
+        )
+    return joints

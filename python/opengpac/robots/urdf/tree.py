@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The links and joints of a URDF file as a tree: which joints lie between two links."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+
+class Tree:
+    """Joints by their names, in the order of the file, and how links hang on them."""
+
+    def __init__(self, root: ElementTree.Element) -> None:
+        self.links = {link.get("name", "") for link in root.findall("link")}
+        self.joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
+        self._above: dict[str, str] = {}
+        self._carrier: dict[str, str] = {}
+        for name, joint in self.joints.items():
+            parent, child = joint.find("parent"), joint.find("child")
+            if parent is not None and child is not None:
+                self._above[name] = parent.get("link", "")
+                self._carrier.setdefault(child.get("link", ""), name)
+
+    def carrier(self, link: str) -> str | None:
+        """The joint that a link hangs on; nothing for the root."""
+        return self._carrier.get(link)
+
+    def above(self, link: str) -> list[str]:
+        """The joints between a link and the root, the nearest first."""
+        found: list[str] = []
+        joint = self.carrier(link)
+        while joint is not None and joint not in found:
+            found.append(joint)
+            joint = self.carrier(self._above[joint])
+        return found
+
+    def chain(self, base: str, tip: str) -> list[str]:
+        """The joints between two links, by way of the link that carries both where neither carries the other."""
+        down, up = self.above(tip), self.above(base)
+        while down and up and down[-1] == up[-1]:
+            down.pop()
+            up.pop()
+        return [*up, *reversed(down)]
+
+    def moved(self, joint: str) -> list[str]:
+        """The joints between a joint and the root, itself first."""
+        return [joint, *self.above(self._above.get(joint, ""))]
