@@ -51,9 +51,9 @@ pub fn lost_text(signal: i32) -> String {
     format!("{what}; what else uses that library may hang, so start this program again")
 }
 
-/// What a block did that has changed the floating-point control words.
+/// What a block did that has changed the floating-point control words or the direction flag.
 pub const FLOATS_CHANGED: &str =
-    "changed the floating-point state of its thread (rounding, flush-to-zero, traps or precision); restore it before the body returns";
+    "changed the floating-point state of its thread (rounding, flush-to-zero, traps or precision) or its direction flag; restore it before the body returns";
 
 /// What a block did that has made a copy of its process.
 pub const CALLED_FORK: &str =

@@ -75,19 +75,31 @@ mod words {
     const X87: u16 = 0x0f3f;
     /// The bits of it that are always set.
     const X87_FIXED: u16 = 0x40;
+    /// Of the flags: copies go backwards.
+    const BACKWARDS: u64 = 0x400;
     pub const STANDARD: u64 = 0x1f80 | 0x033f << 32;
 
     #[inline]
     pub fn present() -> u64 {
-        let (mut mxcsr, mut control) = (0_u32, 0_u16);
+        let (mut mxcsr, mut control, flags) = (0_u32, 0_u16, flags());
         // SAFETY: stores two words to where they are told; neither instruction waits for a pending exception.
         unsafe {
             asm!("stmxcsr [{mxcsr}]", "fnstcw [{control}]", mxcsr = in(reg) &raw mut mxcsr, control = in(reg) &raw mut control, options(nostack, preserves_flags));
         }
-        u64::from(mxcsr & MXCSR) | u64::from(control & X87) << 32
+        u64::from(mxcsr & MXCSR) | u64::from(control & X87) << 32 | (flags & BACKWARDS) << 48
+    }
+
+    #[inline]
+    fn flags() -> u64 {
+        let flags;
+        // SAFETY: reads the flags by way of the stack.
+        unsafe { asm!("pushfq", "pop {}", out(reg) flags, options(nomem, preserves_flags)) };
+        flags
     }
 
     pub fn set(words: u64) {
+        // SAFETY: what calls leave clear is cleared; compiled code must never find it set.
+        unsafe { asm!("cld", options(nostack, nomem)) };
         let (mxcsr, control) = (words as u32 & MXCSR, (words >> 32) as u16 & X87 | X87_FIXED);
         // SAFETY: loads words that `present` gave, or the standard ones; `fninit` drops pending exceptions, which `fldcw` would raise.
         unsafe {

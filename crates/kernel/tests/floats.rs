@@ -24,6 +24,18 @@ fn attack() -> &'static Descriptor {
     })
 }
 
+/// Leaves the direction flag set in its third invocation.
+fn backwards() -> &'static Descriptor {
+    block!(|this, told| {
+        this.y = told.number as i64;
+        this.state += 1;
+        if told.number == 2 {
+            std::arch::asm!("std", options(nomem, nostack));
+        }
+        0
+    })
+}
+
 /// Counts what is not 0.1.
 fn witness() -> &'static Descriptor {
     block!(|this, _| {
@@ -60,4 +72,10 @@ fn who_changes_the_words_is_found() {
     assert!(stopped, "nobody has warned: the source stops before anything is published");
     assert_eq!(told[0].1, Fault::Floats);
     assert_eq!(attacked(attack()), ([4, 0], vec![(BlockId(1), Fault::Floats)], false), "now everybody is looked at");
+}
+
+#[test]
+fn who_leaves_the_direction_flag_set_is_found() {
+    let marked = Box::leak(Box::new(Descriptor { reserved: mark::LOADED | mark::FLOATS, ..*backwards() }));
+    assert_eq!(attacked(marked), ([4, 0], vec![(BlockId(1), Fault::Floats)], false), "the copies behind it go forwards");
 }
