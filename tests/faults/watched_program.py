@@ -2,7 +2,8 @@
 """The program whose watchers and processors a campaign kills and stops: one drive that is pushed, by threads or in a process of its own.
 
 python watched_program.py JSON: `plant` (its name), `process`, `timeout` (the plant's own), `if_cut_off`. It writes `ready`, and does
-what each line that it reads says: `end` (what the push ended with), `look` (the same, where it has), `reset`, `push`, `close`.
+what each line that it reads says: `end` (what the push ended with), `look` (the same, where it has), `reset`, `push`, `lose BLOCK` (a
+block of lost.c runs beside it), `close`.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
+from pathlib import Path
 from typing import Any
 
 import opengpac as gpac
@@ -52,10 +54,24 @@ def main(told: dict[str, Any]) -> None:
                 cell.reset()
                 print("reset", flush=True)
             elif line == "push\n":
-                pushed = push()
-                print("pushed", flush=True)
+                try:
+                    pushed = push()
+                    print("pushed", flush=True)
+                except gpac.Error as refused:
+                    print(json.dumps(str(refused)), flush=True)
+            elif line.startswith("lose "):
+                lose(cell, fast, line.split()[1])
+                print("lost", flush=True)
             else:
                 return
+
+
+def lose(cell: gpac.System, source: gpac.Source, block: str) -> None:
+    """Runs a block that takes its thread from the source."""
+    y = cell.svv("y")
+    verb = gpac.Verb("losing", blocks={"b": cell.download(Path(__file__).parent / "lost.c")[block]}, instantiation_parameters={"y": "b.y"},
+                     command_lists={"start": [activate("b", every=PERIOD)]})  # fmt: skip
+    verb.on(source).asynch(y)
 
 
 def ended(pushed: gpac.VerbInstance[Any], within: str) -> list[str]:

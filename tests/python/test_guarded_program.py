@@ -75,6 +75,10 @@ class Program:
         self.process.send_signal(signal.SIGCONT)
         return False
 
+    def refused(self, what: str) -> str:
+        """Why it was."""
+        return json.loads(self.ask(what))
+
     def end(self) -> None:
         """Whatever became of it."""
         self.process.send_signal(signal.SIGCONT)
@@ -147,6 +151,22 @@ def test_a_program_that_loses_a_guard_is_guarded_all_the_time(program: Program, 
     os.kill(children("run_guard", program.process.pid)[0], lost)
     program.process.kill()
     until(program.is_safe, "the plant is safe")
+
+
+LOST = {
+    "gives_up_rights": "the system has ended the thread of source 'rtp1.fast'",
+    "masks_signals": "a block on source 'rtp1.fast' does not return and has masked every signal",
+}
+
+
+@pytest.mark.parametrize(("block", "why"), LOST.items(), ids=list(LOST))
+def test_a_thread_that_is_lost_leaves_its_devices_safe_and_is_told(program: Program, block: str, why: str) -> None:
+    assert not program.is_safe() and program.ask(f"lose {block}") == "lost\n"
+    condition, told = json.loads(program.ask("end"))
+    assert condition == "processor_lost" and why in told and told.endswith("; outputs were made safe: 'drive'"), told
+    assert program.is_safe()
+    assert program.ask("reset") == "reset\n"
+    assert "is lost; see the log for why, then start the program again" in program.refused("push")
 
 
 def test_under_the_virtual_clock_nobody_is_guarded() -> None:

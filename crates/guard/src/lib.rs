@@ -7,6 +7,7 @@
 //! | [`Guard`] | the supervisor's side of both: what to guard, and what is said of it; `member.rs`: one of them, replaced when it is gone |
 //! | [`send_handles`], [`receive_handles`] | how the supervisor of a process gets what it registers there |
 //! | [`watch`] | the rules by which a process counts as lost, and what follows: values without a clock, a thread or a descriptor |
+//! | [`make_safe`] | what it writes, for the supervisor of a thread that is lost |
 //! | [`run`], [`serve`](serve::serve) | the guard process: one thread, one loop; `serve.rs`, `wards.rs`, `ward.rs` and `watch.rs` are all of it |
 //!
 //! The guard is no certified safety function: it shares processor, memory and operating system with what it guards. It knows the safe
@@ -19,6 +20,7 @@ mod messages;
 mod registry;
 mod reports;
 mod rights;
+mod safe;
 pub mod serve;
 mod starting;
 mod stopped;
@@ -31,6 +33,7 @@ mod watcher;
 pub use guard::Guard;
 pub use handles::{receive_handles, send_handles};
 pub use messages::Loss;
+pub use safe::make_safe;
 pub use serve::{Hearts, run};
 pub use told::{Found, GuardCommand, GuardError, GuardEvent};
 pub use watch::{Bounds, Cause};

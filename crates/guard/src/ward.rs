@@ -2,12 +2,13 @@
 //! A process that is guarded, as the operating system shows it: what [`Watch`] judges, and what it does to it.
 use crate::canary::Canary;
 use crate::messages::{HandleText, Loss, WardText};
+use crate::safe;
 use crate::stopped::Stops;
 use crate::watch::{Cause, Event, Pulse, Subject, Watch};
 use process_kit::Heartbeat;
 use process_kit::{has_ended, pid_of, signal};
 use std::io;
-use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
 /// Why a process was ended, as its heart says to all who watch it.
 const FROZEN: u64 = 1;
@@ -190,37 +191,6 @@ impl Subject for Parts {
 impl Handle {
     /// All its writes, in order. Never waits.
     fn write(&self) -> io::Result<()> {
-        self.text.writes.iter().try_for_each(|(offset, bytes)| write_at(self.descriptor.as_fd(), *offset, bytes))
+        safe::write(self.descriptor.as_fd(), &self.text.writes)
     }
-}
-
-/// Writes all of `bytes` at `offset`, or just writes them where the descriptor has no positions.
-fn write_at(descriptor: BorrowedFd<'_>, mut offset: u64, mut bytes: &[u8]) -> io::Result<()> {
-    let number = descriptor.as_raw_fd();
-    while !bytes.is_empty() {
-        let mut poll = libc::pollfd { fd: number, events: libc::POLLOUT, revents: 0 };
-        // SAFETY: one entry of our own; no time to wait.
-        if unsafe { libc::poll(&mut poll, 1, 0) } == 0 {
-            return Err(io::Error::new(io::ErrorKind::WouldBlock, "there is no room to write"));
-        }
-        let at = libc::off_t::try_from(offset).map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?;
-        // SAFETY: writes bytes that are there.
-        let mut written = unsafe { libc::pwrite(number, bytes.as_ptr().cast(), bytes.len(), at) };
-        if written < 0 && io::Error::last_os_error().raw_os_error() == Some(libc::ESPIPE) {
-            // SAFETY: as above.
-            written = unsafe { libc::write(number, bytes.as_ptr().cast(), bytes.len()) };
-        }
-        match usize::try_from(written) {
-            Ok(0) => return Err(io::Error::from(io::ErrorKind::WriteZero)),
-            Ok(written) => {
-                offset += written as u64;
-                bytes = &bytes[written..];
-            }
-            Err(_) => match io::Error::last_os_error() {
-                error if error.kind() == io::ErrorKind::Interrupted => {}
-                error => return Err(error),
-            },
-        }
-    }
-    Ok(())
 }

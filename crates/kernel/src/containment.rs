@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The face of containment: a step loop that a signal inside block code ends, and the stack that its handlers run on.
+use crate::hearing::{self, Unheard};
 use forks::Unforked;
 use opengpac::abi::Run;
 pub use opengpac::bank::Call;
@@ -62,17 +63,16 @@ pub struct Containment {
     _memory: Option<Unforked>,
     /// The thread that runs the loop, for the watchdog.
     thread: AtomicPtr<c_void>,
-    /// Signals that the watchdog has sent for the present loop, and that nobody has heard.
-    unheard: AtomicU32,
+    /// What the system calls the source's own thread; 0: it has none.
+    own_thread: AtomicI32,
+    /// Signals that the watchdog has sent for the present loop.
+    unheard: Unheard,
     /// Looks of the watchdog since the process was to end; 0: it is not.
     retires: AtomicU32,
 }
 
 /// Stands for the signal where the loop ran to its end and a block has called fork().
 const FORKED: i32 = 0x1_0000;
-
-/// Signals after which a thread is deaf: more than a thread without a core of its own needs to come to run.
-const UNHEARD_MAX: u32 = 50;
 
 /// Looks of the watchdog, each a hundredth of a second apart, that devices get to be safe before a process ends.
 const RETIRE_LOOKS: u32 = 20;
@@ -129,7 +129,14 @@ impl Containment {
     }
 
     fn of(shared: *mut Shared, memory: Option<Unforked>) -> Containment {
-        Containment { shared, _memory: memory, thread: AtomicPtr::new(ptr::null_mut()), unheard: AtomicU32::new(0), retires: AtomicU32::new(0) }
+        Containment {
+            shared,
+            _memory: memory,
+            thread: AtomicPtr::new(ptr::null_mut()),
+            own_thread: AtomicI32::new(0),
+            unheard: Unheard::default(),
+            retires: AtomicU32::new(0),
+        }
     }
 
     fn shared(&self) -> &Shared {
@@ -182,8 +189,9 @@ impl Containment {
         }
     }
 
-    /// Sends the budget signal to the thread of a loop that is too old. `now_ns` of CLOCK_MONOTONIC. True where it does not come through.
-    pub fn watch(&self, now_ns: i64) -> bool {
+    /// Sends the budget signal to the thread of a loop that is too old. `now_ns` of CLOCK_MONOTONIC; `waits`: whether the thread of this clock only
+    /// waits for a core. True where the signal does not come through.
+    pub fn watch(&self, now_ns: i64, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
         let started = self.shared().started_ns.load(Ordering::Relaxed);
         let thread = self.thread.load(Ordering::Relaxed);
         if started != 0 && !thread.is_null() && now_ns - started > self.shared().budget_ns.load(Ordering::Relaxed) {
@@ -196,12 +204,37 @@ impl Containment {
             }
             // SAFETY: a thread whose loop runs is alive.
             unsafe { libc::pthread_kill(thread as libc::pthread_t, budget_signal()) };
-            self.unheard.fetch_add(1, Ordering::Relaxed);
+            self.unheard.add(thread as libc::pthread_t);
         }
         if started == 0 || self.shared().heard.load(Ordering::Relaxed) != 0 {
-            self.unheard.store(0, Ordering::Relaxed);
+            self.unheard.clear();
         }
-        self.unheard.load(Ordering::Relaxed) > UNHEARD_MAX
+        let is_deaf = self.unheard.is_deaf(thread as libc::pthread_t, waits);
+        if is_deaf {
+            self.end_when_it_returns();
+        }
+        is_deaf
+    }
+
+    /// A loop that is given up is over its budget, also where nothing has ended it when it comes back at last: its source stops.
+    fn end_when_it_returns(&self) {
+        let step = self.shared().step.load(Ordering::Relaxed);
+        if step != OUTSIDE {
+            let _earlier = self.shared().late.compare_exchange(0, step + 1, Ordering::Relaxed, Ordering::Relaxed);
+        }
+    }
+
+    /// The calling thread is the source's own from here to its end.
+    pub fn bind_thread(&self) {
+        // SAFETY: an identity.
+        self.own_thread.store(unsafe { libc::gettid() }, Ordering::Release);
+    }
+
+    /// Returns whether the source's own thread has ended. One that was not told to close was ended by the system, as where a block has given up
+    /// rights of it.
+    pub fn is_gone(&self) -> bool {
+        let thread = self.own_thread.load(Ordering::Acquire);
+        thread != 0 && hearing::is_gone(thread)
     }
 
     /// Takes the real-time priority from the thread: one that nothing can end must not keep the others from its core, and the program from its end.

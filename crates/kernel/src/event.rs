@@ -62,6 +62,8 @@ pub enum Event {
     Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
     /// A block that does not return has masked the signal that would end it.
     Deaf { source: SourceId, time_ns: i64 },
+    /// The system has ended the thread of the source, between two firings or in the middle of one.
+    Ended { source: SourceId, time_ns: i64 },
     /// Somebody had replaced handlers of faults, in words; they are in place again.
     Replaced { text: String, time_ns: i64 },
     /// A device failed at reading or writing; it is in its safe state.

@@ -27,6 +27,7 @@ pub mod event;
 pub mod firing;
 pub mod floats;
 mod fusing;
+mod hearing;
 pub mod inbound;
 pub mod memory;
 pub mod phase;

@@ -72,9 +72,12 @@ pub struct Source {
     pub leaving: AtomicBool,
     /// A block was ended in code of a library that may hold a lock: its thread runs no step again, and does not end.
     pub is_lost: AtomicBool,
-    /// A block keeps the budget's signal from its thread. Told once.
+    /// A block keeps the budget's signal from its thread.
     pub is_deaf: AtomicBool,
-    pub is_told_deaf: AtomicBool,
+    /// The system has ended its thread.
+    pub is_gone: AtomicBool,
+    /// Either is told, once.
+    pub is_told: AtomicBool,
     /// Set by `Host::restart`, taken by the kernel.
     pub restarting: AtomicBool,
     pub containment: Containment,
@@ -99,7 +102,8 @@ impl Source {
             leaving: AtomicBool::new(false),
             is_lost: AtomicBool::new(false),
             is_deaf: AtomicBool::new(false),
-            is_told_deaf: AtomicBool::new(false),
+            is_gone: AtomicBool::new(false),
+            is_told: AtomicBool::new(false),
             restarting: AtomicBool::new(false),
             containment,
             probe_until_ns: AtomicI64::new(i64::MIN),
@@ -112,7 +116,7 @@ impl Source {
 
     /// True where nobody may wait for its thread to end.
     pub fn is_beyond_reach(&self) -> bool {
-        self.is_lost.load(Ordering::Acquire) || self.is_deaf.load(Ordering::Acquire)
+        self.is_lost.load(Ordering::Acquire) || self.is_deaf.load(Ordering::Acquire) || self.is_gone.load(Ordering::Acquire)
     }
 
     /// Counts a request at `now_ns`. Real-time safe; wake it afterwards.

@@ -90,3 +90,17 @@ fn a_block_that_ends_its_thread_loses_its_source_and_the_program_still_ends() {
         host.close();
     });
 }
+
+#[test]
+fn a_source_whose_thread_the_system_has_ended_is_told_and_the_program_still_ends() {
+    alone("a_source_whose_thread_the_system_has_ended_is_told_and_the_program_still_ends", || {
+        let host = monotonic_host();
+        let [gone, other] = ["gives_up_rights", "drops_handlers"].map(|name| runs(&host, name));
+        await_event(&host, |event| matches!(event, Event::Ended { source, .. } if source == gone).then_some(()));
+        let before = host.statistics(other).firings;
+        while host.statistics(other).firings < before + 10 {
+            std::thread::yield_now();
+        }
+        host.close();
+    });
+}

@@ -24,6 +24,7 @@ mod spread;
 mod thread;
 pub mod trace;
 mod virtual_clock;
+mod waiting;
 mod watchdog;
 
 pub use clock::ClockKind;
@@ -37,3 +38,4 @@ pub use renewal::{Renewal, Retired};
 pub use rights::{take_for_heart, take_for_supervisor};
 pub use sandbox::Sandbox;
 pub use trace::Stretch;
+pub use waiting::waits_for_a_core;

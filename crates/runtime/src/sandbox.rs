@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A block's entry called outside every firing, as a trial does, under the containment that firings have.
+use crate::waiting::waits_for_a_core;
 use kernel::clock::monotonic_ns;
 use kernel::containment::Call;
 use kernel::containment::{self, Containment, OUTSIDE};
@@ -46,7 +47,7 @@ impl Sandbox {
         let watched = containment.clone();
         let watch = move || {
             while ended.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
-                let _deaf = watched.watch(monotonic_ns());
+                let _deaf = watched.watch(monotonic_ns(), waits_for_a_core);
             }
         };
         let watchdog = std::thread::Builder::new().name("trial-watchdog".into()).spawn(watch).ok();

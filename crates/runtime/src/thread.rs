@@ -23,6 +23,7 @@ pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     *kernel.source.rights_missing.lock().expect("nobody panics with the lock held") = missing;
     containment::prepare_thread();
     forks::bind_thread();
+    kernel.source.containment.bind_thread();
     // The maker of the source may have given up waiting.
     let _told = ready.send(());
     let spins = real_time && kernel.source.spec.core.is_some() && kernel.source.period_ns().is_some_and(|period| period >= SPIN_PERIOD_MIN_NS);

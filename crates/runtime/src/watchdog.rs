@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The watchdog: an ordinary thread that looks for step loops that are older than their budget.
 use crate::rights;
+use crate::waiting::waits_for_a_core;
 use kernel::shared::Shared;
 use kernel::shared::Source;
 use kernel::{clock::monotonic_ns, containment};
@@ -31,9 +32,19 @@ impl Watchdog {
         Watchdog { shared, sources: RwLock::default(), closing: AtomicBool::new(false), wait: Mutex::default(), closed: Condvar::new() }
     }
 
-    /// One that takes no signal cannot be ended. A process that was started for its processors ends with it, and its guard makes its outputs safe.
+    /// One that takes no signal cannot be ended, and one whose thread is gone makes nothing safe. A process that was started for its processors ends
+    /// with it, and its guard makes its outputs safe.
     fn look(&self, source: &Source, now_ns: i64) {
-        if source.containment.watch(now_ns) && !source.is_deaf.swap(true, Ordering::AcqRel) {
+        // In this order: who is told to close may be gone.
+        if !source.is_gone.load(Ordering::Relaxed) && source.containment.is_gone() && !source.closing.load(Ordering::Acquire) {
+            if containment::is_retiring() {
+                containment::end_process();
+            }
+            source.is_gone.store(true, Ordering::Release);
+            self.shared.supervisor.ring();
+            return;
+        }
+        if source.containment.watch(now_ns, waits_for_a_core) && !source.is_deaf.swap(true, Ordering::AcqRel) {
             if containment::is_retiring() {
                 containment::end_process();
             }

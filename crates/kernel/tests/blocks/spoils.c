@@ -3,7 +3,9 @@
 #define _GNU_SOURCE
 #include <opengpac.h>
 #include <pthread.h>
+#include <linux/seccomp.h>
 #include <signal.h>
+#include <sys/prctl.h>
 
 static void returns(int number) { (void)number; }
 
@@ -33,4 +35,12 @@ FUNCTION_BLOCK(crashes, "Reads through a null pointer.", out(double, y, "never s
 FUNCTION_BLOCK(ends_its_thread, "Ends the thread that it runs on.", out(double, y, "never stored"))
 {
     pthread_exit(0);
+}
+
+FUNCTION_BLOCK(gives_up_rights, "From its tenth invocation on its thread may read, write and end alone.", out(double, y, "1"))
+{
+    if (invocation->number == 10)
+        prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT);
+    self->y = 1;
+    return OK;
 }

@@ -20,8 +20,8 @@ impl Host {
         if let Some(told) = self.remote_sources.take_told(next.as_ref().map(|(serial, _)| *serial)) {
             return Some(told);
         }
-        if let Some(deaf) = sources.iter().find(|source| source.is_deaf.load(Ordering::Acquire) && !source.is_told_deaf.swap(true, Ordering::AcqRel)) {
-            return Some(Event::Deaf { source: deaf.id, time_ns: self.now_ns() });
+        if let Some(event) = sources.iter().find_map(|source| self.given_up(source)) {
+            return Some(event);
         }
         if let Some(text) = self.shared.take_replaced() {
             return Some(Event::Replaced { text, time_ns: self.now_ns() });
@@ -31,6 +31,16 @@ impl Host {
             return None;
         };
         source.listener().take(source.id, serial)
+    }
+
+    /// What the watchdog has found of a source that nothing can end, or whose thread has ended; once.
+    fn given_up(&self, source: &Source) -> Option<Event> {
+        let (is_deaf, is_gone) = (source.is_deaf.load(Ordering::Acquire), source.is_gone.load(Ordering::Acquire));
+        if !(is_deaf || is_gone) || source.is_told.swap(true, Ordering::AcqRel) {
+            return None;
+        }
+        let time_ns = self.now_ns();
+        Some(if is_gone { Event::Ended { source: source.id, time_ns } } else { Event::Deaf { source: source.id, time_ns } })
     }
 
     /// Monotonic: waits until an event is there, `unpark` was called, or the time has come. Not on a real-time path of a source.

@@ -7,7 +7,7 @@ use crate::lifecycle::instance::{Cause, Instance, State};
 use crate::lifecycle::stages::{Answer, Verbatim};
 use crate::lifecycle::words::{fault_text, stopped_text};
 use crate::protection::causes::{alarm_events_lost, alarm_lost, alarm_of_condition};
-use crate::protection::lost::{mark_lost, processor_lost};
+use crate::protection::lost::{give_up_for_good, mark_lost, processor_lost};
 use crate::protection::stopping::watch_inputs;
 use crate::scripts::Purpose;
 use model::SystemCondition;
@@ -86,11 +86,14 @@ impl Core {
             Event::Stopped { source, block, process, fault, time_ns } => self.stopped(source, block, process, &fault, time_ns),
             Event::Deaf { source, time_ns } => {
                 let name = self.registry.source_name(source).to_owned();
-                let text = format!(
-                    "a block on source '{name}' does not return and has masked every signal: its time budget cannot end it, and its outputs stay as they are; end the program"
-                );
-                self.observation.log.add(time_ns, "fault", &name, text.clone());
-                processor_lost(self, source, &text);
+                let why = format!("a block on source '{name}' does not return and has masked every signal: its time budget cannot end it; end the program");
+                give_up_for_good(self, source, &why, time_ns);
+            }
+            Event::Ended { source, time_ns } => {
+                let name = self.registry.source_name(source).to_owned();
+                let why =
+                    format!("the system has ended the thread of source '{name}', as it does where a block gives up rights by seccomp; start the program again");
+                give_up_for_good(self, source, &why, time_ns);
             }
             Event::Replaced { text, time_ns } => self.observation.log.add(time_ns, "fault", "system", text),
             Event::DeviceLost { device, message, time_ns, .. } => self.device_lost(&device, &message, time_ns),

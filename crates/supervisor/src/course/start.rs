@@ -114,14 +114,14 @@ fn check_enabled(registry: &Registry, instance: &Instance) -> Result<(), Refusal
 /// No source of it was stopped by a fault.
 fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
     for &source in &instance.installed.sources {
+        if let Some(why) = core.safety.ended_for_good.get(&source) {
+            let message = format!("cannot start '{}': {why}", instance.name);
+            return Err(refuse(Class::InvalidState, message, "until then, run it on another source"));
+        }
         if core.safety.lost.contains(&source) {
             let source = core.registry.source_name(source);
             let message = format!("cannot start '{}': source '{source}' does not answer", instance.name);
             return Err(refuse(Class::InvalidState, message, "call reset() when its processor is back"));
-        }
-        if let Some(why) = core.safety.ended_for_good.get(&source) {
-            let message = format!("cannot start '{}': {why}", instance.name);
-            return Err(refuse(Class::InvalidState, message, "until then, run it on another source"));
         }
         if core.host.statistics(source).stopped {
             let source = core.registry.source_name(source);

@@ -86,14 +86,40 @@ pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     gone.iter().for_each(|device| mark_lost(&mut core.registry, &mut core.observation.log, device, &message, time_ns));
 }
 
+/// The source runs nothing any more until the program is started again, and its thread makes nothing safe. What its devices gave for such a case is
+/// written here, as the guard would; which outputs stay as they are is told.
+pub(crate) fn give_up_for_good(core: &mut Core, source: SourceId, why: &str, time_ns: i64) {
+    let commanded = core.registry.physical.iter().filter(|(_, physical)| physical.source == source && physical.device.is_commanded());
+    let [mut safe, mut stay] = [Vec::new(), Vec::new()];
+    for (name, physical) in commanded {
+        let handles = physical.device.safe_handles();
+        match handles.iter().try_for_each(guard::make_safe) {
+            Ok(()) if handles.is_empty() => stay.push(format!("'{name}'")),
+            Ok(()) => safe.push(format!("'{name}'")),
+            Err(error) => stay.push(format!("'{name}' ({error})")),
+        }
+    }
+    let mut message = why.to_owned();
+    if !safe.is_empty() {
+        message += &format!("; outputs were made safe: {}", safe.join(", "));
+    }
+    if !stay.is_empty() {
+        message += &format!("; outputs stay as they are: {}", stay.join(", "));
+    }
+    let name = core.registry.source_name(source).to_owned();
+    core.observation.log.add(time_ns, "fault", &name, message.clone());
+    processor_lost(core, source, &message);
+    core.safety.ended_for_good.insert(source, message);
+}
+
 /// Refuses a plan with a source whose processor is lost.
 pub(crate) fn refuse_lost_plan(core: &Core, plan: &Plan) -> Result<(), Refusals> {
     match plan.blocks.iter().filter_map(|block| core.registry.sources.get(&block.source)).find(|source| core.safety.lost.contains(source)) {
         None => Ok(()),
-        Some(source) => Err(refuse(
-            Class::InvalidState,
-            format!("cannot create '{}': source '{}' is lost", plan.verb, core.registry.source_name(*source)),
-            "see the log for why, then call reset()",
-        )),
+        Some(source) => {
+            let remedy = if core.safety.ended_for_good.contains_key(source) { "start the program again" } else { "call reset()" };
+            let message = format!("cannot create '{}': source '{}' is lost", plan.verb, core.registry.source_name(*source));
+            Err(refuse(Class::InvalidState, message, format!("see the log for why, then {remedy}")))
+        }
     }
 }

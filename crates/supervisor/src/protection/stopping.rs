@@ -10,6 +10,7 @@ use device::Direction;
 use kernel::Op;
 use model::SystemCondition;
 use model::refusal::{Class, Refusals};
+use std::collections::HashSet;
 use std::sync::atomic::Ordering;
 
 /// Ends every action, brings the devices to their safe state, and latches. A further cause while it is latched is recorded.
@@ -74,10 +75,11 @@ pub(crate) fn lift(core: &mut Core) -> Result<(), Refusals> {
     alarm_reset(core);
     core.safety.poisoned.clear();
     // What was lost with a source that only was silent is there again with it.
-    for physical in core.registry.physical.values_mut().filter(|physical| core.safety.lost.contains(&physical.source) && !physical.device.is_lost()) {
+    let (gone, silent): (HashSet<_>, HashSet<_>) = core.safety.lost.drain().partition(|source| core.safety.ended_for_good.contains_key(source));
+    core.safety.lost = gone;
+    for physical in core.registry.physical.values_mut().filter(|physical| silent.contains(&physical.source) && !physical.device.is_lost()) {
         physical.lost = None;
     }
-    core.safety.lost.clear();
     let stopped: Vec<_> = core.registry.sources.values().copied().filter(|s| core.host.statistics(*s).stopped).collect();
     for source in stopped {
         core.host.restart(source);

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Whether a thread that is sent a signal again and again keeps it from itself, or has only had no core to run on.
+use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
+
+/// Signals after which a thread is looked at: more than a thread without a core of its own usually needs to come to run.
+const UNHEARD_MAX: u32 = 50;
+
+/// A thread that has run for so long since the first of them would have heard it. A signal is delivered before the next instruction of the program.
+const RUN_MAX_NS: i64 = 10_000_000;
+
+/// Signals that a thread was sent and has not heard.
+#[derive(Default)]
+pub(crate) struct Unheard {
+    count: AtomicU32,
+    /// What the thread had run when the first was sent, ns; -1: the system does not say.
+    run_ns: AtomicI64,
+}
+
+impl Unheard {
+    pub(crate) fn clear(&self) {
+        self.count.store(0, Ordering::Relaxed);
+    }
+
+    /// One more was sent to `thread`, which is alive or was never joined.
+    pub(crate) fn add(&self, thread: libc::pthread_t) {
+        if self.count.fetch_add(1, Ordering::Relaxed) == 0 {
+            self.run_ns.store(run_ns(thread).unwrap_or(-1), Ordering::Relaxed);
+        }
+    }
+
+    /// True where so many were not heard that `thread` keeps them from itself. One that `waits` for a core does not.
+    pub(crate) fn is_deaf(&self, thread: libc::pthread_t, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
+        if self.count.load(Ordering::Relaxed) <= UNHEARD_MAX {
+            return false;
+        }
+        let before_ns = self.run_ns.load(Ordering::Relaxed);
+        let has_run = run_ns(thread).is_none_or(|now_ns| before_ns < 0 || now_ns - before_ns > RUN_MAX_NS);
+        has_run || !clock(thread).is_some_and(waits)
+    }
+}
+
+/// The clock of the time that a thread has run; none of one that is gone.
+fn clock(thread: libc::pthread_t) -> Option<libc::clockid_t> {
+    let mut clock = 0;
+    // SAFETY: the caller's word for the thread.
+    (unsafe { libc::pthread_getcpuclockid(thread, &mut clock) } == 0).then_some(clock)
+}
+
+fn run_ns(thread: libc::pthread_t) -> Option<i64> {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: asks for a time.
+    (unsafe { libc::clock_gettime(clock(thread)?, &mut time) } == 0).then_some(time.tv_sec * 1_000_000_000 + time.tv_nsec)
+}
+
+/// True where there is no thread `id` in this process any more.
+pub(crate) fn is_gone(id: i32) -> bool {
+    // SAFETY: asks whether it could be sent a signal.
+    let sent = unsafe { libc::syscall(libc::SYS_tgkill, libc::getpid(), id, 0) };
+    sent != 0 && std::io::Error::last_os_error().raw_os_error() == Some(libc::ESRCH)
+}
