@@ -12,6 +12,7 @@ pub mod pace;
 pub mod path;
 pub mod profile;
 pub mod reference;
+pub mod ripple;
 pub mod section;
 pub mod servo;
 pub mod span;

@@ -17,10 +17,16 @@ from .servos import SERVO_PERIOD, joint_decoupled_servo, joint_follower, joint_s
 JOG_SPEED = 0.25
 """Maximum speed of a joint for which nothing says another, rad/s."""
 
+MAX_RIPPLE = 4e-3
+"""Ripple at rest, from peak to peak, that names a servo unstable, rad: above two counts of a twelve-bit encoder, 3.1 mrad."""
+
+SIMULATED_RIPPLE = {"rad": 1e-3, "m": 1e-4}
+"""The same of a simulated joint, whose readings have no noise."""
+
 INTEGRAL_SHARE = 4.0 / 27.0
 """Integral gain of a decoupled servo over kp times its bandwidth, the largest at which no pole oscillates."""
 
-_SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0}
+_SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0, "max_ripple": 4e-4}
 """Limits of sliding joints, in m, where nothing says others."""
 
 
@@ -91,7 +97,10 @@ def _limits(drive: Part, verb: Verb[..., Any] | None) -> dict[str, Any]:
     if "acceleration_max" in about:
         found["max_acceleration"] = about["acceleration_max"]
     if _takes_positions(drive):
+        found.pop("max_ripple", None)
         return found
+    if "decoupled" in about:
+        found["max_ripple"] = SIMULATED_RIPPLE[about["unit"]]
     gains = about["decoupled" if verb is joint_decoupled_servo else "servo"]
     return found | {name: gains[name] for name in ("kp", "kd")}
 

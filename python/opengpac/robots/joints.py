@@ -15,7 +15,7 @@ from ..sources import Source
 from ..svvs import SVV
 from ..system import System
 from ..verbs import Verb
-from .drives import JOG_SPEED, suited
+from .drives import JOG_SPEED, MAX_RIPPLE, suited
 from .servos import HISTORY, joint_servo
 
 
@@ -66,6 +66,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     max_effort: float = parameter(150.0, unit="N.m", within="[0, inf)")
     max_following_error: float = parameter(0.1, unit="rad", within="[0, inf)")
     unstable_from: float = parameter(5.0, unit="Hz", within="[0, inf)")
+    max_ripple: float = parameter(MAX_RIPPLE, unit="rad", within="[0, inf)")
     kp: float = parameter(100.0, unit="N.m/rad", tunable=True, within="[0, inf)")
     ki: float = parameter(0.0, unit="N.m/rad/s", tunable=True, within="[0, inf)")
     kd: float = parameter(10.0, unit="N.m.s/rad", tunable=True, within="[0, inf)")

@@ -24,7 +24,7 @@ class ServoUnstable(Terminated):
     """The servo of a joint swings: its effort from limit to limit, or the position about where it is commanded to be.
 
     `value` is the frequency, Hz. A swing counts from `unstable_from` on, ten periods in a row, and where the error passes half of
-    `max_following_error` either way or the effort both its limits.
+    `max_following_error` either way, the effort both its limits, or a joint that is commanded to stand still moves by `max_ripple`.
     """
 
 
@@ -103,6 +103,7 @@ joint_servo = Verb(
         "needs_home": "servo.needs_home",
         "max_following_error": "servo.following_error",
         "unstable_from": input("servo.unstable", default=5.0),
+        "max_ripple": input("servo.ripple_max", default=0.0),
     },
     command_lists={
         "start": [

@@ -127,6 +127,31 @@ def test_a_position_that_ripples_is_unstable_though_its_effort_is_within_its_lim
         gpac.motion.move_absolute(axes, 1.0)
 
 
+@pytest.mark.parametrize("error", [0.1, 0.0])
+def test_a_ripple_at_rest_is_unstable_though_it_is_far_from_every_other_limit(cell: gpac.System, error: float) -> None:
+    """At this gain a loopback part overshoots by half a per cent more than it was off, at each sample."""
+    joint = machine(cell, kp=2005.0, max_effort=1e6, max_following_error=error, max_ripple=1e-3)[0]
+    gpac.motion.move_absolute(joint, 0.1)
+    cell.advance("4 s")
+    assert joint.state == "fault"
+    assert "the servo of joint 'axes.x' is unstable: it swings at 500 Hz" in cell.alarms["servo_unstable"].text
+    assert 1e-3 < np.ptp(joint.sensed.history[:]["value"][-20:]) < 2e-3
+
+
+def test_the_check_of_the_ripple_can_be_turned_off(cell: gpac.System) -> None:
+    joint = machine(cell, kp=2005.0, max_effort=1e6, max_ripple=0.0)[0]
+    gpac.motion.move_absolute(joint, 0.1)
+    cell.advance("2.5 s")
+    assert np.ptp(joint.sensed.history[-20:]["value"]) > 1e-3 and joint.state == "standstill"
+
+
+def test_the_bound_of_the_ripple_follows_the_unit_and_the_noise_of_the_readings() -> None:
+    arm = gpac.robots.load("ur5e", clock="virtual")
+    assert {joint.max_ripple for joint in arm} == {1e-3}, "a simulated arm has no noise"
+    with gpac.System("real", clock="virtual") as cell:
+        assert machine(cell)[0].max_ripple == 4e-3
+
+
 @pytest.mark.parametrize(
     "soft",
     [{"kp": 10.0, "max_effort": 100.0, "max_following_error": 0.35}, {"kp": 50.0, "max_effort": 1.0, "max_following_error": 0.0}],

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::chatter::Chatter;
 use crate::reference::{Approach, Led, is_bad_limit};
+use crate::ripple::Ripple;
 use crate::servo::Law;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
@@ -13,6 +14,9 @@ pub struct Memory {
     approach: Approach,
     /// Swings of the effort and of the error.
     swings: [Chatter; 2],
+    ripple: Ripple,
+    /// ki ∫(q_r - q) dt
+    integral: f64,
 }
 
 /// Joint servo: effort = kp (q_r - q) + ki ∫(q_r - q) dt + kd (q_r' - q') + bias within ± limit; fault 1: a limit below 0, an empty range.
@@ -111,19 +115,19 @@ pub struct JointServo {
     /// whether the range is kept to only when the joint is homed
     #[param(default = false)]
     needs_home: bool,
+    /// ripple of q_r - q at rest, from peak to peak, that counts as `unstable`; off where it is 0
+    #[param(default = 0.0, unit = "rad|m", range = "[0, inf)")]
+    ripple_max: f64,
     /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
     /// effort that swings from limit to limit, or an error that swings beyond half the preset of `following_error` either way, ten periods in
-    /// a row, without being led to: the servo is unstable. The value is the frequency in Hz, the preset the lowest that counts; off where it is 0
+    /// a row, without being led to, or an error that ripples by `ripple_max` while the reference stands still: the servo is unstable. The value is the frequency in Hz, the preset the lowest that counts; off where it is 0
     #[condition(preset = 0.0, unit = "Hz", range = "[0, inf)")]
     unstable: ConditionOf<f64>,
-    /// where the reference is, and the swings
+    /// where the reference is, the swings, and the integral
     #[state(opaque)]
     memory: Memory,
-    /// ki ∫(q_r - q) dt
-    #[state]
-    integral: f64,
 }
 
 impl Step for JointServo {
@@ -153,7 +157,7 @@ impl Step for JointServo {
         self.lost = now.lost_s;
         self.error = now.reference - self.position;
         let law = Law { kp: self.kp, ki: self.ki, kd: self.kd, limit: self.limit };
-        self.effort = law.effort(self.error, self.reference_velocity - self.velocity, self.bias, now.span_s, &mut self.integral);
+        self.effort = law.effort(self.error, self.reference_velocity - self.velocity, self.bias, now.span_s, &mut self.memory.integral);
         self.error_max = self.following_error.preset;
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
@@ -163,6 +167,10 @@ impl Step for JointServo {
             if let Some(frequency) = chatter.look(value, bound, self.unstable.preset, self.reference_velocity, invocation.time_ns) {
                 self.unstable.report(frequency);
             }
+        }
+        let is_still = self.reference_velocity == 0.0;
+        if let Some(frequency) = self.memory.ripple.look(self.error, self.ripple_max, self.unstable.preset, is_still, invocation.time_ns) {
+            self.unstable.report(frequency);
         }
         Outcome::Done
     }
@@ -175,8 +183,8 @@ mod tests {
     fn servo() -> JointServo {
         JointServo {
             setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], lost: 0.0, error_max: 0.0, jerk_max: 1e9,
-            kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false,
-            following_error: ConditionOf::new(0.0), unstable: ConditionOf::new(0.0), memory: Memory::default(), integral: 0.0,
+            kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false, ripple_max: 0.0,
+            following_error: ConditionOf::new(0.0), unstable: ConditionOf::new(0.0), memory: Memory::default(),
         }
     }
 
