@@ -105,11 +105,15 @@ def test_files_beside_the_model_are_found_from_elsewhere(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     "text", ["", "<mujoco", "<mujoco><worldbody><body/></worldbody></mujoco>", '<mujoco><include file="none.xml"/></mujoco>']
 )
-def test_a_damaged_file_is_refused_by_the_driver(tmp_path: Path, text: str) -> None:
+def test_a_damaged_file_is_refused(tmp_path: Path, text: str) -> None:
     file = tmp_path / "odd.xml"
     file.write_text(text)
-    assert mjcf.put_right(file) == (None, (), frozenset())
-    with pytest.raises(gpac.errors.DeviceFailed, match=r"odd\.xml"):
+    if not text.endswith(">"):
+        with pytest.raises(gpac.DeviceFailed, match=r"odd\.xml:1: this is not XML: "):
+            mjcf.put_right(file)
+    else:
+        assert mjcf.put_right(file) == (None, (), frozenset())
+    with pytest.raises(gpac.DeviceFailed, match=r"odd\.xml"):
         gpac.robots.load(file, name=file.parent.name, clock="virtual")
 
 
@@ -122,3 +126,20 @@ def test_friction_and_followers_keep_no_joint_off_its_goal(tmp_path: Path) -> No
     file.write_text(file.read_text().replace('<motor joint="wrist" ctrlrange="-80 80"/>', ""))
     _, error = moved(file, [0.5, 0.4])
     assert error < 1e-4
+
+
+def test_a_file_that_is_no_xml_is_refused_with_the_line(tmp_path: Path) -> None:
+    file = arm(tmp_path)
+    lines = file.read_text().splitlines()
+    file.write_text("\n".join([*lines[:5], lines[5].replace("</geom>", "").replace("/>", ">", 1), *lines[6:]]))
+    with pytest.raises(gpac.DeviceFailed, match=r"arm.xml:\d+: this is not XML: mismatched tag; give the path of a MJCF or URDF file"):
+        gpac.robots.load(file, clock="virtual")
+
+
+def test_a_limit_that_no_joint_takes_names_the_file(tmp_path: Path) -> None:
+    file = arm(tmp_path, actuators=MOTORS)
+    file.write_text(file.read_text().replace('axis="0 1 0" range="-2 2"', 'axis="0 1 0" range="-2 99999999999"'))
+    with pytest.raises(
+        gpac.OutOfRange, match=r"the arm of '.*arm.xml': parameter 'position_max' of device '.*elbow' cannot be 9"
+    ):
+        gpac.robots.load(file, clock="virtual")

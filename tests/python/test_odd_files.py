@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Damaged and odd files of arms: each loads, or is refused with a sentence that names the file and the place in it.
+"""Damaged and odd files of arms: each loads, or is refused with a sentence that names the file and the place that was damaged.
 
-40 files are tried, or as many as `OPENGPAC_ODD_FILES` says; `OPENGPAC_ODD_SEED` is the first seed.
+40 files are tried, others each day, or as many as `OPENGPAC_ODD_FILES` says; `OPENGPAC_SEED` is the first seed.
 """
 
 from __future__ import annotations
 
+import datetime
 import os
 import random
 import re
 import warnings
 from collections.abc import Callable
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -19,11 +21,28 @@ import opengpac as gpac
 from opengpac.robots.catalogue import ARMS
 
 COUNT = int(os.environ.get("OPENGPAC_ODD_FILES", "40"))
-SEED = int(os.environ.get("OPENGPAC_ODD_SEED", "1"))
-ORIGINALS = [*(ARMS[name].file() for name in ("ur3e", "iiwa14", "kr16", "puma560", "z1")), Path(gpac.robots.__file__).parent / "ur5e.xml"]
+FIRST = int(os.environ.get("OPENGPAC_SEED", datetime.date.today().toordinal() * 1000))
+
+
+def installed(package: str, folder: str) -> Path:
+    """A folder of a package."""
+    return Path(str(metadata.distribution(package).locate_file(folder)))
+
+
+OURS, MUJOCO = Path(gpac.robots.__file__).parent, installed("gymnasium", "gymnasium/envs/mujoco/assets")
+MAKERS = installed("example-robot-data", "cmeel.prefix/share/example-robot-data/robots")
+URDF = [ARMS[name].file() for name in ("ur3e", "iiwa14", "kr16", "puma560", "z1", "xarm7")]
+MJCF = [
+    *(OURS / name for name in ("ur5e.xml", "two_joint.xml")),
+    *(MUJOCO / name for name in ("pusher_v5.xml", "reacher.xml", "inverted_double_pendulum.xml")),
+]
+SRDF = {
+    MAKERS / "panda_description/srdf/panda.srdf": MAKERS / "panda_description/urdf/panda.urdf",
+    MAKERS / "xarm_description/srdf/xarm7.srdf": MAKERS / "xarm_description/urdf/xarm7.urdf",
+    MAKERS / "z1_description/srdf/z1.srdf": MAKERS / "z1_description/urdf/z1.urdf",
+}
+"""SRDF files, with the URDF files of their robots."""
 VALUES = ["", "nan", "inf", "1e999", "fast", "-1", "0 0", "1 2 3 4 5 6 7", "ä", "0", "99999999999", "a/b.c"]
-PLACE = re.compile(r":\d+:|line \d+|'[^']+'|element|joint")
-"""A line, or a name in the file."""
 
 
 def turned(chance: random.Random, content: bytes) -> bytes:
@@ -68,21 +87,72 @@ def nested(chance: random.Random, content: bytes) -> bytes:
 DAMAGES: list[Callable[[random.Random, bytes], bytes]] = [turned, cut, twice, without, nonsense, nonsense, nested]
 
 
-@pytest.mark.parametrize("number", range(SEED, SEED + COUNT))
+SYNTAX = re.compile(r"not XML|XML [Pp]arse|XML_ERROR|is no text|UTF-8")
+"""An error of the XML itself, which shows where it is read, not where it was made: at the damage or behind it."""
+
+
+def lines_changed(original: list[str], content: list[str]) -> set[int]:
+    """The lines of a damaged file that are not those of the original, counted from 1; where one is missing, those around it."""
+    if len(original) == len(content):
+        return {number for number, pair in enumerate(zip(original, content, strict=True), 1) if pair[0] != pair[1]}
+    same = next(
+        (at for at, pair in enumerate(zip(original, content, strict=False)) if pair[0] != pair[1]), min(len(original), len(content))
+    )
+    behind = 0
+    while behind < min(len(original), len(content)) - same and original[-1 - behind] == content[-1 - behind]:
+        behind += 1
+    return {*range(same, len(content) - behind + 2)}
+
+
+def names_near(lines: list[str], changed: set[int]) -> set[str]:
+    """The values and names of attributes in these lines, and the name of the element around them."""
+    found: set[str] = set()
+    for number in changed:
+        for tag, value in re.findall(r"""([\w:]+)\s*=\s*["']([^"'<>]+)""", " ".join(lines[max(0, number - 1) : number])):
+            found.update((value, tag))
+        above = re.findall(r"""\bname\s*=\s*["']([^"']+)""", "\n".join(lines[max(0, number - 40) : number]))
+        found.update(above[-2:])
+    return found
+
+
+def names_the_place(said: str, original: str, content: str) -> bool:
+    """Whether a sentence names a damaged line, or a name that stands in one or around it."""
+    before, after = original.split("\n"), content.split("\n")
+    changed = lines_changed(before, after)
+    told = {int(number) for number in re.findall(r":(\d+):|[Ll]ine (?:number=)?(\d+)", said) for number in number if number}
+    # A comment without an end is told where it begins.
+    if "unclosed token" in said and any(number <= max(changed) for number in told):
+        return True
+    if told & changed or (SYNTAX.search(said) and any(number >= min(changed) for number in told)):
+        return True
+    tags = {tag for number in changed for tag in re.findall(r"<(\w+)", " ".join(after[max(0, number - 1) : number]))}
+    if any(f"element '{tag}'" in said for tag in tags):
+        return True
+    names = names_near(before, changed) | names_near(after, changed)
+    return any(re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", said) for name in names if len(name) > 1)
+
+
+@pytest.mark.parametrize("number", range(COUNT))
 def test_an_odd_file_loads_or_says_what_and_where(number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)  # where MuJoCo writes its log of warnings
-    chance = random.Random(number)
-    original, damage = chance.choice(ORIGINALS), chance.choice(DAMAGES)
-    file = tmp_path / f"odd{original.suffix}"
-    file.write_bytes(damage(chance, original.read_bytes()))
+    chance = random.Random(FIRST + number)
+    original, damage = chance.choice(chance.choice([URDF, MJCF, [*SRDF]])), chance.choice(DAMAGES)
+    file, whole = tmp_path / f"odd{original.suffix}", original.read_bytes()
+    content = damage(chance, whole)
+    file.write_bytes(content)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            arm = gpac.robots.load(file, clock="virtual", name="odd")
+            if original in SRDF:
+                arm = gpac.robots.load(SRDF[original], clock="virtual", name="odd", srdf=file)
+            else:
+                arm = gpac.robots.load(file, clock="virtual", name="odd")
         except gpac.Error as error:
             said = str(error)
-            assert file.name in said, f"{damage.__name__} of {original.name}: {said}"
-            assert PLACE.search(said.replace(str(file), "").replace(file.name, "")), said
+            told = f"{damage.__name__} of {original.name}, seed {FIRST + number}: {said}"
+            assert file.name in said, told
+            sentence = said.replace(f"at {__file__}", "").replace(str(file), "").replace(str(tmp_path), "")
+            assert names_the_place(sentence, *(text.decode(errors="replace") for text in (whole, content))), told
             return
         with arm.system:
             arm.system.advance("10 ms")

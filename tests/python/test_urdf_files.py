@@ -62,6 +62,18 @@ PUT_RIGHT = {
     "no effort": ({"limit": '<limit lower="-2" upper="2" effort="0" velocity="2"/>'}, r"joint 'turn' has no limit of effort"),
     "a mesh that is not there": ({"shape": MESH.format("package://maker/meshes/gone.stl")}, r"gone.stl' was not found, and is left out"),
     "a mesh that is none": ({"shape": MESH.format("odd.obj")}, r"odd.*left out"),
+    "a shape that is none": (
+        {"shape": "<visual><geometry/></visual>"},
+        r"arm.urdf:4: a <visual> of link 'upper' has no shape, and is left out; it is one of box,",
+    ),
+    "a part twice": (
+        {"limit": LIMIT + LIMIT},
+        r"arm.urdf:3: <joint> 'turn' has two <limit>: the first is taken",
+    ),
+    "a range without end": (
+        {"limit": LIMIT.replace('upper="2"', 'upper="99999999999"')},
+        r"arm.urdf:3: the range of joint 'turn' is -2 to 1e\+11: it turns or slides without end",
+    ),
     "one name twice": (
         {"more": MORE.format(name="turn", kind="revolute", inside="")},
         r"arm.urdf:5: a second joint 'turn' is called 'turn_2'",

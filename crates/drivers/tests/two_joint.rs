@@ -182,7 +182,7 @@ fn what_is_not_finite_is_refused_and_what_diverges_is_lost() {
         machine.set("elbow.effort", &[1.0]);
         machine.write(0, &[true, true]);
         let error = (1..2000).find_map(|k| machine.try_read(k * MS).err()).expect("it is lost");
-        assert!(error.contains("simulated arm failed") && error.contains("Nan"), "{error}");
+        assert!(error.contains("simulated arm failed") && error.contains("Nan") && error.contains("(joint '"), "{error}");
     });
 }
 

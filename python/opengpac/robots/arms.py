@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
 from .. import cache, drivers, files
-from ..errors import CallError, DeviceFailed, PlacementError, UnknownName, did_you_mean, refuse
+from ..errors import CallError, DeviceFailed, OutOfRange, PlacementError, UnknownName, ValueRefused, did_you_mean, refuse
 from ..given import taking
 from ..physical import Part, PhysicalDevice
 from ..processors import Processor
@@ -109,14 +110,19 @@ def load(
         return last
     if driver is not None and contacts:
         refuse(CallError, "contacts are told of a simulated arm, and this one has a driver of its own", "leave contacts= out")
-    device = rtp.physical_device(name, driver, exchange=source) if driver is not None else model.open(rtp, name, source, apart, contacts)
+    if driver is not None:
+        device = rtp.physical_device(name, driver, exchange=source)
+    else:
+        with _told_of(path):
+            device = model.open(rtp, name, source, apart, contacts)
     known = model.own_joints or device.parts
     own = [part for part in device.parts if part in known]
     joints: list[Joint] = []
     try:
         for part in device:
             if part.name in own:
-                joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name), part.name in model.held_back))
+                with _told_of(path):
+                    joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name), part.name in model.held_back))
         known_of = {"groups": model.groups, "states": model.states, "interfaces": model.interfaces}
         arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes, **known_of)
         arm.model = identity
@@ -126,6 +132,17 @@ def load(
         for joint in joints:
             joint.delete()
         device.delete()
+        raise
+
+
+@contextlib.contextmanager
+def _told_of(path: str | os.PathLike[str]) -> Generator[None]:
+    """Names the arm's file in a refusal of the device or of a joint that does not."""
+    try:
+        yield
+    except (DeviceFailed, OutOfRange, ValueRefused) as error:
+        if Path(path).name not in error.message:
+            error.message = f"the arm of '{os.fspath(path)}': {error.message}"
         raise
 
 

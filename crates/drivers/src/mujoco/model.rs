@@ -104,6 +104,8 @@ pub(super) struct Arm {
     pub springs: Vec<Spring>,
     /// For each degree of freedom: whether it belongs to a tree of bodies without a commanded joint, which does not feel the arm's inertia.
     pub apart: Vec<bool>,
+    /// For each degree of freedom: the name of its joint.
+    pub freedoms: Vec<String>,
     pub timestep_ns: i64,
     pub runge_kutta: bool,
     /// Index of the keyframe `home`, or -1.
@@ -138,6 +140,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let tool = tool(&arm, &fields);
     let sensors = sensors(&arm, &fields);
     let free = free(&arm, &fields);
+    let freedoms = freedoms(&arm, &fields);
     let (damping, springs, apart) = (fields.reals("dof_damping"), springs(&fields), apart(&fields, &joints));
     drop(fields);
     if joints.is_empty() {
@@ -147,7 +150,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
         return Err(refusals::model(path, &format!("its time step, {timestep_ns} ns, is below 1 us")));
     }
     (arm.joints, arm.tool, arm.sensors, arm.free) = (joints, tool, sensors, free);
-    (arm.damping, arm.springs, arm.apart) = (damping, springs, apart);
+    (arm.damping, arm.springs, arm.apart, arm.freedoms) = (damping, springs, apart, freedoms);
     arm.contacts = (contacts > 0).then(|| (arm.id(object::SENSOR, contacts::SENSOR), contacts as usize));
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
     survey::fit(&mut arm);
@@ -157,7 +160,22 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
 impl Arm {
     fn of(mujoco: &'static MuJoCo, model: *mut Model) -> Arm {
         let (joints, sensors, free, damping, springs, apart) = (vec![], vec![], vec![], vec![], vec![], vec![]);
-        Arm { mujoco, model, joints, tool: None, sensors, contacts: None, free, damping, springs, apart, timestep_ns: 0, runge_kutta: false, home: -1 }
+        Arm {
+            mujoco,
+            model,
+            joints,
+            tool: None,
+            sensors,
+            contacts: None,
+            free,
+            damping,
+            springs,
+            apart,
+            freedoms: vec![],
+            timestep_ns: 0,
+            runge_kutta: false,
+            home: -1,
+        }
     }
 
     fn id(&self, object: i32, name: &str) -> i32 {
@@ -185,6 +203,12 @@ fn free(arm: &Arm, fields: &Fields) -> Vec<(String, usize)> {
     let (kinds, bodies, first) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("jnt_qposadr"));
     let of = |j: usize| (kinds[j] == JOINT_FREE).then(|| (arm.joint_name(j, kinds[j], bodies[j]), first[j] as usize));
     (0..kinds.len()).filter_map(of).collect()
+}
+
+/// The names of the joints that the degrees of freedom are of.
+fn freedoms(arm: &Arm, fields: &Fields) -> Vec<String> {
+    let (kinds, bodies, of) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("dof_jntid"));
+    of.iter().map(|&j| arm.joint_name(j as usize, kinds[j as usize], bodies[j as usize])).collect()
 }
 
 /// The springs of hinges and slides.

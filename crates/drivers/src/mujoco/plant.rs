@@ -267,7 +267,15 @@ impl Plant {
     }
 
     fn lost(&self, reason: String) -> DeviceError {
-        DeviceError { message: format!("the simulated arm failed at {} ns: {reason}", self.time_ns) }
+        let joint = self.blamed(&reason).map(|name| format!(" (joint '{name}')")).unwrap_or_default();
+        DeviceError { message: format!("the simulated arm failed at {} ns: {reason}{joint}", self.time_ns) }
+    }
+
+    /// Name of the joint whose degree of freedom a message of MuJoCo names: "Nan, Inf or huge value in QACC at DOF 3."
+    fn blamed(&self, reason: &str) -> Option<&str> {
+        let (_, behind) = reason.split_once("at DOF ")?;
+        let digits = behind.split(|sign: char| !sign.is_ascii_digit()).next()?;
+        self.arm.freedoms.get(digits.parse::<usize>().ok()?).map(String::as_str)
     }
 }
 

@@ -2,7 +2,7 @@
 """MJCF files of other people's arms: what keeps an arm from moving is put right, each with a note.
 
 A process of its own looks a file over (`survey`), for MuJoCo does not survive every file. A file that it cannot read is left as it is: the
-driver says what is wrong with it.
+driver says what is wrong with it, but for XML that is none: MuJoCo names the line at which the element around the fault begins.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from ..urdf.source import check_xml
+
 _SURVEY = Path(__file__).parent / "survey.py"
 SECONDS_MAX = 60.0
 """Time that one survey may take."""
@@ -19,7 +21,8 @@ SECONDS_MAX = 60.0
 
 def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str, ...], frozenset[str]]:
     """Returns the model to simulate in place of a file, or nothing where the file is used as it is, the notes on what was
-    changed, and the joints that dry friction or followers hold back. With `is_whole` the model is returned in any case."""
+    changed, and the joints that dry friction or followers hold back. With `is_whole` the model is returned in any case. Raises
+    `DeviceFailed` for a file that MuJoCo cannot read because it is not XML."""
     try:
         command = [sys.executable, _SURVEY, file, *(["--whole"] if is_whole else [])]
         run = subprocess.run(command, capture_output=True, timeout=SECONDS_MAX, check=False)
@@ -27,6 +30,7 @@ def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str
         return None, (), frozenset()
     lines = run.stdout.splitlines()
     if run.returncode != 0 or not lines:
+        check_xml(file, "MJCF or URDF")
         return None, (), frozenset()
     text, notes, held_back = json.loads(lines[-1])
     return text, tuple(f"{file.name}: {note}" for note in notes), frozenset(held_back)

@@ -15,6 +15,10 @@ _PRODUCTS = _MOMENTS[3:]
 
 BALL_M = 0.05
 """Radius of the ball whose inertia a link is given that has a mass alone, m."""
+_ONCE = ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "inertial", "mass", "inertia", "geometry")
+_SHAPES = ("box", "cylinder", "sphere", "mesh", "capsule")
+RANGE_MAX = 1e6
+"""A range beyond this is none, rad or m."""
 _KINDS = (*_MOVING, "fixed", "floating", "planar")
 
 
@@ -26,6 +30,8 @@ def clean(source: Source) -> dict[str, float]:
     root = source.root
     for element in [element for element in root if element.tag not in _READ]:
         root.remove(element)
+    for element in [*root.findall("joint"), *root.findall("link"), *root.findall("link/*")]:
+        _drop_second(source, element)
     _number_names(source, "link")
     _number_names(source, "joint")
     links = {link.get("name", "") for link in root.findall("link")}
@@ -38,6 +44,18 @@ def clean(source: Source) -> dict[str, float]:
     for link in root.findall("link"):
         _clean_link(source, link, link.get("name") in moved)
     return speeds
+
+
+def _drop_second(source: Source, element: ElementTree.Element) -> None:
+    """Takes the first of two parts that an element has once."""
+    seen: set[str] = set()
+    for part in list(element):
+        if part.tag in seen:
+            called = f"<{element.tag}> '{element.get('name')}'" if element.get("name") else f"a <{element.tag}>"
+            source.note(f"{called} has two <{part.tag}>: the first is taken", part)
+            element.remove(part)
+        if part.tag in _ONCE:
+            seen.add(part.tag)
 
 
 def _number_names(source: Source, tag: str) -> None:
@@ -93,6 +111,11 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
     if kind == "continuous":
         limit.attrib.pop("lower", None)
         limit.attrib.pop("upper", None)
+    elif max(abs(low), abs(high)) > RANGE_MAX:
+        source.note(f"the range of joint '{name}' is {low:g} to {high:g}: it turns or slides without end", limit)
+        limit.attrib.pop("lower", None)
+        limit.attrib.pop("upper", None)
+        _free(joint)
     elif low > high:
         source.note(f"the range of joint '{name}' is {low:g} to {high:g}, which is empty: its ends are exchanged", limit)
         limit.attrib.update({"lower": f"{high}", "upper": f"{low}"})
@@ -117,8 +140,15 @@ def _free(joint: ElementTree.Element) -> None:
 
 
 def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
-    """Puts right an inertia that no body has: MuJoCo takes it from the shapes where there is no mass, else it is that of a ball."""
+    """Leaves out shapes that are none, and puts right an inertia that no body has.
+
+    MuJoCo takes it from the shapes where there is no mass, else it is that of a ball.
+    """
     inertial, name = link.find("inertial"), link.get("name", "")
+    for shape in [*link.findall("visual"), *link.findall("collision")]:
+        if not any(shape.find(f"geometry/{kind}") is not None for kind in _SHAPES):
+            source.note(f"a <{shape.tag}> of link '{name}' has no shape, and is left out; it is one of {', '.join(_SHAPES)}", shape)
+            link.remove(shape)
     if inertial is None:
         if moves and link.find("collision") is None:
             source.note(f"link '{name}' has neither an inertia nor a shape to take it from: it has the least mass", link)

@@ -69,6 +69,15 @@ class Source:
         return ElementTree.tostring(self.root, encoding="unicode")
 
 
+def check_xml(file: Path, kinds: str) -> None:
+    """Refuses a file that is not XML with the line, and does nothing where it cannot be read."""
+    try:
+        content = file.read_bytes()
+    except OSError:
+        return
+    _parsed(file, content, kinds)
+
+
 def _is_macro(element: ElementTree.Element) -> bool:
     return any("${" in value or "$(" in value for value in element.attrib.values())
 
@@ -100,7 +109,8 @@ def _parsed(file: Path, content: bytes, kinds: str) -> Source:
         element = ElementTree.Element(tag, attributes)
         lines[element] = parser.CurrentLineNumber
         if len(open_elements) >= XML_DEPTH_MAX:
-            refuse(DeviceFailed, f"the elements of '{file}' are nested more than {XML_DEPTH_MAX} deep", f"give a {kinds} file")
+            deep = f"{file}:{parser.CurrentLineNumber}: its elements are nested more than {XML_DEPTH_MAX} deep"
+            refuse(DeviceFailed, deep, f"give a {kinds} file")
         (open_elements[-1] if open_elements else roots).append(element)
         open_elements.append(element)
 
