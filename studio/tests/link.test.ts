@@ -44,6 +44,7 @@ afterEach(() => {
   link.mend();
   link.delay(0);
   link.drop(false);
+  link.hold(false);
 });
 
 afterAll(async () => {
@@ -203,6 +204,25 @@ test("the emergency stop says at once whether it was heard, and shouts when not"
   );
   // A page that computes says it when it has the time.
   for (const [how, ms] of longest) if (how !== "is busy") expect(ms, how).toBeLessThanOrEqual(300);
+});
+
+test("a stop is heard while no answer comes to what the page has asked for", async () => {
+  const { page } = operator;
+  await goToPanel(page);
+  await isHeard(page);
+  link.hold(true);
+  for (const view of ["recordings", "verbs", "devices", "system", "log", "flow"]) {
+    await show(page, `#/${view}`);
+    await page.waitForFunction((hash) => window.location.hash === hash, `#/${view}`);
+  }
+  await expect.poll(() => link.held).toBeGreaterThanOrEqual(3);
+  await page.getByRole("button", { name: "Emergency stop" }).click();
+  // A request that waits for its turn waits for a minute, until the browser gives up one of those that are held.
+  await page.locator("button.stop.heard").waitFor({ timeout: 10_000 });
+  await page.locator(".stopped").getByText("pressed in the studio").waitFor();
+  link.hold(false);
+  await goToPanel(page);
+  await command(page.getByRole("button", { name: "Reset", exact: true }), page.locator(".stopped"), "detached");
 });
 
 /** Something between page and system answers the stop: it is overloaded, or has no room. Returns what ends that. */

@@ -10,6 +10,7 @@ export class Link {
   #delay_ms = 0;
   #isCut = false;
   #drops = false;
+  #held: (() => void)[] | null = null;
 
   private constructor(server: Server, port: number) {
     this.#server = server;
@@ -53,6 +54,18 @@ export class Link {
     this.#drops = drops;
   }
 
+  /** No question of the page comes on, while all else does; `false`: those that were held come on now. */
+  hold(holds: boolean): void {
+    const held = this.#held ?? [];
+    this.#held = holds ? [] : null;
+    for (const send of held) send();
+  }
+
+  /** How many questions are held. */
+  get held(): number {
+    return this.#held?.length ?? 0;
+  }
+
   /** Ends all connections, and refuses new ones. */
   cut(): void {
     this.#isCut = true;
@@ -93,7 +106,8 @@ export class Link {
     const send = () => {
       if (!to.destroyed) to.write(bytes);
     };
-    if (this.#delay_ms > 0) setTimeout(send, this.#delay_ms);
+    if (this.#held && bytes.subarray(0, 4).toString() === "GET ") this.#held.push(send);
+    else if (this.#delay_ms > 0) setTimeout(send, this.#delay_ms);
     else send();
   }
 }

@@ -99,7 +99,7 @@ export class Control implements Source {
   ): Promise<Orders[N][1]> {
     if (pressed === null) throw unconnected();
     await this.session.open();
-    const given = () => call<Orders[N][1]>({ ...this.#asker, asOf: pressed }, name, args, signal);
+    const given = () => call<Orders[N][1]>({ ...this.#asker, asOf: pressed, isFirst: true }, name, args, signal);
     const done = await this.#sure(() => this.command.with(given));
     if (name === "start") this.started.add((args as Orders["start"][0]).instance);
     if (name === "create") this.started.make(done as Orders["create"][1]);
@@ -114,7 +114,7 @@ export class Control implements Source {
 
   /** Stops something. It neither needs command nor takes it: who may operate may stop. Errors: `Refused`. */
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void> {
-    return this.#sure(() => stop(this.#asker, name, args));
+    return this.#sure(() => stop({ ...this.#asker, isFirst: true }, name, args));
   }
 
   /** Stops everything at once: needs the role `operate`, and no command. */

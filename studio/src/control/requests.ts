@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Refused, refusedBy, unreachable } from "./refusals";
+import { inTurn } from "./room";
 
 /** Who asks: the token that lets it in, and the session that it has opened. */
 export interface Asker {
@@ -7,7 +8,9 @@ export interface Asker {
   session: string | null;
   /** The daemon's time at which what is asked was given, ms: the daemon refuses it where it comes late. */
   asOf?: number;
-  /** Does not wait for room: the answer that there is none comes back at once. */
+  /** Does not wait for its turn among the page's requests: it stops or moves something. */
+  isFirst?: boolean;
+  /** Neither waits for room in the system: the answer that there is none comes back at once. */
   isUrgent?: boolean;
 }
 
@@ -33,11 +36,12 @@ export async function answer<T>(asker: Asker, method: string, path: string, body
   let text = "";
   for (let tries = 0; tries < TRIES; tries += 1) {
     let again: string | null;
-    try {
+    const once = async () => {
       const response = await fetch(path, asked);
-      status = response.status;
-      text = await response.text();
-      again = response.headers.get("Retry-After");
+      return { status: response.status, text: await response.text(), again: response.headers.get("Retry-After") };
+    };
+    try {
+      ({ status, text, again } = await (asker.isFirst || asker.isUrgent ? once() : inTurn(once, signal)));
     } catch (why) {
       if (signal?.aborted) throw why;
       throw unreachable(why);
