@@ -18,20 +18,20 @@ def add_to(commands: Any) -> None:
 
 
 def _robots(given: argparse.Namespace) -> int:
-    from .robots.catalogue import ARMS
+    from .robots.catalogue import KNOWN
 
     if not given.names:
         rows = [
             [arm.name, len(arm.home), f"{arm.reach:.2f} m", f"{arm.package.name} {arm.package.version}", _installed(arm)]
-            for arm in ARMS.values()
+            for arm in KNOWN.values()
         ]
         print(Table("arms known by name", ["name", "joints", "reach", "package", "installed"], rows))
-        print("\nur5e comes with OpenGPAC. A name: opengpac robots NAME; any other arm: gpac.robots.load(FILE).")
+        print("\nOne of them: opengpac robots NAME; any other arm: gpac.robots.load(FILE).")
         return 0
     for name in given.names:
-        if name not in ARMS:
-            refuse(UnknownName, f"there is no arm '{name}'", did_you_mean(name, ARMS))
-        arm = ARMS[name]
+        if name not in KNOWN:
+            refuse(UnknownName, f"there is no arm '{name}'", did_you_mean(name, KNOWN))
+        arm = KNOWN[name]
         print(Table(f"{name}: {len(arm.home)} joints, reach {arm.reach:.2f} m", ["joint", "home"], [*arm.home.items()]))
         print(f"tool: the frame of '{arm.tool}'\nsource: {arm.source}\ninstalled: {_installed(arm)}")
     return 0

@@ -12,9 +12,9 @@ import pytest
 
 import opengpac as gpac
 from opengpac import cli
-from opengpac.robots.catalogue import ARMS, EXTRA, Named
+from opengpac.robots.catalogue import ARMS, EXTRA, KNOWN, OWN, Named
 
-TRIED = [name for name, arm in ARMS.items() if arm.package.name in EXTRA]
+TRIED = [name for name, arm in KNOWN.items() if arm.package.name in (*EXTRA, OWN)]
 STEP = 0.1
 """How far each joint is moved, rad."""
 
@@ -25,7 +25,7 @@ def test_an_arm_of_that_name_holds_at_its_home_and_moves(name: str) -> None:
         warnings.simplefilter("error")
         arm = gpac.robots.load(name, clock="virtual")
     with arm.system:
-        known = ARMS[name]
+        known = KNOWN[name]
         assert arm.name == name and [joint.short_name for joint in arm] == [*known.home]
         home, most = np.array([*known.home.values()]), np.array(arm.values("position_max"))
         assert all(0.0 < speed < 12.0 for speed in arm.values("max_speed"))
@@ -51,15 +51,15 @@ def reach(arm: gpac.robots.Arm) -> float:
 
 
 def test_there_are_fifteen_of_the_extra_and_each_names_its_source() -> None:
-    assert len(TRIED) >= 15
-    for arm in ARMS.values():
+    assert len(TRIED) >= 16
+    for arm in KNOWN.values():
         assert arm.source == f"{arm.package.name} {arm.package.version} ({arm.package.licence}), {arm.path}"
         assert arm.package.licence and arm.tool and arm.home
 
 
 def test_the_versions_of_the_extra_are_those_of_the_catalogue() -> None:
     asked = [line for line in metadata.requires("opengpac") or () if 'extra == "robots"' in line.replace("'", '"')]
-    for package in {ARMS[name].package for name in TRIED}:
+    for package in {ARMS[name].package for name in TRIED if name in ARMS}:
         assert any(line.replace(" ", "").startswith(f"{package.name}=={package.version}") for line in asked), (package, asked)
 
 
@@ -113,9 +113,23 @@ def test_a_wrong_name_is_told_which_was_meant(wrong: str, meant: str) -> None:
 def test_the_command_lists_the_arms_and_shows_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["robots"]) == 0
     listed = capsys.readouterr().out
-    assert all(f"\n{name} " in listed for name in ARMS)
+    assert all(f"\n{name} " in listed for name in KNOWN)
     assert cli.main(["robots", "panda"]) == 0
     shown = capsys.readouterr().out
     assert "panda: 7 joints, reach" in shown and "panda_joint4" in shown and "example-robot-data 6.0.0 (Apache-2.0)" in shown
     assert cli.main(["robots", "pandas"]) == 1
     assert "did you mean 'panda'" in capsys.readouterr().err
+
+
+def test_the_page_draws_each_arm_and_says_what_its_file_does_not() -> None:
+    docs = Path(__file__).parents[2] / "docs"
+    page = (docs / "robots.md").read_text()
+    for name in KNOWN:
+        picture = docs / "robots" / f"{name}.svg"
+        # A joint that does not move the tool, a gripper's, is not drawn.
+        drawn = picture.read_text().count("<circle")
+        assert 500 < picture.stat().st_size < 10_000 and drawn in (len(KNOWN[name].home), len(KNOWN[name].home) - 1), name
+        assert f"| `{name}` | ![{name}](robots/{name}.svg) |" in page
+    rows = {row.split("`")[1]: row.split(" | ") for row in page.splitlines() if row.startswith("| `")}
+    assert rows["kr16"][5] == "not in its file" and rows["puma560"][5] == "not in its file" and rows["panda"][5] == "12 to 87"
+    assert rows["al5d"][4] == "not in its file" and rows["panda"][4] == "2.17 to 2.61"

@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import sketch
 
 import opengpac as gpac
 from opengpac.robots import mjcf, urdf
-from opengpac.robots.catalogue import ARMS
+from opengpac.robots.catalogue import KNOWN
 
 mujoco: Any = importlib.import_module("mujoco")
 
@@ -31,6 +32,8 @@ UNLIMITED = 100.0
 STEP = 0.3
 SETTLING = "1 s"
 """How long after the end of a move a joint may settle."""
+EFFORT_UNREAL, SPEED_UNREAL = 1e3, 100.0
+"""An effort that all joints of an arm have alike, and a speed, that stand in files of arms which have others, N.m and rad/s."""
 HELD = 500
 """Values of the servo, 1 ms each, over which the ripple is taken."""
 
@@ -42,13 +45,28 @@ def main(file: str) -> None:
     try:
         arm = gpac.robots.load(file, name="arm", clock="virtual")
         found["joints"], found["notes"] = len(arm), len(arm.notes)
+        if file in KNOWN:
+            found["sketch"] = sketch.chain(arm, arm.values("home"))
+            found["speeds"], found["efforts"] = limits(arm, KNOWN[file].file())
         arm.enable()
         try_to_move(arm, found)
         if found["why"]:
-            found["why"] += touching(arm, ARMS[file].file() if file in ARMS else Path(file))
+            found["why"] += touching(arm, KNOWN[file].file() if file in KNOWN else Path(file))
     except (gpac.Error, ValueError) as error:
         found["why"] = f"{type(error).__name__}: {sentence(error)}"
     print(json.dumps(found), flush=True)
+
+
+def limits(arm: Any, file: Path) -> tuple[list[float | None], list[float | None]]:
+    """The speed and the effort of each joint, nothing where its file says none, or one that exporters write who know none."""
+    speeds = urdf.convert(file).speeds if urdf.is_urdf(file) else {}
+    said = arm.values("max_speed") if file.parent == Path(gpac.robots.__file__).parent else [speeds.get(j.short_name, 0.0) for j in arm]
+    efforts = arm.values("max_effort")
+    unreal = min(efforts) == max(efforts) >= EFFORT_UNREAL
+    return (
+        [speed if 0.0 < speed < SPEED_UNREAL else None for speed in said],
+        [None if unreal or effort > 100.0 * EFFORT_UNREAL else effort for effort in efforts],
+    )
 
 
 def try_to_move(arm: Any, found: dict[str, Any]) -> None:
@@ -91,8 +109,14 @@ def touching(arm: Any, file: Path) -> str:
     for joint, position in zip(arm, arm.values("sensed"), strict=True):
         data.qpos[model.jnt_qposadr[model.joint(joint.short_name).id]] = position
     mujoco.mj_forward(model, data)
-    pairs = {tuple(sorted(model.body(model.geom_bodyid[geom]).name for geom in contact.geom)) for contact in data.contact}
+    pairs = {tuple(sorted(called(model, geom) for geom in contact.geom)) for contact in data.contact}
     return "".join(f"; '{first}' touches '{second}'" for first, second in sorted(pairs))
+
+
+def called(model: Any, geom: int) -> str:
+    """The name of a shape's link; of what belongs to no link its own."""
+    body = model.geom_bodyid[geom]
+    return model.body(body).name if body else model.geom(geom).name or "world"
 
 
 def sentence(error: Exception) -> str:
@@ -100,7 +124,8 @@ def sentence(error: Exception) -> str:
     lines = str(error).splitlines()
     # An error of several parts begins with their number.
     first = lines[1].strip() if len(lines) > 1 and lines[0].endswith("wrong:") else lines[0]
-    return re.sub(r" at \S*one\.py:\d+$", "", first)
+    # What a following error says of efforts and remedies is not what this page is about.
+    return re.sub(r"(?<='following_error'): .*| at \S*one\.py:\d+$", "", first)
 
 
 if __name__ == "__main__":

@@ -18,12 +18,15 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from opengpac.robots.catalogue import ARMS, Named
+import sketch
+
+from opengpac.robots.catalogue import KNOWN, Named
 
 HERE = Path(__file__).parent
 TOP = HERE.parents[1]
 PLACE = TOP / "out" / "robots"
 PAGE = TOP / "docs" / "robots.md"
+PICTURES = TOP / "docs" / "robots"
 SECONDS = 180
 """How long one file may take."""
 
@@ -39,9 +42,9 @@ def main() -> None:
         if not words or any(word in f"{package}/{file}" for word in words)
     ]
     files = [unpacked(package, version) / folder / file for package, version, folder, file in wanted]
-    arms = [arm for arm in ARMS.values() if not words or any(word in arm.name for word in words)]
+    arms = [arm for arm in KNOWN.values() if not words or any(word in arm.name for word in words)]
     # An unpacked package is found as an installed one is.
-    places = [unpacked(arm.package.name, arm.package.version) for arm in arms]
+    places = [None if arm.package.name == "opengpac" else unpacked(arm.package.name, arm.package.version) for arm in arms]
     named, rows = [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for arm, found in zip(arms, pool.map(tried, [arm.name for arm in arms], places), strict=True):
@@ -51,6 +54,9 @@ def main() -> None:
             rows.append((f"{package} {version}", file, found))
             print(f"{package:20} {file:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
     if not words:
+        PICTURES.mkdir(exist_ok=True)
+        for arm, found in named:
+            (PICTURES / f"{arm.name}.svg").write_text(sketch.drawn(arm.name, found["sketch"]))
         PAGE.write_text(page(named, rows))
         print(f"{PAGE.relative_to(TOP)} is written")
 
@@ -88,6 +94,15 @@ def tried(file: Path | str, packages: Path | None = None) -> dict[str, Any]:
     return found
 
 
+def told(limits: list[float | None]) -> str:
+    """The least and the greatest limit of an arm's joints."""
+    known = [limit for limit in limits if limit is not None]
+    if not known:
+        return "not in its file"
+    low, high = f"{min(known):.3g}", f"{max(known):.3g}"
+    return (low if low == high else f"{low} to {high}") + (", of some not in its file" if len(known) < len(limits) else "")
+
+
 def page(named: list[tuple[Named, dict[str, Any]]], rows: list[tuple[str, str, dict[str, Any]]]) -> str:
     """The page of docs."""
     loaded = sum(found["joints"] > 0 for _, _, found in rows)
@@ -98,18 +113,21 @@ def page(named: list[tuple[Named, dict[str, Any]]], rows: list[tuple[str, str, d
         "",
         "## Arms by name",
         "",
-        "`gpac.robots.load(\"panda\")` loads an arm whose model is in another package. `pip install 'opengpac[robots]'` brings",
+        '`gpac.robots.load("panda")` loads an arm whose model is in another package; `ur5e` comes with OpenGPAC.',
+        "`pip install 'opengpac[robots]'` brings",
         "airo-models, example-robot-data and rtb-data. Other packages depend on much that an arm does not need, so their files alone are",
         "installed: an arm that is missing is refused with the line that installs it. Each has a home, where the simulation begins, and a",
-        "tool, the body at whose frame poses are given; speeds and efforts are those of the file. The files of rtb-data give KUKA's arms",
-        "no efforts: these are stronger than the real ones. Joints of a gripper in the file are parts of the machine, not of the arm.",
-        "*Reach* is from the shoulder to the tool. `opengpac robots` lists them and which are installed, `opengpac robots panda` shows",
-        "one.",
+        "tool, the body at whose frame poses are given; speeds and efforts are those of the file. Where it has none, or those that are",
+        "written by who knows none (1,000 and 1,000,000 N.m for all joints alike), a joint is faster or stronger than the real one: its",
+        "speed is 3.14 rad/s. Joints of a gripper in the file are parts of the machine, not of the arm. *Reach* is from the shoulder to",
+        "the tool. `opengpac robots` lists them and which are installed, `opengpac robots panda` shows one. The pictures show each at its",
+        "home: joints with their axes, and the frame of the tool.",
         "",
-        "| name | joints | reach, m | tool | package | licence | file | |",
-        "|---|---|---|---|---|---|---|---|",
+        "| name | at home | joints | reach, m | speed, rad/s | effort, N.m | tool | package | licence | file | |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
         *(
-            f"| `{arm.name}` | {len(arm.home)} | {arm.reach:.2f} | `{arm.tool}` | {arm.package.name} {arm.package.version} "
+            f"| `{arm.name}` | ![{arm.name}](robots/{arm.name}.svg) | {len(arm.home)} | {arm.reach:.2f} "
+            f"| {told(found['speeds'])} | {told(found['efforts'])} | `{arm.tool}` | {arm.package.name} {arm.package.version} "
             f"| {arm.package.licence} | `{arm.path}` | {found['why'].replace('|', '/') or 'arrives'} |"
             for arm, found in named
         ),

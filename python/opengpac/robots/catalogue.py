@@ -12,8 +12,11 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
+from .. import _native
 from ..errors import DeviceFailed, refuse
 
+OWN = "opengpac"
+"""Our own package, which has the model of one arm."""
 EXTRA = ("airo-models", "example-robot-data", "rtb-data")
 """Packages that the extra `robots` brings."""
 
@@ -34,6 +37,8 @@ class Package:
 
     def folder_installed(self) -> Path | None:
         """The folder of its models, or nothing where it is not installed."""
+        if self.name == OWN:
+            return Path(__file__).parent
         try:
             return Path(str(metadata.distribution(self.name).locate_file(self.folder)))
         except metadata.PackageNotFoundError:
@@ -145,3 +150,9 @@ ARMS: Mapping[str, Named] = {
     ]
 }
 """The arms of that kind by their names."""
+
+_UR5E_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+_UR5E_HOME: dict[str, float] = dict(zip(_UR5E_JOINTS, _BENT, strict=True))
+_UR5E = Named("ur5e", Package(OWN, _native.version(), "Apache-2.0", "robots"), "ur5e.xml", "tool", _UR5E_HOME, 0.96)
+KNOWN: Mapping[str, Named] = {**ARMS, _UR5E.name: _UR5E}
+"""All arms that are known by name: those of other packages, and the one that comes with OpenGPAC."""
