@@ -217,7 +217,7 @@ test("a stop is heard while no answer comes to what the page has asked for", asy
   }
   await expect.poll(() => link.held).toBeGreaterThanOrEqual(3);
   await page.getByRole("button", { name: "Emergency stop" }).click();
-  // A request that waits for its turn waits for a minute, until the browser gives up one of those that are held.
+  // Were there no room for it, it would wait for a minute, until the browser gives up one of those that are held.
   await page.locator("button.stop.heard").waitFor({ timeout: 10_000 });
   await page.locator(".stopped").getByText("pressed in the studio").waitFor();
   link.hold(false);

@@ -54,14 +54,14 @@ export class Link {
     this.#drops = drops;
   }
 
-  /** No question of the page comes on, while all else does; `false`: those that were held come on now. */
+  /** No request of the page comes on but a stop of everything and a sign of life; `false`: those that were held come on now. */
   hold(holds: boolean): void {
     const held = this.#held ?? [];
     this.#held = holds ? [] : null;
     for (const send of held) send();
   }
 
-  /** How many questions are held. */
+  /** How many requests are held. */
   get held(): number {
     return this.#held?.length ?? 0;
   }
@@ -106,8 +106,14 @@ export class Link {
     const send = () => {
       if (!to.destroyed) to.write(bytes);
     };
-    if (this.#held && bytes.subarray(0, 4).toString() === "GET ") this.#held.push(send);
+    if (this.#held && isHeld(bytes)) this.#held.push(send);
     else if (this.#delay_ms > 0) setTimeout(send, this.#delay_ms);
     else send();
   }
+}
+
+/** Any request other than a stop of everything or a sign of life. */
+function isHeld(bytes: Buffer): boolean {
+  const line = bytes.subarray(0, 60).toString("latin1");
+  return /^(GET|POST) \/v1\//.test(line) && !/emergency_stop|heartbeat/.test(line);
 }
