@@ -48,17 +48,14 @@ def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
 
 
 def _say_unguarded(system: System) -> None:
-    """Says once of each physical device that nothing brings to its safe state when this program is gone or hangs."""
+    """Says once of each physical device that nothing brings to its safe state when its process is gone or hangs."""
     if system.virtual:
         return
     for name, device in system.physical_devices.items():
-        if device.about.get("unguarded") and name not in system._unguarded_said:
+        why = device.about.get("unguarded_why")
+        if why and name not in system._unguarded_said:
             system._unguarded_said.add(name)
-            _logger.warning(
-                "device '%s' goes on under its last commands when this program is gone or hangs: it has no watchdog, and the guard "
-                "cannot reach it. Set the watchdog of the device itself, where it has one (docs/guard.md)",
-                name,
-            )
+            _logger.warning("%s", why)
 
 
 def _not_ready(device: LogicalDevice, identity: int, timeout_ns: int | None) -> None:

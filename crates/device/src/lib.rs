@@ -65,7 +65,7 @@ pub use opening::{Loaded, Opened};
 pub use options::Given;
 pub use part::{Command, Part, Servo, UNLIMITED};
 pub use reach::{Reached, each_reach, each_reach_of_service};
-pub use registry::{check, declarations, find, geometry, in_virtual_time, open, register, scan, try_options};
+pub use registry::{UNGUARDED_WITHOUT_GUARD, check, declarations, find, geometry, in_virtual_time, open, register, scan, try_options};
 pub use safe_handle::SafeHandle;
 pub use services::{Found, Scan, ServiceWord, Services, check_service, under_a_stop};
 pub use shapes::{Body, Geometry, Joint, JointKind, Mesh, Shape};

@@ -56,10 +56,12 @@ impl SafeState {
     /// The safe values, of a machine that is computed in the driver.
     pub const OF_SIMULATION: SafeState = SafeState { by: &[SafeBy::Driver, SafeBy::End], ..SafeState::BY_DRIVER };
 
-    /// Whether the machine goes on under its last commands when the driver's process is gone or hangs: neither the guard nor the machine
-    /// itself brings it to its safe state. `watchdog`: the device has a watchdog of its own with these options.
+    /// Returns whether the machine goes on under its last commands when the driver's process is gone or hangs: neither a guard nor the
+    /// machine itself brings it to its safe state. `watchdog`: the device has a watchdog of its own with these options; `guard`: a guard
+    /// runs where the driver does.
     #[must_use]
-    pub fn is_unguarded(&self, watchdog: bool) -> bool {
-        !watchdog && !self.by.contains(&SafeBy::Guard) && !self.by.contains(&SafeBy::End)
+    pub fn is_unguarded(&self, watchdog: bool, guard: bool) -> bool {
+        let by = |one| self.by.contains(&one);
+        !(watchdog || by(SafeBy::End) || (guard && by(SafeBy::Guard)))
     }
 }

@@ -55,6 +55,10 @@ pub fn find(kind: &str) -> Result<&'static Declaration, DriverError> {
     })
 }
 
+/// What a description says where nothing but a guard makes the device safe once its process is gone: `true`. It is for the supervisor, which
+/// knows whether one runs there.
+pub const UNGUARDED_WITHOUT_GUARD: &str = "unguarded_without_guard";
+
 /// Makes the driver `kind` from its options, a table of names and values; it is not opened yet.
 ///
 /// The second value describes the machine: what [`Opened`] says, and `watchdog_ns` where it has one (option
@@ -71,8 +75,13 @@ pub fn open(kind: &str, options: &Value) -> Result<Opened, DriverError> {
     let is_kept_here = !has_own_timeout(of) && !given.value()[watchdog::TIMEOUT.name].is_null();
     let has_watchdog = !is_kept_here && driver.watchdog_ns().is_some();
     let commands = driver.channels().iter().any(|channel| channel.direction == Direction::Write);
-    if commands && of.safe_state.is_unguarded(has_watchdog) {
-        about["unguarded"] = true.into();
+    // Of a driver that runs another one, what that one says of itself does not hold.
+    for (word, guard) in [("unguarded", true), (UNGUARDED_WITHOUT_GUARD, false)] {
+        if commands && of.safe_state.is_unguarded(has_watchdog, guard) {
+            about[word] = true.into();
+        } else if let Some(about) = about.as_object_mut() {
+            about.remove(word);
+        }
     }
     let driver = match pace {
         Some(pace) => worker::lent().ok_or_else(|| DriverError::Class { kind: kind.into(), class: of.class })?(driver, pace),

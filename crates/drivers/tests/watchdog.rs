@@ -58,17 +58,20 @@ fn a_device_says_whether_anything_makes_it_safe_when_its_process_is_gone() {
         options
     };
     let cases = [
-        ("modbus", register(true), true),
-        ("modbus", register(false), false),
+        ("modbus", register(true), true, true),
+        ("modbus", register(false), false, false),
         // The watchdog that any driver can have is kept by its process.
-        ("modbus", with(register(true), "timeout_ns", json!(50 * MS)), true),
-        ("modbus_server", json!({ "address": "tcp/127.0.0.1:1502", "channels": { "x": { "holding": 1, "write": true } } }), false),
-        ("loopback", json!({ "parts": ["x"] }), false),
-        ("loopback", json!({ "parts": ["x"], "timeout_ns": 50 * MS }), false),
-        ("ur", json!({ "host": "127.0.0.1" }), false),
+        ("modbus", with(register(true), "timeout_ns", json!(50 * MS)), true, true),
+        ("modbus_server", json!({ "address": "tcp/127.0.0.1:1502", "channels": { "x": { "holding": 1, "write": true } } }), false, false),
+        ("loopback", json!({ "parts": ["x"] }), false, false),
+        ("loopback", json!({ "parts": ["x"], "timeout_ns": 50 * MS }), false, false),
+        ("ur", json!({ "host": "127.0.0.1" }), false, false),
+        // Only the guard makes it safe, and on a lent host there is none.
+        ("feetech", json!({ "port": "/dev/null", "servos": { "x": { "id": 1 } } }), false, true),
     ];
-    for (kind, options, is_unguarded) in cases {
+    for (kind, options, is_unguarded, is_unguarded_without_guard) in cases {
         let (_, about) = drivers::open(kind, &options).unwrap_or_else(|why| panic!("{kind}: {why}"));
         assert_eq!(about["unguarded"] == json!(true), is_unguarded, "{kind} {options}");
+        assert_eq!(about[device::UNGUARDED_WITHOUT_GUARD] == json!(true), is_unguarded_without_guard, "{kind} {options}");
     }
 }

@@ -1124,8 +1124,10 @@ export interface PhysicalDevice {
   parts?: DevicePart[] | null;
   /** It goes to its safe state after so long without a command, ns. */
   watchdog_ns?: number | null;
-  /** It goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and the guard cannot reach it. */
+  /** It goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and no guard can reach it. */
   unguarded?: boolean;
+  /** The same in words, with the remedy; absent where something makes it safe. */
+  unguarded_why?: string | null;
   /** Where its driver exchanges: "inline", "worker" or "process". */
   class?: string | null;
   /** What brings its outputs to their safe state, and how soon. */

@@ -12,8 +12,20 @@ import pytest
 import opengpac as gpac
 from joining import LISTENER, Joining, free_endpoint
 from opengpac import activate, library, on
+from opengpac.cell import DigitalOutput
 
 LIMIT = "30 s"
+
+VALVE = """
+from opengpac.driver import Driver, write
+
+
+class Valves(Driver):
+    valve = write("bool")
+
+    def exchange(self):
+        pass
+"""
 
 
 def reaches(name: str = "reaches", **options: Any) -> gpac.Verb[..., Any]:
@@ -87,6 +99,28 @@ def test_a_device_is_opened_on_the_other_host(listening: gpac.System, joins: Cal
         conditions={"far": on("far.done", returns=["position"])},
     )
     assert push.on(there)(drive["x"], time_limit=LIMIT).position >= 0.001
+
+
+def test_a_device_that_only_a_guard_makes_safe_is_warned_of_on_a_lent_host(
+    listening: gpac.System, joins: Callable[..., Joining], caplog: pytest.LogCaptureFixture, tmp_path: Path
+) -> None:
+    joins()
+    (tmp_path / "valve.py").write_text(VALVE)
+    valves = []
+    for name, hardware in (("rtp0", {}), ("rtp1", {"host": "cell-b"})):
+        processor = listening.processor(name, **hardware)
+        source = processor.timer("fast", period="10 ms", priority=80)
+        device = processor.physical_device(f"plc_{name}", gpac.drivers.python(tmp_path / "valve.py"), exchange=source)
+        valves.append(DigitalOutput(f"valve_{name}", device["valve"]))
+    for valve in valves:
+        valve.enable()
+        valve.disable()
+        valve.enable()
+    said = [record.getMessage() for record in caplog.records if "goes on under its last commands" in record.getMessage()]
+    assert len(said) == 1 and "'plc_rtp1'" in said[0] and "no guard runs on host 'cell-b'" in said[0], said
+    assert [(entry["about"], entry["text"]) for entry in listening.log() if entry["kind"] == "guard"] == [("plc_rtp1", said[0])]
+    devices = listening.physical_devices
+    assert devices["plc_rtp1"].about["unguarded"] and not devices["plc_rtp0"].about.get("unguarded")
 
 
 def test_two_hosts_join_beside_each_other(listening: gpac.System, joins: Callable[..., Joining]) -> None:

@@ -55,9 +55,12 @@ pub struct PhysicalDeviceAbout {
     /// It goes to its safe state after so long without a command, ns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ns: Option<u64>,
-    /// It goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and the guard cannot reach it.
+    /// It goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and no guard can reach it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unguarded: bool,
+    /// The same in words, with the remedy; absent where something makes it safe.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unguarded_why: Option<String>,
     /// Where its driver exchanges: "inline", "worker" or "process".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,

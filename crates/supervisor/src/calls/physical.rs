@@ -2,6 +2,7 @@
 //! Physical devices: opened where their source runs, and closed again.
 use crate::calls::inventory::PhysicalDeviceAbout;
 use crate::protection::causes::alarm_closed;
+use crate::protection::unguarded;
 use crate::refuse::{invalid_state, known_unit, refuse, refuse_at, unknown};
 use crate::registry::definitions::Definitions;
 use crate::registry::records::PhysicalRecord;
@@ -43,12 +44,14 @@ impl System {
         }
         // Under the virtual clock nothing can run at a pace of its own.
         let (kind, options) = if self.shared.is_virtual { drivers::in_virtual_time(kind, options) } else { (kind.to_owned(), options.clone()) };
-        let (device, beside, description, opened) = (self.open_device(processor, name, &kind, &options))
+        let (device, beside, mut description, opened) = (self.open_device(processor, name, &kind, &options))
             .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {}", model::wording::plain_within(&why)), "", place.clone()))?;
         if let Err(refused) = self.refuse_slow(&definitions, name, source, &description) {
             self.shut(processor, name);
             return Err(refused);
         }
+        let host = definitions.processors.get(processor).and_then(|of| of.location.host());
+        unguarded::describe(name, host, &mut description);
         let channels: Vec<Channel> = (device.channels().iter())
             .map(|c| Channel { name: c.name.clone(), write: c.direction == Direction::Write, type_text: c.type_text.clone(), unit: c.unit.clone() })
             .collect();
@@ -65,10 +68,10 @@ impl System {
         };
         self.shared.command(|core| {
             let id = core.registry.sources[source];
-            let is_unguarded_news = about.unguarded && !self.shared.is_virtual;
+            let unguarded_news = about.unguarded_why.clone().filter(|_| !self.shared.is_virtual);
             device.obey(core.safety.emergency.stop.clone());
             core.wiring.tables.get_mut(&id).expect("a source has its table as long as the system lives").devices.push(device.clone());
-            let record = PhysicalRecord { device, source: id, lost: None, opened, driver: (kind, options), beside, about: description, is_unguarded_news };
+            let record = PhysicalRecord { device, source: id, lost: None, opened, driver: (kind, options), beside, about: description, unguarded_news };
             core.registry.physical.insert(name.to_owned(), record);
             let op = core.carrier().table_op(id);
             core.submit(id, vec![op], crate::scripts::Purpose::Nothing);

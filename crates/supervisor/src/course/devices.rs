@@ -40,10 +40,10 @@ impl Core {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get(&instance) else { return };
         for (name, physical) in &mut self.registry.physical {
-            if instance.installed.sources.contains(&physical.source) && std::mem::take(&mut physical.is_unguarded_news) {
-                let text = format!(
-                    "device '{name}' goes on under its last commands when its process is gone or hangs: it has no watchdog, and the guard cannot reach it"
-                );
+            if !instance.installed.sources.contains(&physical.source) {
+                continue;
+            }
+            if let Some(text) = physical.unguarded_news.take() {
                 self.observation.log.add(now_ns, "guard", name, text);
             }
         }

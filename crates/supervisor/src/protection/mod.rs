@@ -6,3 +6,4 @@ pub(crate) mod cut_off;
 pub(crate) mod lost;
 pub(crate) mod pausing;
 pub(crate) mod stopping;
+pub(crate) mod unguarded;

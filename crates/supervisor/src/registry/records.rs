@@ -105,6 +105,6 @@ pub(crate) struct PhysicalRecord {
     pub beside: Beside,
     /// What its driver says of itself.
     pub about: serde_json::Value,
-    /// Whether the log has still to say that nothing brings it to its safe state when its process is gone: at the next enabling.
-    pub is_unguarded_news: bool,
+    /// What the log has still to say at the next enabling: that nothing brings it to its safe state when its process is gone.
+    pub unguarded_news: Option<String>,
 }

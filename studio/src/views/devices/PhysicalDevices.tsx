@@ -62,7 +62,7 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
 
 /** Where the driver exchanges, and what brings its outputs to their safe state. */
 function Driver(props: { of: PhysicalDevice }) {
-  const { class: where, safe_state, unguarded, watchdog_ns } = props.of;
+  const { class: where, safe_state, unguarded_why, watchdog_ns } = props.of;
   const said = [
     where && `driver ${where}`,
     safe_state &&
@@ -72,9 +72,7 @@ function Driver(props: { of: PhysicalDevice }) {
   return (
     <>
       {said.length > 0 && <p className="quiet">{said.join(" · ")}</p>}
-      {unguarded && (
-        <p className="wrong">Nothing makes it safe when its process is gone or hangs: it has no watchdog, and the guard cannot reach it.</p>
-      )}
+      {unguarded_why && <p className="wrong">{unguarded_why}</p>}
     </>
   );
 }

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Devices that nothing brings to their safe state once their process is gone or hangs: told when one is enabled.
+use device::UNGUARDED_WITHOUT_GUARD;
+use serde_json::Value;
+
+/// Writes into what the driver of device `name` says of itself whether anything makes it safe where it runs, and the words for people. `host`: the lent
+/// host of its process, where no guard runs.
+pub(crate) fn describe(name: &str, host: Option<&str>, description: &mut Value) {
+    let Some(described) = description.as_object_mut() else { return };
+    let without_guard = described.remove(UNGUARDED_WITHOUT_GUARD).is_some_and(|v| v == true);
+    let is_unguarded = described.get("unguarded").is_some_and(|v| *v == true) || (host.is_some() && without_guard);
+    if !is_unguarded {
+        return;
+    }
+    let (whose, guard) = match host {
+        Some(host) => (format!("host '{host}' or its process"), format!("no guard runs on host '{host}'")),
+        None => ("its process".to_owned(), "the guard cannot reach it".to_owned()),
+    };
+    let why = format!(
+        "device '{name}' goes on under its last commands when {whose} is gone or hangs: it has no watchdog, and {guard}. Set the watchdog of the device \
+         itself, where it has one (docs/guard.md)"
+    );
+    described.insert("unguarded".to_owned(), true.into());
+    described.insert("unguarded_why".to_owned(), why.into());
+}
