@@ -78,4 +78,4 @@ impl Summary {
 }
 
 /// Bytes of a summary that is read.
-const SUMMARY_MAX: u64 = 256 << 20;
+pub(crate) const SUMMARY_MAX: u64 = 256 << 20;

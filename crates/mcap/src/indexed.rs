@@ -2,7 +2,7 @@
 //! Reading an MCAP file in place: where its chunks lie, and one chunk at a time. Nothing but heads is read before a chunk is asked for.
 //! Parts that cannot be read are passed over, and listed by [`Indexed::damage`].
 use crate::Record;
-use crate::damage::{Damage, Summary};
+use crate::damage::{Damage, SUMMARY_MAX, Summary};
 use crate::reader::{LEN_MAX, SHORT, Unreadable, record, unpack};
 use crate::records::{CHANNEL, CHUNK, DATA_END, FOOTER, HEADER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, Rest};
 use crate::sound::{self, HEAD, INDEX_ENTRY};
@@ -55,6 +55,12 @@ impl Chunk {
         &self.content[message.data.clone()]
     }
 
+    /// Earliest and latest time of its messages, ns.
+    fn span(&self) -> Option<(u64, u64)> {
+        let times = || self.messages.values().flatten().map(|message| message.time);
+        times().min().zip(times().max())
+    }
+
     /// Takes a chunk's records apart.
     fn of(content: Vec<u8>) -> Option<Chunk> {
         let mut chunk = Chunk::default();
@@ -78,6 +84,17 @@ impl Chunk {
         chunk.content = content;
         Some(chunk)
     }
+}
+
+/// The index behind a chunk.
+#[derive(Default)]
+struct Counted {
+    /// Number of messages of each channel.
+    counts: BTreeMap<u16, usize>,
+    /// Earliest and latest time, where each channel's messages stand in the order of their times.
+    span: Option<(u64, u64)>,
+    /// False where the file ends within it.
+    is_whole: bool,
 }
 
 /// A file that is read in place. It may grow meanwhile: [`Indexed::go_on`].
@@ -254,7 +271,7 @@ impl Indexed {
             MESSAGE => self.take_message(&begin, fields),
             // Of a chunk that was passed over.
             MESSAGE_INDEX => {
-                let (counts, behind, _) = self.index(self.at, len)?;
+                let (Counted { counts, .. }, behind) = self.index(self.at, len)?;
                 let is_chunk = |place: &Range<u64>| self.summary.as_ref().is_some_and(|summary| summary.is_chunk(place));
                 let is_one = |damage: &&mut Damage| damage.counts.is_none() && damage.bytes.end == self.at && is_chunk(&damage.bytes);
                 if let Some(damage) = self.passed.last_mut().filter(is_one) {
@@ -272,22 +289,61 @@ impl Indexed {
                 _ => return Err(Unreadable::Damaged { at: self.at, what: SHORT }),
             },
             DATA_END => self.is_whole = true,
-            FOOTER => (self.is_whole, self.is_read) = (true, true),
+            FOOTER => {
+                (self.is_whole, self.is_read) = (true, true);
+                self.check_summary(fields)?;
+            }
             _ => {}
         }
         self.at = end;
         Ok(true)
     }
 
+    /// Takes no channel from a summary with another checksum than the footer says: those of chunks have one of their own.
+    fn check_summary(&mut self, footer: Range<u64>) -> Result<(), Unreadable> {
+        let fields = self.read(footer.clone())?;
+        let mut rest = Rest(&fields);
+        let (Some(begins), Some(_offsets), Some(sum @ 1..)) = (rest.u64(), rest.u64(), rest.u32()) else { return Ok(()) };
+        let ends = footer.end - size_of::<u32>() as u64;
+        if begins < MAGIC.len() as u64 || begins > footer.start || footer.start - begins > SUMMARY_MAX {
+            self.passed.push(Damage::harmless(footer, "the end of the file is damaged"));
+        } else if crc32fast::hash(&self.read(begins..ends)?) != sum {
+            self.passed.push(Damage::harmless(begins..ends, "the summary has another checksum than it says"));
+        } else {
+            return Ok(());
+        }
+        let described = std::mem::take(&mut self.channels);
+        for index in 0..self.chunks.len() {
+            match self.chunk(index) {
+                Ok(chunk) => self.channels.extend(chunk.channels),
+                Err(Unreadable::Damaged { .. }) => {}
+                Err(why) => return Err(why),
+            }
+        }
+        for (id, channel) in described {
+            self.channels.entry(id).or_insert(channel);
+        }
+        Ok(())
+    }
+
     /// Takes in a chunk; where the index behind it ends.
     fn take_chunk(&mut self, fields: Range<u64>, len: u64) -> Result<u64, Unreadable> {
         let head = self.read(fields.start..fields.start + CHUNK_HEAD)?;
         let mut rest = Rest(&head);
-        let (Some(first), Some(last)) = (rest.u64(), rest.u64()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
-        let (mut counts, behind, is_whole) = self.index(fields.end, len)?;
-        if !is_whole {
+        let (Some(mut first), Some(mut last)) = (rest.u64(), rest.u64()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
+        let (Counted { mut counts, span, is_whole }, behind) = self.index(fields.end, len)?;
+        // The times in its head have no checksum, those of its messages have one.
+        if !is_whole || span.is_some_and(|span| span != (first, last)) {
             match self.unpacked(&fields) {
-                Ok(chunk) => counts = chunk.messages.iter().map(|(channel, messages)| (*channel, messages.len())).collect(),
+                Ok(chunk) => {
+                    counts = chunk.messages.iter().map(|(channel, messages)| (*channel, messages.len())).collect();
+                    if let Some(span) = chunk.span().filter(|span| *span != (first, last)) {
+                        if (first, last) != UNSAID {
+                            self.passed.push(Damage::harmless(fields.start..fields.start + CHUNK_HEAD, "the times in the head of a chunk are damaged"));
+                        }
+                        (first, last) = span;
+                    }
+                }
                 Err(Unreadable::Damaged { .. }) => {}
                 Err(why) => return Err(why),
             }
@@ -311,24 +367,30 @@ impl Indexed {
         }
     }
 
-    /// Number of messages of each channel in the index behind a chunk, where it ends, and whether it is whole: the file may end before.
-    fn index(&self, mut at: u64, len: u64) -> Result<(BTreeMap<u16, usize>, u64, bool), Unreadable> {
-        let mut counts = BTreeMap::new();
+    /// Reads the index behind a chunk; where it ends, too.
+    fn index(&self, mut at: u64, len: u64) -> Result<(Counted, u64), Unreadable> {
+        let mut found = Counted::default();
         loop {
             let (code, fields) = match self.head(at, len) {
                 Ok(Some(found)) => found,
-                Ok(None) | Err(Unreadable::Damaged { .. }) => return Ok((counts, at, false)),
+                Ok(None) | Err(Unreadable::Damaged { .. }) => return Ok((found, at)),
                 Err(why) => return Err(why),
             };
             let size = fields.end - fields.start;
             let begin = self.read(fields.start..fields.start + sound::prefix(code, size))?;
             match sound::code_of(code, &begin, size, true) {
                 Some(MESSAGE_INDEX) => {}
-                meant => return Ok((counts, at, meant.is_some())),
+                meant => return Ok((Counted { is_whole: meant.is_some(), ..found }, at)),
             }
             let mut rest = Rest(&begin);
             if let (Some(channel), Some(bytes)) = (rest.u16(), rest.u32()) {
-                *counts.entry(channel).or_default() += bytes as usize / INDEX_ENTRY;
+                *found.counts.entry(channel).or_default() += bytes as usize / INDEX_ENTRY;
+            }
+            if let Some(first) = rest.u64() {
+                let mut last = [0; 8];
+                self.file.read_exact_at(&mut last, fields.end - INDEX_ENTRY as u64)?;
+                let last = u64::from_le_bytes(last);
+                found.span = Some(found.span.map_or((first, last), |(from, to)| (from.min(first), to.max(last))));
             }
             at = fields.end;
         }
@@ -376,6 +438,8 @@ impl Indexed {
 
 /// Bytes of a chunk before its length: its times.
 const CHUNK_HEAD: u64 = 16;
+/// Times in the head of a chunk whose writer leaves them out.
+const UNSAID: (u64, u64) = (0, 0);
 /// Bytes of a chunk in which its lengths are.
 const CHUNK_CHECKED: u64 = 128;
 /// Bytes of messages beside chunks that are taken as one chunk.

@@ -186,7 +186,8 @@ pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<()
     match compression.as_str() {
         "" => content.extend(packed),
         "lz4" if size <= LEN_MAX => {
-            let read = lz4_flex::frame::FrameDecoder::new(packed).take(size).read_to_end(content);
+            // One byte more: the mark of the end is read too.
+            let read = lz4_flex::frame::FrameDecoder::new(packed).take(size + 1).read_to_end(content);
             read.map_err(|_| damaged("a chunk cannot be decompressed"))?;
         }
         "lz4" => return Err(damaged("no chunk is as long as this one says")),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What was written is read; of what was cut off, a beginning; of what was damaged, nothing that was not written.
-use crate::records::{CHUNK, CHUNK_INDEX, DATA_END, Fields, MAGIC, Rest};
+use crate::records::{CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, MAGIC, Rest};
+use crate::sound::HEAD;
 use crate::{Reader, Record, Schema, Unreadable, Writer};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
@@ -112,12 +113,23 @@ pub(crate) fn with_chunks(compressed: &[u8], chunk: impl Fn(&[u8]) -> Vec<u8>) -
     let (mut rest, mut out) = (Rest(&compressed[MAGIC.len()..]), MAGIC.to_vec());
     while let Some((code, mut fields)) = rest.record() {
         if code == CHUNK {
-            fields.take(8 + 8 + 8 + 4 + 4 + "lz4".len() + 8).expect("fields of a chunk");
+            let times = fields.take(8 + 8).expect("fields of a chunk");
+            fields.take(8 + 4 + 4 + "lz4".len() + 8).expect("fields of a chunk");
             let mut records = Vec::new();
             std::io::copy(&mut lz4_flex::frame::FrameDecoder::new(fields.0), &mut records).expect("what was compressed");
-            out.extend(chunk(&records));
+            let mut made = chunk(&records);
+            if made[0] == CHUNK {
+                made[HEAD as usize..HEAD as usize + times.len()].copy_from_slice(times);
+            }
+            out.extend(made);
         } else {
-            Fields(fields.0.to_vec()).record(code, &mut out);
+            let mut fields = fields.0.to_vec();
+            if code == FOOTER {
+                // Its places are those of the other file: it says no checksum.
+                let sum = fields.len() - size_of::<u32>();
+                fields[sum..].fill(0);
+            }
+            Fields(fields).record(code, &mut out);
         }
     }
     out.extend(rest.0);

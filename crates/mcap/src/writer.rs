@@ -177,7 +177,9 @@ impl<W: Write> Writer<W> {
         }
         let Chunk { records, index, first, last } = &chunk;
         let (first, last, size) = (*first, *last, records.len() as u64);
-        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::with_capacity(records.len() / 2));
+        // A turned bit may decompress to the same bytes, so that the checksum of the records does not show it; that of the block does.
+        let checked = lz4_flex::frame::FrameInfo::new().block_checksums(true);
+        let mut encoder = lz4_flex::frame::FrameEncoder::with_frame_info(checked, Vec::with_capacity(records.len() / 2));
         encoder.write_all(records)?;
         let compressed = encoder.finish().map_err(|why| io::Error::other(why.to_string()))?;
         let mut fields = Fields::default().u64(first).u64(last).u64(size).u32(crc32fast::hash(records)).text(COMPRESSION).u64(compressed.len() as u64);
@@ -248,7 +250,12 @@ impl<W: Write> Writer<W> {
         }
         let offset_start = self.position + out.len() as u64;
         out.extend(&offsets);
+        // The checksum is of the summary and of the footer up to it.
+        let begins = usize::try_from(summary - self.position).map_err(io::Error::other)?;
         Fields::default().u64(summary).u64(offset_start).u32(0).record(FOOTER, &mut out);
+        let sum_at = out.len() - size_of::<u32>();
+        let sum = crc32fast::hash(&out[begins..sum_at]);
+        out[sum_at..].copy_from_slice(&sum.to_le_bytes());
         out.extend(MAGIC);
         self.write(&out)?;
         self.sink.flush()

@@ -221,8 +221,7 @@ impl Archive {
         let index = self.index();
         let mut found = index.file.damage();
         found.extend(self.damaged().iter().map(|(at, what)| index.file.damage_of(*at, what)));
-        found.sort_by_key(|damage| damage.bytes.start);
-        found.into_iter().map(|damage| Damaged::of(damage, &index.file.channels)).collect()
+        Damaged::all(found, &index.file.channels)
     }
 
     fn damaged(&self) -> MutexGuard<'_, BTreeMap<usize, &'static str>> {

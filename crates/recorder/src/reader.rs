@@ -42,8 +42,13 @@ pub struct Damaged {
 }
 
 impl Damaged {
-    /// With the names of its channels.
-    pub(crate) fn of(damage: Damage, channels: &BTreeMap<u16, Channel>) -> Damaged {
+    /// Lists damage in the order of the file, with the names of its channels.
+    pub(crate) fn all(mut found: Vec<Damage>, channels: &BTreeMap<u16, Channel>) -> Vec<Damaged> {
+        found.sort_by_key(|damage| damage.bytes.start);
+        found.into_iter().map(|damage| Damaged::of(damage, channels)).collect()
+    }
+
+    fn of(damage: Damage, channels: &BTreeMap<u16, Channel>) -> Damaged {
         let Damage { bytes, what, span, counts } = damage;
         let name = |id: u16| channels.get(&id).map_or_else(|| format!("channel {id}"), |channel| channel.topic.clone());
         let lost = counts.map(|counts| {
@@ -116,8 +121,7 @@ impl Recording {
                 Err(why) => return Err(why),
             }
         }
-        damage.sort_by_key(|damage| damage.bytes.start);
-        self.damage = damage.into_iter().map(|damage| Damaged::of(damage, &file.channels)).collect();
+        self.damage = Damaged::all(damage, &file.channels);
         self.metadata = std::mem::take(&mut file.metadata);
         self.complete = file.is_whole();
         Ok(())
