@@ -4,7 +4,7 @@ use super::calibration::{Calibration, Entry};
 use super::driver::Servos;
 use super::frame::{Ask, BROADCAST, Frame};
 use super::protocol::Protocol;
-use super::registers::{Model, Register};
+use super::registers::{Model, Register, TURN};
 use device::DeviceError;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
@@ -138,8 +138,14 @@ impl Servos {
 
     /// Widens the ends that are being recorded.
     pub(super) fn record(&mut self) {
+        // Feetech's counts begin anew behind a turn, those of Dynamixel go on.
+        let has_seam = self.protocol == Protocol::Sts;
         for joint in &mut self.joints {
             let counts = joint.present.counts;
+            if joint.ends.is_some() && has_seam && (counts - joint.last).abs() > 0.5 * TURN {
+                joint.seam = joint.seam.or(Some((joint.last, counts)));
+            }
+            joint.last = counts;
             joint.ends = joint.ends.map(|(low, high)| (low.min(counts), high.max(counts)));
         }
     }
@@ -168,7 +174,10 @@ impl Servos {
             }
             "record_zero" => self.record_zero(arguments["servo"].as_str()),
             "record_ranges" => {
-                self.joints.iter_mut().for_each(|joint| joint.ends = Some((joint.present.counts, joint.present.counts)));
+                for joint in &mut self.joints {
+                    let counts = joint.present.counts;
+                    (joint.ends, joint.seam, joint.last) = (Some((counts, counts)), None, counts);
+                }
                 Ok(self.counts())
             }
             _ => self.calibration(),
@@ -212,6 +221,10 @@ impl Servos {
             let homing_offset = self.protocol.offset(self.ask(joint, self.map.offset)?.value);
             let of = &self.joints[joint];
             let in_force = [of.wired.counts(of.wired.min).round(), of.wired.counts(of.wired.max).round()];
+            if let Some((from, to)) = of.seam {
+                let why = format!("was moved across the seam of its encoder, from count {from} to {to}, so that its ends are not known");
+                return Err(self.wrong(joint, &format!("{why}; shift its middle to count 2048 (its offset, or its horn), then record_ranges again")));
+            }
             let (range_min, range_max) = of.ends.unwrap_or((in_force[0].min(in_force[1]), in_force[0].max(in_force[1])));
             if range_min >= range_max {
                 return Err(self.wrong(joint, "has not been moved since record_ranges; move it from end to end"));

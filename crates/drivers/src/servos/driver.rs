@@ -53,6 +53,10 @@ pub(super) struct Joint {
     /// Counts: recorded for the calibration to come.
     pub(super) zero: Option<f64>,
     pub(super) ends: Option<(f64, f64)>,
+    /// Counts of the reading before, while ends are recorded.
+    pub(super) last: f64,
+    /// Counts before and behind the seam of its encoder, where it was moved across while ends were recorded.
+    pub(super) seam: Option<(f64, f64)>,
 }
 
 /// Where the values of a joint lie.
@@ -295,7 +299,7 @@ impl Joint {
         // No goal: it stays where it is until one is stored.
         let goal = layout.add(goal.safe(f64::NAN.to_ne_bytes().to_vec()));
         let slots = Slots { position, velocity, load, current, voltage, temperature, status, goal };
-        Joint { wired, slots, present: Present::default(), error: 0, has_torque: false, goal: 0.0, zero: None, ends: None }
+        Joint { wired, slots, present: Present::default(), error: 0, has_torque: false, goal: 0.0, zero: None, ends: None, last: 0.0, seam: None }
     }
 
     fn part(&self, max_speed: f64) -> Part {

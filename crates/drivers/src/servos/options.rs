@@ -166,6 +166,13 @@ fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protoco
     if entry.is_none() && !calibration.is_empty() {
         return Err(("", format!("the calibration has no such joint; {}", suggest::did_you_mean(name, calibration.keys().map(String::as_str)))));
     }
+    if let (Protocol::Sts, Some(entry)) = (protocol, entry) {
+        let counts = 0.0..=TURN - 1.0;
+        if !(counts.contains(&entry.range_min) && counts.contains(&entry.range_max)) {
+            let range = format!("{} to {}", entry.range_min, entry.range_max);
+            return Err(("", format!("its range in the calibration is {range}, and its encoder counts 0 to {}; record it again", TURN - 1.0)));
+        }
+    }
     let id = servo.id.or(entry.map(|entry| entry.id)).ok_or((".id", "it is missing; a scan finds ids".to_owned()))?;
     if let Some(entry) = entry.filter(|entry| entry.id != id) {
         return Err((".id", format!("it is {id} here and {} in the calibration", entry.id)));

@@ -228,6 +228,34 @@ fn options_are_checked() {
     );
 }
 
+#[test]
+fn travel_across_the_seam_of_an_encoder_is_no_range() {
+    let file = std::env::temp_dir().join(format!("servos-seam-{}.json", std::process::id()));
+    let peer = Peer::new(Protocol::Sts);
+    let position = |counts: u32, id: u8| peer.set(id, crate::servos::registers::Register { address: 56, len: 2 }, counts);
+    let mut arm = Arm::new(&peer).opened();
+    let travel = |arm: &mut Arm, way: [u32; 4]| {
+        for counts in way {
+            position(counts, 1);
+            position(counts / 2, 2);
+            arm.exchange([false, false]).expect("it answers");
+        }
+    };
+    travel(&mut arm, [3000, 3000, 3000, 3000]);
+    asked(&mut arm, "record_ranges", json!({})).expect("it begins");
+    travel(&mut arm, [3700, 4090, 6, 900]);
+    let why = asked(&mut arm, "save_calibration", json!({ "path": file })).expect_err("it is no range");
+    assert!(why.contains("was moved across the seam of its encoder, from count 4090 to 6") && !file.exists(), "{why}");
+    travel(&mut arm, [3000, 3000, 3000, 3000]);
+    asked(&mut arm, "record_ranges", json!({})).expect("it begins anew");
+    travel(&mut arm, [2200, 1400, 3000, 3700]);
+    let entries = asked(&mut arm, "save_calibration", json!({ "path": file })).expect("it is saved");
+    assert_eq!((&entries["a"]["range_min"], &entries["a"]["range_max"]), (&json!(1400.0), &json!(3700.0)));
+    drop(arm);
+    peer.join();
+    std::fs::remove_file(&file).expect("it is there");
+}
+
 /// While the device exchanges, a caller elsewhere asks.
 fn asked(arm: &mut Arm, service: &'static str, arguments: Value) -> Result<Value, String> {
     let services: Arc<dyn Services> = arm.driver.services().expect("it has some");
@@ -253,7 +281,7 @@ fn a_calibration_is_recorded_and_read_again() {
     assert_eq!(asked(&mut arm, "record_zero", json!({ "servo": "a" })), Ok(json!({ "a": 2000.0, "b": 2048.0 })));
     asked(&mut arm, "record_ranges", json!({})).expect("it begins");
     assert!(asked(&mut arm, "save_calibration", json!({ "path": file })).expect_err("nothing moved").contains("move it from end to end"));
-    for (low, high) in [(1000, 1048), (3200, 3048)] {
+    for (low, high) in [(1000, 1048), (2000, 2048), (3200, 3048)] {
         position(low, 1);
         position(high, 2);
         arm.exchange([false, false]).expect("it answers");
@@ -268,6 +296,13 @@ fn a_calibration_is_recorded_and_read_again() {
     assert!(asked(&mut arm, "read", json!({ "servo": "c", "address": 5, "length": 1 })).expect_err("none").contains("there is no servo 'c'"));
     assert_eq!(asked(&mut arm, "write", json!({ "servo": "a", "address": 31, "length": 2, "value": 7 })), Ok(Value::Null));
     drop(arm);
+    let refused = |options: Value| crate::open("feetech", &options).err().expect("it is refused").to_string();
+    for (low, high) in [(0, 4096), (-50, 900)] {
+        let beyond = folder.join("beyond.json");
+        std::fs::write(&beyond, json!({ "a": { "id": 1, "range_min": low, "range_max": high } }).to_string()).expect("ours");
+        let why = refused(json!({ "port": "/dev/x", "calibration": beyond }));
+        assert!(why.contains(&format!("its range in the calibration is {low} to {high}, and its encoder counts 0 to 4095; record it again")), "{why}");
+    }
     let why = Arm::made(protocol, of).driver.open(0).expect_err("its offset is another");
     assert!(why.message.contains("adds 7 counts of its own, and the calibration was made with -12"), "{}", why.message);
     peer.join();
