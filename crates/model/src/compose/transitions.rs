@@ -38,7 +38,22 @@ impl Composing<'_> {
         if self.refusals.is_empty() {
             self.check_reached();
             self.check_endings(&lines, &augmented);
+            self.keep_to_ends(&lines, &augmented);
         }
+    }
+
+    /// Takes every normal end away that a part has only after something has told the verb to end, where the part is work of the verb: what
+    /// follows the part does not begin then, also where nothing else leads to it. A line that names the condition declares an ending.
+    fn keep_to_ends(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
+        let (work, ending) = self.work_and_ending();
+        let is_work = |at: usize| lines[at].2.iter().any(|(part, list)| work.contains(&self.parts[*part].list(*list)));
+        let cut: Vec<bool> = lines.iter().enumerate().map(|(at, (_, step, _))| step.condition.is_none() && is_work(at)).collect();
+        self.verb.transitions.retain(|line| {
+            let of = augmented.get(&(line.from.clone(), line.condition.clone()));
+            let is_late = ending.contains(&line.from) && !work.contains(&line.from) && !work.contains(&line.to);
+            let is_cut = is_late && of.is_some_and(|(_, at)| cut[*at]);
+            !is_cut
+        });
     }
 
     fn initial(&mut self) {
