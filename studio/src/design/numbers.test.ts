@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { count, duration, percent, period, reading, seconds, valueText } from "./numbers";
+import { clockText, count, dayText, duration, percent, period, reading, seconds, valueText } from "./numbers";
 
 test("durations in the unit that suits them, periods exactly", () => {
   expect([850, 16_384, 1_000_000, 2.5e9].map((ns) => duration(ns))).toEqual(["850 ns", "16.4 µs", "1.00 ms", "2.50 s"]);
@@ -32,4 +32,10 @@ test("what is read off has seven digits", () => {
     "3.333333e-6",
     "1.234568e+9",
   ]);
+});
+
+test("a time on the wall, which the virtual clock has none of", () => {
+  const wall_ns = new Date(2026, 10, 29, 14, 3, 22).getTime() * 1e6;
+  expect([clockText(wall_ns), dayText(wall_ns)]).toEqual(["14:03:22", "2026-11-29 14:03:22"]);
+  expect([clockText(12e9), dayText(12e9)]).toEqual(["", ""]);
 });

@@ -42,6 +42,19 @@ export function seconds(time_s: number): string {
   return `${time_s.toFixed(3)} s`;
 }
 
+/** The least time of a wall clock, ns since 1970: under the virtual clock a wall has the system's own, from 0 on. */
+const WALL_MIN_NS = 1e17;
+
+/** A time of day on the wall, from ns since 1970: "14:03:22". Empty under the virtual clock. */
+export function clockText(wall_ns: number): string {
+  return wall_ns < WALL_MIN_NS ? "" : new Date(wall_ns / 1e6).toLocaleTimeString("en-GB");
+}
+
+/** The same with its day: "2026-11-29 14:03:22". */
+export function dayText(wall_ns: number): string {
+  return wall_ns < WALL_MIN_NS ? "" : `${new Date(wall_ns / 1e6).toLocaleDateString("sv-SE")} ${clockText(wall_ns)}`;
+}
+
 /** A number of a live value: always of one width, so that figures do not dance. */
 export function figure(value: number): string {
   if (!Number.isFinite(value)) return String(value);

@@ -17,7 +17,7 @@ export function Panel(props: { title: ReactNode; end?: ReactNode; children: Reac
   );
 }
 
-export type Tone = "plain" | "good" | "warn" | "bad" | "accent";
+export type Tone = "plain" | "good" | "warn" | "bad" | "critical" | "accent";
 
 export function Tag(props: { tone?: Tone; children: ReactNode; title?: string }) {
   return (

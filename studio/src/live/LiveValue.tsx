@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useRef } from "react";
 import { isFloat, valueText } from "../design/numbers";
+import { unitText } from "../design/units";
 import { useControl } from "../shell/context";
 import { isStored } from "./stored";
 
@@ -34,7 +35,7 @@ export function LiveValue(props: {
       <span className="figures" ref={element} data-live={name}>
         –
       </span>
-      {props.unit && <span className="quiet">{`\u202f${props.unit}`}</span>}
+      {props.unit && <span className="quiet">{`\u202f${unitText(props.unit)}`}</span>}
     </span>
   );
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Alarm, Severity } from "../control/shapes";
 import type { Source } from "../control/source";
-import { seconds } from "../design/numbers";
+import { clockText, dayText, seconds } from "../design/numbers";
 import { Refusals, Tag, type Tone } from "../design/parts";
 import { useAction } from "./context";
 
@@ -19,14 +19,26 @@ const MEANS: Record<AlarmState, string> = {
   returned: "returned to normal, unacknowledged: its cause is gone, and nobody has acknowledged it",
 };
 
-const TONES: Record<Severity, Tone> = { low: "plain", medium: "warn", high: "bad", critical: "bad" };
+/** Colour and shape of each severity, so that neither alone has to be told apart. */
+export const MARKS: Record<Severity, { tone: Tone; shape: string }> = {
+  low: { tone: "plain", shape: "M5 1.5a3.5 3.5 0 1 0 .01 0z" },
+  medium: { tone: "warn", shape: "M5 .5 9.5 5 5 9.5.5 5z" },
+  high: { tone: "bad", shape: "M5 .5 9.7 9.5H.3z" },
+  critical: { tone: "critical", shape: "M1 1h8v8H1z" },
+};
 
-/** Severity and state of an alarm, each as a word. */
+/** Severity and state of an alarm, each as a word; the severity with its shape. */
 export function AlarmTags(props: { of: Alarm }) {
   const state = stateOf(props.of);
+  const { tone, shape } = MARKS[props.of.severity];
   return (
     <span className="alarm-tags">
-      <Tag tone={TONES[props.of.severity]}>{props.of.severity}</Tag>{" "}
+      <Tag tone={tone}>
+        <svg className="shape" viewBox="0 0 10 10" aria-hidden="true">
+          <path d={shape} />
+        </svg>
+        {props.of.severity}
+      </Tag>{" "}
       <Tag tone={state === "active" ? "bad" : state === "returned" ? "warn" : "plain"} title={MEANS[state]}>
         {state}
       </Tag>
@@ -75,7 +87,8 @@ export function AcknowledgeAll(props: { of: readonly Alarm[]; from: Source }) {
   );
 }
 
-/** Alarms, one a line, the most urgent first: severity, state, code, where and what, since when, acknowledging it alone. */
+/** Alarms, one a line, the most urgent first: severity, state, code, where and what, since when on the wall and on the
+ * system's clock, acknowledging it alone. */
 export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
   return (
     <ul className="alarm-table">
@@ -89,7 +102,9 @@ export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
             {alarm.remedy && <span className="quiet"> {alarm.remedy}</span>}
           </span>
           <span className="quiet small figures">
-            {seconds(alarm.time_ns * 1e-9)}
+            <span title={dayText(alarm.wall_ns)}>
+              {[clockText(alarm.wall_ns), seconds(alarm.time_ns * 1e-9)].filter(Boolean).join(" · ")}
+            </span>
             {alarm.count > 1 && `, ${alarm.count} times`}
           </span>
           <Acknowledge of={alarm} from={props.from} />

@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 import type { Alarm } from "../control/shapes";
 import { foremost } from "./AlarmBar";
-import { inOrder, stateOf } from "./AlarmTable";
+import { inOrder, MARKS, stateOf } from "./AlarmTable";
 import { moving } from "./CommandHolder";
 
 const alarm = (code: string, severity: Alarm["severity"], active: boolean, time_ns: number): Alarm => ({
@@ -52,4 +52,9 @@ test("what moves although no session commands: running instances, not those that
   const now = { instances: [one("sway#1", "running", null), one("servo#1", "running", "arm"), one("move#1", "ended", null)] };
   expect(moving(now as unknown as Parameters<typeof moving>[0])).toEqual(["sway#1"]);
   expect(moving(null)).toEqual([]);
+});
+
+test("each severity has a colour and a shape of its own", () => {
+  const marks = Object.values(MARKS);
+  expect([new Set(marks.map((mark) => mark.tone)).size, new Set(marks.map((mark) => mark.shape)).size]).toEqual([4, 4]);
 });

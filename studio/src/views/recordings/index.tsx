@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useCallback, useEffect, useId, useState } from "react";
 import { Empty, Panel, Refusals } from "../../design/parts";
-import { useAction, useLive } from "../../shell/context";
+import { useAction, useLive, useTopic } from "../../shell/context";
 import { type Begun, completedName, freshName, keepRecordings, keptRecordings, namesIn } from "./begun";
 import { Files } from "./Files";
 import "./recordings.css";
@@ -33,10 +33,13 @@ function Begin(props: { begun: (one: Begun) => void }) {
   const [cells, setCells] = useState(false);
   const [replay, setReplay] = useState(false);
   const [file, names] = [useId(), useId()];
+  const now = useTopic(control.topics.statistics);
+  // What comes from outside has to be recorded from the first interrupt source on.
+  const isNew = now !== null && Object.keys(now.sources).length === 0;
   const path = completedName(name);
   const begin = () =>
     action.run(async () => {
-      const { recording } = await control.order("record", { path, svvs: namesIn(svvs), cells, replay });
+      const { recording } = await control.order("record", { path, svvs: namesIn(svvs), cells, replay: replay && isNew });
       props.begun({ recording, run: control.version.run, name: path, summary: null });
       setName(freshName(control.version.system, new Date()));
     });
@@ -62,10 +65,12 @@ function Begin(props: { begun: (one: Begun) => void }) {
           <label>
             <input type="checkbox" checked={cells} onChange={(event) => setCells(event.target.checked)} /> private cells too
           </label>
-          <label>
-            <input type="checkbox" checked={replay} onChange={(event) => setReplay(event.target.checked)} /> what comes from outside too,
-            for replay
-          </label>
+          {isNew && (
+            <label>
+              <input type="checkbox" checked={replay} onChange={(event) => setReplay(event.target.checked)} /> what comes from outside too,
+              for replay
+            </label>
+          )}
           <button type="submit" className="primary" disabled={action.busy || path === ""}>
             Record
           </button>

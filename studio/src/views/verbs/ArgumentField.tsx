@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId } from "react";
 import type { Refusal } from "../../control/refusals";
 import type { FormArgument } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
+import { unitText } from "../../design/units";
 import { families } from "./arguments";
 
 /** What the verb acts on: one device, several, an SVV or a channel. */
@@ -62,7 +64,7 @@ export function ArgumentField(props: {
             ))}
           </select>
         )}
-        <span className="quiet">{[of.kind, of.of ?? of.type_text, of.unit, of.doc].filter(Boolean).join(" · ")}</span>
+        <span className="quiet">{[of.kind, of.of ?? of.type_text, unitText(of.unit), of.doc].filter(Boolean).join(" · ")}</span>
       </div>
       {about}
     </div>

@@ -3,9 +3,10 @@ import { useId } from "react";
 import type { Refusal } from "../../control/refusals";
 import type { FormInput } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
+import { unitText } from "../../design/units";
 import { useControl } from "../../shell/context";
 import type { Bounds } from "./bounds";
-import { degreesOf, endText, isPosition, limitsAt, limitText, unitText } from "./fields";
+import { degreesOf, endText, isPosition, limitsAt, limitText } from "./fields";
 
 /** One input with its unit, limits and default; of an array a field for each element. */
 export function InputField(props: {

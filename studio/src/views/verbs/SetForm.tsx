@@ -2,7 +2,9 @@
 import { useState } from "react";
 import type { FormInput, InstalledInstance, Value, VerbForm } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
+import { unitText } from "../../design/units";
 import { useAction, useControl } from "../../shell/context";
+import { unitOf } from "../flow/installed/units";
 import { valueFrom, wrongText } from "./fields";
 
 /** The inputs of a verb that may be changed while it runs. */
@@ -40,7 +42,7 @@ export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) 
           <input value={texts[input.name] ?? ""} onChange={(event) => setTexts({ ...texts, [input.name]: event.target.value })} />
           <span className="quiet">
             {input.type_text}
-            {input.unit ? `, ${input.unit}` : ""}
+            {input.unit ? `, ${unitText(unitOf(props.instance, input.unit))}` : ""}
           </span>
         </label>
       ))}

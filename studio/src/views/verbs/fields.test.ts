@@ -1,19 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import {
-  arrayOf,
-  byField,
-  degreesOf,
-  elements,
-  endText,
-  gaps,
-  isPosition,
-  limitsAt,
-  limitText,
-  unitText,
-  valueFrom,
-  wrongText,
-} from "./fields";
+import { arrayOf, byField, degreesOf, elements, endText, gaps, isPosition, limitsAt, limitText, valueFrom, wrongText } from "./fields";
 
 test("the number of elements of an input", () => {
   expect(elements("double", 6)).toBeNull();
@@ -70,7 +57,7 @@ test("a unit that is one or the other is a position as each of them is", () => {
     false,
     false,
   ]);
-  expect(unitText("rad|m")).toBe("rad or m");
+  expect(limitText(0.5, "rad|m")).toBe("0.5\u202frad or m");
 });
 
 test("angles are told in degrees beside what was written", () => {

@@ -4,6 +4,7 @@
 import type { Refusal } from "../../control/refusals";
 import type { Value } from "../../control/shapes";
 import { commaIn, numberIn } from "../../design/quantities";
+import { unitText } from "../../design/units";
 
 /** How many elements an input has: of `double[6]` six, of `double[n]` as many as devices were chosen, of a scalar null. */
 export function elements(type_text: string, devices: number): number | null {
@@ -67,19 +68,14 @@ export function gaps(texts: string[]): number[] {
 /** A default or a limit as text: numbers with the unit, lists in brackets. */
 export function limitText(value: Value, unit: string | null): string {
   if (value === null || value === undefined) return "";
-  if (typeof value === "number") return `${Number(value.toPrecision(6))}${unit ? `\u202f${unit}` : ""}`;
-  if (Array.isArray(value)) return value.map((one) => limitText(one, null)).join(", ") + (unit ? `\u202f${unit}` : "");
+  if (typeof value === "number") return `${Number(value.toPrecision(6))}${unit ? `\u202f${unitText(unit)}` : ""}`;
+  if (Array.isArray(value)) return value.map((one) => limitText(one, null)).join(", ") + (unit ? `\u202f${unitText(unit)}` : "");
   return String(value);
 }
 
 /** Whether a unit is that of a position: where the joints are now is of use then. */
 export function isPosition(unit: string | null): boolean {
   return (unit ?? "").split("|").some((one) => one === "rad" || one === "m");
-}
-
-/** A unit for people: `rad|m` is one or the other, as the joint is. */
-export function unitText(unit: string | null): string {
-  return unit === null ? "" : unit.split("|").join(" or ");
 }
 
 /** What was written in the other unit of angles: "90°" for 1.5708, "1.571 rad" for "90 deg". Empty where it is no angle. */

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { unitText } from "../../../design/units";
 // What a data flow graph looks like: boxes with ports, wires between ports. Made from what is installed, or from what is drawn.
 
 export type PortSide = "input" | "output";
@@ -101,7 +102,7 @@ export function portAt(box: Box, port: Port): number {
 
 /** "double[6] in rad, synchronous". */
 export function portText(port: Pick<Port, "type_text" | "unit" | "mode">): string {
-  const of = port.unit ? `${port.type_text} in ${port.unit}` : port.type_text;
+  const of = port.unit ? `${port.type_text} in ${unitText(port.unit)}` : port.type_text;
   return port.mode ? `${of}, ${port.mode}` : of;
 }
 

@@ -4,6 +4,7 @@ import type { Value } from "../../../control/shapes";
 import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { unitText } from "../../../design/units";
 import { portText } from "../drawing/drawing";
 import { freeName, removeBlock, renameBlock, setConstant, setDivide, setMode } from "./change";
 import type { Draft } from "./definition";
@@ -145,7 +146,7 @@ function ConstantField(props: { item: Item; value: Value | undefined; commit: (v
   return (
     <div title={item.doc}>
       <TextField
-        label={item.unit ? `${item.name} (${item.unit})` : item.name}
+        label={item.unit ? `${item.name} (${unitText(item.unit)})` : item.name}
         value={constantText(value)}
         placeholder="default"
         commit={(text) => {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a wire that was dropped on nothing may lead to: blocks that are not there yet, ports that are, ports of the whole.
+
 import { own } from "../../../design/own";
+import { unitsAgree, unitText } from "../../../design/units";
 import type { End, Place, PortSide } from "../drawing/drawing";
 import * as change from "./change";
 import { type BlockUse, type Draft, definitionOf, type Graph, type SetKind } from "./definition";
@@ -55,7 +57,7 @@ export function fitting(draft: Draft, from: Begun, at: Tried, faces: Faces): Ans
   const bound = boundaryOf(draft, from.box)
     ?.ports.map((port) => inner(draft.of, port, faces))
     .find((item) => item !== undefined);
-  const fits = (item: Item) => !bound || (item.type_text === bound.type_text && (item.unit === bound.unit || !item.unit || !bound.unit));
+  const fits = (item: Item) => !bound || (item.type_text === bound.type_text && unitsAgree(item.unit, bound.unit));
   return Object.entries(at.draft.of.blocks).flatMap(([block, use]) =>
     itemsOf(use, faces)
       .filter((item) => (item.kind === "input" || item.kind === "output") && item.kind !== from.side && fits(item))
@@ -78,7 +80,7 @@ export function offered(draft: Draft, from: Begun, at: Tried, answered: Answered
     const item = found && itemsOf(found.use, faces).find((one) => one.name === port);
     if (!found || !item) return [];
     const { use, name } = found;
-    const about = `${item.type_text}${item.unit ? ` in ${item.unit}` : ""}, ${modeText(item.mode)}`;
+    const about = `${item.type_text}${item.unit ? ` in ${unitText(item.unit)}` : ""}, ${modeText(item.mode)}`;
     const text = `${name.replace(/^library\./, "")}.${port}`;
     return [{ offer: { kind: "block" as const, key: `new ${name} ${port}`, text, about, use, name, port }, likeness: likeness(item) }];
   });

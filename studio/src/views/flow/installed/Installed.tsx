@@ -12,6 +12,7 @@ import { sourceColour } from "../drawing/sources";
 import { Details } from "./Details";
 import { drawn, graphsOf } from "./drawn";
 import { everythingIn, instanceOf } from "./elsewhere";
+import { inOwnUnits } from "./units";
 
 const NOTHING: Drawing = { boxes: [], wires: [] };
 
@@ -23,7 +24,7 @@ export function Installed() {
   const [said, setSaid] = useState<ReadonlySet<string> | null>(null);
   const [opened, setOpened] = useState<ReadonlySet<string>>(new Set());
   const [chosen, setChosen] = useState<Chosen>(null);
-  const instances = useMemo(() => (installed?.instances ?? []).filter((one) => one.state !== "deleted"), [installed]);
+  const instances = useMemo(() => (installed?.instances ?? []).filter((one) => one.state !== "deleted").map(inOwnUnits), [installed]);
   const toggle = useCallback((box: string) => setOpened((before) => toggled(before, box)), []);
   const first = useFirst(instances);
   const hidden = said ?? first;

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { InstalledInstance } from "../../../control/shapes";
+import { choices } from "../../../design/units";
+
+/**
+ * An instance with the units of what it acts on: a servo of a sliding joint reads m and N where its blocks say `rad|m` and `N.m|N`. Which of a choice
+ * it is, is what its ports that are bound to cells of one unit agree on; where none is, or they differ, the choice stays.
+ */
+export function inOwnUnits(instance: InstalledInstance): InstalledInstance {
+  const found = choiceOf(instance);
+  if (found === null) return instance;
+  const own = (unit: string) => of(unit, found);
+  return {
+    ...instance,
+    blocks: instance.blocks.map((block) => ({ ...block, ports: block.ports.map((port) => ({ ...port, unit: own(port.unit) })) })),
+    cells: instance.cells.map((cell) => ({ ...cell, unit: own(cell.unit) })),
+  };
+}
+
+/** What a unit of its verb is of this instance. */
+export function unitOf(instance: InstalledInstance, unit: string): string {
+  return of(unit, choiceOf(instance) ?? -1);
+}
+
+function of(unit: string, choice: number): string {
+  const offered = choices(unit);
+  return offered.length > 1 ? (offered[choice] ?? unit) : unit;
+}
+
+function choiceOf(instance: InstalledInstance): number | null {
+  const units = new Map(instance.cells.map((cell) => [cell.name, cell.unit]));
+  const votes = new Set<number>();
+  for (const port of instance.blocks.flatMap((block) => block.ports)) {
+    const offered = choices(port.unit);
+    const unit = units.get(port.cell ?? "");
+    if (offered.length < 2 || !unit) continue;
+    const vote = offered.indexOf(unit);
+    if (vote >= 0) votes.add(vote);
+  }
+  const [first] = votes;
+  return votes.size === 1 && first !== undefined ? first : null;
+}
