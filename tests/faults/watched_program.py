@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from plant import LINGER
 
 PUSH = 1.0
 PERIOD = "2 ms"
+PAUSE_S = 0.001
 
 
 def main(told: dict[str, Any]) -> None:
@@ -43,7 +45,11 @@ def main(told: dict[str, Any]) -> None:
         )
 
         def push() -> gpac.VerbInstance[Any]:
-            return pushing.on(fast).asynch(drive["x"].effort, u=PUSH)
+            """Pushes; before the drive moves nobody has commanded anything that would have to be made safe."""
+            pushed = pushing.on(fast).asynch(drive["x"].effort, u=PUSH)
+            while not (pushed.done or cell.read(drive["x"].velocity)[0]):
+                time.sleep(PAUSE_S)
+            return pushed
 
         pushed = push()
         print("ready", flush=True)
