@@ -100,7 +100,10 @@ class Alarms(Shown, Declared):
 
     @property
     def history(self) -> list[Alarm]:
-        """Alarms that are over, the last 1,000, oldest first; those of earlier lives of the system too, where it was restored."""
+        """Alarms that are over, 1,000 at most, oldest first; those of earlier lives of the system too, where it was restored.
+
+        Where there are more, the oldest leave of the code that has the most, so that one that chatters leaves the others there.
+        """
         return [_alarm(given) for given in self._described()["history"]]
 
     @property

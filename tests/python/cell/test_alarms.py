@@ -207,6 +207,24 @@ def test_the_history_is_bounded(cell: gpac.System) -> None:
     assert cell.alarms.history[-1].source == "s1009"
 
 
+def test_an_alarm_that_chatters_leaves_the_others_in_the_history(cell: gpac.System) -> None:
+    cell.alarms.define("E1", "one")
+    cell.alarms.define("E2", "two")
+
+    def pass_over(code: str, source: str) -> None:
+        cell.alarms.trip(code, source=source)
+        cell.alarms.clear(code)
+        cell.alarms.acknowledge()
+
+    for k in range(3):
+        pass_over("E2", f"rare{k}")
+    for k in range(1010):
+        pass_over("E1", f"s{k}")
+    history = cell.alarms.history
+    assert [alarm.source for alarm in history if alarm.code == "E2"] == ["rare0", "rare1", "rare2"]
+    assert [alarm.source for alarm in history if alarm.code == "E1"] == [f"s{k}" for k in range(13, 1010)]
+
+
 def test_the_listing_reads_well(cell: gpac.System) -> None:
     assert repr(cell.alarms) == "no alarms"
     cell.alarms.define("E1", "the gate is open", remedy="close it", severity="medium")

@@ -2,7 +2,7 @@
 //! Alarms: texts, what the programming system raises, acknowledgements, what there is.
 use crate::protection::causes::{known_alarm, raise};
 use crate::refuse::{refuse, unknown};
-use crate::safety::alarms::{Alarm, AlarmList, AlarmText, Cause, HISTORY_MAX, Raised, Severity};
+use crate::safety::alarms::{Alarm, AlarmList, AlarmText, Cause, Raised, Severity};
 use crate::system::System;
 use model::refusal::{Class, Refusals};
 use model::wording::printable;
@@ -66,8 +66,7 @@ impl System {
             let last = history.iter().map(|a| a.number).max().unwrap_or(0);
             core.safety.alarms.last = core.safety.alarms.last.max(last);
             history.into_iter().rev().map(Alarm::printable).for_each(|alarm| core.safety.alarms.history.push_front(alarm));
-            let over = core.safety.alarms.history.len().saturating_sub(HISTORY_MAX);
-            core.safety.alarms.history.drain(..over);
+            core.safety.alarms.trim();
             Ok(())
         })
     }

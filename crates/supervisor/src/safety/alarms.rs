@@ -7,7 +7,7 @@
 use indexmap::IndexMap;
 use model::wording::printable;
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
+use std::collections::{BinaryHeap, VecDeque};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// How urgent an alarm is.
@@ -97,7 +97,7 @@ pub(crate) struct Raised<'a> {
 
 /// Alarms that wait for a person; more come from different sources than any person could read.
 pub(crate) const CURRENT_MAX: usize = 1000;
-/// Alarms of the past.
+/// Alarms of the past; of more, see [`Alarms::trim`].
 pub(crate) const HISTORY_MAX: usize = 1000;
 
 /// The alarms of a system, as a call tells them.
@@ -217,9 +217,32 @@ impl Alarms {
     }
 
     fn archive(&mut self, alarm: Alarm) {
-        if self.history.len() == HISTORY_MAX {
-            self.history.pop_front();
-        }
         self.history.push_back(alarm);
+        self.trim();
+    }
+
+    /// Keeps the history within its bound: where it has more, the oldest leave of the code that has the most. One that chatters does not push the
+    /// others out.
+    pub fn trim(&mut self) {
+        let over = self.history.len().saturating_sub(HISTORY_MAX);
+        if over == 0 {
+            return;
+        }
+        let mut counts: IndexMap<&str, usize> = IndexMap::new();
+        self.history.iter().for_each(|alarm| *counts.entry(&alarm.code).or_default() += 1);
+        let mut most: BinaryHeap<(usize, &str)> = counts.into_iter().map(|(code, count)| (count, code)).collect();
+        let mut leaving: IndexMap<String, usize> = IndexMap::new();
+        for _ in 0..over {
+            let Some((count, code)) = most.pop() else { break };
+            *leaving.entry(code.to_owned()).or_default() += 1;
+            most.push((count - 1, code));
+        }
+        self.history.retain(|alarm| match leaving.get_mut(&alarm.code) {
+            Some(left) if *left > 0 => {
+                *left -= 1;
+                false
+            }
+            _ => true,
+        });
     }
 }
