@@ -247,6 +247,15 @@ def test_nothing_begins_in_any_composition_that_was_told_to_end(rig: Rig) -> Non
     assert count == 1 or tried > count / 3, f"the model refused {count - tried} of {count} compositions"
 
 
+def test_parts_that_go_on_together_where_a_halt_leads_one_of_them_are_refused(rig: Rig) -> None:
+    """Their next lists are one: at a halt of the recovery the work of the other part would begin with it."""
+    chain = gpac.compose("chain", leaf(rig, 0, brakes=False) >> leaf(rig, 1, brakes=False))
+    parts = {"a": leaf(rig, 2, brakes=False), "r": leaf(rig, 3, brakes=False)}
+    recovery = gpac.compose("recovery", parts, transitions={("a", None): "r", ("a", "halted"): "r"})
+    with pytest.raises(gpac.CompositionConflict, match="a halt leads to the first alone: the second would begin then"):
+        gpac.together({"x": chain, "y": recovery}, name="both").on(rig.fast)
+
+
 @pytest.mark.parametrize("seed", [910000130, 910000703, 910001577, 910005618])
 def test_what_follows_a_part_without_a_normal_end_of_its_own_begins_at_no_halt(rig: Rig, seed: int) -> None:
     """The one way to a normal end is a list that the halt leads to: here the next part is no work, and was taken for an ending."""

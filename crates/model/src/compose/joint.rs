@@ -5,7 +5,7 @@
 //! condition also when it came before, then switches the parts off, and is `completed`. What ends a part otherwise ends the whole.
 use super::part::{MERGED, PartOf};
 use super::{Composing, Until};
-use crate::conditions::{LIMITS, SYSTEM};
+use crate::conditions::{ENDS, LIMITS, SYSTEM};
 use crate::definition::Command;
 use crate::refusal::Class;
 use indexmap::IndexSet;
@@ -52,6 +52,25 @@ impl Composing<'_> {
         }
         for joint in self.joints.clone().iter().filter(|joint| joint.all) {
             self.check_all(joint);
+            self.check_ends(joint);
+        }
+    }
+
+    /// Refuses lists that are one where a condition by which something tells the verb to end leads to some of them alone: the others, to which no such
+    /// condition of their part leads, would begin then.
+    fn check_ends(&mut self, joint: &Joint) {
+        let is_ending = |(part, list): &(usize, usize)| ENDS.iter().any(|condition| self.parts[*part].goal_of_initial(condition) == Some(*list));
+        let (ending, work): (Vec<_>, Vec<_>) = joint.lists.iter().copied().partition(is_ending);
+        if let (Some((part, list)), Some((other, begun))) = (ending.first(), work.first()) {
+            let (of, by) = (&self.parts[*part], &self.parts[*other]);
+            let message = format!(
+                "{} and {} both go on by one condition, to their lists '{}' and '{}', and a halt leads to the first alone: the second would begin then",
+                of.described(),
+                by.described(),
+                of.own_list(*list),
+                by.own_list(*begun)
+            );
+            self.refuse(Class::CompositionConflict, message, "let the halt lead to a list of its own", &None);
         }
     }
 
