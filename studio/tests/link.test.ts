@@ -6,7 +6,7 @@ import type { Browser, Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
 import { Commander } from "./commander";
 import { Link } from "./link";
-import { browse, command, type Opened, open, type Running, run, shoot } from "./running";
+import { browse, command, type Opened, open, type Running, run, shoot, show } from "./running";
 
 /** Presses of the emergency stop. */
 const STOPS = Number(process.env.OPENGPAC_STOPS ?? 18);
@@ -22,12 +22,6 @@ function linked(): string {
   const url = new URL(running.url);
   url.port = String(link.port);
   return url.href;
-}
-
-async function show(page: Page, address: string): Promise<void> {
-  await page.evaluate((hash) => {
-    window.location.hash = hash;
-  }, address);
 }
 
 const button = (page: Page, label: string) => page.locator(`[data-button="${label}"]`);

@@ -17,6 +17,7 @@ import {
   run,
   STOP,
   shoot,
+  show,
   stopRectangles,
 } from "./running";
 
@@ -34,13 +35,6 @@ afterAll(async () => {
   await browser?.close();
   await running?.stop();
 });
-
-/** Opens a view that the navigation does not lead to. */
-async function show(page: Page, address: string): Promise<void> {
-  await page.evaluate((hash) => {
-    window.location.hash = hash;
-  }, address);
-}
 
 const button = (page: Page, label: string) => page.locator(`[data-button="${label}"]`);
 

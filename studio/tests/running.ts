@@ -216,3 +216,10 @@ export async function changes(page: Page, selector: string): Promise<[string, st
   await page.waitForFunction(([shown, was]) => (shown as Element).textContent !== was, [handle, before] as const);
   return [before, (await handle.textContent()) ?? ""];
 }
+
+/** Opens a view by its address, also one that the navigation does not lead to. */
+export async function show(page: Page, address: string): Promise<void> {
+  await page.evaluate((hash) => {
+    window.location.hash = hash;
+  }, address);
+}

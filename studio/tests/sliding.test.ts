@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A joint that slides is told in m and N everywhere, though the blocks that serve it serve turning joints alike.
 import { join } from "node:path";
-import type { Browser, Page } from "playwright-core";
+import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { browse, type Opened, open, type Running, run, shoot } from "./running";
+import { browse, type Opened, open, type Running, run, shoot, show } from "./running";
 
 let running: Running;
 let browser: Browser;
@@ -18,12 +18,6 @@ afterAll(async () => {
   await browser?.close();
   await running?.stop();
 });
-
-async function show(page: Page, address: string): Promise<void> {
-  await page.evaluate((hash) => {
-    window.location.hash = hash;
-  }, address);
-}
 
 test("no view shows a unit that is a choice, and every port of a sliding joint's servo is in m and N", async () => {
   const { page } = opened;
