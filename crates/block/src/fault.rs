@@ -51,7 +51,7 @@ pub fn lost_text(signal: i32) -> String {
     format!("{what}; what else uses that library may hang, so start this program again")
 }
 
-/// What a block did that has changed the floating-point control words or the direction flag.
+/// The words for a block that changed the floating-point control words or the direction flag.
 pub const FLOATS_CHANGED: &str =
     "changed the floating-point state of its thread (rounding, flush-to-zero, traps or precision) or its direction flag; restore it before the body returns";
 

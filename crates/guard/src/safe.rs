@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How outputs are brought to their safe state without their driver.
+//! Writes that bring outputs to their safe state without their driver.
 use device::SafeHandle;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
@@ -7,7 +7,7 @@ use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 /// Makes the outputs of a handle safe, as a guard does that has it. Never waits.
 ///
 /// # Errors
-/// Where there is no room to write, and what the system says.
+/// `WouldBlock` where there is no room to write; else the error of the write.
 pub fn make_safe(handle: &SafeHandle) -> io::Result<()> {
     write(handle.descriptor.as_fd(), &handle.writes)
 }

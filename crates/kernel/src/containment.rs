@@ -63,7 +63,7 @@ pub struct Containment {
     _memory: Option<Unforked>,
     /// The thread that runs the loop, for the watchdog.
     thread: AtomicPtr<c_void>,
-    /// What the system calls the source's own thread; 0: it has none.
+    /// Kernel thread ID of the source's own thread; 0: it has none.
     own_thread: AtomicI32,
     /// Signals that the watchdog has sent for the present loop.
     unheard: Unheard,

@@ -12,7 +12,7 @@ const RUN_MAX_NS: i64 = 10_000_000;
 #[derive(Default)]
 pub(crate) struct Unheard {
     count: AtomicU32,
-    /// What the thread had run when the first was sent, ns; -1: the system does not say.
+    /// Processor time of the thread when the first was sent, ns; -1: unknown.
     run_ns: AtomicI64,
 }
 
@@ -21,7 +21,7 @@ impl Unheard {
         self.count.store(0, Ordering::Relaxed);
     }
 
-    /// One more was sent to `thread`, which is alive or was never joined.
+    /// Counts a signal that was sent to `thread`, which is alive or was never joined.
     pub(crate) fn add(&self, thread: libc::pthread_t) {
         if self.count.fetch_add(1, Ordering::Relaxed) == 0 {
             self.run_ns.store(run_ns(thread).unwrap_or(-1), Ordering::Relaxed);

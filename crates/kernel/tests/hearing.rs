@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who takes a signal late for want of a core is not deaf; who keeps signals from its thread is.
+//! A thread that hears a signal late for want of a core is not deaf; one that masks signals is.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "threads are pinned and masked by hand")]
 use kernel::clock::monotonic_ns;
 use kernel::containment::{Containment, install};
@@ -94,7 +94,7 @@ fn a_core() -> usize {
 
 #[test]
 fn who_has_no_core_is_not_deaf() {
-    // On one core with whoever watches, which comes first.
+    // Pinned to one core with the thread that watches, at a lower priority.
     let watching = std::thread::spawn(|| {
         let one = Loop::begin(spins, || {
             pin_to(a_core());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the system says a thread of this process waits for.
+//! Reads the state of a thread of this process from the operating system.
 use std::fs;
 
 /// True of the thread of this clock where it could run, or where a debugger or a stop signal keeps it from it. Where the system does not say, false.

@@ -33,7 +33,7 @@ impl Host {
         source.listener().take(source.id, serial)
     }
 
-    /// What the watchdog has found of a source that nothing can end, or whose thread has ended; once.
+    /// Returns, once, that the watchdog has given up a source: nothing can end its block, or its thread has ended.
     fn given_up(&self, source: &Source) -> Option<Event> {
         let (is_deaf, is_gone) = (source.is_deaf.load(Ordering::Acquire), source.is_gone.load(Ordering::Acquire));
         if !(is_deaf || is_gone) || source.is_told.swap(true, Ordering::AcqRel) {
