@@ -110,29 +110,34 @@ fn pushed(subject: &Subject, pause: Duration) -> Result<Vec<Pushed>, String> {
 
 const NO_INLINE_PARTS: Passed = Passed::NotApplicable("it has no parts whose exchange is inline");
 
-fn moves(subject: &Subject) -> Tried {
+/// Judges the parts of a push; `fault` says what is wrong with one.
+///
+/// Where something is wrong they are pushed once more, at the pace of the clock on the wall. A machine that moves by that clock may
+/// stand still during a push of some microseconds, or get where it should in one step that no reading shows.
+fn judged(subject: &Subject, fault: impl Fn(&Pushed) -> Option<String>) -> Tried {
     let mut parts = pushed(subject, Duration::ZERO)?;
     if parts.is_empty() {
         return Ok(NO_INLINE_PARTS);
     }
-    // A machine that moves by the clock on the wall needs that time to pass.
-    if parts.iter().any(Pushed::is_still) {
-        parts = pushed(subject, Duration::from_millis(1))?;
+    if parts.iter().any(|part| fault(part).is_some()) {
+        parts = pushed(subject, Duration::from_nanos(PERIOD_NS.unsigned_abs()))?;
     }
-    none_of(parts.iter().filter(|part| part.is_still()).map(|part| {
+    none_of(parts.iter().filter_map(fault))
+}
+
+fn moves(subject: &Subject) -> Tried {
+    judged(subject, |part| {
         let name = &part.joint.name;
-        format!("'{name}.position' stays the same while '{name}' is pushed each way: the command is ignored, or the reading is frozen")
-    }))
+        let fault = || format!("'{name}.position' stays the same while '{name}' is pushed each way: the command is ignored, or the reading is frozen");
+        part.is_still().then(fault)
+    })
 }
 
 fn velocity_sign(subject: &Subject) -> Tried {
-    let parts = pushed(subject, Duration::ZERO)?;
-    if parts.is_empty() {
-        return Ok(NO_INLINE_PARTS);
-    }
-    let wrong = |motion: &Motion| motion.distance.abs() > CLEAR && motion.distance * motion.velocity_mean <= 0.0;
-    let told = parts.iter().flat_map(|part| part.motions.iter().map(move |motion| (&part.joint.name, motion)));
-    none_of(told.filter(|(_, motion)| wrong(motion)).map(|(name, motion)| {
-        format!("'{name}.position' changes by {:.3e} while '{name}.velocity' is {:.3e} on average", motion.distance, motion.velocity_mean)
-    }))
+    judged(subject, |part| {
+        let name = &part.joint.name;
+        let is_wrong = |motion: &&Motion| motion.distance.abs() > CLEAR && motion.distance * motion.velocity_mean <= 0.0;
+        let wrong = part.motions.iter().find(is_wrong)?;
+        Some(format!("'{name}.position' changes by {:.3e} while '{name}.velocity' is {:.3e} on average", wrong.distance, wrong.velocity_mean))
+    })
 }

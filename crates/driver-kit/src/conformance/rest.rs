@@ -58,16 +58,9 @@ fn rests(subject: &Subject) -> Tried {
     rig.driver.safe_state();
     // As the kernel does it behind a fault: nobody commands anything.
     rig.let_go();
-    let within = subject.of.safe_state.within_ns / PERIOD_NS + 2;
-    for _ in 0..within {
-        rig.read()?;
-        rig.step();
-    }
+    rig.read_for(subject.of.safe_state.within_ns + 2 * PERIOD_NS)?;
     let before = rig.positions(&joints);
-    for _ in 0..10 {
-        rig.read()?;
-        rig.step();
-    }
+    rig.read_for(10 * PERIOD_NS)?;
     for ((joint, before), after) in joints.iter().zip(before).zip(rig.positions(&joints)) {
         holds((after - before).abs() <= REST, || format!("'{}' goes from {before} to {after} within 10 firings", joint.name))?;
     }

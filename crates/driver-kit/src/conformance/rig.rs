@@ -132,6 +132,16 @@ impl Rig {
         (0..count).try_for_each(|_| self.cycle())
     }
 
+    /// Reads, and writes nothing, until this time has passed for its machine, ns.
+    pub(crate) fn read_for(&mut self, span_ns: i64) -> Result<(), String> {
+        let end_ns = self.release_ns + span_ns;
+        while self.release_ns < end_ns {
+            self.read()?;
+            self.step();
+        }
+        Ok(())
+    }
+
     /// The clock of this process, from where it was opened.
     pub(crate) fn on_the_wall(&mut self) {
         self.release_ns = self.begun_ns + i64::try_from(self.begun.elapsed().as_nanos()).unwrap_or(i64::MAX);

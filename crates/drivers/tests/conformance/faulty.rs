@@ -1,20 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Faulty drivers: the example in C with one thing wrong in it. The check that is meant refuses it, with its cause, and no other check does.
 use crate::{built, checked};
+use driver_kit::conformance::Report;
 use serde_json::json;
 use std::path::Path;
 
 /// What some of them have before everything else.
-const BEFORE: &str = "#define _GNU_SOURCE\n#include <pthread.h>\n#include <unistd.h>
+const BEFORE: &str = "#define _GNU_SOURCE\n#include <pthread.h>\n#include <time.h>\n#include <unistd.h>
 __attribute__((unused)) static void *stays(void *none) { for (;;) pause(); return none; }
 __attribute__((unused)) static void begin(void) { pthread_t thread; pthread_create(&thread, 0, stays, 0); }\n";
 
+/// The report on the example with one thing changed in it.
 #[track_caller]
-fn refused(name: &str, right: &str, wrong: &str, checks: &[&str], cause: &str) {
+fn changed(name: &str, right: &str, wrong: &str) -> Report {
     let example = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/drivers/conveyor.c")).expect("it is there");
     assert!(example.contains(right), "the example has no '{right}'");
     let source = format!("{BEFORE}{}", example.replacen(right, wrong, 1));
-    let report = checked(&format!("conveyor@{}", built(name, &source).display()), &json!({}));
+    checked(&format!("conveyor@{}", built(name, &source).display()), &json!({}))
+}
+
+#[track_caller]
+fn refused(name: &str, right: &str, wrong: &str, checks: &[&str], cause: &str) {
+    let report = changed(name, right, wrong);
     let failed = report.failed();
     assert_eq!(failed.iter().map(|(check, _)| *check).collect::<Vec<_>>(), checks, "{report}");
     assert!(failed[0].1.contains(cause), "{failed:?}");
@@ -157,4 +164,16 @@ faulty! {
         ["safe-handles"], "it declares the guard and has none";
     device_without_a_watchdog: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", 0, BY_DRIVER | BY_DEVICE)"#,
         ["watchdog-by"], "it has none with these options";
+}
+
+/// A real drive may show its velocity only while a whole cycle of its own passes between two readings; no driver can make up for that.
+#[test]
+fn a_velocity_that_shows_at_the_pace_of_the_wall_is_right() {
+    let right = "    set_number(readings, self->velocity, self->speed);";
+    let wrong = r#"    static int64_t seen_ns; struct timespec now; clock_gettime(CLOCK_MONOTONIC, &now);
+    int64_t now_ns = now.tv_sec * INT64_C(1000000000) + now.tv_nsec;
+    set_number(readings, self->velocity, now_ns - seen_ns > 500000 ? self->speed : 0.0);
+    seen_ns = now_ns;"#;
+    let report = changed("at_the_pace_of_the_wall", right, wrong);
+    assert_eq!(report.failed(), [], "{report}");
 }
