@@ -91,7 +91,14 @@ class Observed(Shown):
             return Log(self._alive().log(since))
 
     def record(
-        self, path: str | os.PathLike[str], svvs: Sequence[str] | None = None, *, cells: bool = False, replay: bool = False
+        self,
+        path: str | os.PathLike[str],
+        svvs: Sequence[str] | None = None,
+        *,
+        cells: bool = False,
+        replay: bool = False,
+        split: int | str | None = None,
+        keep: int | None = None,
     ) -> Recording:
         """Records into a new MCAP file from now on: every value of SVVs, conditions, transitions, ends, commands, timing.
 
@@ -100,9 +107,14 @@ class Observed(Shown):
         its `lost`, and control never waits for a disk. Under the virtual clock time waits for the recorder, so nothing is lost.
         With `replay=True` the file also has everything that comes from outside, so that `opengpac replay` runs it again (docs/replay.md):
         begun before the first interrupt source is made, else refused (InvalidState).
+
+        `split="500 MB"` ends a file at about that size (1 MB at the least) and goes on in `run-2.mcap`, `run-3.mcap` and so on, without a
+        gap: each has the name, type and last value of every SVV at its beginning and is read alone. `keep=10` leaves the ten newest of them
+        (2 at the least) and deletes the others. Neither goes with `replay=True`. A recording leaves 256 MiB of its disk free, on a
+        small one a twentieth: then the oldest files go where `keep=` is given, else it ends.
         Of a remote system `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
         """
-        return begin(self, path, svvs, cells=cells, replay=replay)
+        return begin(self, path, svvs, cells=cells, replay=replay, split=split, keep=keep)
 
     def block_times(self, source: Source | None = None, *, during: Quantity = "60 s") -> Table:
         """How long each block takes: a probe visits one block a firing, `during` so much real time from now on (an hour at most).

@@ -26,6 +26,8 @@ def add_to(commands: Any) -> None:
     record.add_argument("--svvs", metavar="NAME", action="append", help="SVVs, with * and ?; default: all")
     record.add_argument("--cells", action="store_true", help="the private cells of verb instances too")
     record.add_argument("--no-replay", action="store_true", help="without what 'opengpac replay' needs")
+    record.add_argument("--split", metavar="SIZE", help="end a file at this size, 500MB, and go on in the next one; with --no-replay")
+    record.add_argument("--keep", metavar="NUMBER", type=int, help="so many of the newest files stay; with --split")
     programs.add_to(record)
     record.set_defaults(run=_record)
     plot = commands.add_parser("plot", help="make a picture of a recording")
@@ -51,7 +53,9 @@ class _Recording(programs.Watcher):
             path = path.with_stem(f"{path.stem}-{system.name}-{len(self.recordings) + 1}")
         # A remote system has its interrupt sources already.
         replay = system.session is None and not self.given.no_replay
-        self.recordings.append((system, system.record(path, svvs=self.given.svvs, cells=self.given.cells, replay=replay)))
+        given = self.given
+        recording = system.record(path, svvs=given.svvs, cells=given.cells, replay=replay, split=given.split, keep=given.keep)
+        self.recordings.append((system, recording))
 
 
 def _record(given: argparse.Namespace) -> int:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
@@ -51,6 +52,27 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
 def optional_ns(duration: Quantity | None, what: str) -> int | None:
     """As `duration_ns`, and nothing for nothing."""
     return None if duration is None else duration_ns(duration, what)
+
+
+_SIZES = {"B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30, "TiB": 2**40}
+
+
+def size_bytes(size: int | str, what: str = "the size") -> int:
+    """Whole bytes of a size: a number of bytes, or text with a unit, `"500 MB"` or `"2 GiB"`.
+
+    >>> size_bytes("500 MB"), size_bytes("2 GiB"), size_bytes(1_000_000)
+    (500000000, 2147483648, 1000000)
+    """
+    remedy = "write for example '500 MB' or '2 GiB', or a number of bytes"
+    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([A-Za-z]+)\s*", size) if isinstance(size, str) else None
+    if found and found[2] in _SIZES:
+        return round(float(found[1]) * _SIZES[found[2]])
+    if found:
+        remedy = f"units of sizes are {', '.join(_SIZES)}"
+    count = None if isinstance(size, str | bool) else number(size)
+    if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count < 2**63:
+        refuse(ValueRefused, f"{what} {size!r} is not a size", remedy)
+    return count
 
 
 def unknown_unit(unit: str) -> str | None:

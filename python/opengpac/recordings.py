@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from . import _native, checking
-from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
+from .errors import CallError, UnknownName, ValueRefused, did_you_mean, refusals, refuse
 from .given import taking
+from .quantities import size_bytes
 from .values import dtype_of
 
 if TYPE_CHECKING:
@@ -63,24 +64,34 @@ class Recording:
         return last
 
     @property
+    def files(self) -> list[str]:
+        """The files that are there, the oldest first; the last one is being written. More than one where the recording is split."""
+        return self._summary["files"]
+
+    @property
     def running(self) -> bool:
-        """Whether it goes on. A full disk ends it: `failure` says so."""
+        """Whether it goes on. It ends before the disk is full: `failure` says so."""
         return self._summary["running"]
 
     @property
     def counts(self) -> dict[str, int]:
-        """Messages in the file, by channel; while it runs, those that are on the disk."""
+        """Messages that were written, by channel; while it runs, those that are on the disk. Those of files that went count too."""
         return self._summary["counts"]
 
     @property
     def lost(self) -> dict[str, int]:
-        """Messages that are not in it, by channel, where there are any: exact."""
+        """Messages that could not be written, by channel, where there are any: exact."""
         return self._summary["lost"]
 
     @property
     def bytes(self) -> int:
-        """The size of the file."""
+        """The size of the files that are there."""
         return self._summary["bytes"]
+
+    @property
+    def free_bytes(self) -> int | None:
+        """Bytes that were free on the disk when it was written to last; None where nobody can tell."""
+        return self._summary["free_bytes"]
 
     @property
     def failure(self) -> str | None:
@@ -102,22 +113,35 @@ class Recording:
         return f"recording '{self.path}' ({state}): {values} values, {summary['bytes'] / 1e6:.1f} MB, {lost or 'nothing'} lost"
 
 
-def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | None, *, cells: bool, replay: bool) -> Recording:
+def begin(
+    system: Observed,
+    path: str | os.PathLike[str],
+    svvs: Sequence[str] | None,
+    *,
+    cells: bool,
+    replay: bool,
+    split: int | str | None,
+    keep: int | None,
+) -> Recording:
     """See `System.record`."""
     if isinstance(svvs, str) or not all(isinstance(name, str) for name in ([] if svvs is None else svvs)):
         refuse(CallError, f"svvs= is {svvs!r}", 'give a list of names, for example ["arm.*"]')
+    if keep is not None and not 0 <= keep < 2**32:
+        refuse(ValueRefused, f"{keep} files cannot be kept", "give a number of files, 2 or more")
     file = os.fspath(path)
     if system.session is None:
         file = str(Path(file).expanduser().absolute())
     options = {"svvs": ["*"] if svvs is None else list(svvs), "cells": cells, "replay": replay}
+    split_bytes = None if split is None else size_bytes(split, "split=")
     if checking.active():
         # Nothing runs, and no file is made that would stand in the way of the run.
         if system.session is None:
             checking.would_record(file, system, options)
-        return Recording(system, 0, file, {"running": False, "counts": {}, "lost": {}, "bytes": 0, "failure": None})
+        nothing = {"files": [file], "running": False, "counts": {}, "lost": {}, "bytes": 0, "free_bytes": None, "failure": None}
+        return Recording(system, 0, file, nothing)
     with refusals:
-        number = system._alive().record(file, **options)["recording"]
-    return Recording(system, number, file)
+        begun = system._alive().record(file, **options, split_bytes=split_bytes, keep=keep)["recording"]
+    return Recording(system, begun, file)
 
 
 DAMAGE_SHOWN = 3

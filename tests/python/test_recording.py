@@ -335,3 +335,50 @@ def test_a_recording_without_its_tail_says_where_it_ends(cell: gpac.System, tmp_
     assert one.begins == place.start and one.span and (round(one.span[0] * 1e9), round(one.span[1] * 1e9)) == (first, last)
     got = [round(time * 1e9) for time in recorded["a"]["time"]]
     assert got == [time for time, _ in whole["a"] if time < first], "every value of the chunks before"
+
+
+def test_files_follow_each_other_and_the_newest_stay(cell: gpac.System, tmp_path: Path) -> None:
+    with cell.record(tmp_path / "run.mcap", split="1 MB", keep=3) as recording:
+        run(cell, "y")
+        cell.advance("120 s")
+    files = [Path(file) for file in recording.files]
+    assert len(files) == 3 and sorted(files) == sorted(tmp_path.iterdir()) and files[-1].stem.startswith("run-")
+    assert recording.bytes == sum(file.stat().st_size for file in files)
+    assert recording.free_bytes is not None and recording.free_bytes > 0
+    parts = [gpac.open_recording(file) for file in files]
+    for before, after, file in zip(parts, parts[1:], files, strict=False):
+        assert after["y"][0] == before["y"][-1] and after.metadata["opengpac"]["follows"] == file.name
+    assert parts[-1]["y"][-1]["time"] == pytest.approx(120.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"split": "1 MB", "replay": True}, "a recording for a replay is one file"),
+        ({"keep": 3}, "at what size the next file begins"),
+        ({"split": "10 kB"}, "give 1 MB or more"),
+        ({"split": "1 MB", "keep": 1}, "give 2 or more"),
+        ({"split": "much"}, "split= 'much' is not a size; write for example '500 MB'"),
+        ({"split": "5 mb"}, "units of sizes are B, kB, MB"),
+        ({"split": -1}, "is not a size"),
+        ({"split": "1 MB", "keep": -1}, "-1 files cannot be kept"),
+    ],
+)
+def test_bounds_that_cannot_be_kept_are_refused(cell: gpac.System, tmp_path: Path, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(gpac.ValueRefused) as refused:
+        cell.record(tmp_path / "run.mcap", **options)
+    assert words in str(refused.value)
+    assert not [*tmp_path.iterdir()]
+
+
+def test_the_command_splits_too(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import opengpac as gpac\nfrom opengpac import activate, library\n"
+        "cell = gpac.System('cell', clock='virtual')\nfast = cell.processor('rtp0').timer('fast', period='1 ms', priority=80)\n"
+        "wave = gpac.Verb('wave', blocks={'wave': library.signal_generator(shape=1)}, instantiation_parameters={'y': 'wave.y'},\n"
+        "    command_lists={'start': [activate('wave', every='1 ms')]})\n"
+        "wave.on(fast).asynch(cell.svv('y'))\ncell.advance('60 s')\n"
+    )
+    assert cli.main(["record", "-o", str(tmp_path / "run.mcap"), "--no-replay", "--split", "1MB", "--keep", "2", str(program)]) == 0
+    assert len([*tmp_path.glob("run*.mcap")]) == 2

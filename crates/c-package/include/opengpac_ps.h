@@ -288,11 +288,14 @@ void opengpac_close(opengpac_system *system);
  *       Returns all that is wrong with a workspace here and now: its form, and what it names and is not
  *       there.
  * recordings
- *   record(path, [svvs], [cells], [replay]) -> RecordingBegun
+ *   record(path, [svvs], [cells], [replay], [split_bytes], [keep]) -> RecordingBegun
  *       Begins to record into a new MCAP file. Returns its number.
  *         svvs: Names of SVVs, with * and ?; all where they are left out.
  *         cells: The private cells of all verb instances too.
  *         replay: Everything that comes from outside too, so that the run can be run again.
+ *         split_bytes: Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so
+ *         on. Not of a recording for a replay.
+ *         keep: Files that stay where the recording is split; the oldest goes. All where it is left out.
  *   recording(recording) -> RecordingSummary
  *       Returns how a recording stands.
  *   stop_recording(recording) -> RecordingSummary

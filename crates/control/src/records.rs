@@ -3,8 +3,7 @@
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde_json::{Map, Value as Json};
-use std::ffi::OsStr;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Component, Path};
 
 /// The `path` of a call on recordings becomes one in the folder, which `recordings` lists; whose code `replay` may run says the daemon.
 /// Errors: there is no folder, the name is no plain one.
@@ -32,16 +31,11 @@ pub fn place(folder: Option<&Path>, trust: &[String], call: &str, arguments: &mu
     Ok(())
 }
 
-/// A recording that was under way when its daemon died goes on in a file beside the one that it has: `run-2.mcap` after `run.mcap`.
+/// A recording that was under way when its daemon died goes on in a file beside those that it has: `run-2.mcap` after `run.mcap`.
 pub fn go_on(arguments: &mut Map<String, Json>) {
-    let Some(path) = arguments.get("path").and_then(Json::as_str).map(PathBuf::from) else { return };
-    let part = |of: Option<&OsStr>| of.map(|of| of.to_string_lossy().into_owned()).unwrap_or_default();
-    let (stem, ending) = (part(path.file_stem()), part(path.extension()));
-    let named = |number: u32| path.with_file_name(format!("{stem}-{number}.{ending}"));
-    let free = std::iter::once(path.clone()).chain((2..).map(named)).find(|path| !path.exists());
-    if let Some(free) = free {
-        arguments.insert("path".to_owned(), Json::String(free.display().to_string()));
-    }
+    let Some(path) = arguments.get("path").and_then(Json::as_str) else { return };
+    let next = api::next_recording(Path::new(path)).display().to_string();
+    arguments.insert("path".to_owned(), Json::String(next));
 }
 
 #[cfg(test)]

@@ -1,24 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The file: messages into chunks, and exact counts of what reached it and what did not.
+use crate::folder::Sink;
 use crate::page::{ChannelId, Definition, JSON, JSON_SCHEMA, Page};
 use crate::{LOSSES, LOST};
 use mcap::Schema;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::time::{Duration, Instant};
-
-/// Where a recording goes.
-pub trait Sink: Write + Send {
-    /// Gives up what lies behind the first `len` bytes.
-    fn cut(&mut self, len: u64) -> io::Result<()>;
-}
-
-impl Sink for File {
-    fn cut(&mut self, len: u64) -> io::Result<()> {
-        self.set_len(len)
-    }
-}
 
 /// Messages of one channel.
 #[derive(Clone, Debug, Default)]
@@ -31,6 +19,36 @@ pub(crate) struct Count {
     pending: u64,
     /// Neither.
     pub lost: u64,
+    /// As many of these as were lost before this file.
+    lost_before: u64,
+}
+
+/// The last message of a channel that tells a state: a file that follows begins with it.
+#[derive(Default)]
+struct Last {
+    time_ns: i64,
+    sequence: u32,
+    bytes: Vec<u8>,
+}
+
+/// What a file that follows this one begins with: every channel, and how everything stood.
+#[derive(Default)]
+struct Carried {
+    definitions: Vec<Definition>,
+    last: Vec<Option<Last>>,
+}
+
+impl Carried {
+    fn learn(&mut self, page: &Page) {
+        self.definitions.extend(page.definitions.iter().cloned());
+        self.last.resize_with(self.definitions.len(), || None);
+        for (entry, bytes) in page.messages().filter(|(entry, _)| self.definitions[entry.channel.0].is_state()) {
+            let last = self.last[entry.channel.0].get_or_insert_default();
+            (last.time_ns, last.sequence) = (entry.time_ns, entry.sequence);
+            last.bytes.clear();
+            last.bytes.extend_from_slice(bytes);
+        }
+    }
 }
 
 /// A recording's file.
@@ -44,15 +62,47 @@ pub(crate) struct Book {
     chunk_max: Duration,
     pub failure: Option<String>,
     losses: Option<u16>,
+    /// None where no file follows.
+    carried: Option<Carried>,
+}
+
+/// Begins a file with what is said of it.
+fn begun(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> io::Result<mcap::Writer<Box<dyn Sink>>> {
+    let mut writer = mcap::Writer::new(sink, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
+    writer.metadata(about.0, about.1)?;
+    Ok(writer)
 }
 
 impl Book {
-    /// Begins the file with what is said of it. A chunk is filled for `chunk_max`.
-    pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>), chunk_max: Duration) -> io::Result<Book> {
-        let mut writer = mcap::Writer::new(sink, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
-        writer.metadata(about.0, about.1)?;
-        let bytes = writer.position();
-        Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), chunk_max, failure: None, losses: None })
+    /// Begins the file with what is said of it. A chunk is filled for `chunk_max`; `goes_on`: other files may follow.
+    pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>), chunk_max: Duration, goes_on: bool) -> io::Result<Book> {
+        let writer = begun(sink, about)?;
+        let (bytes, carried) = (writer.position(), goes_on.then(Carried::default));
+        Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), chunk_max, failure: None, losses: None, carried })
+    }
+
+    /// Ends this file, whose bytes it returns, and goes on in the next one: that has every channel, and begins with the last message of each
+    /// that tells a state.
+    pub fn go_on(&mut self, sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> u64 {
+        self.finish();
+        let whole = self.bytes;
+        if self.failure.is_some() {
+            return whole;
+        }
+        match begun(sink, about) {
+            Ok(writer) => self.bytes = self.writer.insert(writer).position(),
+            Err(why) => self.failure = Some(why.to_string()),
+        }
+        self.losses = None;
+        let Some(carried) = &self.carried else { return whole };
+        let counts = self.counts.iter_mut().zip(&carried.definitions).zip(&carried.last);
+        for ((count, definition), last) in counts {
+            (count.id, count.lost_before) = (enter(self.writer.as_mut(), definition), count.lost);
+            if let (Some(writer), Some(last)) = (&mut self.writer, last.as_ref().filter(|_| count.id > 0)) {
+                writer.put(count.id, last.sequence, u64::try_from(last.time_ns).unwrap_or(0), &last.bytes);
+            }
+        }
+        whole
     }
 
     /// Says anew what the file is about: who reads it takes what was said last.
@@ -67,9 +117,11 @@ impl Book {
 
     /// Writes a page. What cannot be written is counted.
     pub fn write(&mut self, page: &Page) {
-        for definition in &page.definitions {
-            self.define(definition);
+        for of in &page.definitions {
+            let id = enter(self.writer.as_mut(), of);
+            self.counts.push(Count { topic: of.topic.clone(), id, ..Count::default() });
         }
+        self.carried.iter_mut().for_each(|carried| carried.learn(page));
         for (channel, count) in &page.lost {
             self.counts[channel.0].lost += count;
             self.tell_loss(*channel, *count, page);
@@ -90,19 +142,6 @@ impl Book {
             self.since = Instant::now();
             self.finish_chunk();
         }
-    }
-
-    /// A channel beyond the 65,535 that a file can have gets no number: all of it is lost.
-    fn define(&mut self, of: &Definition) {
-        let id = self.writer.as_mut().and_then(|writer| {
-            let id = writer.channel(&of.topic, of.encoding, of.schema.as_ref(), &of.metadata)?;
-            if of.is_apart() {
-                writer.set_apart(id);
-            }
-            Some(id)
-        });
-        let id = id.unwrap_or(0);
-        self.counts.push(Count { topic: of.topic.clone(), id, ..Count::default() });
     }
 
     /// What was lost stands in the file, at the time of what came next.
@@ -152,7 +191,8 @@ impl Book {
     /// The end of the file, with what was lost in it.
     pub fn finish(&mut self) {
         self.finish_chunk();
-        let lost = self.counts.iter().filter(|count| count.lost > 0).map(|count| (count.topic.clone(), count.lost.to_string())).collect();
+        let lost = self.counts.iter().map(|count| (count, count.lost - count.lost_before)).filter(|(_, lost)| *lost > 0);
+        let lost = lost.map(|(count, lost)| (count.topic.clone(), lost.to_string())).collect();
         let Some(writer) = &mut self.writer else { return };
         match writer.metadata(LOST, &lost).and_then(|()| writer.finish()) {
             Ok(()) => {
@@ -162,4 +202,12 @@ impl Book {
             Err(why) => self.fail(&why),
         }
     }
+}
+
+/// Enters a channel; its number. One beyond the 65,535 that a file can have gets none, 0, and all of it is lost.
+fn enter(writer: Option<&mut mcap::Writer<Box<dyn Sink>>>, of: &Definition) -> u16 {
+    let Some(writer) = writer else { return 0 };
+    let id = writer.channel(&of.topic, of.encoding, of.schema.as_ref(), &of.metadata);
+    id.into_iter().filter(|_| of.is_apart()).for_each(|id| writer.set_apart(id));
+    id.unwrap_or(0)
 }

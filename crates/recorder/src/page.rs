@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pages: messages on their way to the file.
+use crate::GEOMETRY;
 use mcap::Schema;
 use std::collections::BTreeMap;
 
@@ -25,6 +26,11 @@ impl Definition {
     /// Log, ends, statistics and the like: few messages, which a reader takes as a whole, and not out of all chunks with values.
     pub fn is_apart(&self) -> bool {
         self.encoding == JSON && !self.metadata.contains_key("kind")
+    }
+
+    /// A value or the shape of a device: it holds until the next message of its channel.
+    pub fn is_state(&self) -> bool {
+        self.metadata.contains_key("kind") || self.topic.starts_with(GEOMETRY)
     }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A recording that is under way: the thread that drains, the thread that writes, and how both end.
-use crate::ABOUT;
-use crate::file::{Book, Sink};
+use crate::files::{Bounds, Files};
+use crate::folder::{Disk, Folder};
 use crate::page::Page;
 use crate::room::{ROOM, Room};
 use crate::sources::{Inputs, Numbered, Source, Timing};
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::any::Any;
 use std::collections::BTreeMap;
-use std::fs::OpenOptions;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
@@ -31,11 +31,15 @@ pub struct Options {
     pub cells: bool,
     /// Everything that comes from outside too, so that the run can be run again. From before the first source is made, or refused.
     pub replay: bool,
+    /// Bytes of a file, about, from which on the next one begins; none: there is one file.
+    pub split_bytes: Option<u64>,
+    /// Files that stay where the recording is split, the oldest goes; none: all.
+    pub keep: Option<u32>,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { svvs: vec!["*".to_owned()], cells: false, replay: false }
+        Options { svvs: vec!["*".to_owned()], cells: false, replay: false, split_bytes: None, keep: None }
     }
 }
 
@@ -44,15 +48,19 @@ impl Default for Options {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RecordingSummary"))]
 pub struct Summary {
-    /// The file.
+    /// The file; of a recording that is split the first one.
     pub path: PathBuf,
+    /// The files that are there, the oldest first; the last one is written.
+    pub files: Vec<PathBuf>,
     pub running: bool,
-    /// Messages in the file, by channel; while it runs, in its whole chunks.
+    /// Messages that were written, by channel; while it runs, in whole chunks.
     pub counts: IndexMap<String, u64>,
-    /// Messages that are not in it, by channel, where there are any.
+    /// Messages that could not be written, by channel, where there are any.
     pub lost: IndexMap<String, u64>,
-    /// Bytes of the file.
+    /// Bytes of the files that are there.
     pub bytes: u64,
+    /// Bytes that were free on their disk when it was written to last, where that is known.
+    pub free_bytes: Option<u64>,
     /// Why nothing more could be written, which ended it.
     pub failure: Option<String>,
 }
@@ -85,51 +93,51 @@ const CHUNK_MAX_REPLAY: Duration = Duration::from_millis(100);
 
 impl Recorder {
     /// Begins to record into a new file at `path`; the recording belongs to the system from then on, and ends with it. Its number there.
-    /// Refused where the file cannot be made or there is one already, and where a name without `*` is of nothing.
+    /// Refused where the file cannot be made or there is one already, where its disk is full, where a name without `*` is of nothing, and
+    /// bounds that cannot be kept.
     pub fn start(system: &System, path: &Path, options: &Options) -> Result<(u64, Arc<Recorder>), Refusals> {
-        let file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|why| {
-            let remedy = if why.kind() == std::io::ErrorKind::AlreadyExists {
-                "give it another name, or delete that file"
-            } else {
-                "does the folder exist, and may you write there?"
-            };
-            vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy(remedy)]
-        })?;
-        let recorder = Recorder::start_in(system, Box::new(file), path, options, ROOM).inspect_err(|_| {
-            // A file that holds nothing; where it cannot be deleted it says so by being empty.
-            let _gone = std::fs::remove_file(path);
-        })?;
+        let recorder = Recorder::start_in(system, Box::new(Disk::new(path)), path, options, ROOM)?;
         Ok((system.accompany(recorder.clone()), recorder))
     }
 
-    /// The same into any sink, with `room` bytes for what waits for it, and without a place in the system.
-    pub fn start_in(system: &System, sink: Box<dyn Sink>, path: &Path, options: &Options, room: usize) -> Result<Arc<Recorder>, Refusals> {
-        let state_of = state::State::new(system.observer());
-        let values = Values::new(system.tap_all(&options.svvs, options.cells)?);
-        values.tap.hold_time();
-        let (log, ends, timing) = (Numbered::log(system.observer()), Numbered::ends(system.observer()), Timing::new(system.observer()));
-        values.tap.heard(log.next(), ends.next());
+    /// The same into any folder, with `room` bytes for what waits for it, and without a place in the system.
+    pub fn start_in(system: &System, folder: Box<dyn Folder>, path: &Path, options: &Options, room: usize) -> Result<Arc<Recorder>, Refusals> {
+        let bounds = Bounds { split: options.split_bytes, keep: options.keep };
+        bounds.check(options.replay).map_err(|why| vec![why])?;
         let cannot =
-            |why: String| vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy("is the disk full?")];
+            |why: String, remedy: &str| vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy(remedy)];
         let chunk_max = if options.replay { CHUNK_MAX_REPLAY } else { CHUNK_MAX };
-        let said = about(system);
-        let book = Book::new(sink, (ABOUT, &said), chunk_max).map_err(|why| cannot(why.to_string()))?;
-        let inputs = options.replay.then(|| Inputs::begin(system)).transpose()?;
+        let files = Files::begin(folder, bounds, about(system), chunk_max).map_err(|why| {
+            let remedy = match why.kind() {
+                ErrorKind::AlreadyExists => "give it another name, or delete that file",
+                ErrorKind::StorageFull => "make room on that disk, or record on another one",
+                _ => "does the folder exist, and may you write there?",
+            };
+            cannot(why.to_string(), remedy)
+        })?;
+        match Drain::new(system, options) {
+            Ok(drain) => Recorder::run(drain, files, path, room).map_err(|why| cannot(why, "does the machine run out of threads or of memory?")),
+            Err(refused) => {
+                files.give_up();
+                Err(refused)
+            }
+        }
+    }
+
+    /// Starts the thread that drains and the one that writes. Errors: why there is no thread.
+    fn run(drain: Drain, files: Files, path: &Path, room: usize) -> Result<Arc<Recorder>, String> {
+        let summary = Summary { path: path.to_owned(), files: files.paths(), free_bytes: files.free(), running: true, ..Summary::default() };
         let recorder = Recorder {
             room: Arc::new(Room::new(room)),
             stops: Arc::default(),
-            state: Arc::new(State { summary: Mutex::new(Summary { path: path.to_owned(), running: true, ..Summary::default() }), ended: Condvar::new() }),
+            state: Arc::new(State { summary: Mutex::new(summary), ended: Condvar::new() }),
             threads: Mutex::default(),
         };
-        let (room, state, observer) = (recorder.room.clone(), recorder.state.clone(), system.observer());
-        let stops = recorder.stops.clone();
-        let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer, &stops, said)).map_err(cannot)?;
-        let drain =
-            Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), system: system.observer(), values, log, ends, timing, state: state_of, inputs };
-        let drained = spawn("recorder", move || drain.run()).map_err(|why| {
-            recorder.room.close();
-            cannot(why)
-        })?;
+        let (room, stops, state, system) = (recorder.room.clone(), recorder.stops.clone(), recorder.state.clone(), drain.system.observer());
+        let begun: Arc<AtomicBool> = Arc::default();
+        let writer = Writer { room: recorder.room.clone(), stops: stops.clone(), begun: begun.clone(), state, system, files };
+        let writer = spawn("recorder-disk", move || writer.run())?;
+        let drained = spawn("recorder", move || drain.run(&room, &stops, &begun)).inspect_err(|_| recorder.room.close())?;
         recorder.locked_threads().extend([drained, writer]);
         Ok(Arc::new(recorder))
     }
@@ -230,8 +238,6 @@ fn tell_more(system: &System, said: &mut BTreeMap<String, String>) -> bool {
 }
 
 struct Drain {
-    room: Arc<Room>,
-    stops: Arc<AtomicBool>,
     system: System,
     values: Values,
     log: Numbered<Entry>,
@@ -242,12 +248,26 @@ struct Drain {
 }
 
 impl Drain {
-    fn run(mut self) {
+    /// Taps what is to be recorded. Refused: a name is of nothing, or a replay cannot begin any more.
+    fn new(system: &System, options: &Options) -> Result<Drain, Refusals> {
+        let values = Values::new(system.tap_all(&options.svvs, options.cells)?);
+        values.tap.hold_time();
+        let (log, ends, timing) = (Numbered::log(system.observer()), Numbered::ends(system.observer()), Timing::new(system.observer()));
+        values.tap.heard(log.next(), ends.next());
+        let inputs = options.replay.then(|| Inputs::begin(system)).transpose()?;
+        Ok(Drain { state: state::State::new(system.observer()), system: system.observer(), values, log, ends, timing, inputs })
+    }
+
+    /// Fills pages until the recording is to stop. `begun`: another file has begun.
+    fn run(mut self, room: &Room, stops: &AtomicBool, begun: &AtomicBool) {
         let mut page = Page::default();
         let mut channels = 0;
         loop {
-            let stops = self.stops.load(Ordering::Acquire);
+            let stops = stops.load(Ordering::Acquire);
             page.renew(channels);
+            if begun.swap(false, Ordering::AcqRel) {
+                self.state.renew();
+            }
             let heard = self.log.next();
             self.log.drain(&mut page);
             self.ends.drain(&mut page);
@@ -262,10 +282,10 @@ impl Drain {
             }
             channels += page.definitions.len();
             if !page.is_empty() {
-                page = self.room.put(page, self.system.is_virtual());
+                page = room.put(page, self.system.is_virtual());
             }
             if stops {
-                return self.room.close();
+                return room.close();
             }
             self.values.tap.wait(LOOK);
         }
@@ -273,11 +293,54 @@ impl Drain {
 }
 
 /// Writes until nothing more comes. A file that cannot be written any more ends the recording.
-fn write(room: &Room, mut book: Book, state: &State, system: &System, stops: &AtomicBool, mut said: BTreeMap<String, String>) {
-    let told = |book: &Book, running: bool| {
-        let mut summary = state.locked();
-        summary.running = running;
-        summary.bytes = book.bytes;
+struct Writer {
+    room: Arc<Room>,
+    stops: Arc<AtomicBool>,
+    begun: Arc<AtomicBool>,
+    state: Arc<State>,
+    system: System,
+    files: Files,
+}
+
+impl Writer {
+    fn run(mut self) {
+        let mut has_lost = false;
+        while let Some(page) = self.room.take() {
+            let turned = self.files.write(&page);
+            self.begun.fetch_or(turned.begins, Ordering::AcqRel);
+            if !page.definitions.is_empty() && tell_more(&self.system, self.files.said()) {
+                self.files.say();
+            }
+            let loses = !has_lost && !page.lost.is_empty();
+            self.room.written(page);
+            if let Some(failure) = self.tell(self.files.book.failure.is_none()) {
+                self.system.recording_failed(&failure);
+                self.stops.store(true, Ordering::Release);
+            } else if loses {
+                has_lost = true;
+                self.system.note("recorder", "system", "values are lost: the disk is too slow, or they come too fast");
+            }
+            turned.stays.into_iter().for_each(|why| self.system.note("recorder", "system", &why));
+        }
+        if tell_more(&self.system, self.files.said()) {
+            self.files.say();
+        }
+        self.files.book.finish();
+        if let Some(failure) = self.tell(false) {
+            self.system.recording_failed(&failure);
+        }
+        self.room.release();
+        self.state.ended.notify_all();
+    }
+
+    /// Tells how the recording stands; why it fails, the first time.
+    fn tell(&self, running: bool) -> Option<String> {
+        let book = &self.files.book;
+        let mut summary = self.state.locked();
+        (summary.running, summary.bytes, summary.free_bytes) = (running, self.files.bytes(), self.files.free());
+        if summary.files.last() != Some(self.files.path()) {
+            summary.files = self.files.paths();
+        }
         for count in &book.counts {
             summary.counts.insert(count.topic.clone(), count.written);
             if count.lost > 0 {
@@ -286,31 +349,6 @@ fn write(room: &Room, mut book: Book, state: &State, system: &System, stops: &At
         }
         let is_new = book.failure.is_some() && summary.failure.is_none();
         summary.failure.clone_from(&book.failure);
-        is_new.then(|| format!("cannot write '{}' any more: {}", summary.path.display(), book.failure.as_deref().unwrap_or_default()))
-    };
-    let mut has_lost = false;
-    while let Some(page) = room.take() {
-        book.write(&page);
-        if !page.definitions.is_empty() && tell_more(system, &mut said) {
-            book.say((ABOUT, &said));
-        }
-        let loses = !has_lost && !page.lost.is_empty();
-        room.written(page);
-        if let Some(failure) = told(&book, book.failure.is_none()) {
-            system.recording_failed(&failure);
-            stops.store(true, Ordering::Release);
-        } else if loses {
-            has_lost = true;
-            system.note("recorder", "system", "values are lost: the disk is too slow, or they come too fast");
-        }
+        is_new.then(|| format!("cannot write '{}' any more: {}", self.files.path().display(), book.failure.as_deref().unwrap_or_default()))
     }
-    if tell_more(system, &mut said) {
-        book.say((ABOUT, &said));
-    }
-    book.finish();
-    if let Some(failure) = told(&book, false) {
-        system.recording_failed(&failure);
-    }
-    room.release();
-    state.ended.notify_all();
 }

@@ -61,6 +61,13 @@ impl State {
         self.shapes(page, false);
     }
 
+    /// Everything is told anew: a file begins.
+    pub fn renew(&mut self) {
+        (self.version, self.next_ns) = (0, self.system.now_ns());
+        self.structure.clear();
+        self.alarms.clear();
+    }
+
     /// Appends the shapes that are there by now; with `all` every one that was asked for.
     pub fn shapes(&mut self, page: &mut Page, all: bool) {
         for (device, asked_ns, geometry) in self.shapes.take(all) {

@@ -1659,15 +1659,19 @@ export interface RecordingFile {
 
 /** How a recording stands, or ended. */
 export interface RecordingSummary {
-  /** The file. */
+  /** The file; of a recording that is split the first one. */
   path: string;
+  /** The files that are there, the oldest first; the last one is written. */
+  files: string[];
   running: boolean;
-  /** Messages in the file, by channel; while it runs, in its whole chunks. */
+  /** Messages that were written, by channel; while it runs, in whole chunks. */
   counts: { [name: string]: number };
-  /** Messages that are not in it, by channel, where there are any. */
+  /** Messages that could not be written, by channel, where there are any. */
   lost: { [name: string]: number };
-  /** Bytes of the file. */
+  /** Bytes of the files that are there. */
   bytes: number;
+  /** Bytes that were free on their disk when it was written to last, where that is known. */
+  free_bytes: number | null;
   /** Why nothing more could be written, which ended it. */
   failure: string | null;
 }
@@ -3376,6 +3380,10 @@ export interface Calls {
       cells?: boolean;
       /** Everything that comes from outside too, so that the run can be run again. */
       replay?: boolean;
+      /** Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so on. Not of a recording for a replay. */
+      split_bytes?: number | null;
+      /** Files that stay where the recording is split; the oldest goes. All where it is left out. */
+      keep?: number | null;
     };
     result: RecordingBegun;
   };

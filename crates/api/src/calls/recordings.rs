@@ -40,9 +40,13 @@ crate::calls! {
             may cells: bool,
             /// Everything that comes from outside too, so that the run can be run again.
             may replay: bool,
+            /// Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so on. Not of a recording for a replay.
+            may split_bytes: Option<u64>,
+            /// Files that stay where the recording is split; the oldest goes. All where it is left out.
+            may keep: Option<u32>,
         ) -> Begun: replaces(&["path"]), goes_with("stop_recording", "path")
             => |system| {
-                let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay };
+                let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay, split_bytes, keep };
                 Recorder::start(system, &path, &options).map(|(recording, _)| Begun { recording })
             };
         /// Returns how a recording stands.

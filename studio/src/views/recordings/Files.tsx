@@ -7,7 +7,7 @@ import { Empty, Panel, Refusals, Tag } from "../../design/parts";
 import { useAxis } from "../../shell/axis";
 import { useAction, useLive, useWatched } from "../../shell/context";
 import { go } from "../../shell/route";
-import { type Begun, sizeText, sumOf } from "./begun";
+import { type Begun, freeText, recordingOf, sizeText, sumOf } from "./begun";
 
 /** How often it is looked which recordings there are, ms. */
 const LOOK_MS = 2000;
@@ -59,7 +59,7 @@ export function Files(props: { begun: Begun[]; changed: (one: Begun, now: Begun)
             </thead>
             <tbody>
               {found.slice(0, SHOWN_MAX).map((file) => (
-                <Row key={file.name} of={file} begun={props.begun.find((one) => one.name === file.name) ?? null} changed={props.changed} />
+                <Row key={file.name} of={file} recording={recordingOf(file.name, props.begun)} changed={props.changed} />
               ))}
             </tbody>
           </table>
@@ -70,14 +70,15 @@ export function Files(props: { begun: Begun[]; changed: (one: Begun, now: Begun)
   );
 }
 
-function Row(props: { of: RecordingFile; begun: Begun | null; changed: (one: Begun, now: Begun) => void }) {
-  const { of, begun } = props;
+function Row(props: { of: RecordingFile; recording: ReturnType<typeof recordingOf>; changed: (one: Begun, now: Begun) => void }) {
+  const { of } = props;
+  const begun = props.recording?.isLast ? props.recording.begun : null;
+  const running = begun !== null && begun.summary?.running !== false;
   const live = useLive();
   const axis = useAxis();
   const action = useAction();
   const { about, refusals } = useAbout(of);
   const isShown = useWatched(axis.source) === axis.recording && axis.recording?.name === of.name;
-  const running = begun !== null && begun.summary?.running !== false;
   const stop = async () => {
     if (!begun) return;
     let now = await live.order("stop_recording", { recording: begun.recording });
@@ -107,7 +108,9 @@ function Row(props: { of: RecordingFile; begun: Begun | null; changed: (one: Beg
         {begun?.summary?.failure ? (
           <Tag tone="bad">failed: {begun.summary.failure}</Tag>
         ) : running ? (
-          <Tag tone="accent">records</Tag>
+          <Tag tone="accent" title={freeText(begun?.summary?.free_bytes ?? null)}>
+            records
+          </Tag>
         ) : about?.complete ? (
           <Tag>complete</Tag>
         ) : (
@@ -121,7 +124,9 @@ function Row(props: { of: RecordingFile; begun: Begun | null; changed: (one: Beg
         )}
         <Refusals of={refusals} />
       </td>
-      <td className="number">{sizeText(begun?.summary?.running ? Math.max(of.bytes, begun.summary.bytes) : of.bytes)}</td>
+      <td className="number">
+        {sizeText(running && begun?.summary?.files.length === 1 ? Math.max(of.bytes, begun.summary.bytes) : of.bytes)}
+      </td>
       <td className="row">
         <button
           type="button"

@@ -39,6 +39,16 @@ export function completedName(name: string): string {
   return said === "" || said.endsWith(".mcap") ? said : `${said.replace(/\.(mcap)?$/i, "")}.mcap`;
 }
 
+/** The recording that a file belongs to; `isLast`: it is its newest file, to which how the recording stands belongs. null: none of this tab's. */
+export function recordingOf(file: string, all: Begun[]): { begun: Begun; isLast: boolean } | null {
+  const named = (path: string) => path.slice(path.lastIndexOf("/") + 1);
+  for (const begun of all) {
+    const files = begun.summary?.files.map(named) ?? [begun.name];
+    if (files.includes(file)) return { begun, isLast: files.at(-1) === file };
+  }
+  return null;
+}
+
 /** The names of SVVs in a text, with * and ?; null: all. */
 export function namesIn(text: string): string[] | null {
   const names = text.split(/[\s,]+/).filter(Boolean);
@@ -50,6 +60,11 @@ export function sizeText(bytes: number): string {
   const units = ["B", "KiB", "MiB", "GiB", "TiB"];
   const at = bytes === 0 ? 0 : Math.min(units.length - 1, Math.floor(Math.log2(bytes) / 10));
   return at === 0 ? `${bytes} B` : `${(bytes / 2 ** (10 * at)).toFixed(1)} ${units[at]}`;
+}
+
+/** How much room its disk has: "12.3 GiB free on its disk"; "" where nobody can tell. */
+export function freeText(bytes: number | null): string {
+  return bytes === null ? "" : `${sizeText(bytes)} free on its disk`;
 }
 
 /** How many messages: all, and those that are not in the file. */

@@ -2,9 +2,12 @@
 import { useCallback, useEffect, useId, useState } from "react";
 import { Empty, Panel, Refusals } from "../../design/parts";
 import { useAction, useLive, useTopic } from "../../shell/context";
-import { type Begun, completedName, freshName, keepRecordings, keptRecordings, namesIn } from "./begun";
+import { type Begun, completedName, freshName, keepRecordings, keptRecordings, namesIn, sizeText } from "./begun";
 import { Files } from "./Files";
 import "./recordings.css";
+
+/** Sizes at which the next file may begin, bytes. */
+const SPLITS = [10, 100, 1000].map((mega) => mega * 2 ** 20);
 
 /** How often it is looked how the recordings stand that run, ms. */
 const LOOK_MS = 1000;
@@ -32,14 +35,23 @@ function Begin(props: { begun: (one: Begun) => void }) {
   const [svvs, setSvvs] = useState("");
   const [cells, setCells] = useState(false);
   const [replay, setReplay] = useState(false);
-  const [file, names] = [useId(), useId()];
+  const [split, setSplit] = useState(0);
+  const [keep, setKeep] = useState("");
+  const [file, names, sizes, kept] = [useId(), useId(), useId(), useId()];
   const now = useTopic(control.topics.statistics);
   // What comes from outside has to be recorded from the first interrupt source on.
   const isNew = now !== null && Object.keys(now.sources).length === 0;
   const path = completedName(name);
   const begin = () =>
     action.run(async () => {
-      const { recording } = await control.order("record", { path, svvs: namesIn(svvs), cells, replay: replay && isNew });
+      const bounds = split === 0 ? {} : { split_bytes: split, keep: keep === "" ? null : Number(keep) };
+      const { recording } = await control.order("record", {
+        path,
+        svvs: namesIn(svvs),
+        cells,
+        replay: replay && isNew && split === 0,
+        ...bounds,
+      });
       props.begun({ recording, run: control.version.run, name: path, summary: null });
       setName(freshName(control.version.system, new Date()));
     });
@@ -62,10 +74,35 @@ function Begin(props: { begun: (one: Begun) => void }) {
           <input id={names} size={34} value={svvs} placeholder="all; or arm.*, force" onChange={(event) => setSvvs(event.target.value)} />
         </div>
         <div className="row">
+          <label htmlFor={sizes}>Files</label>
+          <select id={sizes} value={split} onChange={(event) => setSplit(Number(event.target.value))}>
+            <option value={0}>one</option>
+            {SPLITS.map((bytes) => (
+              <option key={bytes} value={bytes}>
+                of {sizeText(bytes)} each
+              </option>
+            ))}
+          </select>
+          {split > 0 && (
+            <>
+              <label htmlFor={kept}>of which stay</label>
+              <input
+                id={kept}
+                type="number"
+                min={2}
+                step={1}
+                placeholder="all"
+                value={keep}
+                onChange={(event) => setKeep(event.target.value)}
+              />
+            </>
+          )}
+        </div>
+        <div className="row">
           <label>
             <input type="checkbox" checked={cells} onChange={(event) => setCells(event.target.checked)} /> private cells too
           </label>
-          {isNew && (
+          {isNew && split === 0 && (
             <label>
               <input type="checkbox" checked={replay} onChange={(event) => setReplay(event.target.checked)} /> what comes from outside too,
               for replay

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where the files of a recording go: a disk, and the names that files have there.
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// A file of a recording.
+pub trait Sink: Write + Send {
+    /// Gives up what lies behind the first `len` bytes.
+    fn cut(&mut self, len: u64) -> io::Result<()>;
+}
+
+impl Sink for File {
+    fn cut(&mut self, len: u64) -> io::Result<()> {
+        self.set_len(len)
+    }
+}
+
+/// How full a disk is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Space {
+    /// Bytes that may still be written.
+    pub free: u64,
+    /// Bytes that a recording leaves free.
+    pub spared: u64,
+}
+
+/// Where the files of a recording are made.
+pub trait Folder: Send {
+    /// Makes the next file, empty. Errors: it cannot be made; the first one, where something of that name is there.
+    fn next(&mut self) -> io::Result<(PathBuf, Box<dyn Sink>)>;
+    /// Deletes a file that it made.
+    fn remove(&mut self, path: &Path) -> io::Result<()>;
+    /// How full its disk is; none where nobody can tell.
+    fn space(&self) -> Option<Space>;
+}
+
+/// Bytes that a recording leaves free on a large disk: a journal, an audit file and a log live beside it.
+const SPARED: u64 = 256 << 20;
+/// On a small disk it leaves this part.
+const SPARED_PART: u64 = 20;
+
+/// How often another name is tried for the next file.
+const TRIES: usize = 10;
+
+/// The disk where a path lies.
+pub(crate) struct Disk {
+    path: PathBuf,
+    begun: bool,
+}
+
+impl Disk {
+    /// Files named after `path`, the first one `path` itself.
+    pub fn new(path: &Path) -> Disk {
+        Disk { path: path.to_owned(), begun: false }
+    }
+
+    fn make(path: &Path) -> io::Result<Box<dyn Sink>> {
+        Ok(Box::new(OpenOptions::new().write(true).create_new(true).open(path)?))
+    }
+}
+
+impl Folder for Disk {
+    fn next(&mut self) -> io::Result<(PathBuf, Box<dyn Sink>)> {
+        if !std::mem::replace(&mut self.begun, true) {
+            return Ok((self.path.clone(), Disk::make(&self.path)?));
+        }
+        let mut made = Err(io::ErrorKind::AlreadyExists.into());
+        for _ in 0..TRIES {
+            let path = next_beside(&self.path);
+            made = Disk::make(&path).map(|sink| (path, sink));
+            // Somebody else may have made one of that name meanwhile.
+            if !made.as_ref().is_err_and(|why| why.kind() == io::ErrorKind::AlreadyExists) {
+                break;
+            }
+        }
+        made
+    }
+
+    fn remove(&mut self, path: &Path) -> io::Result<()> {
+        match std::fs::remove_file(path) {
+            Err(why) if why.kind() == io::ErrorKind::NotFound => Ok(()),
+            removed => removed,
+        }
+    }
+
+    fn space(&self) -> Option<Space> {
+        let disk = rustix::fs::statvfs(parent(&self.path)).ok()?;
+        Some(Space { free: disk.f_bavail.saturating_mul(disk.f_frsize), spared: SPARED.min(disk.f_blocks.saturating_mul(disk.f_frsize) / SPARED_PART) })
+    }
+}
+
+fn parent(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The next path in the series of a recording: `run.mcap`, then `run-2.mcap`, `run-3.mcap` and so on, behind the last one that is there.
+///
+/// A number that is free between others is not taken, so that the order of the numbers is that of the time.
+pub fn next_beside(path: &Path) -> PathBuf {
+    let part = |of: Option<&std::ffi::OsStr>| of.map(|of| of.to_string_lossy().into_owned()).unwrap_or_default();
+    let (stem, ending) = (part(path.file_stem()), path.extension().map(|of| format!(".{}", of.to_string_lossy())).unwrap_or_default());
+    let number = |name: &str| name.strip_prefix(&stem)?.strip_suffix(&ending)?.strip_prefix('-')?.parse::<u64>().ok();
+    let names = std::fs::read_dir(parent(path)).into_iter().flatten().flatten().filter_map(|entry| entry.file_name().into_string().ok());
+    let last = names.filter_map(|name| number(&name)).chain(path.exists().then_some(1)).max();
+    last.map_or_else(|| path.to_owned(), |last| path.with_file_name(format!("{stem}-{}{ending}", last.saturating_add(1).max(2))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_go_on_behind_the_last_one() {
+        let folder = std::env::temp_dir().join(format!("opengpac-names-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let next = || next_beside(&folder.join("run.mcap")).file_name().unwrap().to_str().unwrap().to_owned();
+        let make = |name: &str| std::fs::write(folder.join(name), "").unwrap();
+        assert_eq!(next(), "run.mcap");
+        make("run.mcap");
+        assert_eq!(next(), "run-2.mcap");
+        for other in ["run-x.mcap", "run-9.csv", "runs-8.mcap", "run-.mcap"] {
+            make(other);
+        }
+        assert_eq!(next(), "run-2.mcap");
+        make("run-11.mcap");
+        std::fs::remove_file(folder.join("run.mcap")).unwrap();
+        assert_eq!(next(), "run-12.mcap");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}
