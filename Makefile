@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
-# make test    every test: Rust, Python, and the studio's page in a browser (Debian's chromium)
+# make test    every test: Rust, Python, and the studio's page in a browser
 # make test-fast   what a change to one crate needs, CRATE=supervisor, or else what git says has changed: minutes
 # make faults  the whole fault campaign, 1,000 attacks on those who watch, the fuzzers, 10^5 budgets that end at any instant, 10^5 takeovers of motions, 10^5 sequences of commands to an arm and the cell of 16 processors: hours; reports in out/
 # make soak    1,000 blocks at 1 kHz, verbs, a recorder and a scope for two hours, or MINUTES=…: nothing is lost, memory stays level; report in out/
@@ -19,6 +19,8 @@
 PYTHON ?= python3
 # What a Python compiled is kept: else each of a thousand processes compiles the package and its libraries again, half of its start.
 unexport PYTHONDONTWRITEBYTECODE
+# A Node that packaging/ready fetched comes first; a Rust that the shell does not know yet, last.
+export PATH := $(CURDIR)/.venv/node:$(PATH):$(HOME)/.cargo/bin
 SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
@@ -51,7 +53,10 @@ UV := $$([ -x $(BIN)/uv ] && echo --uv)
 NODE := node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' 2>/dev/null
 WITHOUT_PAGE := echo "without the studio's page: make page builds it, with Node 20.19 or newer and npm; all else works"
 
-run: setup
+# What is missing is named, or installed, before anything is built.
+run:
+	@packaging/ready run
+	@$(MAKE) --no-print-directory setup
 	$(BIN)/python examples/coordinated_motion.py
 
 # What comes over the network and what the processor compiles are got side by side.
@@ -111,7 +116,9 @@ $(PAGE): $(PAGE_SOURCES) studio/node_modules/ready
 # (tests/closing.py).
 WITH := test-rust simulated test-wheel
 BESIDE := lint test-doc test-outside test-loom build-sanitizer test-studio
-test: setup-checked
+test:
+	@packaging/ready test
+	@$(MAKE) --no-print-directory setup-checked
 	@$(MAKE) --no-print-directory build-tests
 	@mkdir -p out; rm -f out/*.log; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & strands=$$!; beside=$$!; trap 'kill $$strands' INT TERM; \
 	OPENGPAC_EXAMPLES=$(CURDIR)/target/checked/examples $(MAKE) --no-print-directory test-python; first=$$?; \

@@ -52,7 +52,8 @@ function stop(process_: ChildProcess): Promise<void> {
 
 /** `graphics`: with a computed graphics card, which 3-D needs; without, everything else is several times as fast. */
 export async function browse(graphics = true): Promise<Browser> {
-  const known = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+  const fetched = new URL("../../.venv/browser/chromium", import.meta.url).pathname;
+  const known = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome", fetched];
   const executablePath = known.find((path) => path !== undefined && existsSync(path));
   if (!executablePath) throw new Error("there is no browser: install Debian's chromium, or name one with CHROMIUM=");
   // The sandbox needs rights that containers and root lack; the graphics are computed, for there is no card.
