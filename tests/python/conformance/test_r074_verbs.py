@@ -200,7 +200,8 @@ def test_r088_what_the_next_list_writes_is_seen_wherever_it_is(rig: Rig, elsewhe
     rig.until(lambda: z.value <= -20 and seen.value <= -20, "it goes back, and who reads the SVV sees it")
     instance.halt()
     values = z.history[:]["value"].tolist()
-    turn = values.index(-1.0)
+    # Not -1 everywhere: the value is the number of the invocation, and a release that a busy machine skips takes a number with it.
+    turn = next(k for k, value in enumerate(values) if value < 0)
     assert values[:turn][:6] == [0, 1, 2, 3, 4, 5] and max(values[turn:]) < 0, "the first list has written nothing since"
     assert (np.diff(z.history[:]["time"]) > -1e-9).all() and (np.diff(z.history[:]["number"]) > 0).all()
     instance.wait()

@@ -15,7 +15,7 @@ from rig import Rig
 def arm(rig: Rig) -> gpac.Group[gpac.robots.Joint]:
     """Two joints that follow their effort exactly."""
     drive = rig.rtp.physical_device("drive", gpac.drivers.loopback("x", "y", initial=[0.5, -0.5]), exchange=rig.fast)
-    return gpac.Group("arm", *(gpac.robots.Joint(n, drive=drive[n], on=rig.fast, kp=50.0, kd=0.0) for n in drive.parts))
+    return gpac.Group("arm", *(gpac.robots.Joint(n, drive=drive[n], on=rig.fast, kp=50.0, kd=0.0, max_following_error=10.0) for n in drive.parts))
 
 
 def test_r111_an_svv_has_a_value_a_history_and_a_type(rig: Rig) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 import opengpac as gpac
 from opengpac import activate, execute
 from opengpac import library as lib
@@ -60,7 +62,7 @@ def test_r129_svvs_stand_alone_and_a_device_needs_no_verb(rig: Rig) -> None:
 
 
 def test_r130_behaviour_changes_while_the_rest_runs_on(rig: Rig) -> None:
-    steady, changing = rig.svvs("steady", "changing")
+    steady, changing = rig.cell.svv("steady", history=1000), rig.cell.svv("changing")
     going = rig.counting().on(rig.fast).asynch(steady)
     rig.counting("work").on(rig.fast)(changing, limit=3)
     before = steady.value
@@ -68,4 +70,7 @@ def test_r130_behaviour_changes_while_the_rest_runs_on(rig: Rig) -> None:
         rig.slow
     )(changing, limit=2)
     assert changing.value == 2
-    assert going.state == "running" and steady.value >= before + 20, "one invocation each millisecond, all the time"
+    assert going.state == "running"
+    # One each millisecond, but for what a busy machine skips.
+    rig.until(lambda: steady.value >= before + 20, "it runs on")
+    assert (np.diff(steady.history[:]["value"]) == 1).all(), "no invocation is lost, none begins anew"
