@@ -25,7 +25,7 @@ pub(crate) struct Count {
 
 /// The last message of a channel that tells a state: a file that follows begins with it.
 #[derive(Default)]
-struct Last {
+struct LastMessage {
     time_ns: i64,
     sequence: u32,
     bytes: Vec<u8>,
@@ -33,12 +33,12 @@ struct Last {
 
 /// What a file that follows this one begins with: every channel, and how everything stood.
 #[derive(Default)]
-struct Carried {
+struct Prelude {
     definitions: Vec<Definition>,
-    last: Vec<Option<Last>>,
+    last: Vec<Option<LastMessage>>,
 }
 
-impl Carried {
+impl Prelude {
     fn learn(&mut self, page: &Page) {
         self.definitions.extend(page.definitions.iter().cloned());
         self.last.resize_with(self.definitions.len(), || None);
@@ -63,7 +63,7 @@ pub(crate) struct Book {
     pub failure: Option<String>,
     losses: Option<u16>,
     /// None where no file follows.
-    carried: Option<Carried>,
+    prelude: Option<Prelude>,
 }
 
 /// Begins a file with what is said of it.
@@ -77,8 +77,8 @@ impl Book {
     /// Begins the file with what is said of it. A chunk is filled for `chunk_max`; `goes_on`: other files may follow.
     pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>), chunk_max: Duration, goes_on: bool) -> io::Result<Book> {
         let writer = begun(sink, about)?;
-        let (bytes, carried) = (writer.position(), goes_on.then(Carried::default));
-        Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), chunk_max, failure: None, losses: None, carried })
+        let (bytes, prelude) = (writer.position(), goes_on.then(Prelude::default));
+        Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), chunk_max, failure: None, losses: None, prelude })
     }
 
     /// Ends this file, whose bytes it returns, and goes on in the next one: that has every channel, and begins with the last message of each
@@ -94,8 +94,8 @@ impl Book {
             Err(why) => self.failure = Some(why.to_string()),
         }
         self.losses = None;
-        let Some(carried) = &self.carried else { return whole };
-        let counts = self.counts.iter_mut().zip(&carried.definitions).zip(&carried.last);
+        let Some(prelude) = &self.prelude else { return whole };
+        let counts = self.counts.iter_mut().zip(&prelude.definitions).zip(&prelude.last);
         for ((count, definition), last) in counts {
             (count.id, count.lost_before) = (enter(self.writer.as_mut(), definition), count.lost);
             if let (Some(writer), Some(last)) = (&mut self.writer, last.as_ref().filter(|_| count.id > 0)) {
@@ -121,7 +121,7 @@ impl Book {
             let id = enter(self.writer.as_mut(), of);
             self.counts.push(Count { topic: of.topic.clone(), id, ..Count::default() });
         }
-        self.carried.iter_mut().for_each(|carried| carried.learn(page));
+        self.prelude.iter_mut().for_each(|prelude| prelude.learn(page));
         for (channel, count) in &page.lost {
             self.counts[channel.0].lost += count;
             self.tell_loss(*channel, *count, page);

@@ -62,13 +62,13 @@ pub(crate) struct Files {
     looked_at: u64,
 }
 
-/// What became of the files.
+/// Result of writing a page, for the files.
 #[derive(Default)]
-pub(crate) struct Turned {
-    /// A file begins.
+pub(crate) struct Rollover {
+    /// Another file has begun.
     pub begins: bool,
-    /// Why an old file is still there.
-    pub stays: Option<String>,
+    /// Why an old file could not be deleted.
+    pub undeleted: Option<String>,
 }
 
 impl Files {
@@ -126,17 +126,17 @@ impl Files {
     }
 
     /// Writes a page. The next file begins where this one has its size; the recording ends where the disk is as full as it may be.
-    pub fn write(&mut self, page: &Page) -> Turned {
+    pub fn write(&mut self, page: &Page) -> Rollover {
         self.book.write(page);
-        let mut turned = Turned::default();
+        let mut rollover = Rollover::default();
         if self.book.failure.is_some() || self.book.bytes == self.looked_at {
-            return turned;
+            return rollover;
         }
         if self.bounds.split.is_some_and(|split| self.book.bytes >= split) {
             self.turn(page);
-            turned.begins = true;
+            rollover.begins = true;
             while self.bounds.keep.is_some_and(|keep| self.whole.len() >= keep as usize) {
-                turned.stays = self.delete_oldest().or(turned.stays);
+                rollover.undeleted = self.delete_oldest().or(rollover.undeleted);
             }
         }
         self.looked_at = self.book.bytes;
@@ -147,10 +147,10 @@ impl Files {
                 self.book.failure.get_or_insert(why);
                 break;
             }
-            turned.stays = self.delete_oldest().or(turned.stays);
+            rollover.undeleted = self.delete_oldest().or(rollover.undeleted);
             self.space = self.folder.space();
         }
-        turned
+        rollover
     }
 
     fn turn(&mut self, page: &Page) {

@@ -306,8 +306,8 @@ impl Writer {
     fn run(mut self) {
         let mut has_lost = false;
         while let Some(page) = self.room.take() {
-            let turned = self.files.write(&page);
-            self.begun.fetch_or(turned.begins, Ordering::AcqRel);
+            let rollover = self.files.write(&page);
+            self.begun.fetch_or(rollover.begins, Ordering::AcqRel);
             if !page.definitions.is_empty() && tell_more(&self.system, self.files.said()) {
                 self.files.say();
             }
@@ -320,7 +320,7 @@ impl Writer {
                 has_lost = true;
                 self.system.note("recorder", "system", "values are lost: the disk is too slow, or they come too fast");
             }
-            turned.stays.into_iter().for_each(|why| self.system.note("recorder", "system", &why));
+            rollover.undeleted.into_iter().for_each(|why| self.system.note("recorder", "system", &why));
         }
         if tell_more(&self.system, self.files.said()) {
             self.files.say();
