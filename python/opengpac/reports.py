@@ -132,5 +132,6 @@ def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] 
     error.command_list, error.block, error.time = report.command_list, report.block, report.time
     error.value, error.outputs, error.others, error.report = report.value, report.outputs, report.others, report
     error.objects = objects or {}
-    error.remedy = error.explanation()
+    # The system's own message says what to do; a class explains what a block reported.
+    error.remedy = error.explanation() if report.block or not report.message else ""
     return error

@@ -6,7 +6,7 @@
 //! (the *interpolated position mode* of drives). It costs that many invocations of delay.
 
 use crate::lead::{Braking, Lead};
-use crate::span::Span;
+use crate::span::{Passed, Span};
 use opengpac::Invocation;
 
 /// Where the reference is and where it goes.
@@ -88,6 +88,14 @@ pub struct Approach {
     lead: Lead,
     offset_before: f64,
     span: Span,
+    gap: Gap,
+}
+
+/// The last gap, for as long after it as it was: an error that is found then is one of that gap.
+#[derive(Clone, Copy, Debug, Default)]
+struct Gap {
+    lost_s: f64,
+    left_s: f64,
 }
 
 /// What a reference is led by in one invocation.
@@ -121,7 +129,7 @@ pub struct Approached {
     pub limited: bool,
     /// Time of one cycle, s; 0 in the first.
     pub span_s: f64,
-    /// Time lost before this cycle, s; 0 if there was no gap.
+    /// Time lost in a gap that is no longer ago than it was long, s; 0 if there was none.
     pub lost_s: f64,
     /// Distance and motion beyond the last set-point, if the servo brakes because no new one came in its time.
     pub braking: Braking,
@@ -155,8 +163,20 @@ impl Approach {
         }
         let (reference, step, limited) = self.spline.advance(next.position, interpolation, bounds);
         let moving = interpolation > 1 && span_s > 0.0;
-        let lost_s = if passed.is_gap() { passed.lost_s() } else { 0.0 };
+        let lost_s = self.gap.pass(passed);
         Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, lost_s, braking: self.lead.braking() }
+    }
+}
+
+impl Gap {
+    /// Lets a cycle pass. Returns the time lost in the last gap, s; 0 if that is longer ago than it was long.
+    fn pass(&mut self, passed: Passed) -> f64 {
+        if passed.is_gap() {
+            *self = Gap { lost_s: passed.lost_s(), left_s: passed.lost_s() };
+        } else if self.left_s > 0.0 {
+            self.left_s -= passed.used_s();
+        }
+        if self.left_s > 0.0 { self.lost_s } else { 0.0 }
     }
 }
 
@@ -381,6 +401,20 @@ mod tests {
                 assert!((end - 0.6).abs() < 1e-9, "{end} rad after {lost} ms at {at} ms");
             }
         }
+    }
+
+    #[test]
+    fn lost_time_is_told_for_as_long_as_it_was() {
+        let mut approach = Approach::default();
+        let mut at = |number: u64| {
+            let invocation = Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 };
+            approach.advance(&invocation, Led { speed_max: 3.0, acceleration_max: 5.0, ..Led::default() }, |_| 20).lost_s
+        };
+        assert_eq!((at(0), at(1), at(3)), (0.0, 0.0, 0.0), "a cycle too late is no gap");
+        let told: Vec<f64> = (54..110).map(&mut at).collect();
+        let (during, after) = told.split_at(50);
+        assert!(during.iter().all(|lost| (lost - 0.05).abs() < 1e-12), "{during:?}");
+        assert!(after[1..].iter().all(|lost| *lost == 0.0), "{after:?}");
     }
 
     #[test]

@@ -76,8 +76,40 @@ def test_time_that_was_lost_is_named(cell: gpac.System) -> None:
     cell.advance("700 ms")
     keep()
     cell.advance("1 s")
-    with pytest.raises(gpac.Terminated, match=r"; 0\.(29\d|3)\d* s had been lost just before.*: find what delayed the servo"):
+    with pytest.raises(gpac.Terminated, match=r"; 0\.(29\d|3)\d* s had been lost at once just before.*: find what delayed the servo"):
         moving.wait()
+
+
+def test_a_gap_beyond_its_bound_is_the_end_of_the_motion_wherever_the_joint_went_meanwhile(cell: gpac.System) -> None:
+    rtp = cell.processor("rtp0")
+    axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 700)
+    moving = gpac.motion.move_velocity.asynch(axes, 0.3, time_limit="3 s")
+    cell.advance("700 ms")
+    keep()
+    cell.advance("2 s")
+    with pytest.raises(gpac.motion.TimeLost) as ended:
+        moving.wait()
+    assert ended.value.condition == "time_lost"
+    assert ended.value.value == pytest.approx(0.7, abs=0.02)
+    said = str(ended.value)
+    words = r"'following_error': joint 'axes\.[xy]' is 0\.2\d* rad from where .*; 0\.(69|7)\d* s had been lost at once"
+    assert re.search(words, said), said
+    assert "have come to rest" not in said
+    assert {joint.state for joint in axes} == {"fault"}
+    assert "time_lost" not in cell.alarms and "following_error" in cell.alarms
+
+
+@pytest.mark.parametrize("max_gap", [0.2, 2.0])
+def test_the_bound_of_a_gap_is_the_joints(cell: gpac.System, max_gap: float) -> None:
+    rtp = cell.processor("rtp0")
+    axes, keep = machine(cell, on=rtp, max_following_error=0.05, max_gap=max_gap), late(rtp, 700)
+    moving = gpac.motion.move_absolute.asynch(axes, 1.0, speed=0.3)
+    cell.advance("700 ms")
+    keep()
+    cell.advance("2 s")
+    with pytest.raises(gpac.Terminated) as ended:
+        moving.wait()
+    assert ended.value.condition == ("time_lost" if max_gap < 0.7 else "device_lost")
 
 
 def test_a_drive_that_closes_the_loop_has_no_effort_to_tell(cell: gpac.System) -> None:

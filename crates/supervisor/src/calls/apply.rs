@@ -179,7 +179,7 @@ impl System {
         let instance = made.and_then(|()| self.own_verb(&mut definitions, name, &of, &request));
         match instance {
             Ok(instance) => self.shared.command(|core| {
-                core.registry.logical.insert(name.to_owned(), LogicalRecord { instance, state: DeviceState::Disabled, copies });
+                core.registry.logical.insert(name.to_owned(), LogicalRecord { instance, state: DeviceState::Disabled, copies, gap_max_s: None });
                 Ok(())
             }),
             Err(refusals) => {

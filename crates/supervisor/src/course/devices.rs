@@ -2,6 +2,7 @@
 //! Logical devices as they run: enable, disable, their parameters.
 use crate::core::Core;
 use crate::course::of::Course;
+use crate::lifecycle::following::{GAP_MAX, number};
 use crate::lifecycle::instance::{Limits, State};
 use crate::lifecycle::opening::store_target;
 use crate::refuse::invalid_state;
@@ -27,6 +28,9 @@ impl Core {
         };
         let before = record.state;
         self.registry.set_device(device, DeviceState::Enabling);
+        if let Some(record) = self.registry.logical.get_mut(device) {
+            record.gap_max_s = configuration.logical_devices.get(device).and_then(|of| number(of.parameters.get(GAP_MAX)?));
+        }
         if let Err(refusals) = self.course(instance).start(&IndexMap::new(), Limits::default(), configuration) {
             self.registry.set_device(device, before);
             return Err(refusals);

@@ -2,7 +2,7 @@
 //! Ends: every start of a verb instance has exactly one, with its report.
 use crate::core::Core;
 use crate::course::of::Course;
-use crate::lifecycle::following::servo_text;
+use crate::lifecycle::following::{Gap, lost_beyond, servo_text};
 use crate::lifecycle::instance::{Cause, Instance, Life, State};
 use crate::lifecycle::outputs::{decode, reported};
 use crate::lifecycle::report::Report;
@@ -15,13 +15,12 @@ use indexmap::IndexMap;
 use kernel::{STAMP_LEN, SourceId};
 use model::SystemCondition;
 use model::plan::Target;
+use model::value::Value;
 
 impl Core {
     /// Ends the verbs that use a logical device.
     pub fn end_users(&mut self, device: &str, condition: SystemCondition, message: &str) {
-        let mut users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
-        self.instances.queued_first(&mut users);
-        for user in users {
+        for user in self.users(device) {
             if condition == SystemCondition::DeviceDisabled
                 && let Some(instance) = self.instances.get_mut(&user)
                 && std::mem::replace(&mut instance.leaving.disabled, true)
@@ -30,6 +29,23 @@ impl Core {
             }
             self.course(user).end_by(condition, message.to_owned());
         }
+    }
+}
+
+impl Core {
+    /// Ends the verbs that use a logical device whose own verb has ended, `gap` because of lost time.
+    fn end_users_of_lost(&mut self, device: &str, gap: Option<Gap>, message: &str) {
+        let Some(gap) = gap else { return self.end_users(device, SystemCondition::DeviceLost, message) };
+        for user in self.users(device) {
+            self.course(user).end_by_gap(gap, message.to_owned());
+        }
+    }
+
+    /// The instances that use a logical device, those in the queue first.
+    fn users(&self, device: &str) -> Vec<u64> {
+        let mut users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
+        self.instances.queued_first(&mut users);
+        users
     }
 }
 
@@ -42,8 +58,25 @@ impl Course<'_> {
         self.come(condition, message, false);
     }
 
+    /// Ends an instance because a joint lost more time than it allows: by its own condition for that, with the time as its value; where it
+    /// has none in its list, by the loss of the device.
+    fn end_by_gap(&mut self, gap: Gap, message: String) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get(&id) else { return };
+        let is_own = |at: &usize| instance.plan.conditions[*at].holds_in(instance.position.list);
+        let own = instance.condition(gap.condition).filter(is_own).filter(|_| instance.state() != State::Queued);
+        match own {
+            Some(condition) => self.come_with(condition, Some(Value::Number(gap.lost_s)), message, false),
+            None => self.end_by(SystemCondition::DeviceLost, message),
+        }
+    }
+
     /// A condition comes from outside the blocks: τ, or the end. `asked_for`: by the waiter.
     pub fn come(&mut self, condition: usize, message: String, asked_for: bool) {
+        self.come_with(condition, None, message, asked_for);
+    }
+
+    fn come_with(&mut self, condition: usize, value: Option<Value>, message: String, asked_for: bool) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -78,7 +111,7 @@ impl Course<'_> {
         // Only now is it certain in which list the process is.
         let condition = instance.condition(&instance.plan.conditions[condition].name).unwrap_or(condition);
         instance.leaving.halting |= asked_for;
-        let cause = Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for };
+        let cause = Cause { condition, block: None, value, message, time_ns: now_ns, asked_for };
         let to = instance.led_to(condition);
         match to {
             _ if is_second => self.end_at_once(cause),
@@ -181,13 +214,14 @@ impl Course<'_> {
             alarm_of_end(self.core, &report, unasked.map(String::as_str), has_own);
         }
         self.core.safety.pause.forget_suspended(id);
+        let gap = owner.as_ref().and_then(|owner| lost_beyond(&report, self.core.registry.logical.get(owner)?.gap_max_s));
         self.core.observation.ends.add(id, report);
         self.core.observation.ended += 1;
         if let Some(owner) = owner
             && !self.core.registry.servo_ended(&owner)
         {
             let message = format!("the verb of device '{owner}' ended with '{ended_as}'{because}");
-            self.core.end_users(&owner, SystemCondition::DeviceLost, &message);
+            self.core.end_users_of_lost(&owner, gap, &message);
         }
         self.make_idle();
         // What it claimed is free again, and the starts that wait for it follow at once, before any other.

@@ -4,6 +4,7 @@
 //!
 //! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit` and `time_lost`, as
 //! the servos of `robots` do; a verb that returns fewer of them gets a shorter message.
+use crate::lifecycle::report::Report;
 use crate::registry::records::Registry;
 use indexmap::IndexMap;
 use model::value::Value;
@@ -11,6 +12,10 @@ use model::value::Value;
 /// The conditions that these words are for.
 const FOLLOWING_ERROR: &str = "following_error";
 const SERVO_UNSTABLE: &str = "servo_unstable";
+/// The condition of a motion that has lost more time than a joint allows, and the output of a servo that says how much was lost.
+pub(crate) const TIME_LOST: &str = "time_lost";
+/// The parameter of a joint that says how much it allows, s.
+pub(crate) const GAP_MAX: &str = "max_gap";
 
 /// Share of its limit from which an effort counts as saturated.
 const SATURATED: f64 = 0.999;
@@ -45,6 +50,20 @@ pub(crate) fn servo_text(
     }
 }
 
+/// Returns the time that was lost at once, where that is why a servo ended with a following error: more than `gap_max_s` of its device.
+/// Nobody commanded the joint meanwhile, so the motion ends with what it declares of that, not with the error that came of it.
+pub(crate) fn lost_beyond(report: &Report, gap_max_s: Option<f64>) -> Option<Gap> {
+    let lost_s = report.outputs.get(TIME_LOST)?.as_ref().and_then(number)?;
+    (report.condition == FOLLOWING_ERROR && lost_s > gap_max_s?).then_some(Gap { condition: TIME_LOST, lost_s })
+}
+
+/// A condition of a motion, and its value, the time that was lost.
+#[derive(Clone, Copy)]
+pub(crate) struct Gap {
+    pub condition: &'static str,
+    pub lost_s: f64,
+}
+
 fn unstable_text(owner: Option<&str>, frequency: f64) -> String {
     let joint = owner.map_or_else(String::new, |name| format!(" of joint '{name}'"));
     format!(
@@ -65,7 +84,7 @@ fn following_text(registry: &Registry, owner: Option<&str>, error: f64, outputs:
         error_limit: output("error_limit"),
         effort: output("effort"),
         effort_limit: output("effort_limit"),
-        lost_s: output("time_lost").unwrap_or(0.0),
+        lost_s: output(TIME_LOST).unwrap_or(0.0),
     }
     .text()
 }
@@ -82,7 +101,7 @@ impl FollowingError<'_> {
             text += &format!("; its servo's effort is {} of max_effort {} ({state})", quantity(effort, ""), quantity(limit, self.effort_unit));
         }
         if self.lost_s > 0.0 {
-            text += &format!("; {} had been lost just before, because releases were skipped", quantity(self.lost_s, "s"));
+            text += &format!("; {} had been lost at once just before, because releases were skipped", quantity(self.lost_s, "s"));
         }
         format!("{text}: {}", self.remedy())
     }
@@ -118,7 +137,7 @@ fn quantity(number: f64, unit: &str) -> String {
     if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") }
 }
 
-fn number(value: &Value) -> Option<f64> {
+pub(crate) fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Number(number) => Some(*number),
         Value::Integer(number) => Some(*number as f64),
@@ -162,7 +181,7 @@ mod tests {
     #[test]
     fn time_that_was_lost_is_named_first_among_the_causes() {
         let late = FollowingError { lost_s: 0.48, ..found() }.text();
-        assert!(late.contains("; 0.48 s had been lost just before, because releases were skipped: find what delayed the servo"), "{late}");
+        assert!(late.contains("; 0.48 s had been lost at once just before, because releases were skipped: find what delayed the servo"), "{late}");
     }
 
     #[test]

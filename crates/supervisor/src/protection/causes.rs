@@ -4,6 +4,7 @@
 //! another verb that is not normal (returned at once: the end is the event), a condition that names an alarm, and the programming system.
 //! Ends that follow from one of these have no alarm of their own, so that one cause is one line.
 use crate::core::Core;
+use crate::lifecycle::following::TIME_LOST;
 use crate::lifecycle::report::Report;
 use crate::refuse::unknown;
 use crate::safety::alarms::{CURRENT_MAX, Cause, Raised, Severity};
@@ -109,11 +110,16 @@ pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>
             let remedy = "remove the cause, then enable the device again";
             raise(core, Raised { code: &report.condition, source: device, block, text, remedy, severity: Severity::High, cause: Cause::Fault });
         }
-    } else if !report.normal && !has_own && !FOLLOWS.contains(&report.condition.as_str()) {
+    } else if !report.normal && !has_own && !FOLLOWS.contains(&report.condition.as_str()) && !is_of_a_gap(report) {
         raise(core, Raised { code: &report.condition, source: &report.verb, block, text, remedy: "", severity: Severity::Medium, cause: Cause::Event });
         // The end is the event: what is left is to be seen by a person.
         alarm_returns(core, &report.condition, &report.verb);
     }
+}
+
+/// Whether the supervisor ended a motion with what it declares of lost time: the fault of the joint's servo has the alarm.
+fn is_of_a_gap(report: &Report) -> bool {
+    report.condition == TIME_LOST && report.block.is_none()
 }
 
 /// The alarms that a verb's conditions name have texts.

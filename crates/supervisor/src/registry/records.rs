@@ -80,6 +80,8 @@ pub(crate) struct LogicalRecord {
     pub state: DeviceState,
     /// (SVV that is set, SVV it is set from) when it is enabled.
     pub copies: Vec<(String, String)>,
+    /// Most time that may be lost at once while it moves, s: its parameter `max_gap` when it was enabled.
+    pub gap_max_s: Option<f64>,
 }
 
 /// State of a logical device's own verb; whether it moves is seen from the verbs that use it.

@@ -76,7 +76,7 @@ pub struct JointServo {
     /// of the system's clock); all 0 where set-points lead
     #[output]
     braking: [f64; 4],
-    /// time that was lost before this invocation, because releases were skipped; 0 where none were
+    /// time that was lost at once, because releases were skipped, told for as long after it as it was; 0 where none was
     #[output(unit = "s")]
     lost: f64,
     /// maximum |q_r - q| in force: the preset of `following_error`
