@@ -12,6 +12,11 @@ import tempfile
 from collections.abc import Generator
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# How long an example takes, and how long it is drawn, is the machine's doing: Hypothesis fails above 200 ms an example if nothing is said.
+settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any machine")
 
 # A shell starts what runs in its background without Ctrl-C; tests press it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
