@@ -99,6 +99,32 @@ def test_elements_of_an_array_port_of_a_graph(cell: gpac.System, fast: gpac.Sour
     assert value_of(cell, fast, verb) == 1.75
 
 
+def test_outputs_within_a_graph_and_of_the_graph_reach_elements(cell: gpac.System, fast: gpac.Source) -> None:
+    """Two blocks of a graph lead to one array port of it; the graph's output and an SVV lead to one of another block."""
+    graph = gpac.Graph(
+        "added",
+        blocks={"a": constant(1.5), "b": constant(0.25), "sum": lib.sum},
+        cells={"u0": ["a.y", "sum.u[0]"], "u1": ["b.y", "sum.u[1]"]},
+        outputs={"y": "sum.y"},
+    )
+    verb = gpac.Verb(
+        "greater",
+        blocks={"added": graph, "greater": lib.maximum},
+        instantiation_parameters={"x": "greater.u[1]", "y": "greater.y"},
+        cells={"of_graph": ["added.y", "greater.u[0]"]},
+        modes={"greater.u": "asynchronous"},
+        command_lists={"start": [activate("added", every="1 ms"), activate("greater", every="1 ms")]},
+    )
+    x, y = cell.svv("x", initial=1.0), cell.svv("y")
+    instance = verb.on(fast).asynch(x, y)
+    cell.advance("3 ms")
+    assert y.value == 1.75
+    x.value = 9.0
+    cell.advance("3 ms")
+    assert y.value == 9.0
+    instance.halt()
+
+
 def test_a_file_of_definitions_has_elements(cell: gpac.System, fast: gpac.Source, tmp_path: Path) -> None:
     (tmp_path / "adding.toml").write_text(
         """
