@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+import { worded } from "./wording";
+
 /** One error of the real-time system: what is wrong, about what, where it was defined, and what to do. */
 export interface Refusal {
   class: string;
@@ -61,11 +63,17 @@ export function unconnected(): Refused {
   );
 }
 
+/** A refusal whose message and remedy are in the page's words. */
+export function inWords<R extends { message: string; remedy?: string | null }>(refusal: R): R {
+  const { message, remedy } = refusal;
+  return { ...refusal, message: worded(message), ...(remedy ? { remedy: worded(remedy) } : {}) };
+}
+
 /** What an answer that is no success says. */
 export function refusedBy(status: number, body: string): Refused {
   try {
     const { errors } = JSON.parse(body) as { errors?: Refusal[] };
-    if (errors && errors.length > 0) return new Refused(errors, status);
+    if (errors && errors.length > 0) return new Refused(errors.map(inWords), status);
   } catch {
     // Not JSON: whatever stands between the page and the system has answered. Its words are told below.
   }

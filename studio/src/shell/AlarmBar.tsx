@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId, useState } from "react";
 import type { Alarm } from "../control/shapes";
+import { worded } from "../control/wording";
 import { Acknowledge, AcknowledgeAll, AlarmTable, AlarmTags, inOrder } from "./AlarmTable";
 import { useLive, useWatched } from "./context";
 
@@ -26,7 +28,7 @@ export function AlarmBar() {
         <strong>{first.code}</strong>
         <span className="said">
           {first.source && `${first.source}: `}
-          {first.text}
+          {worded(first.text)}
         </span>
         {!isOpen && <Acknowledge of={first} from={control} />}
         <button type="button" aria-expanded={isOpen} aria-controls={list} onClick={() => setOpen(!isOpen)}>

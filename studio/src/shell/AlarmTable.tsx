@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Alarm, Severity } from "../control/shapes";
 import type { Source } from "../control/source";
+import { worded } from "../control/wording";
 import { clockText, dayText, seconds } from "../design/numbers";
 import { Refusals, Tag, type Tone } from "../design/parts";
 import { useAction } from "./context";
@@ -98,8 +100,8 @@ export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
           <strong>{alarm.code}</strong>
           <span className="said">
             {alarm.source && `${alarm.source}: `}
-            {alarm.text}
-            {alarm.remedy && <span className="quiet"> {alarm.remedy}</span>}
+            {worded(alarm.text)}
+            {alarm.remedy && <span className="quiet"> {worded(alarm.remedy)}</span>}
           </span>
           <span className="quiet small figures">
             <span title={dayText(alarm.wall_ns)}>

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useMemo } from "react";
+import { worded } from "../../control/wording";
 import { seconds } from "../../design/numbers";
 import { Panel, Tag } from "../../design/parts";
 import { useControl, useTopic } from "../../shell/context";
@@ -31,7 +33,7 @@ export function Reports(props: { verb: string }) {
                 <summary>
                   <span className="figures">{seconds(report.time_s)}</span> {report.instance}{" "}
                   <Tag tone={report.normal ? "good" : "bad"}>{report.condition}</Tag>{" "}
-                  <span className="quiet">after {seconds(report.time_s - report.started_s)}</span> {report.message}
+                  <span className="quiet">after {seconds(report.time_s - report.started_s)}</span> {worded(report.message)}
                 </summary>
                 <ReportTable of={report} />
               </details>

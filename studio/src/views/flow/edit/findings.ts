@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+import { inWords } from "../../../control/refusals";
+
 // What `check_definition` finds, and where it stands in the drawing: docs/files.md.
 
 export type Where =
@@ -22,12 +24,14 @@ export interface Finding {
 /** Findings as the system has answered them: one that names no place is about the whole. */
 export function findingsOf(answered: unknown): Finding[] {
   if (!Array.isArray(answered)) return [];
-  return answered.map((one: Partial<Finding>) => ({
-    ...one,
-    class: String(one.class ?? "Error"),
-    message: String(one.message ?? "the definition is refused"),
-    where: Array.isArray(one.where) ? one.where : [],
-  }));
+  return answered.map((one: Partial<Finding>) =>
+    inWords({
+      ...one,
+      class: String(one.class ?? "Error"),
+      message: String(one.message ?? "the definition is refused"),
+      where: Array.isArray(one.where) ? one.where : [],
+    }),
+  );
 }
 
 export function isPort(where: Where): where is { block: string; port: string } {

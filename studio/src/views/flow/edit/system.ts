@@ -3,6 +3,7 @@
 import { useCallback, useEffect, useMemo, useRef, useState } from "react";
 import type { Control } from "../../../control/control";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
+import { worded } from "../../../control/wording";
 import { type Draft, definitionOf } from "./definition";
 import type { Face, Faces } from "./faces";
 import { type Finding, findingsOf } from "./findings";
@@ -86,7 +87,10 @@ export function usePossible(control: Control, draft: Draft): Possible {
       const asked = { [draft.kind]: definitionOf(draft), from };
       control.look("compatible", asked).then(
         (found) => {
-          const reasons = (found as (At & { reason: string | null })[]).map((one): [string, string | null] => [keyOf(one), one.reason]);
+          const reasons = (found as (At & { reason: string | null })[]).map((one): [string, string | null] => [
+            keyOf(one),
+            one.reason === null ? null : worded(one.reason),
+          ]);
           answer.current = { begun: from, reasons: new Map(reasons) };
         },
         // Without an answer every wire may be drawn; the check finds what is wrong with it.
