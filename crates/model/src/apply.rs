@@ -8,6 +8,7 @@ mod endings;
 mod finish;
 mod placement;
 mod ranges;
+mod rehearse;
 mod relate;
 mod retune;
 mod sequence;
@@ -20,7 +21,8 @@ use crate::definition::Application;
 use crate::flatten::{FlatBlock, Port};
 use crate::kind::Layout;
 use crate::plan::{CellIndex, Plan, PlannedBlock, PlannedCell, Remark};
-use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::refusal::{Class, Place, Refusal, Refusals, Where};
+pub(crate) use rehearse::StandIns;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use suggest::did_you_mean;
@@ -131,6 +133,19 @@ impl<'a> Draft<'a> {
     pub fn refuse(&mut self, class: Class, message: String, remedy: &str, place: &Option<Place>) {
         let place = if place.is_some() { place } else { &self.application.place };
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.checked.place));
+    }
+
+    /// Refuses as [`Draft::refuse`] does, and says which parts of the definition it is about, the first one first.
+    pub fn refuse_at(&mut self, class: Class, message: String, remedy: &str, place: &Option<Place>, about: impl IntoIterator<Item = Where>) {
+        self.refuse(class, message, remedy, place);
+        self.mark(about);
+    }
+
+    /// Adds parts of the definition to the newest refusal.
+    pub fn mark(&mut self, about: impl IntoIterator<Item = Where>) {
+        if let Some(refusal) = self.refusals.last_mut() {
+            refusal.about.extend(about);
+        }
     }
 
     pub fn flat(&self, block: usize) -> &'a FlatBlock {

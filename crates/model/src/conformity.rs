@@ -7,7 +7,7 @@ use crate::flatten::Flat;
 use crate::plan::{Plan, PlannedBound, PlannedInput, PlannedMember, PlannedRange};
 use crate::quantity::number_in;
 use crate::range::{Range, is_plain, number, plausible, short};
-use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::refusal::{Class, Place, Refusal, Refusals, Where};
 use crate::types::Type;
 use crate::value::Value;
 use indexmap::IndexMap;
@@ -181,6 +181,7 @@ impl Limits {
 /// Ranges and requirements name members of objects that there are.
 pub(crate) fn check(flat: &mut Flat<'_>, verb: &Verb) {
     for (name, input) in &verb.input_parameters {
+        flat.subject = Some(Where::Parameter { parameter: name.clone() });
         let place = if input.place.is_some() { &input.place } else { &verb.place };
         let bounds = input.within.iter().flat_map(|(least, most)| [least, most]);
         for bound in bounds {
@@ -194,11 +195,13 @@ pub(crate) fn check(flat: &mut Flat<'_>, verb: &Verb) {
         }
     }
     for (name, requirement) in &verb.requires {
+        flat.subject = Some(Where::Object { object: name.split('.').next().unwrap_or(name).to_owned() });
         let place = if requirement.place.is_some() { &requirement.place } else { &verb.place };
         for member in [Some(name), requirement.when.as_ref()].into_iter().flatten() {
             check_member(flat, verb, member, "a requirement", &["SVV", "parameter"], place);
         }
     }
+    flat.subject = None;
 }
 
 fn check_member(flat: &mut Flat<'_>, verb: &Verb, name: &str, what: &str, kinds: &[&str], place: &Option<Place>) {

@@ -2,7 +2,7 @@
 //! Constants of a definition: that they fit, and are read at all.
 use crate::flatten::{Flat, describe};
 use crate::interface::Kind;
-use crate::refusal::{Class, Refusal, Refusals};
+use crate::refusal::{Class, Refusal, Refusals, Where};
 
 /// A constant on an input that something else binds would never be read.
 pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
@@ -24,13 +24,14 @@ pub(crate) fn constants_of_other_types(flat: &mut Flat<'_>) {
         for (item, value) in &block.constants {
             let declared = block.kind.item(*item);
             let what = || format!("the constant for {}", describe(block, *item));
+            let drawn = || Where::Port { block: block.label.clone(), port: declared.name.clone() };
             if let Some(Err(refusal)) = declared.range.map(|range| range.check(&what(), &declared.unit, value)) {
-                refusals.push(refusal.at(&block.place));
+                refusals.push(refusal.at(&block.place).about([drawn()]));
                 continue;
             }
             let Some(layout) = block.kind.layout(*item, None).filter(|_| declared.kind != Kind::Size) else { continue };
             if let Err(refusal) = layout.read.encode(value, &declared.unit) {
-                refusals.push(refusal.for_what(&what()).at(&block.place));
+                refusals.push(refusal.for_what(&what()).at(&block.place).about([drawn()]));
             }
         }
     }

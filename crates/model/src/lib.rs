@@ -45,4 +45,4 @@ pub use checked::{CheckedVerb, check_graph, check_verb};
 pub use compose::{Composition, compose};
 pub use conditions::{ENDS, LIMITS, ORDERLY, SYSTEM, SystemCondition};
 pub use form::{ArgumentKind, FormArgument, FormInput};
-pub use wires::{Drawing, PortName, Verdict, check_definition, compatible, compatible_with};
+pub use wires::{Drawing, PortName, Verdict, check_definition, check_drawing, compatible, compatible_with};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Definitions while they are drawn: all that is wrong with one, and why two of its ports cannot be wired. The rules are those of the
 //! installation: the same functions are asked, with nothing given yet.
-use crate::apply::{Draft, Given};
+use crate::apply::{Draft, Given, StandIns};
 use crate::checked::{self, CheckedVerb};
 use crate::configuration::Configuration;
 use crate::definition::{Application, Graph, Verb};
@@ -53,6 +53,33 @@ pub fn check_definition(drawing: &Drawing, configuration: &Configuration) -> Res
     sketch.checked.groups.iter().for_each(|group| draft.check_object(group));
     found.extend(draft.refusals);
     Ok(found)
+}
+
+/// As [`check_definition`], and what an installation would refuse whatever it is given: units and types of members of objects, constants
+/// and defaults, second writers in a list, inputs that nothing drives.
+///
+/// # Errors
+/// As there.
+pub fn check_drawing(drawing: &Drawing, configuration: &Configuration) -> Result<Refusals, Refusals> {
+    let sketch = Sketch::new(drawing, configuration)?;
+    let mut found = sketch.refusals.clone();
+    let nothing = Application::default();
+    let stand_ins = StandIns::new(&sketch.checked, configuration);
+    let mut draft = Draft::new(&sketch.checked, &nothing, configuration);
+    let given = draft.stand_in(&stand_ins);
+    draft.rehearse(&given, sketch.refusals.is_empty());
+    for refusal in draft.refusals {
+        if !found.iter().any(|known| is_same(known, &refusal)) {
+            found.push(refusal);
+        }
+    }
+    Ok(found)
+}
+
+/// Whether two checks have found the same: a constant is checked when it is named, and again when it is stored.
+fn is_same(one: &Refusal, other: &Refusal) -> bool {
+    let is_constant = |refusal: &Refusal| refusal.message.starts_with("the constant for ");
+    one.message == other.message || is_constant(one) && is_constant(other) && one.about == other.about
 }
 
 /// Why a wire cannot lead from one port to the other; nothing where it can. Which of them writes does not matter.

@@ -54,7 +54,7 @@ impl<'a> Draft<'a> {
                     Ok(bytes) => values.push((*item, bytes)),
                     Err(refusal) => {
                         let refusal = refusal.for_what(&format!("the constant for {}", self.described((at, *item))));
-                        self.refusals.push(refusal.at(&flat.place));
+                        self.refusals.push(refusal.at(&flat.place).about([self.drawn((at, *item))]));
                     }
                 }
             }
@@ -99,14 +99,14 @@ impl<'a> Draft<'a> {
     }
 
     /// The part of the drawing that a port is.
-    fn drawn(&self, port: Port) -> Where {
+    pub fn drawn(&self, port: Port) -> Where {
         Where::Port { block: self.flat(port.0).label.clone(), port: self.flat(port.0).kind.item(port.1).name.clone() }
     }
 
     fn bind_private(&mut self, group: &'a Group) {
         let Some(first) = self.leading(group) else { return };
-        let Some(layout) = self.layout(first) else { return };
         self.check_object(group);
+        let Some(layout) = self.layout(first) else { return };
         let initial = self.initial(group, &layout);
         let kind = match group.origin {
             Origin::Constant => CellKind::Constant { name: group.name.clone() },
@@ -133,7 +133,7 @@ impl<'a> Draft<'a> {
                     Ok(bytes) => return bytes,
                     Err(refusal) => {
                         let refusal = refusal.for_what(&format!("the constant for {}", self.described((block, item))));
-                        self.refusals.push(refusal.at(&flat.place));
+                        self.refusals.push(refusal.at(&flat.place).about([self.drawn((block, item))]));
                     }
                 }
             } else if declared.has_default && declared.default.len() >= layout.size {
@@ -163,6 +163,7 @@ impl<'a> Draft<'a> {
                     "give each SVV once",
                     &group.place,
                 );
+                self.mark([Where::Cell { cell: group.name.clone() }]);
             }
         }
         if svvs.iter().all(|(_, svv)| svv.unit.is_empty()) {
@@ -170,7 +171,7 @@ impl<'a> Draft<'a> {
         }
         let cells: Vec<CellIndex> = svvs.iter().zip(&layouts).map(|((name, svv), layout)| self.svv_cell(name, svv, layout)).collect();
         for port in &group.ports {
-            if let Some(binding) = self.bind_svvs_to(*port, svvs, &layouts, &cells, &group.place) {
+            if let Some(binding) = self.bind_svvs_to(*port, svvs, &layouts, &cells, group) {
                 self.attach(*port, binding);
             }
         }
@@ -186,7 +187,9 @@ impl<'a> Draft<'a> {
         cell
     }
 
-    fn bind_svvs_to(&mut self, port: Port, svvs: &[(&str, &Svv)], layouts: &[Arc<Layout>], cells: &[CellIndex], place: &Option<Place>) -> Option<Binding> {
+    fn bind_svvs_to(&mut self, port: Port, svvs: &[(&str, &Svv)], layouts: &[Arc<Layout>], cells: &[CellIndex], group: &Group) -> Option<Binding> {
+        let place = &group.place;
+        let cell = || Where::Cell { cell: group.name.clone() };
         let layout = self.layout(port)?;
         let item = self.flat(port.0).kind.item(port.1);
         let what = match svvs {
@@ -206,13 +209,14 @@ impl<'a> Draft<'a> {
                 _ => ("types differ", "declare one of them as the other"),
             };
             let refusal = Refusal::new(Class::TypeMismatch, format!("cannot bind {what} to {described}: {why}")).remedy(remedy);
-            let refusal = refusal.end(what, &svv_place).end(described, &self.flat(port.0).place);
+            let refusal = refusal.end(what, &svv_place).end(described, &self.flat(port.0).place).about([self.drawn(port), cell()]);
             self.refusals.push(refusal.at(&self.application.place).at(place));
             return None;
         }
         if let Some((name, svv)) = svvs.iter().find(|(_, svv)| !units_agree(&svv.unit, self.unit(port))) {
             let what = format!("SVV '{name}' ({}{})", layouts[0].text, comma(&svv.unit));
             self.refuse_units(what, &svv.place.clone(), port, place);
+            self.mark([cell()]);
         }
         self.check_history(port, svvs, whole, place);
         Some(if whole { Binding::Cell(cells[0]) } else { Binding::Cells(cells.to_vec()) })
@@ -233,7 +237,7 @@ impl<'a> Draft<'a> {
         };
         let what = format!("SVV '{name}'");
         let refusal = Refusal::new(class, format!("cannot bind {what} to {described}: {why}")).remedy(remedy);
-        let refusal = refusal.end(what, &svv.place).end(described, &self.flat(port.0).place);
+        let refusal = refusal.end(what, &svv.place).end(described, &self.flat(port.0).place).about([self.drawn(port)]);
         self.refusals.push(refusal.at(&self.application.place).at(place));
     }
 
@@ -269,7 +273,8 @@ impl<'a> Draft<'a> {
             if let Some((why, remedy)) = wrong {
                 let described = self.described(*port);
                 let refusal = Refusal::new(Class::TypeMismatch, format!("cannot bind {what} to {described}: {why}")).remedy(remedy);
-                self.refusals.push(refusal.end(described, &self.flat(port.0).place).at(&self.application.place).at(&group.place));
+                let refusal = refusal.end(described, &self.flat(port.0).place).about([self.drawn(*port)]);
+                self.refusals.push(refusal.at(&self.application.place).at(&group.place));
                 continue;
             }
             if !units_agree(&declared.unit, self.unit(*port)) {
@@ -333,17 +338,13 @@ impl<'a> Draft<'a> {
 
     /// All ports of a data object have one unit, as far as it is known: that of its writer, or of the first port that has one.
     fn check_units(&mut self, group: &Group) {
-        let checked = self.checked;
         let known = || group.ports.iter().filter(|port| !self.unit(**port).is_empty());
         let Some(&first) = known().find(|port| self.kind(**port) == Kind::Output).or_else(|| known().next()) else { return };
         let others: Vec<Port> = known().filter(|port| !units_agree(self.unit(first), self.unit(**port))).copied().collect();
         for port in others {
             let place = self.flat(port.0).place.clone();
             self.refuse_units(self.described(first), &self.flat(first.0).place.clone(), port, &place);
-            if let Some(refusal) = self.refusals.last_mut() {
-                let (block, item) = first;
-                refusal.about.push(Where::Port { block: checked.blocks[block].label.clone(), port: checked.blocks[block].kind.item(item).name.clone() });
-            }
+            self.mark([self.drawn(first)]);
         }
     }
 

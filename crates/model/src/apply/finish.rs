@@ -12,7 +12,7 @@ use crate::plan::{
     Binding, CellKind, Claim, InputOrigin, Plan, PlannedActivation, PlannedHolding, PlannedInput, PlannedList, PlannedOutput, PlannedSuspend, Target,
 };
 use crate::quantity::units_agree;
-use crate::refusal::{Class, Refusals};
+use crate::refusal::{Class, Refusals, Where};
 use crate::types::Type;
 
 impl<'a> Draft<'a> {
@@ -54,7 +54,17 @@ impl<'a> Draft<'a> {
         })
     }
 
-    fn input(&mut self, input: &CheckedInput) -> Option<PlannedInput> {
+    /// An input parameter with its type, unit, default and range; what is wrong with it is refused.
+    pub fn input(&mut self, input: &CheckedInput) -> Option<PlannedInput> {
+        let before = self.refusals.len();
+        let planned = self.planned_input(input);
+        for refusal in &mut self.refusals[before..] {
+            refusal.about.push(Where::Parameter { parameter: input.name.clone() });
+        }
+        planned
+    }
+
+    fn planned_input(&mut self, input: &CheckedInput) -> Option<PlannedInput> {
         let origin = self.origin(input);
         let &first = input.ports.first()?;
         let layout = self.layout(first)?;
@@ -122,10 +132,12 @@ impl<'a> Draft<'a> {
 
     fn check_device_parameter(&mut self, input: &CheckedInput, devices: &[String], parameter: &str, port: Port, unit: &str) {
         let configuration = self.configuration;
-        let declared = devices.first().and_then(|device| {
-            let device_type = &configuration.logical_devices.get(device)?.device_type;
-            configuration.device_types.get(device_type)?.parameters.get(parameter)
-        });
+        let of_device = devices.first().and_then(|device| configuration.logical_devices.get(device)).map(|device| &device.device_type);
+        let of_object = match &input.whose {
+            Whose::Object { object, .. } => self.checked.objects.get(object).map(|object| &object.device_type),
+            _ => None,
+        };
+        let declared = of_device.or(of_object).and_then(|of| configuration.device_types.get(of)?.parameters.get(parameter));
         let described = self.described(port);
         if let Some(declared) = declared.filter(|declared| !units_agree(&declared.unit, unit)) {
             let message = format!("cannot bind the device parameter '{parameter}' ({}) to {described}: units differ", declared.unit);

@@ -10,7 +10,7 @@ use crate::interface::{Kind, Mode};
 use crate::order;
 use crate::plan::{CellIndex, CellKind};
 use crate::quantity::duration_text;
-use crate::refusal::{Class, Refusal, Refusals};
+use crate::refusal::{Class, Refusal, Refusals, Where};
 
 /// An input that is bound to its writer's invocations.
 #[derive(Clone, Copy, Debug)]
@@ -248,7 +248,7 @@ impl<'a> Draft<'a> {
                         own.divided(n).text()
                     );
                     let remedy = format!("change one of the intervals, or relax the input with modes={{'{}': 'asynchronous'}}", self.port_name(reader));
-                    return self.refuse(Class::SchedulingError, message, &remedy, &self.flat(reader.0).place.clone());
+                    return self.refuse_at(Class::SchedulingError, message, &remedy, &self.flat(reader.0).place.clone(), [self.drawn(reader), self.list(list)]);
                 }
             }
         }
@@ -256,6 +256,7 @@ impl<'a> Draft<'a> {
 
     fn nobody_drives(&mut self, reader: Port, relation: &Relation, list: usize) {
         let described = self.described(reader);
+        let about = [self.drawn(reader), self.list(list)];
         let list = &self.checked.lists[list].name;
         let mode = relation.mode.name();
         let cell = self.cell_text(relation.cell);
@@ -265,7 +266,12 @@ impl<'a> Draft<'a> {
         );
         let refusal = refusal.remedy(format!("bind a writer to {cell} and activate it, or {}", self.relax_remedy(reader)));
         let place = &self.flat(reader.0).place;
-        self.refusals.push(refusal.end(described, place).at(place).at(&self.checked.lists[0].place));
+        self.refusals.push(refusal.end(described, place).at(place).at(&self.checked.lists[0].place).about(about));
+    }
+
+    /// A command list, as who draws it knows it.
+    fn list(&self, list: usize) -> Where {
+        Where::List { list: self.checked.lists[list].name.clone() }
     }
 
     fn rates_differ(&mut self, first: Port, other: Beat<'_>, second: Port, update: Beat<'_>) {
@@ -273,7 +279,7 @@ impl<'a> Draft<'a> {
         let message = format!("{a} is driven {} and {b} {}: synchronous inputs of a block update at one rate", other.text(), update.text());
         let remedy = self.relax_remedy(second);
         let place = self.flat(first.0).place.clone();
-        self.refuse(Class::SchedulingError, message, &remedy, &place);
+        self.refuse_at(Class::SchedulingError, message, &remedy, &place, [self.drawn(second), self.drawn(first)]);
     }
 
     /// What is written by whom, for messages.
@@ -324,10 +330,12 @@ impl<'a> Draft<'a> {
             return;
         }
         let (a, b) = (self.described(first), self.described(second));
+        let about = [self.drawn(second), self.drawn(first)].into_iter().chain(together.map(|list| self.list(list)));
+        let about: Vec<Where> = about.collect();
         let list = together.map(|list| format!(" in command list '{}'", self.checked.lists[list].name)).unwrap_or_default();
         let message = format!("{} has two active writers{list}: {a} and {b}", self.cell_text(cell));
         let refusal = Refusal::new(Class::SecondWriter, message).remedy("give one of them a cell of its own, or deactivate it first");
         let refusal = refusal.end(a, &self.flat(first.0).place).end(b, &self.flat(second.0).place);
-        self.refusals.push(refusal.at(&self.flat(second.0).place).at(&self.checked.place));
+        self.refusals.push(refusal.at(&self.flat(second.0).place).at(&self.checked.place).about(about));
     }
 }

@@ -237,7 +237,12 @@ pub fn apply_in(mut cell: Configuration, verb: Value, application: Value) -> Res
     merge(&mut whole, application);
     let application: Application = serde_json::from_value(whole).expect("an application");
     cell.verbs.insert(verb.name.clone(), verb);
-    model::apply(&application, &cell)
+    let planned = model::apply(&application, &cell);
+    if planned.is_ok() {
+        let drawing = model::Drawing { graph: None, verb: cell.verbs.get(&application.verb).cloned() };
+        assert_eq!(model::check_drawing(&drawing, &cell), Ok(Vec::new()), "what can be applied has no findings");
+    }
+    planned
 }
 
 pub fn check_graph_json(graph: Value) -> Refusals {

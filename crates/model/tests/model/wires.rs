@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Definitions while they are drawn: where each refusal points, and which wires go.
 use crate::common::*;
-use model::{Drawing, PortName, check_definition, compatible, compatible_with};
+use model::refusal::Refusal;
+use model::{Drawing, PortName, check_drawing, compatible, compatible_with};
 use serde_json::{Value, json};
 
 fn drawing(of: Value) -> Drawing {
@@ -10,7 +11,7 @@ fn drawing(of: Value) -> Drawing {
 
 /// `class: where` of each finding.
 fn findings(of: Value) -> Vec<String> {
-    let found = check_definition(&drawing(of), &cell()).expect("it is a definition");
+    let found = check_drawing(&drawing(of), &cell()).expect("it is a definition");
     found.iter().map(|refusal| format!("{:?}: {}", refusal.class, serde_json::to_string(&refusal.about).expect("JSON"))).collect()
 }
 
@@ -97,7 +98,7 @@ fn a_port_that_is_not_there_and_a_drawing_of_nothing_are_refused() {
     assert_eq!(texts(&refused), "UnknownName: block 'g' has no port 'z'; there are u, y");
     let refused = compatible(&drawing(whole()), &cell(), &port("gg.y"), &port("r.u")).expect_err("no such block");
     assert!(texts(&refused).starts_with("UnknownName: there is no block 'gg'"));
-    assert!(check_definition(&drawing(json!({})), &cell()).is_err());
+    assert!(check_drawing(&drawing(json!({})), &cell()).is_err());
 }
 
 #[test]
@@ -141,6 +142,111 @@ fn findings_point_at_lists_commands_conditions_and_transitions() {
     assert_eq!(found, [r#"UnknownName: [{"parameter":"level"}]"#, r#"UnknownName: [{"output":"y"}]"#]);
 }
 
+/// `class: message: where` of each finding.
+fn told(of: Value) -> Vec<String> {
+    let found = check_drawing(&drawing(of), &cell()).expect("it is a definition");
+    let parts = |refusal: &Refusal| serde_json::to_string(&refusal.about).expect("JSON");
+    found.iter().map(|refusal| format!("{:?}: {}: {}", refusal.class, refusal.message, parts(refusal))).collect()
+}
+
+#[test]
+fn members_of_objects_have_the_units_and_types_of_their_device_type() {
+    let verb = |port: &str, each: bool| {
+        json!({"verb": {"name": "v", "blocks": {"w": "lib.write_channel", "p": "lib.pid", "n": "lib.narrow", "plan": "lib.planner", "q": "lib.vector", "s": "lib.signal"},
+            "objects": {"arm": {"device_type": "Joint", "each": each}}, "instantiation_parameters": {"arm.commanded": [port], "drive": ["w.channel"]},
+            "command_lists": {"start": [{"activate": "s", "every": "1 ms"}]}}})
+    };
+    let of = |port: &str, each: bool| told(verb(port, each)).into_iter().filter(|line| line.contains("arm.commanded")).collect::<Vec<_>>();
+    assert_eq!(of("p.setpoint", false), Vec::<String>::new());
+    assert_eq!(of("plan.start", true), Vec::<String>::new());
+    assert_eq!(of("q.q", true), Vec::<String>::new());
+    assert_eq!(of("q.y", true), Vec::<String>::new(), "each writes its own");
+    assert_eq!(
+        of("p.effort", false),
+        [
+            r#"UnitMismatch: cannot bind SVV 'arm.commanded' (double, rad) to output 'p.effort' (double, N.m): units differ: [{"block":"p","port":"effort"},{"cell":"arm.commanded"}]"#
+        ]
+    );
+    assert_eq!(
+        of("n.u", false),
+        [
+            r#"TypeMismatch: cannot bind SVV 'arm.commanded' (double, rad) to input 'n.u' (float): types differ: [{"block":"n","port":"u"},{"cell":"arm.commanded"}]"#
+        ]
+    );
+    assert!(of("q.q", false)[0].starts_with("TypeMismatch: cannot bind SVV 'arm.commanded' (double, rad) to input 'q.q' (double[6], rad)"));
+}
+
+#[test]
+fn two_writers_in_a_list_are_found_where_they_are_active_together() {
+    let mut of = json!({"name": "v", "blocks": {"s": "lib.signal", "t": "lib.signal", "r": "lib.relaxed"}, "cells": {"c": ["s.y", "t.y", "r.u"]},
+        "command_lists": {"start": [{"activate": "s", "every": "1 ms"}, {"activate": "t", "every": "1 ms"}, {"activate": "r", "every": "1 ms"}]}});
+    assert_eq!(
+        told(json!({"verb": of.clone()})),
+        [
+            r#"SecondWriter: cell 'c' has two active writers in command list 'start': output 's.y' (double) and output 't.y' (double): [{"block":"t","port":"y"},{"block":"s","port":"y"},{"list":"start"}]"#
+        ]
+    );
+    of["command_lists"]["start"] = json!([{"activate": "s", "every": "1 ms"}, {"wait": "1 s"}, {"deactivate": "s"}, {"activate": "t", "every": "1 ms"}, {"activate": "r", "every": "1 ms"}]);
+    assert_eq!(told(json!({"verb": of})), Vec::<String>::new());
+    assert_eq!(
+        told(json!({"graph": {"name": "g", "blocks": {"s": "lib.signal", "t": "lib.signal", "r": "lib.relaxed"}, "cells": {"c": ["s.y", "t.y", "r.u"]}}})),
+        [
+            r#"SecondWriter: 'c' has two writers: output 's.y' (double) and output 't.y' (double): [{"block":"t","port":"y"},{"block":"s","port":"y"},{"cell":"c"}]"#
+        ]
+    );
+}
+
+#[test]
+fn constants_with_units_are_judged_by_the_unit_of_what_they_are_for() {
+    let of = |frequency: Value| json!({"graph": {"name": "g", "blocks": {"s": {"block": "lib.signal", "constants": {"frequency": frequency}}}}});
+    assert_eq!(told(of(json!("3 Hz"))), Vec::<String>::new());
+    assert_eq!(
+        told(of(json!("3 rad"))),
+        [
+            r#"UnitMismatch: the constant for parameter 's.frequency' (double, Hz): cannot take '3 rad' where the unit is Hz: the dimensions differ: [{"block":"s","port":"frequency"}]"#
+        ]
+    );
+    // Known by its neighbour alone.
+    let through = json!({"graph": {"name": "g", "blocks": {"p": "lib.pid", "g": {"block": "lib.gain", "constants": {"k": "3 Hz"}}}, "cells": {"c": ["p.effort", "g.u"], "d": ["g.y", "p.measured"]},
+        "inputs": {"setpoint": "p.setpoint"}, "modes": {"p.measured": "asynchronous"}}});
+    assert!(told(through)[0].starts_with("UnitMismatch: cannot bind output 'g.y' (double, "));
+}
+
+#[test]
+fn an_input_parameter_is_judged_by_what_it_goes_to() {
+    let of = |input: Value| {
+        json!({"verb": {"name": "v", "blocks": {"s": "lib.signal", "n": "lib.narrow"}, "modes": {"n.u": "asynchronous"}, "cells": {"c": ["n.u"]}, "input_parameters": {"speed": input},
+            "command_lists": {"start": [{"activate": "s", "every": "1 ms"}]}}})
+    };
+    assert_eq!(told(of(json!({"targets": "s.frequency", "default": "2 Hz"}))), Vec::<String>::new());
+    assert_eq!(
+        told(of(json!({"targets": "s.frequency", "default": "2 rad"}))),
+        [
+            r#"UnitMismatch: the default of the input parameter 'speed': cannot take '2 rad' where the unit is Hz: the dimensions differ: [{"parameter":"speed"}]"#
+        ]
+    );
+    assert_eq!(
+        told(of(json!({"targets": ["s.frequency", "n.u"]}))),
+        [
+            r#"TypeMismatch: the input parameter 'speed' goes to parameter 's.frequency' (double, Hz) and to input 'n.u' (float): types differ: [{"parameter":"speed"}]"#
+        ]
+    );
+}
+
+#[test]
+fn an_input_that_nothing_drives_is_found_where_nothing_outside_can() {
+    let mut of = json!({"name": "v", "blocks": {"s": "lib.signal", "t": "lib.signal", "m": "lib.sum"}, "cells": {"a": ["s.y", "m.a"], "b": ["t.y", "m.b"]},
+        "command_lists": {"start": [{"activate": "s", "every": "1 ms"}, {"activate": "t", "every": "2 ms"}, {"activate": "m"}]}});
+    let found = told(json!({"verb": of.clone()}));
+    assert!(found[0].starts_with("SchedulingError: input 'm.a' (double) is driven every 1 ms and input 'm.b' (double) every 2 ms"), "{found:?}");
+    of["command_lists"]["start"] = json!([{"activate": "s", "every": "1 ms"}, {"activate": "m"}]);
+    let found = told(json!({"verb": of.clone()}));
+    assert!(found[0].ends_with(r#"[{"block":"m","port":"b"},{"list":"start"}]"#), "{found:?}");
+    of["cells"] = json!({"a": ["s.y", "m.a"]});
+    of["instantiation_parameters"] = json!({"level": ["m.b"]});
+    assert_eq!(told(json!({"verb": of})), Vec::<String>::new(), "who writes it is known with the SVV");
+}
+
 #[test]
 fn the_verbs_of_the_cell_have_no_findings() {
     assert_eq!(findings(json!({"verb": servo()})), Vec::<String>::new());
@@ -151,7 +257,7 @@ fn the_verbs_of_the_cell_have_no_findings() {
 fn of_very_many_mistakes_the_first_are_looked_at_for_what_was_meant() {
     let blocks: serde_json::Map<String, Value> = (0..300).map(|number| (format!("gain{number}"), json!("lib.gain"))).collect();
     let cells: serde_json::Map<String, Value> = (0..300).map(|number| (format!("c{number}"), json!([format!("gian{number}.u")]))).collect();
-    let found = check_definition(&drawing(json!({ "graph": { "name": "g", "blocks": blocks, "cells": cells } })), &cell()).expect("it is a definition");
+    let found = check_drawing(&drawing(json!({ "graph": { "name": "g", "blocks": blocks, "cells": cells } })), &cell()).expect("it is a definition");
     let missing: Vec<_> = found.iter().filter(|refusal| refusal.message.contains("gian")).collect();
     assert_eq!(missing.len(), 300, "each is told");
     assert!(missing[0].remedy.starts_with("did you mean 'gain"), "{:?}", missing[0]);

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A verb applied before anybody has given it anything: the functions of the installation check what its definition alone decides.
+use super::activity::Activity;
+use super::{Draft, Given};
+use crate::checked::CheckedVerb;
+use crate::configuration::{Configuration, Svv, SvvId};
+use crate::definition::Application;
+use crate::flatten::Origin;
+use crate::interface::{Kind, Mode};
+use crate::parameters::Whose;
+use crate::types::Type;
+use std::collections::HashMap;
+
+/// SVVs that stand in for those of devices that will be given, by instantiation parameter. Their types and units are known: those that
+/// the device type declares.
+pub(crate) struct StandIns(HashMap<usize, Vec<(String, Svv)>>);
+
+impl StandIns {
+    pub fn new(checked: &CheckedVerb, configuration: &Configuration) -> StandIns {
+        let nothing = Application::default();
+        let mut draft = Draft::new(checked, &nothing, configuration);
+        let given: Vec<Given<'_>> = checked.groups.iter().map(|_| Given::Private).collect();
+        draft.known_sizes(&given);
+        // Ids of a system count from 0.
+        let mut ids = (0..=u32::MAX).rev().map(SvvId);
+        let mut members = HashMap::new();
+        for (group, whose) in &checked.parameters {
+            let Whose::Object { object: name, member } = whose else { continue };
+            let Some(object) = checked.objects.get(name) else { continue };
+            let Some(declared) = configuration.device_types.get(&object.device_type).and_then(|of| of.svvs.get(member)) else { continue };
+            // A type that only the code of a module explains is known once there is a device.
+            if Type::parse(&declared.type_text, &Default::default()).is_err() {
+                continue;
+            }
+            let count = if object.each { draft.count_of(*group).unwrap_or(1) } else { 1 };
+            let named = |at: usize| if at == 0 { format!("{name}.{member}") } else { format!("{name}.{member} {at}") };
+            let svv = |id: SvvId| Svv {
+                id,
+                type_text: declared.type_text.clone(),
+                unit: declared.unit.clone(),
+                types: Default::default(),
+                history: declared.history,
+                device: None,
+                shared: false,
+                place: None,
+            };
+            members.insert(*group, (0..count).map(named).zip(ids.by_ref().map(svv)).collect());
+        }
+        StandIns(members)
+    }
+}
+
+impl<'a> Draft<'a> {
+    /// Infers sizes and units as far as the definition decides them, and gives what each group is bound to meanwhile.
+    pub fn stand_in(&mut self, stand_ins: &'a StandIns) -> Vec<Given<'a>> {
+        self.objects = vec![Vec::new(); self.checked.objects.len()];
+        let mut given: Vec<Given<'a>> = self.checked.groups.iter().map(|_| Given::Private).collect();
+        for (group, svvs) in &stand_ins.0 {
+            given[*group] = Given::Svvs(svvs.iter().map(|(name, svv)| (name.as_str(), svv)).collect());
+        }
+        self.known_sizes(&given);
+        self.infer_units(&given);
+        given
+    }
+
+    /// Refuses what an installation would refuse whatever it is given. `is_whole`: nothing was refused before, so what is absent is so
+    /// because it was left out.
+    pub fn rehearse(&mut self, given: &[Given<'a>], is_whole: bool) {
+        self.bind(given);
+        let activity = self.activity();
+        self.one_writer(&activity);
+        let checked = self.checked;
+        for input in &checked.inputs {
+            self.input(input);
+        }
+        // Who drives what is known where nothing outside does.
+        if is_whole && !self.is_driven_from_outside() && !self.takes_triggers(&activity) {
+            match self.relations() {
+                Ok(relations) => drop(self.relate(&activity, &relations)),
+                Err(refusals) => self.refusals.extend(refusals),
+            }
+        }
+    }
+
+    /// How many elements the ports of a group have, as far as that is known.
+    fn count_of(&self, group: usize) -> Option<usize> {
+        let mut layouts = self.checked.groups[group].ports.iter().filter_map(|port| self.layout(*port));
+        layouts.find_map(|layout| if let Type::Array(_, count) = layout.read { Some(count) } else { None })
+    }
+
+    /// Whether a block takes the trigger of its source, which is known with its place.
+    fn takes_triggers(&self, activity: &Activity) -> bool {
+        let mut blocks = activity.on.iter().zip(&self.checked.driven);
+        blocks.any(|(on, driven)| !driven && on.iter().any(|on| on.every_ns.is_none()))
+    }
+
+    fn is_driven_from_outside(&self) -> bool {
+        let outside = self.checked.groups.iter().filter(|group| group.origin == Origin::Parameter).flat_map(|group| &group.ports);
+        let mut inputs = outside.filter(|port| self.kind(**port) == Kind::Input);
+        inputs.any(|port| self.flat(port.0).mode(port.1) != Mode::Asynchronous)
+    }
+}
