@@ -44,7 +44,7 @@ def careful() -> gpac.Verb:
         input_parameters={
             "goal": gpac.input("generator.goal", within=("arm.position_min", "arm.position_max"), counted_from="arm.commanded"),
             "speed": gpac.input("generator.speed", default="25 %", within=(0.001, "arm.max_speed")),
-            "override": gpac.input("generator.override", default=1.0, tunable=True),
+            "override": gpac.input("generator.override", default=1.0, within=(0.0, 1.0), tunable=True),
         },
         requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home", remedy="home it first")},
         suspend=gpac.holding("generator.holding", "generator.held"),

@@ -4,8 +4,9 @@ import { execFileSync } from "node:child_process";
 import { copyFileSync, mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import type { Browser, Locator, Page } from "playwright-core";
+import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
+import { activate, add, apart, begin, block, choose, enter, nameCell, panelOf, parameter, rename, wire } from "./drawing";
 import { axeFindings, browse, goTo, LOOKS, type Opened, open, PYTHON, type Running, run, SURROUNDINGS, shoot } from "./running";
 
 let running: Running;
@@ -24,92 +25,6 @@ afterAll(async () => {
   await running?.stop();
   rmSync(folder, { recursive: true, force: true });
 });
-
-async function enter(of: Page | Locator, label: string, text: string): Promise<void> {
-  const field = of.getByLabel(label, { exact: true });
-  await field.fill(text);
-  await field.press("Enter");
-}
-
-const panelOf = (page: Page, title: string) =>
-  page.locator("section.panel").filter({ has: page.getByRole("heading", { name: title, exact: true }) });
-
-/** Adds a block under a label, with constants. */
-async function block(page: Page, component: string, label: string, constants: Record<string, string> = {}): Promise<void> {
-  await page.locator(`[data-component="${component}"]`).click();
-  const panel = panelOf(page, component.split(".")[1] ?? "");
-  await enter(panel, "Label", label);
-  for (const [name, value] of Object.entries(constants)) await enter(panelOf(page, label), name, value);
-  await page.locator(`[data-box="${label}"]`).waitFor();
-}
-
-async function choose(page: Page, box: string): Promise<void> {
-  await page.locator(`[data-box="${box}"] strong`).click();
-  await panelOf(page, box).waitFor();
-}
-
-/** The way from one box to another, in widths of the first: the same at each zoom. */
-async function apart(page: Page, from: string, to: string): Promise<string> {
-  const [one, other] = await Promise.all([from, to].map((box) => page.locator(`[data-box="${box}"]`).boundingBox()));
-  if (!one || !other) return "one is out of sight";
-  return [other.x - one.x, other.y - one.y].map((way) => (way / one.width).toFixed(1)).join(" ");
-}
-
-/** Draws a wire by the keyboard; `from` and `to` are ports or boundaries: the panel of the block has them. */
-async function wire(page: Page, label: string, field: string, other: string): Promise<void> {
-  await choose(page, label);
-  const choice = page.getByLabel(field, { exact: true });
-  await choice.focus();
-  await choice.locator("option", { hasText: other }).first().waitFor({ state: "attached" });
-  await choice.selectOption(other);
-}
-
-/** Names the cell of a wire that is chosen. */
-async function nameCell(page: Page, before: string, to: string): Promise<void> {
-  await page.locator(`.react-flow__edge[aria-label^="${before}: "]`).first().focus();
-  await page.keyboard.press("Enter");
-  await enter(panelOf(page, `Wire ${before}`), "Cell", to);
-}
-
-async function parameter(page: Page, name: string): Promise<void> {
-  await page.getByRole("button", { name: "Add instantiation parameter" }).click();
-  await choose(page, "instantiation");
-  await enter(panelOf(page, "instantiation"), "Name", name);
-  await panelOf(page, name).waitFor();
-}
-
-/** Adds one of what a verb has several of, and fills its fields. */
-async function add(page: Page, title: string, one: string, fresh: string, name: string, fields: Record<string, string>): Promise<void> {
-  const panel = panelOf(page, title);
-  await panel.getByRole("button", { name: "Add", exact: true }).click();
-  const made = panel.getByRole("group", { name: `${one} ${fresh}`, exact: true });
-  if (name !== fresh) await enter(made, "Name", name);
-  const named = panel.getByRole("group", { name: `${one} ${name}`, exact: true });
-  for (const [label, text] of Object.entries(fields)) await enter(named, label, text);
-}
-
-/** The commands of the list that is chosen: all of them are activated at an interval. */
-async function activate(page: Page, list: string, blocks: string[], every: string): Promise<void> {
-  await page.locator(`[data-list="${list}"]`).click();
-  const panel = panelOf(page, `Command list ${list}`);
-  for (const [index, label] of blocks.entries()) {
-    await panel.getByRole("button", { name: "Add command" }).click();
-    await panel.getByLabel(`Command ${index + 1}: block`).selectOption(label);
-    const command = panel.getByRole("group", { name: `Command ${index + 1}`, exact: true });
-    if ((await command.getByLabel("every").inputValue()) !== every) await enter(command, "every", every);
-  }
-}
-
-async function rename(page: Page, list: string, to: string): Promise<void> {
-  await page.locator(`[data-list="${list}"]`).click();
-  await enter(panelOf(page, `Command list ${list}`), "Name", to);
-  await page.locator(`[data-list="${to}"]`).waitFor();
-}
-
-async function begin(page: Page, name: string): Promise<void> {
-  await page.getByRole("button", { name: "New verb" }).click();
-  await enter(page, "Verb", name);
-}
 
 async function save(page: Page, name: string): Promise<void> {
   await expect.poll(() => panelOf(page, "Checks").textContent(), { timeout: 9000 }).toContain("all hold");
@@ -255,7 +170,7 @@ test("a verb that requires, comes to rest before it is suspended, has a budget a
   const inputs: Record<string, Record<string, string>> = {
     goal: { within: "arm.position_min, arm.position_max", "counted from": "arm.commanded" },
     speed: { default: "25 %", within: "0.001, arm.max_speed" },
-    override: { default: "1.0" },
+    override: { default: "1.0", within: "0, 1" },
   };
   for (const [name, fields] of Object.entries(inputs))
     await add(page, "Input parameters", "Input parameter", name === "goal" ? "goal" : "goal2", name, {

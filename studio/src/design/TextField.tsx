@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useId, useState } from "react";
+import { useContext, useEffect, useId, useState } from "react";
+import { Unread } from "./unread";
 
 /** A field whose text counts when it is left, or with Enter. What `commit` returns is why it does not: it stays, with the sentence. */
 export function TextField(props: {
@@ -14,7 +15,13 @@ export function TextField(props: {
 }) {
   const [text, setText] = useState<string | null>(null);
   const [wrong, setWrong] = useState<string | null>(null);
-  const [id, name] = [useId(), useId()];
+  const [id, name, field] = [useId(), useId(), useId()];
+  const unread = useContext(Unread);
+  const { label } = props;
+  useEffect(() => {
+    unread?.(field, wrong === null ? null : { id: field, label, wrong });
+    return () => unread?.(field, null);
+  }, [unread, field, label, wrong]);
   const commit = () => {
     const why = text !== null && text.trim() !== props.value ? props.commit(text.trim()) : null;
     setWrong(why ?? null);
@@ -26,6 +33,7 @@ export function TextField(props: {
         {props.label}
       </span>
       <input
+        id={field}
         // The sentence about what is wrong is within the label, and is no part of the name.
         aria-labelledby={name}
         aria-invalid={wrong !== null}

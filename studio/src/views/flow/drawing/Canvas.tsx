@@ -15,6 +15,7 @@ import { nodeId, nodeName } from "../../../design/nodeIds";
 import { type BoxNode, BoxView } from "./BoxView";
 import { type Chosen, type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
 import { type Elsewhere, Find } from "./Find";
+import { Middle } from "./Middle";
 import { FIT, Overview, useFar, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
 import { type RegionNode, RegionView } from "./RegionView";
 import type { Region } from "./regions";
@@ -37,10 +38,13 @@ export interface CanvasProps {
   elsewhere?: Elsewhere | undefined;
   /** Grounds behind the boxes: interrupt sources, instances. */
   regions?: Region[] | undefined;
+  /** A box that is to be seen in the middle; each object once. */
+  aim?: { box: string | null } | null;
   /** Shown anew as a whole when this changes: another graph. */
   of: string;
+  /** Boxes can be dragged: one was moved. */
+  move?: ((box: string, to: Place) => void) | undefined;
   edit?: {
-    move: (box: string, to: Place) => void;
     connect: (from: End, to: End) => void;
     /** A wire begins at this port; null: it is over. */
     begin: (from: (End & { side: PortSide }) | null) => void;
@@ -57,7 +61,7 @@ export interface CanvasProps {
 
 /** A drawing that can be moved, zoomed, walked by keyboard (Tab, Enter, arrow keys), and where it is asked for, changed. */
 export const Canvas = memo(function Canvas(props: CanvasProps) {
-  const { drawing, places, chosen, choose, toggle, edit, regions } = props;
+  const { drawing, places, chosen, choose, toggle, edit, regions, move } = props;
   const flow = useReactFlow();
   const [moving, setMoving] = useState<ReadonlyMap<string, Place>>(new Map());
   const isEdited = edit !== undefined;
@@ -133,18 +137,18 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
     (changes: NodeChange<BoxNode | RegionNode>[]) => {
       for (const change of changes) {
         if (change.type === "select" && change.selected) choose({ kind: "box", id: nodeName(change.id) });
-        if (change.type !== "position" || !change.position || !edit) continue;
+        if (change.type !== "position" || !change.position || !move) continue;
         const box = nodeName(change.id);
         const to = { x: Math.round(change.position.x), y: Math.round(change.position.y) };
         if (change.dragging) {
           setMoving((before) => new Map(before).set(box, to));
         } else {
           setMoving(new Map());
-          edit.move(box, to);
+          move(box, to);
         }
       }
     },
-    [choose, edit],
+    [choose, move],
   );
   const isValid: IsValidConnection<WireEdge> = useCallback(
     (connection) => {
@@ -220,7 +224,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         onDragOver={(event) => {
           if (edit) event.preventDefault();
         }}
-        nodesDraggable={isEdited}
+        nodesDraggable={move !== undefined}
         nodesConnectable={isEdited}
         deleteKeyCode={edit ? ["Delete", "Backspace"] : null}
         edgesFocusable
@@ -231,6 +235,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         <Background gap={20} />
         <Controls showInteractive={false} fitViewOptions={FIT} aria-label="Zoom" />
         <Overview boxes={drawing.boxes} places={places} />
+        <Middle of={props.aim ?? null} drawing={drawing} places={places} />
         <Find drawing={drawing} places={places} choose={choose} elsewhere={props.elsewhere} />
         {props.children}
       </ReactFlow>

@@ -108,7 +108,7 @@ export function BoxPanel(props: {
             .filter((item) => item.kind !== "parameter" && item.kind !== "state" && item.kind !== "size")
             .map((item) => [
               <dt key={`${item.name} name`}>{item.name}</dt>,
-              <dd key={item.name} title={item.doc}>
+              <dd key={item.name} title={item.doc} data-place={`item:${item.name}`}>
                 {item.kind.replace("_", " ")}
                 {item.type_text && `, ${portText({ ...item, mode: item.kind === "condition" ? "" : modeText(item.mode) })}`}
                 <Wiring item={item} draft={draft} label={label} faces={faces} change={change} offer={props.offer} />
@@ -144,7 +144,7 @@ function Wiring(props: {
 function ConstantField(props: { item: Item; value: Value | undefined; commit: (value: Value | undefined) => void }) {
   const { item, value } = props;
   return (
-    <div title={item.doc}>
+    <div title={item.doc} data-place={`item:${item.name}`}>
       <TextField
         label={item.unit ? `${item.name} (${unitText(item.unit)})` : item.name}
         value={constantText(value)}

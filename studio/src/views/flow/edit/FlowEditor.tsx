@@ -3,7 +3,7 @@
 import { ReactFlowProvider } from "@xyflow/react";
 import { useCallback, useEffect, useMemo, useState } from "react";
 import { own } from "../../../design/own";
-import { Panel } from "../../../design/parts";
+import { Unread, useUnread } from "../../../design/unread";
 import { useLatest } from "../../../design/useLatest";
 import { useLive } from "../../../shell/context";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
@@ -12,8 +12,10 @@ import { Canvas } from "../drawing/Canvas";
 import { type Chosen, type Drawing, type End, type Place, type PortSide, sizeOf } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
 import { grouped, regionAt } from "../drawing/regions";
+import { type Aim, aimOf } from "./aim";
 import { Boundaries, BoundaryPanel, CellPanel } from "./BoundaryPanel";
 import { BoxPanel } from "./BoxPanel";
+import { Checks } from "./Checks";
 import * as change from "./change";
 import { pasted } from "./clipboard";
 import { useCopyKeys } from "./copyKeys";
@@ -63,6 +65,8 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   const [shownAnew, setShownAnew] = useState(0);
   const showAnew = useCallback(() => setShownAnew((before) => before + 1), []);
   const [refused, setRefused] = useState<RefusedWire | null>(null);
+  const unread = useUnread();
+  const isSound = all.length === 0 && unanswered.length === 0 && unread.fields.length === 0;
   const go = useCallback(
     (to: Way) => {
       setWay(to);
@@ -74,6 +78,21 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
     },
     [showAnew],
   );
+  const [aim, setAim] = useState<Aim | null>(null);
+  const aimAt = (finding: Finding) => {
+    const next = aimOf(whole, faces, finding);
+    if (next.way.join("\n") !== way.join("\n")) go(next.way);
+    setShown(next.shown);
+    setList(next.list);
+    setChosen(next.chosen);
+    setAim(next);
+  };
+  useEffect(() => {
+    const place = aim?.field && document.querySelector(`[data-place="${CSS.escape(aim.field)}"]`);
+    if (!place) return;
+    place.scrollIntoView({ block: "nearest" });
+    place.querySelector<HTMLElement>("input, select")?.focus();
+  }, [aim]);
   const enter = useCallback((label: string) => go([...way, label]), [go, way]);
   const elsewhere = useMemo(() => ({ here: way.join("."), list: () => everythingIn(whole, faces, go) }), [whole, way, faces, go]);
   const isPlaced = placed(draft);
@@ -151,15 +170,18 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
       over = true;
     };
   }, [isPlaced, draft, whole, way, faces, placeWhole, showAnew]);
+  const move = useCallback(
+    (box: string, to: Place) => {
+      if (!bySource) return put(change.place(draft, box, to));
+      const size = drawing.boxes.find((one) => one.id === box);
+      const { width, height } = size ? sizeOf(size) : { width: 0, height: 0 };
+      const region = regionAt(bySource.regions, { x: to.x + width / 2, y: to.y + height / 2 });
+      if (region && Object.hasOwn(draft.of.blocks, box)) runOn(box, region.source);
+    },
+    [put, draft, bySource, drawing, runOn],
+  );
   const edit = useMemo(
     () => ({
-      move: (box: string, to: Place) => {
-        if (!bySource) return put(change.place(draft, box, to));
-        const size = drawing.boxes.find((one) => one.id === box);
-        const { width, height } = size ? sizeOf(size) : { width: 0, height: 0 };
-        const region = regionAt(bySource.regions, { x: to.x + width / 2, y: to.y + height / 2 });
-        if (region && Object.hasOwn(draft.of.blocks, box)) runOn(box, region.source);
-      },
       begin: (from: (End & { side: PortSide }) | null) => {
         if (from) setRefused(null);
         possible.ask(from && placeOf(draft, from));
@@ -181,12 +203,12 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
       },
       drop: add,
     }),
-    [draft, put, faces, possible, add, drawing, bySource, runOn],
+    [draft, put, faces, possible, add, drawing],
   );
   const latest = useLatest({ draft, drawing, put, way });
   const choose = useCallback((id: string) => setChosen({ kind: "box", id }), []);
   return (
-    <>
+    <Unread value={unread.tell}>
       <Head
         work={work}
         of={draft}
@@ -256,7 +278,9 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
             chosen={chosen}
             choose={setChosen}
             of={`${draft.kind} ${way.join("/")} ${shownAnew}`}
+            move={move}
             edit={edit}
+            aim={aim?.box ? aim : null}
             toggle={enter}
             elsewhere={elsewhere}
             regions={bySource?.regions}
@@ -286,7 +310,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
         </ReactFlowProvider>
       )}
       <div className="side stack">
-        <Findings of={all} isEmpty={Object.keys(draft.of.blocks).length === 0} />
+        <Checks of={all} unread={unread.fields} isEmpty={Object.keys(draft.of.blocks).length === 0} aim={aimAt} />
         {chosen?.kind === "box" && Object.hasOwn(draft.of.blocks, chosen.id) && (
           <BoxPanel
             draft={draft}
@@ -308,11 +332,9 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
           <ListPanel draft={draft} list={presentList} findings={findings} change={put} choose={setList} />
         )}
         {draft.kind === "verb" && <VerbPanel draft={draft} faces={faces} device_types={device_types} findings={findings} change={put} />}
-        {way.length === 0 && (
-          <Install draft={whole} placement={placement} faces={faces} isSound={all.length === 0 && unanswered.length === 0} />
-        )}
+        {way.length === 0 && <Install draft={whole} placement={placement} faces={faces} isSound={isSound} />}
       </div>
-    </>
+    </Unread>
   );
 }
 
@@ -373,23 +395,4 @@ function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | 
 function besideOf(draft: Draft, from: Begun): Place {
   const at = own(draft.of.layout, from.box);
   return at ? { x: at.x + (from.side === "output" ? 260 : -260), y: at.y } : freePlace(draft);
-}
-
-function Findings(props: { of: Finding[]; isEmpty: boolean }) {
-  const texts = [...new Set(props.of.map(about))];
-  if (props.isEmpty && texts.length === 0)
-    return (
-      <p className="quiet">Drag a component into the drawing, or choose one and press Enter. Then draw wires from outputs to inputs.</p>
-    );
-  return (
-    <Panel title="Checks" end={<span role="status">{texts.length === 0 ? "all hold" : `${texts.length} found`}</span>}>
-      {texts.length > 0 && (
-        <ul className="refusals">
-          {texts.map((text) => (
-            <li key={text}>{text}</li>
-          ))}
-        </ul>
-      )}
-    </Panel>
-  );
 }

@@ -18,7 +18,7 @@ export function Install(props: { draft: Draft; placement: Placement; faces: Face
   if (!control.may("configure")) return null;
   return (
     <Panel title="Install">
-      {!isSound && <p className="quiet">There are findings: mend them first. They stand at the boxes and wires.</p>}
+      {!isSound && <p className="quiet">Put right first what Checks found: press a finding to get to its place.</p>}
       {draft.kind === "verb" ? (
         <InstallVerb draft={draft} placement={placement} isSound={isSound} />
       ) : (

@@ -53,7 +53,7 @@ export function ListPanel(props: {
       <ol className="stack">
         {commands.map((command, index) => (
           // biome-ignore lint/suspicious/noArrayIndexKey: a command is known by its place
-          <li key={index}>
+          <li key={index} data-place={`list:${list}:${index}`}>
             <CommandRow
               command={command}
               of={draft.of}

@@ -13,6 +13,8 @@ export function NamedPanel<T>(props: {
   title: string;
   /** What one of them is called. */
   one: string;
+  /** What a finding says that it is about: `condition`. */
+  place: string;
   draft: VerbDraft;
   of: Record<string, T>;
   /** One that is added: the name it gets where that is free. */
@@ -47,7 +49,7 @@ export function NamedPanel<T>(props: {
         </datalist>
       )}
       {Object.entries(of).map(([name, value]) => (
-        <fieldset key={name} aria-label={`${kind} ${name}`}>
+        <fieldset key={name} aria-label={`${kind} ${name}`} data-place={`${props.place}:${name}`}>
           <div className="row">
             <TextField
               label="Name"

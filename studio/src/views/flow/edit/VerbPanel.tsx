@@ -37,6 +37,7 @@ function Objects(props: OfVerb) {
       {...props}
       title="Objects"
       one="object"
+      place="object"
       of={props.draft.of.objects ?? {}}
       fresh={["joint", { device_type: props.device_types[0] ?? "", each: false }]}
       set={setObject}
@@ -84,6 +85,7 @@ function Conditions(props: OfVerb) {
       {...props}
       title="Conditions"
       one="condition"
+      place="condition"
       of={props.draft.of.conditions}
       fresh={["done", { on: [], returns: null, raises: false, during: [], priority: 0 }]}
       set={setCondition}
@@ -178,8 +180,12 @@ function Transitions(props: OfVerb) {
           </select>
         );
         return (
-          // biome-ignore lint/suspicious/noArrayIndexKey: a transition is known by its place
-          <fieldset key={index} aria-label={`Transition from ${line.from} to ${line.to}`}>
+          <fieldset
+            // biome-ignore lint/suspicious/noArrayIndexKey: a transition is known by its place
+            key={index}
+            aria-label={`Transition from ${line.from} to ${line.to}`}
+            data-place={`transition:${line.from}:${line.condition}`}
+          >
             <div className="row">
               {choice("From", "from", lists)}
               {choice("Condition", "condition", conditions)}
@@ -204,6 +210,7 @@ function Inputs(props: OfVerb) {
       {...props}
       title="Input parameters"
       one="input parameter"
+      place="parameter"
       of={props.draft.of.input_parameters}
       fresh={["goal", { targets: [], default: null, unit: "", tunable: false }]}
       set={setInput}
@@ -267,6 +274,7 @@ function Requirements(props: OfVerb) {
       {...props}
       title="Requirements"
       one="requirement"
+      place="requirement"
       of={props.draft.of.requires ?? {}}
       fresh={[`${object}.homed`, { raises: "NotHomed" }]}
       set={setRequirement}
@@ -309,6 +317,7 @@ function Outputs(props: OfVerb) {
       {...props}
       title="Output values"
       one="output value"
+      place="output"
       of={props.draft.of.output_values}
       fresh={["result", ports[0] ?? "block.port"]}
       set={setOutput}

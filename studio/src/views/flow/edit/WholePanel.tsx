@@ -2,6 +2,7 @@
 import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { WHOLE } from "./aim";
 import { setWhole } from "./change";
 import type { Draft, Holding } from "./definition";
 import type { VerbDraft } from "./NamedPanel";
@@ -17,7 +18,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
   const lists = Object.keys(command_lists);
   return (
     <Panel title="The whole">
-      <div className="stack">
+      <div className="stack" data-place={WHOLE}>
         <label className="row">
           <span className="quiet">begins with</span>
           <select

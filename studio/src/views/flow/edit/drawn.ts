@@ -33,7 +33,7 @@ export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refu
         const known = lost.get(box) ?? [];
         if (!known.some((one) => one.name === name && one.side === side)) lost.set(box, [...known, lostPort(name, side)]);
       }
-  const boxes = Object.entries(draft.of.blocks).map(([label, use]) => blockBox(label, use, faces, findings, lost.get(label) ?? []));
+  const boxes = Object.entries(draft.of.blocks).map(([label, use]) => blockBox(draft, label, use, faces, findings, lost.get(label) ?? []));
   const wires: Wire[] = [];
   for (const { set, ports } of sides) {
     const writers = set.ports.filter((port) => ports.get(port) === "output");
@@ -114,7 +114,7 @@ export function placeOf(draft: Draft, end: End): { block: string; port: string }
   return boundary ? { block: "", port: boundary.name } : { block: end.box, port: end.port };
 }
 
-function blockBox(label: string, use: BlockUse, faces: Faces, findings: Finding[], lost: Port[]): Box {
+function blockBox(draft: Draft, label: string, use: BlockUse, faces: Faces, findings: Finding[], lost: Port[]): Box {
   const items = itemsOf(use, faces);
   const isGraph = !("subroutine" in use.block);
   const name = "subroutine" in use.block ? use.block.subroutine : use.block.graph.name;
@@ -137,13 +137,20 @@ function blockBox(label: string, use: BlockUse, faces: Faces, findings: Finding[
     findings: [
       ...lost.map(({ name: port, doc }) => ({ port, text: doc, key: doc })),
       ...found.flatMap((finding) => {
-        // What is about two ports that are wired stands on the wire.
-        if (finding.where.filter(isPort).length > 1) return [];
+        if (isOfWire(draft, finding, faces)) return [];
         const port = finding.where.find((where) => "block" in where && where.block === label);
         return [{ port: port && isPort(port) ? port.port : null, text: about(finding), key: `${finding.class} ${finding.message}` }];
       }),
     ],
   };
+}
+
+/** What is about a port that writes and one that reads stands on the wire between them; two writers have none. */
+function isOfWire(draft: Draft, finding: Finding, faces: Faces): boolean {
+  const ports = finding.where.filter(isPort);
+  if (ports.some((port) => port.block === "")) return ports.length > 1;
+  const writers = ports.filter((port) => isOutput(draft, `${port.block}.${port.port}`, faces));
+  return writers.length > 0 && writers.length < ports.length;
 }
 
 function portsOf(item: Item): Port[] {

@@ -9,16 +9,24 @@ export function words(text: string): string[] {
   return text.split(/[\s,]+/).filter(Boolean);
 }
 
+/** A number with its unit: "3 Hz", "2 N.m/rad". */
+const QUANTITY = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[a-zµ°Ω%][\w./*^µ°Ω|-]*$/i;
+
 /** What a person writes as a value of a type: a number, a truth, a list. Nothing is the default. */
 export function constantOf(text: string, type_text: string): { value: Value | undefined; wrong: string | null } {
   if (text === "") return { value: undefined, wrong: null };
   // Several numbers need no brackets: 0, 0, 1.
   const several = text.split(/,\s+/).map(Number);
   if (several.length > 1 && several.every(Number.isFinite)) return { value: several, wrong: null };
+  // Which units go is the system's rule: it converts them, or the check says what it takes.
+  if (type_text !== "bool" && QUANTITY.test(text)) return { value: text, wrong: null };
   try {
     return { value: JSON.parse(text) as Value, wrong: null };
   } catch {
-    return { value: undefined, wrong: `'${text}' is no ${type_text}: write a number, true, false, or several numbers: 1, 2` };
+    return {
+      value: undefined,
+      wrong: `'${text}' is no ${type_text}: write a number, a quantity such as 3 Hz, true, false, or several numbers: 1, 2`,
+    };
   }
 }
 
