@@ -46,6 +46,19 @@ test("what is installed is drawn, with values that move on its wires", { timeout
   await expect.poll(() => value.textContent(), { timeout: PATIENCE_MS }).not.toBe(before);
   await page.locator('[data-box="wave"]').first().click();
   await page.getByText("library.signal_generator").waitFor();
+  // A box can be dragged, and stays where it was put.
+  const box = page.locator('[data-box="wave"]').first();
+  await standsStill(box);
+  const from = await box.boundingBox();
+  if (!from) throw new Error("the box is out of sight");
+  const [x, y] = [from.x + from.width / 2, from.y + 12];
+  await page.mouse.move(x, y);
+  await page.mouse.down();
+  await page.mouse.move(x + 30, y + 60, { steps: 6 });
+  await page.mouse.up();
+  await standsStill(box);
+  const to = await box.boundingBox();
+  expect(Math.round((to?.y ?? 0) - from.y)).toBeGreaterThan(30);
   expect(await axeFindings(page)).toEqual([]);
   expect(errors).toEqual([]);
 });

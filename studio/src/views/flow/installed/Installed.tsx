@@ -32,6 +32,7 @@ export function Installed() {
   const drawing = useDrawing(shown, opened);
   const [grouping, setGrouping] = useState<Grouping>(null);
   const arranged = useArranged(drawing, grouping);
+  const { places, move } = useMoved(arranged);
   const show = useCallback(
     (instance: string, graphs: string[]) => {
       setSaid(new Set([...hidden].filter((name) => name !== instance)));
@@ -79,12 +80,14 @@ export function Installed() {
         <ReactFlowProvider>
           <Canvas
             drawing={arranged.drawing}
-            places={arranged.places}
+            places={places}
             regions={arranged.regions}
             elsewhere={elsewhere}
             chosen={chosen}
             choose={setChosen}
             of={arranged.of}
+            // Columns say where blocks run, and what is installed does not run elsewhere for being dragged.
+            move={grouping === null ? move : undefined}
             toggle={toggle}
           />
         </ReactFlowProvider>
@@ -199,6 +202,18 @@ interface Arranged {
   places: ReadonlyMap<string, Place>;
   regions?: Region[];
   of: string;
+}
+
+/** Places with those of boxes that somebody has moved, for as long as the same boxes are drawn. */
+function useMoved(arranged: Arranged | null): { places: ReadonlyMap<string, Place>; move: (box: string, to: Place) => void } {
+  const [moved, setMoved] = useState<{ of: string; to: ReadonlyMap<string, Place> }>({ of: "", to: new Map() });
+  const of = arranged?.of ?? "";
+  const move = useCallback(
+    (box: string, to: Place) => setMoved((before) => ({ of, to: new Map(before.of === of ? before.to : []).set(box, to) })),
+    [of],
+  );
+  const places = useMemo(() => new Map([...(arranged?.places ?? []), ...(moved.of === of ? moved.to : [])]), [arranged, moved, of]);
+  return { places, move };
 }
 
 /** The drawing with places for its boxes, in regions where that is wanted; null until they are known. */
