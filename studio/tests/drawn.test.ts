@@ -27,7 +27,7 @@ afterAll(async () => {
 });
 
 async function save(page: Page, name: string): Promise<void> {
-  await expect.poll(() => panelOf(page, "Checks").textContent(), { timeout: 9000 }).toContain("all hold");
+  await expect.poll(() => panelOf(page, "Checks").textContent()).toContain("all hold");
   const saved = page.waitForEvent("download");
   await page.getByRole("button", { name: "Save file" }).click();
   copyFileSync(await (await saved).path(), join(folder, `${name}.json`));

@@ -225,9 +225,11 @@ def test_r072_the_papers_example_runs(cell: gpac.System) -> None:
     slow = rtp.timer("slow", period="20 ms", priority=60)
     fast = rtp.timer("fast", period="1 ms", priority=80)
     drive = rtp.physical_device("drive", gpac.drivers.loopback("x", "y"), exchange=fast)
-    arm = gpac.Group("arm", *(gpac.robots.Joint(name, drive=drive[name], on=fast, kp=50.0, kd=0.0) for name in drive.parts))
+    # A busy machine lets them follow late, which is not measured here.
+    gains = {"kp": 50.0, "kd": 0.0, "max_following_error": 10.0}
+    arm = gpac.Group("arm", *(gpac.robots.Joint(name, drive=drive[name], on=fast, **gains) for name in drive.parts))
     arm.enable()
-    report = gpac.robots.move.on(slow)(arm, [0.5, -0.25], speed=1.0, time_limit="10 s")
+    report = gpac.robots.move.on(slow)(arm, [0.5, -0.25], speed=1.0, time_limit="60 s")
     assert report.condition == "arrived"
     assert abs(report.position - [0.5, -0.25]).max() < 0.002
     assert report.time >= report.duration > 0.3

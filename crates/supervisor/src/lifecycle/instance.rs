@@ -392,6 +392,13 @@ impl Instance {
         !matches!(self.life, Life::Created | Life::Ended(_))
     }
 
+    /// Longest time budget declared for a firing of this source, ns; 0 where none is. More than fits is `i64::MAX`.
+    pub fn budget_ns(&self, source: SourceId) -> i64 {
+        let there = self.plan.activations.iter().zip(&self.installed.activation_source).filter(|(_, at)| **at == source);
+        let longest = there.filter_map(|(of, _)| of.budget_ns).max().unwrap_or(0);
+        i64::try_from(longest).unwrap_or(i64::MAX)
+    }
+
     /// Another condition that came while one was acting.
     pub fn other(&mut self, condition: String, block: String, time_ns: i64) {
         self.findings.others.push(Other { condition, block, time_s: time_ns as f64 * 1e-9 });

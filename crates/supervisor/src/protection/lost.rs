@@ -12,7 +12,8 @@ use model::SystemCondition;
 use model::plan::Plan;
 use model::refusal::{Class, Refusals};
 
-/// How long a source may take to acknowledge a script, ns. An idle one answers at once, a busy one after its firing.
+/// How long a source may take to acknowledge a script, ns. An idle one answers at once, a busy one after its firing, which may use the whole time budget
+/// that was declared for it: see [`answer_ns`].
 const ANSWER_NS: i64 = 5_000_000_000;
 
 /// A look that comes so much too late was held up itself, ns.
@@ -26,9 +27,21 @@ pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, me
     }
 }
 
+/// Bound for the answer of a source, ns: a block that keeps its declared budget does not make its source a lost one.
+fn answer_ns(core: &Core, source: SourceId) -> i64 {
+    let budgets = core.instances.values().filter(|i| i.is_busy()).map(|i| i.budget_ns(source));
+    ANSWER_NS.saturating_add(budgets.max().unwrap_or(0))
+}
+
+/// Sources that have not answered yet, each with when it has to have.
+fn awaited(core: &Core) -> impl Iterator<Item = (SourceId, i64)> {
+    let asking = core.instances.values().filter(|i| i.work.outstanding > 0);
+    asking.flat_map(move |i| i.work.awaited.iter().map(move |source| (*source, i.work.sent_ns.saturating_add(answer_ns(core, *source)))))
+}
+
 /// When a source that is asked has to have answered.
 pub(crate) fn next_answer(core: &Core) -> Option<i64> {
-    core.instances.values().filter(|i| i.work.outstanding > 0).map(|i| i.work.sent_ns.saturating_add(ANSWER_NS)).min()
+    awaited(core).map(|(_, at)| at).min()
 }
 
 /// Gives up the sources that have not answered in time.
@@ -40,15 +53,14 @@ pub(crate) fn look_for_lost(core: &mut Core) {
         core.instances.values_mut().filter(|i| i.work.outstanding > 0).for_each(|i| i.work.sent_ns = now_ns);
         return;
     }
-    let late = core.instances.values().filter(|i| i.work.outstanding > 0 && i.work.sent_ns.saturating_add(ANSWER_NS) <= now_ns);
-    let mut silent: Vec<SourceId> = late.flat_map(|i| i.work.awaited.iter().copied()).collect();
+    let mut silent: Vec<SourceId> = awaited(core).filter(|(_, at)| *at <= now_ns).map(|(source, _)| source).collect();
     silent.sort_unstable();
     silent.dedup();
     silent.into_iter().for_each(|source| give_up(core, source));
 }
 
 fn give_up(core: &mut Core, source: SourceId) {
-    let message = format!("source '{}' has not answered for {} s", core.registry.source_name(source), ANSWER_NS / 1_000_000_000);
+    let message = format!("source '{}' has not answered for {} s", core.registry.source_name(source), answer_ns(core, source) / 1_000_000_000);
     processor_lost(core, source, &message);
 }
 

@@ -250,6 +250,26 @@ fn a_source_that_does_not_answer_is_a_lost_processor_for_the_verbs_there_and_for
 }
 
 #[test]
+fn a_source_may_be_busy_for_as_long_as_a_declared_budget_allows() {
+    let mut of = braked("v", json!({"ending_limit_ns": 60_000 * MS}));
+    of["command_lists"]["go"]["commands"][0]["budget_ns"] = json!(30_000 * MS);
+    on_both(|rig| {
+        rig.svvs(&["a", "b"]);
+        rig.define(of.clone());
+        let id = rig.instance("v", &["a=a", "b=b", "count@rtp1.other", "*@rtp0.fast"]);
+        rig.start(id);
+        rig.advance(2);
+        rig.system.cut_off("rtp1.other").unwrap();
+        let before = rig.system.now_ns();
+        rig.system.halt(id).unwrap();
+        let report = rig.wait(id);
+        assert_eq!(report.others[0].condition, "processor_lost");
+        assert_eq!(rig.system.now_ns() - before, 35_000 * MS);
+        assert_eq!(rig.logged("processor_lost"), ["rtp1.other: source 'rtp1.other' has not answered for 35 s"]);
+    });
+}
+
+#[test]
 fn a_source_that_is_lost_while_a_verb_goes_on_ends_it_with_that_condition() {
     let mut of = braked("v", json!({"transitions": tau(&["go, reached -> there"])}));
     of["command_lists"]["there"] = list(&["+bad 1ms"]);
