@@ -31,7 +31,7 @@ pub struct BrakeOptions {
     pub bit: u8,
     /// The bit is 1 where it is released; else where it is closed.
     pub released_by_one: bool,
-    /// How long it takes to open and to close.
+    /// Times that it takes to open and to close.
     pub release_ns: u32,
     pub close_ns: u32,
 }
@@ -63,7 +63,7 @@ impl Default for BrakeOptions {
 pub struct Brake {
     options: BrakeOptions,
     is_released: bool,
-    /// How long it has been told what it is told now, s.
+    /// Time since its command changed, s.
     since_s: f64,
 }
 
@@ -79,7 +79,7 @@ impl Brake {
         self.is_released = released;
     }
 
-    /// What the object is told.
+    /// Returns the value for its object.
     pub fn word(&self) -> u32 {
         u32::from(self.is_released == self.options.released_by_one) << self.options.bit
     }

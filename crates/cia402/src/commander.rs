@@ -18,14 +18,14 @@ pub struct Scale {
     pub rated_torque: f64,
 }
 
-/// What a drive is told until the next cycle.
+/// Command to a drive until the next cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Told {
     pub control: u16,
     pub mode: Mode,
     /// In the drive's own units; of a torque only 16 bits are used.
     pub target: i32,
-    /// What the output of its brake carries; none: it has none, or its drive serves it.
+    /// Value of its brake's output; none: it has none, or its drive serves it.
     pub brake: Option<u32>,
 }
 
@@ -49,7 +49,7 @@ pub struct Commander {
     was_engaged: bool,
     /// It has been in operation since it was engaged.
     was_enabled: bool,
-    /// How long it has been wanted in operation without having been there, s.
+    /// Time for which it has been wanted in operation without having been there, s.
     awaited_s: f64,
     /// Cycles for which a status that says "in operation" may still be the one from before it was told to leave.
     stale: u32,
@@ -119,22 +119,22 @@ impl Commander {
         f64::from(thousandths) * 1e-3 * self.scale.rated_torque * self.scale.counts.signum()
     }
 
-    /// Whether it has a fault, and nobody is about to reset it.
+    /// Returns whether it has a fault, and nobody is about to reset it.
     pub fn is_faulty(&self) -> bool {
         matches!(self.state, DriveState::Fault | DriveState::FaultReaction) && !self.resets
     }
 
-    /// Whether it is to move, or to hold.
+    /// Returns whether it is to move, or to hold.
     pub fn is_wanted(&self) -> bool {
         self.is_wanted
     }
 
-    /// Whether it has left operation without being told so: by itself, by its own watchdog, by an input of its own.
+    /// Returns whether it has left operation without being told so: by itself, by its own watchdog, by an input of its own.
     pub fn has_dropped(&self) -> bool {
         self.was_enabled && self.is_wanted && self.state != DriveState::OperationEnabled
     }
 
-    /// Whether it follows what it is told: it is in operation, and its brake is released.
+    /// Returns whether it follows its commands: it is in operation, and its brake is released.
     pub fn is_operating(&self) -> bool {
         self.was_enabled && self.state == DriveState::OperationEnabled && self.brake.is_none_or(|brake| brake.is_open())
     }
@@ -175,7 +175,7 @@ impl Commander {
         (self.is_wanted, self.is_stopped, self.was_enabled, self.awaited_s) = (false, true, false, 0.0);
     }
 
-    /// What it is told until the next cycle, which comes after `span_s`. Real-time safe.
+    /// Returns the command until the next cycle, which comes after `span_s`. Real-time safe.
     pub fn tell(&mut self, command: f64, is_engaged: bool, span_s: f64) -> Told {
         self.is_stopped &= !is_engaged || self.was_engaged;
         self.was_engaged = is_engaged;
@@ -204,7 +204,7 @@ impl Commander {
         self.told(self.rest())
     }
 
-    /// What somebody else tells it where this process is gone: a quick stop, with the brake closed. No drive goes to its target while it stops;
+    /// Returns the command that somebody else gives where this process is gone: a quick stop, with the brake closed. No drive goes to its target while it stops;
     /// one that did would not leave where it was.
     pub fn last_words(&self) -> Told {
         let closed = self.brake.map(|mut brake| {

@@ -18,7 +18,7 @@ pub struct Homing {
     cycles: u32,
 }
 
-/// How an axis has come home, as its channel shows it.
+/// State of homing, as the axis's channel shows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Homed {
     #[default]
@@ -28,7 +28,7 @@ pub enum Homed {
     Failed = 3,
 }
 
-/// What comes next.
+/// Next step of homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HomingStep {
     /// This control word, in mode 6.
@@ -40,7 +40,7 @@ pub enum HomingStep {
 }
 
 impl Homing {
-    /// What a drive is told that says this: its status word, and the mode that it is in. Real-time safe.
+    /// Returns the next step for a drive that reports this status word and this mode. Real-time safe.
     pub fn step(&mut self, status: u16, mode: i8) -> HomingStep {
         match DriveState::of(status) {
             DriveState::Fault | DriveState::FaultReaction => HomingStep::Failed,

@@ -15,7 +15,7 @@ impl Entry {
     }
 }
 
-/// What an SDO abort code says.
+/// Returns the meaning of an SDO abort code.
 pub fn abort_name(code: u32) -> &'static str {
     match code {
         0x0503_0000 => "toggle bit not changed",

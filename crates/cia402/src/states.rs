@@ -25,7 +25,7 @@ pub enum DriveState {
 }
 
 impl DriveState {
-    /// What a status word says.
+    /// Returns the state in a status word.
     pub fn of(status: u16) -> DriveState {
         use DriveState::*;
         match status & 0x6F {
@@ -83,7 +83,7 @@ impl fmt::Display for DriveState {
     }
 }
 
-/// How a drive is commanded: mode of operation.
+/// Mode of operation of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     Homing = 6,
@@ -102,7 +102,7 @@ impl Mode {
 /// Error code of a following error, which the drive itself found.
 pub const FOLLOWING_ERROR: u16 = 0x8611;
 
-/// What an error code (0x603F) says, as far as CiA 402 names it.
+/// Returns the meaning of an error code (0x603F), as far as CiA 402 names it.
 pub fn error_name(code: u16) -> &'static str {
     match code {
         0x0000 => "no error",

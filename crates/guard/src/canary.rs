@@ -17,7 +17,7 @@ const PRIORITY: i32 = 98;
 /// Of `pidfd_open`: a thread, not a process.
 const PIDFD_THREAD: libc::c_long = libc::O_EXCL as libc::c_long;
 
-/// Who the canary of a heart is.
+/// Canary of a heart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Who {
     process: u32,
@@ -86,7 +86,7 @@ pub fn sing(heart: Arc<Heartbeat>) -> io::Result<()> {
 /// The canary of a heart, as somebody else sees it.
 #[derive(Debug, Default)]
 pub struct Canary {
-    /// What the heart said when it was looked at last, and the thread, where it can be waited for.
+    /// Canary that the heart named when it was looked at last, and the thread, where it can be waited for.
     said: u64,
     thread: Option<Arc<OwnedFd>>,
 }
@@ -102,7 +102,7 @@ impl Canary {
         (self.said, self.thread) = (said, who.and_then(thread_of).map(Arc::new));
     }
 
-    /// Whether it has ended though nobody told it to: its process is dying. Once.
+    /// Returns whether it has ended though nobody told it to: its process is dying. Once.
     pub fn is_dying(&mut self, heart: &Heartbeat) -> bool {
         let has_ended = self.thread.as_ref().is_some_and(|thread| has_ended(thread.as_fd()));
         if has_ended {
@@ -112,7 +112,7 @@ impl Canary {
         has_ended && heart.canary() == self.said
     }
 
-    /// What to wait for.
+    /// Returns the descriptor to wait for.
     pub fn waits_for(&self) -> Option<BorrowedFd<'_>> {
         self.thread.as_ref().map(|thread| thread.as_fd())
     }

@@ -116,7 +116,7 @@ impl Guard {
         self.members[0].hearts().descriptors()
     }
 
-    /// What makes the outputs of a device of that process safe; instead of what was registered for that device.
+    /// Registers what makes the outputs of a device of that process safe, in place of what was registered for that device.
     ///
     /// # Errors
     /// [`GuardError`]: there is no such process, or the guard is gone.

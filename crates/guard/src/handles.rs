@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Duration;
 
-/// How long the other side may leave a frame unread.
+/// Time for which the other side may leave a frame unread.
 const UNREAD: Duration = Duration::from_secs(5);
 
 #[derive(Serialize, Deserialize)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a supervisor and the guard say to each other: one JSON text a frame, descriptors beside it.
+//! Messages between a supervisor and the guard: one JSON text a frame, descriptors beside it.
 use crate::watch::{Bounds, Cause};
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ pub(crate) struct Asked {
 pub(crate) enum Ask {
     /// Guard a process. Descriptors: the process, then its heartbeat where there is a bound for it.
     Ward(WardText),
-    /// What makes outputs of its device safe. Descriptor: where to write.
+    /// Writes that make outputs of its device safe. Descriptor: their file.
     Handle(HandleText),
     /// The device is closed or safe in good order: its handles are forgotten.
     Release { ward: u64, device: String },
@@ -29,7 +29,7 @@ pub(crate) enum Ask {
 pub(crate) struct WardText {
     pub ward: u64,
     pub name: String,
-    /// How long its heart may stand still, where it has one.
+    /// Bound for a standstill of its heart, where it has one.
     pub bounds: Option<Bounds>,
     /// It is not killed where it stands still.
     pub is_spared: bool,
@@ -80,13 +80,13 @@ pub struct Loss {
     pub ward: u64,
     /// Its name.
     pub name: String,
-    /// What the guard saw.
+    /// Observation of the guard.
     pub cause: Cause,
-    /// When it saw that, ns.
+    /// Time of the observation, ns.
     pub seen_ns: i64,
-    /// When the last safe value was written, ns.
+    /// Time at which the last safe value was written, ns.
     pub safe_ns: i64,
-    /// How many safe handles were written to.
+    /// Number of safe handles that were written to.
     pub written: usize,
     /// Those that could not be written to, and why; the guard goes on trying for some seconds.
     pub failed: Vec<String>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a supervisor has registered with its guard: kept, so that another guard can be told all of it.
+//! Registrations of a supervisor with its guard: kept, so that another guard can be told all of them.
 use crate::messages::{Ask, HandleText, Loss, WardText};
 use crate::told::Found;
 use device::SafeHandle;
@@ -76,7 +76,7 @@ impl Registry {
         self.wards.get_mut(&ward).ok_or_else(|| format!("no process {ward} is registered with the guard"))
     }
 
-    /// What a process is called.
+    /// Returns the name of a process.
     pub fn name(&self, ward: u64) -> Option<String> {
         self.wards.get(&ward).map(|ward| ward.text.name.clone())
     }

@@ -23,7 +23,7 @@ struct State {
 #[derive(Clone, Copy, Default)]
 struct Spared {
     stands_still: bool,
-    /// When it was heard that it goes on, ns: a standstill that was seen before then is that one.
+    /// Time at which it was heard that it goes on, ns: a standstill that was seen before then is that one.
     went_on_ns: i64,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the guard asks of the operating system, so that it outranks every kernel.
+//! Rights that the guard asks of the operating system, so that it outranks every kernel.
 
 /// The highest there is. A source at 99 too would hold the guard up for one firing at most, for equals take turns when one sleeps.
 const PRIORITY: i32 = 99;

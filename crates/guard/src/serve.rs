@@ -27,7 +27,7 @@ pub(crate) const BEAT_NS: i64 = 20_000_000;
 /// Frames of one supervisor that are heard in a round.
 const FRAMES_MAX: usize = 64;
 
-/// What the guard process runs: it takes its link and its path from where [`Guard::start`](crate::Guard::start) left them. Returns when nothing is
+/// Runs the guard process: it takes its link and its path from where [`Guard::start`](crate::Guard::start) left them. Returns when nothing is
 /// left to guard and nobody is connected.
 ///
 /// # Errors
@@ -101,7 +101,7 @@ struct Guarding {
     listener: Option<Listener>,
     links: Vec<Supervisor>,
     wards: Wards,
-    /// What is waited for: the wards in their order, then the links, then the listener. Its room stays.
+    /// Descriptors that are waited for: the wards in their order, then the links, then the listener. Its room stays.
     waits: Vec<libc::pollfd>,
     missing: Vec<String>,
 }
@@ -210,7 +210,7 @@ impl Guarding {
     }
 }
 
-/// Where the link is gone, or the supervisor behind it does not read, the link is closed: [`Guarding::hear`] hears the rest and drops it.
+/// Sends a message. A link that is gone, or whose supervisor does not read, is closed: [`Guarding::hear`] hears the rest and drops it.
 fn tell(link: &UnixLink, frame: &[u8], descriptors: &[BorrowedFd<'_>]) {
     let _closed = link.send_with(frame, descriptors, Some(Duration::ZERO));
 }

@@ -10,7 +10,7 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::path::Path;
 use std::time::Duration;
 
-/// How long the guard may take to answer.
+/// Bound for the answer of the guard.
 pub(crate) const ANSWER: Duration = Duration::from_secs(10);
 
 /// Sends an ask with its descriptors.
@@ -30,7 +30,7 @@ pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts) -> Result<(UnixLin
     Ok((link, child))
 }
 
-/// What a guard tells to who adopts it, and what it lacks.
+/// Greeting of a guard to the supervisor that adopts it, with the rights that it lacks.
 pub(crate) fn tale(link: &UnixLink, path: &Path) -> Result<(Registry, Hearts, Vec<String>), GuardError> {
     let silent = || GuardError(format!("what listens at '{}' does not answer as a guard does", path.display()));
     let (mut registry, mut hearts, mut lacks) = (Registry::default(), None, Vec::new());

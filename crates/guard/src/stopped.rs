@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whether the operating system holds a process stopped: it says so, and whatever the load of the machine, such a process does nothing.
+//! Processes that the operating system holds stopped: it says so, and whatever the load of the machine, such a process does nothing.
 use process_kit::pid_of;
 use std::fs::File;
 use std::io::Read;
@@ -8,7 +8,7 @@ use std::os::fd::BorrowedFd;
 /// Room for the part of the line that says so: number, name (at most 64 bytes), state.
 const LINE: usize = 256;
 
-/// Where it says so of one process.
+/// File in which it says so of one process.
 #[derive(Clone, Debug)]
 pub(crate) struct Stops(Option<String>);
 
@@ -18,7 +18,7 @@ impl Stops {
         Stops(pid_of(process).ok().filter(|pid| *pid > 0).map(|pid| format!("/proc/{pid}/stat")))
     }
 
-    /// Whether it is stopped now, by a signal or by a debugger.
+    /// Returns whether it is stopped now, by a signal or by a debugger.
     pub fn now(&self) -> bool {
         let mut line = [0; LINE];
         let read = self.0.as_ref().and_then(|path| File::open(path).and_then(|mut file| file.read(&mut line)).ok());

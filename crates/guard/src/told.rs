@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a supervisor and its guard tell each other, as values: the command that starts a guard, what it found, what happened.
+//! Messages between a supervisor and its guard, as values: the command that starts a guard, what it found, what happened.
 use crate::messages::Loss;
 use process_kit::Child;
 use std::ffi::OsString;
 use std::fmt;
 use std::path::PathBuf;
 
-/// How a guard process is started, and where it can be found.
+/// Command that starts a guard process, and its address.
 #[derive(Clone, Debug)]
 pub struct GuardCommand {
     /// A command line whose process calls [`guard::run`](crate::run).
     pub command: Vec<OsString>,
-    /// Where a later supervisor finds it with [`Guard::adopt`](crate::Guard::adopt), and the second guard at the same path with `2` behind it;
+    /// Path at which a later supervisor finds it with [`Guard::adopt`](crate::Guard::adopt), and the second guard at the same path with `2` behind it;
     /// none: nowhere.
     pub path: Option<PathBuf>,
 }
 
-/// What the guard has to say, in the order in which it happened.
+/// Event of the guard, in the order in which they happened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum GuardEvent {
     /// A process is lost; its outputs are safe.
@@ -25,13 +25,13 @@ pub enum GuardEvent {
     MadeSafe(Loss),
     /// It goes on; its name.
     GoesOn(String),
-    /// What the operating system did not give the guard, one line each; once for each guard process that lacks something.
+    /// Rights that the operating system did not give the guard, one line each; once for each guard process that lacks something.
     Missing(Vec<String>),
     /// One of the two guards was gone; another one has taken what was registered, and guards now.
     Restarted {
-        /// How the last one ended: "was killed by SIGKILL".
+        /// End of the last one: "was killed by SIGKILL".
         how: String,
-        /// What the new one could not take, in words.
+        /// Registrations that the new one could not take, in words.
         refused: Vec<String>,
     },
     /// One of the two guards is gone for good, and why; the other one guards alone.
@@ -51,7 +51,7 @@ pub struct Found {
     pub process: Child,
     /// Its devices that have safe handles.
     pub devices: Vec<String>,
-    /// That it was lost, and when.
+    /// Loss of the process, and its time.
     pub loss: Option<Loss>,
 }
 

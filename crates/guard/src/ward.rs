@@ -22,7 +22,7 @@ pub(crate) struct Ward {
     loss: Option<Loss>,
 }
 
-/// What is held of it.
+/// Descriptor, heartbeat and safe handles of a process.
 pub(crate) struct Parts {
     pub process: OwnedFd,
     pub heartbeat: Option<Heartbeat>,
@@ -31,18 +31,18 @@ pub(crate) struct Parts {
     pid: Option<i32>,
     canary: Canary,
     has_ended: bool,
-    /// What could not be written at the latest attempt, in words.
+    /// Failure of the latest attempt to write, in words.
     failed: Vec<String>,
 }
 
-/// Where to write what makes outputs safe.
+/// Descriptor and writes that make outputs safe.
 pub(crate) struct Handle {
     pub text: HandleText,
     pub descriptor: OwnedFd,
     is_owed: bool,
 }
 
-/// What is to be told of a process.
+/// Report on a process.
 #[derive(Debug)]
 pub(crate) enum Seen {
     Lost(Loss),
@@ -85,14 +85,14 @@ impl Ward {
         self.loss.as_ref()
     }
 
-    /// What to wait for: the end of its canary, and of the process. Nothing when that has come.
+    /// Returns the descriptors to wait for: the end of its canary, and of the process. None when that has come.
     pub fn waits_for(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         let process = (!self.watch.is_over()).then(|| self.parts.process.as_fd());
         let canary = if self.loss.is_none() { self.parts.canary.waits_for() } else { None };
         process.into_iter().chain(canary)
     }
 
-    /// When to look again though nothing comes; none: never.
+    /// Returns when to look again though nothing comes; none: never.
     pub fn interval_ns(&self) -> Option<i64> {
         self.watch.interval_ns()
     }

@@ -15,17 +15,17 @@ impl Wards {
         self.0.iter()
     }
 
-    /// Whether anything of them has to be waited for.
+    /// Returns whether any of them has to be waited for.
     pub fn has_reason(&self) -> bool {
         self.0.iter().any(|ward| !ward.is_settled())
     }
 
-    /// What to wait for, of each: its end.
+    /// Returns the descriptors to wait for: the end of each.
     pub fn waits(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         self.0.iter().flat_map(Ward::waits_for)
     }
 
-    /// When to look again though nothing comes; none: never.
+    /// Returns when to look again though nothing comes; none: never.
     pub fn interval_ns(&self) -> Option<i64> {
         self.0.iter().filter_map(Ward::interval_ns).min()
     }

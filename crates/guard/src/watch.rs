@@ -13,7 +13,7 @@
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// How long the heart of a process may stand still.
+/// Bound for a standstill of a process's heart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bounds {
     /// Until it counts as frozen, whatever the reason.
@@ -42,13 +42,13 @@ impl From<Duration> for Bounds {
 const BOUND_NS_MIN: i64 = 10_000_000;
 /// Between two looks.
 const LOOK_NS: (i64, i64) = (1_000_000, 20_000_000);
-/// How long a killed process may take to end before its outputs are made safe all the same (and again when it has ended).
+/// Time that a killed process may take to end before its outputs are made safe all the same (and again when it has ended).
 const DEATH_NS_MAX: i64 = 100_000_000;
-/// How long writes that failed are tried again, and how often.
+/// Time for which writes that failed are tried again, and the interval.
 const RETRY_NS_MAX: i64 = 10_000_000_000;
 const RETRY_NS: i64 = 10_000_000;
 
-/// How a process stands.
+/// State of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
     /// Its heart beats, or has not been silent for long.
@@ -75,7 +75,7 @@ impl Pulse {
         Pulse { bounds, seen: beats, looked_ns: now_ns, still_ns: 0 }
     }
 
-    /// How often to look.
+    /// Interval between two looks.
     pub fn interval_ns(&self) -> i64 {
         (self.bounds.silent_ns.min(self.bounds.stopped_ns) / 5).clamp(LOOK_NS.0, LOOK_NS.1)
     }
@@ -97,7 +97,7 @@ impl Pulse {
     }
 }
 
-/// What a [`Watch`] sees of a process, and what it does to it. Nothing here may wait.
+/// Process as a [`Watch`] sees it and acts on it. Nothing here may wait.
 pub trait Subject {
     /// It is no more.
     fn has_ended(&mut self) -> bool;
@@ -105,11 +105,11 @@ pub trait Subject {
     fn is_dying(&mut self) -> bool {
         false
     }
-    /// How often its heart has beaten.
+    /// Returns how often its heart has beaten.
     fn beats(&self) -> u64;
     /// The operating system holds it stopped.
     fn is_stopped(&self) -> bool;
-    /// What is written for it stays in force, whatever it writes itself afterwards.
+    /// Returns whether what is written for it stays in force, whatever it writes itself afterwards.
     fn latches(&self) -> bool;
     /// Ends it at once; that it has ended is seen later.
     fn kill(&mut self);
@@ -135,21 +135,21 @@ pub enum Cause {
     Stopped,
 }
 
-/// What one look has come to.
+/// Result of one look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// It is lost: its outputs have been made safe. Once in the life of a process.
     Lost {
         /// Why.
         cause: Cause,
-        /// When that was seen.
+        /// Time at which that was seen.
         seen_ns: i64,
     },
     /// It stands still and is spared: its outputs have been made safe.
     MadeSafe {
         /// Why.
         cause: Cause,
-        /// When that was seen.
+        /// Time at which that was seen.
         seen_ns: i64,
     },
     /// It stood still, was spared, and goes on.
@@ -256,7 +256,7 @@ impl Watch {
         }
     }
 
-    /// How often to look; none: only when the process ends.
+    /// Returns the interval between two looks; none: only when the process ends.
     pub fn interval_ns(&self) -> Option<i64> {
         let pulse = || self.pulse.as_ref().map(Pulse::interval_ns);
         match self.state {

@@ -17,7 +17,7 @@ use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// How long the guard may stand still. It outranks everything where it has the rights, so the bound of its silence is for machines that do not
+/// Bound for a standstill of the guard. It outranks everything where it has the rights, so the bound of its silence is for machines that do not
 /// give them.
 const GUARD: Bounds = Bounds { silent_ns: 1_000_000_000, stopped_ns: 100_000_000 };
 /// The guard is to say what it saw, which may be why it ended the process: only where it has not for so long, the watcher does.
@@ -25,7 +25,7 @@ const SAID_NS: i64 = 1_000_000_000;
 /// Below the guard, above the plants and every kernel.
 const PRIORITY: i32 = 98;
 
-/// What the watcher's thread and those who register share. No lock here is held across a wait.
+/// State that the watcher's thread shares with those who register. No lock here is held across a wait.
 pub(crate) struct Watcher {
     pub hearts: Hearts,
     wards: Mutex<Wards>,
@@ -178,7 +178,7 @@ impl Watcher {
         }
     }
 
-    /// Whether the guard watches. One that stands still is of no use: it is ended, and who hears it starts another one.
+    /// Returns whether the guard watches. One that stands still is of no use: it is ended, and its supervisor starts another one.
     fn serves(&self, now_ns: i64) -> bool {
         let mut present = locked(&self.guard);
         let Some(guard) = present.as_mut() else { return false };
@@ -192,7 +192,7 @@ impl Watcher {
     }
 }
 
-/// Where it is given; a watcher without it is only less punctual.
+/// Takes real-time priority where it is given; a watcher without it is only less punctual.
 fn prioritise() {
     let parameter = libc::sched_param { sched_priority: PRIORITY };
     // SAFETY: this thread's own scheduling and timers.
@@ -202,7 +202,7 @@ fn prioritise() {
     }
 }
 
-/// Whether a guard that does not end is held stopped: it would stay for ever.
+/// Returns whether a guard that does not end is held stopped: it would stay for ever.
 pub(crate) fn is_stopped(child: &Child) -> bool {
     child.descriptor().is_ok_and(|process| pid_of(process.as_fd()).is_ok() && Stops::of(process.as_fd()).now())
 }

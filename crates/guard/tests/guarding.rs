@@ -10,7 +10,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// What any wait of these tests may take: only to end a test that hangs.
+/// Bound for any wait of these tests: only to end a test that hangs.
 const LIMIT: Duration = Duration::from_secs(60);
 const SAFE: u64 = u64::from_ne_bytes([1; 8]);
 

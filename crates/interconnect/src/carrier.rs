@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What carries a connection: one trait for memory, messages, and whatever comes.
+//! Carriers of connections: one trait for memory, messages, and whatever comes.
 use std::fmt;
 
 /// A connection from one interrupt source to another.
@@ -17,12 +17,12 @@ pub struct ConnectionSpec {
     pub queue_depth: usize,
 }
 
-/// What carries connections. Threads, shared memory and network differ only in this.
+/// Carrier of connections. Threads, shared memory and network differ only in this.
 pub trait Carrier: Send {
     /// Makes a connection: its writing end and its reading end. Not on the real-time path.
     fn connect(&mut self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>);
 
-    /// When something happens next on the way (an arrival, a retransmission), ns on the clock; none while nothing is under way. A carrier
+    /// Returns the time of the next event on the way (an arrival, a retransmission), ns on the clock; none while nothing is under way. A carrier
     /// that delivers within the sender's call never has any.
     fn next_arrival(&self) -> Option<i64>;
 
@@ -71,7 +71,7 @@ pub trait Receiver: Send {
     fn rows(&self) -> usize;
 }
 
-/// Who published a group, and when.
+/// Publisher of a group, and the time of the publication.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Header {
     /// The writer's number.
@@ -84,7 +84,7 @@ impl Header {
     /// Bytes of a header in memory.
     pub const LEN: usize = 16;
 
-    /// Where it lies in memory, behind a group of `group_len` bytes: the group begins on a cache line, and where it is small both share
+    /// Returns its offset in memory, behind a group of `group_len` bytes: the group begins on a cache line, and where it is small both share
     /// that line, so that one line goes from core to core.
     #[inline]
     pub fn behind(group_len: usize) -> usize {
@@ -105,7 +105,7 @@ impl Header {
         Header { number: u64::from_ne_bytes(word(at)), time_ns: i64::from_ne_bytes(word(at + 8)) }
     }
 
-    /// How old the group is at `now_ns`, ns.
+    /// Age of the group at `now_ns`, ns.
     pub fn age_ns(&self, now_ns: i64) -> i64 {
         now_ns.saturating_sub(self.time_ns)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What leads out of a process: ends of connections that are made one at a time, each where its source runs, and the link between a
+//! The way out of a process: ends of connections that are made one at a time, each where its source runs, and the link between a
 //! supervisor and a remote processor.
 use crate::carrier::{ConnectionSpec, Receiver, Sender};
 use std::fmt;
@@ -11,7 +11,7 @@ pub trait Ends: Send {
     /// The writing end of connection `number`. Not on the real-time path.
     ///
     /// # Errors
-    /// What keeps it from being made: no room, no rights, no way to the other side.
+    /// Cause that keeps it from being made: no room, no rights, no way to the other side.
     fn sender(&mut self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
 
     /// The reading end. `raise` is called once for each row that became readable, on any thread but a real-time one; never for a group.

@@ -23,7 +23,7 @@ pub fn queue(row_len: usize, depth: usize) -> (QueueWriter, QueueReader) {
     (writer, QueueReader { memory, popped: 0, next: 0, pushed_seen: 0 })
 }
 
-/// Where the counts and the rows of a queue lie: in this process ([`queue`]), or where others see them too.
+/// Memory of the counts and the rows of a queue: in this process ([`queue`]), or where others see them too.
 ///
 /// # Safety
 /// Counts and rows stay where they are as long as the value lives; no two rows overlap; the depth stays, and is not 0; and only one writer
@@ -35,7 +35,7 @@ pub unsafe trait QueueMemory {
     /// Rows pushed so far (wraps): written by the writer.
     fn pushed(&self) -> &AtomicUsize;
 
-    /// How many rows there is room for.
+    /// Number of rows that there is room for.
     fn depth(&self) -> usize;
 
     /// Number and bytes of the row in a slot below the depth, for the end that may touch it.

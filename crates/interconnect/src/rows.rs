@@ -149,7 +149,7 @@ impl RowSink<'_> {
 /// A row as it was written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Row {
-    /// How many rows were written before it.
+    /// Number of rows that were written before it.
     pub sequence: u64,
     /// The writer's number.
     pub number: u64,

@@ -24,7 +24,7 @@ pub fn triple_buffer(len_bytes: usize) -> (TripleWriter, TripleReader) {
     (TripleWriter { memory: memory.clone(), back: BACK_AT_FIRST }, TripleReader { memory, front: FRONT_AT_FIRST })
 }
 
-/// Who has which buffer before the first exchange.
+/// Owners of the buffers before the first exchange.
 pub const BACK_AT_FIRST: u8 = 0;
 /// The word in the middle before the first exchange.
 pub const MIDDLE_AT_FIRST: u8 = 1;
@@ -41,7 +41,7 @@ pub fn is_news(word: u8) -> bool {
     word & NEWS != 0
 }
 
-/// Where the word and the three buffers of a triple buffer lie: in this process ([`triple_buffer`]), or where others see them too.
+/// Memory of the word and the three buffers of a triple buffer: in this process ([`triple_buffer`]), or where others see them too.
 ///
 /// # Safety
 /// The word and the buffers stay where they are as long as the value lives; the three buffers do not overlap; and only one writer and
@@ -64,7 +64,7 @@ pub unsafe trait TripleMemory {
     }
 }
 
-/// Whether `word` may stand in the middle while an end has the buffer `own`.
+/// Returns whether `word` may stand in the middle while an end has the buffer `own`.
 #[inline]
 pub fn is_possible(word: u8, own: u8) -> bool {
     word <= (INDEX | NEWS) && in_the_middle(word) != INDEX && in_the_middle(word) != own

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a firing calls on a connection in memory, and on a ring of rows, allocates and frees nothing.
+//! The calls of a firing on a connection in memory, and on a ring of rows, allocate and free nothing.
 #![cfg(not(loom))]
 use interconnect::{Carrier, ConnectionSpec, Memory, rows};
 use std::alloc::{GlobalAlloc, Layout, System};

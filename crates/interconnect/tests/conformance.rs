@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What every carrier of connections does, on memory, on messages without faults, and on messages with each fault and with all of them.
+//! Promises of every carrier of connections, on memory, on messages without faults, and on messages with each fault and with all of them.
 #![cfg(not(loom))]
 use interconnect::conformance::{Interconnect, PERIOD_NS};
 use interconnect::{Faults, Memory, Message};

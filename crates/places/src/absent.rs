@@ -5,7 +5,7 @@ use rtp::{NO_HOSTS, Started};
 use serde::Deserialize;
 use std::ffi::OsString;
 
-/// How a host would listen or join.
+/// Options with which a host would listen or join.
 #[derive(Clone, Debug, Deserialize)]
 pub struct JoinOptions {}
 

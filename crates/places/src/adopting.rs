@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a new supervisor finds a processor's process that has lost its own, and what both say before the greeting.
+//! Adoption: a new supervisor finds a processor's process that has lost its own, and both speak before the greeting.
 //!
 //! Each process of a processor listens at a socket in the folder of this user's sockets, named for its system, what it is
 //! called there (as its processor, or as those that share it name it) and itself. Who
@@ -16,10 +16,10 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// How long the other side may take: it may be about to let somebody else in.
+/// Bound for the answer of the other side, which may be about to let somebody else in.
 pub(crate) const ANSWER: Duration = Duration::from_secs(30);
 
-/// What both sides must speak alike.
+/// Version of the messages, which must be that of the other side.
 const VERSION: u32 = 2;
 
 /// Names of the sockets: of processes of processors, of guards.
@@ -34,12 +34,12 @@ const PATH_LEN_MAX: usize = 106;
 pub(crate) struct Knock {
     version: u32,
     system: String,
-    /// What its process is called.
+    /// Name of its process.
     processor: String,
 }
 
 impl Knock {
-    /// Whether this process is meant.
+    /// Returns whether this process is meant.
     pub fn means(&self, system: &str, processor: &str) -> bool {
         self.version == VERSION && self.system == system && self.processor == processor
     }
@@ -113,12 +113,12 @@ fn ask(link: UnixLink, system: &str, processor: &str) -> Result<Option<Waiting>,
     }
 }
 
-/// Where the process `pid` of a processor listens; none where this user has no folder for it.
+/// Returns the path at which the process `pid` of a processor listens; none where this user has no folder for it.
 pub(crate) fn place(system: &str, processor: &str, pid: u32) -> Option<PathBuf> {
     socket(format!("{}{pid}", prefix(system, processor)))
 }
 
-/// Where the guard of a run of a system listens.
+/// Returns the path at which the guard of a run of a system listens.
 pub(crate) fn guard_place(run: u64) -> Option<PathBuf> {
     socket(format!("{GUARD}{run:016x}"))
 }
@@ -145,7 +145,7 @@ pub(crate) fn say(link: &UnixLink, message: &impl Serialize, descriptors: &[&Own
     link.send_with(&bytes, &borrowed, Some(ANSWER)).map_err(text)
 }
 
-/// What a message says. Errors: it is none, in words.
+/// Decodes a message. Errors: it is none, in words.
 pub(crate) fn heard<T: DeserializeOwned>(frame: &[u8]) -> Result<T, String> {
     serde_json::from_slice(frame).map_err(|why| format!("what was said is of another version: {why}"))
 }

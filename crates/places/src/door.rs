@@ -14,10 +14,10 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// How long who has connected may take to say what it wants.
+/// Bound for the first message of a process that has connected.
 const KNOCK: Duration = Duration::from_secs(1);
 
-/// Who watches this process.
+/// Watchers of this process.
 pub(crate) struct Watched {
     guard: Heartbeat,
     supervisor: Heartbeat,
@@ -52,10 +52,10 @@ impl Watched {
     }
 }
 
-/// What a process keeps over all who command it.
+/// State that a process keeps over all its commanders.
 pub(crate) struct Belongings {
     pub system: String,
-    /// What the process is called.
+    /// Name of the process.
     pub processor: String,
     pub heart: Arc<Heartbeat>,
     handles: Mutex<UnixLink>,
@@ -93,7 +93,7 @@ impl Belongings {
         locked().is_dying()
     }
 
-    /// Whether both who watch it have stood still for longer than `patience`.
+    /// Returns whether both watchers have stood still for longer than `patience`.
     pub fn is_unwatched(&self, patience: Duration) -> bool {
         self.watched.lock().expect("nobody panics with the lock held").look(patience)
     }

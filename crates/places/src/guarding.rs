@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
-/// How long the guard may take to say what it saw of a process that has ended.
+/// Bound for the guard's word on a process that has ended.
 const SAID: Duration = Duration::from_secs(2);
 
 /// Between two looks at whether a process is still there.
@@ -29,11 +29,11 @@ pub(crate) struct Guarding {
     adopted: Mutex<Vec<Adopted>>,
     last_ward: AtomicU64,
     seen: Arc<Seen>,
-    /// Where the guard that is started here is found by a later supervisor.
+    /// Path at which a later supervisor finds the guard that is started here.
     path: Option<PathBuf>,
 }
 
-/// What guards have seen of processes that were lost, by their wards.
+/// Reports of guards on processes that were lost, by their wards.
 #[derive(Default)]
 struct Seen {
     losses: Mutex<HashMap<u64, guard::Cause>>,
@@ -43,7 +43,7 @@ struct Seen {
 struct Adopted {
     path: PathBuf,
     guard: Arc<Guard>,
-    /// What it guards: the number of the ward, that of the process.
+    /// Numbers of the ward and of its process.
     wards: Vec<(u64, i32)>,
 }
 
@@ -51,7 +51,7 @@ struct Adopted {
 pub(crate) struct Watched {
     pub process: OwnedFd,
     pub heart: Heartbeat,
-    /// How long its heart may stand still, where somebody said so.
+    /// Bound for a standstill of its heart, where somebody gave one.
     pub lost_after: Option<Duration>,
 }
 
@@ -76,7 +76,7 @@ impl Guarded {
         self.is_ours.store(is_ours, Ordering::Release);
     }
 
-    /// That it stood still for its bound and was ended for that, in words, where the guard saw so. May wait a moment for its word.
+    /// Returns, in words, that it stood still for its bound and was ended for that, where the guard saw so. May wait a moment for the guard.
     pub fn stood_still(&self) -> Option<String> {
         let losses = self.seen.losses.lock().expect("nobody panics with the lock held");
         let said = self.seen.changed.wait_timeout_while(losses, SAID, |losses| !losses.contains_key(&self.ward));
@@ -112,7 +112,7 @@ impl Guarding {
         Guarding { path, telling, ..Guarding::default() }
     }
 
-    /// Where the guard that is started here is found by a later supervisor.
+    /// Path at which a later supervisor finds the guard that is started here.
     pub fn path(&self) -> Option<&PathBuf> {
         self.path.as_ref()
     }
@@ -221,7 +221,7 @@ impl Guarding {
     }
 }
 
-/// How long the heart of a process may stand still: as somebody said, for whatever reason, or as a guard finds right.
+/// Bound for a standstill of a process's heart: the one that was given, or the guard's own.
 fn bounds(lost_after: Option<Duration>) -> Bounds {
     lost_after.map_or_else(Bounds::default, Bounds::from)
 }
@@ -237,7 +237,7 @@ pub fn guard_processes() -> Result<(), String> {
     guarded
 }
 
-/// What the guard says, for people.
+/// Words of the guard, for people.
 fn words(event: GuardEvent) -> (String, String) {
     match event {
         GuardEvent::Lost(loss) => {

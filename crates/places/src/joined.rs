@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
-/// How long a processor waits for its host.
+/// Bound for a processor's wait for its host.
 const JOINED_MAX: Duration = Duration::from_secs(15);
 
 /// A processor of another host may be silent for so long; its link is closed before that where its host is gone.
@@ -27,7 +27,7 @@ const SILENCE: Duration = Duration::from_secs(6);
 /// The link over which a joined host learns of its processors.
 const CONTROL: u64 = 0;
 
-/// How a host listens or joins.
+/// Options with which a host listens or joins.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JoinOptions {
@@ -45,7 +45,7 @@ pub struct JoinOptions {
     /// A secret that both sides know: over TLS instead of the joining side's certificate; on loopback instead of the one that all programs of a user have.
     #[serde(default)]
     pub token: Option<String>,
-    /// How well the clocks of the hosts are to agree, ns.
+    /// Accuracy to which the clocks of the hosts are to agree, ns.
     #[serde(default)]
     pub clock_limit_ns: Option<i64>,
 }
@@ -162,7 +162,7 @@ impl Running for Lent {
     fn end(&self) {}
 }
 
-/// How often `stop` is asked.
+/// Interval at which `stop` is asked.
 const LOOK: Duration = Duration::from_millis(200);
 
 /// Joins; none where `stop` said so before anybody answered.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where remote processors run: processes of this host that are started for them, and hosts that have joined.
+//! Places of remote processors: processes of this host that are started for them, and hosts that have joined.
 //!
 //! [`Places`] is given to a system; [`processor`] is what a process that was started for a processor does from its start to its end.
 //! The command line that starts one is the programming system's: whatever it runs must come to call it. [`join`] is the life of a
@@ -27,7 +27,7 @@ pub(crate) fn text(why: impl std::fmt::Display) -> String {
 pub(crate) const SYSTEM: &str = "OPENGPAC_SYSTEM_NAME";
 pub(crate) const RUN: &str = "OPENGPAC_SYSTEM_RUN";
 pub(crate) const PYTHON: &str = "OPENGPAC_PYTHON";
-/// What the process is called (for its processor, or as those that share it name it), and where the guard is found by a supervisor that takes it over.
+/// Name of the process (for its processor, or as those that share it name it), and where the guard is found by a supervisor that takes it over.
 pub(crate) const PROCESSOR: &str = "OPENGPAC_PROCESSOR";
 pub(crate) const GUARD: &str = "OPENGPAC_GUARD_AT";
 

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How long a device waits for the guard to have what makes it safe.
+/// Bound for a device's wait until the guard has its safe handles.
 const HELD: Duration = Duration::from_secs(5);
 
 /// The life of a process that was started for a processor.

@@ -42,16 +42,16 @@ pub struct Places {
     pub(crate) joined: crate::joined::Joined,
 }
 
-/// How long a processor of this host may be silent: it beats every 20 ms, but machines are held up.
+/// Bound for the silence of a processor of this host: it beats every 20 ms, but machines are held up.
 const SILENCE: Duration = Duration::from_secs(5);
 
 /// Processor time that a real-time thread may take without sleeping.
 const REAL_TIME_MAX: Duration = Duration::from_secs(5);
 
-/// What the guard ends a process with.
+/// Signal with which the guard ends a process.
 const SIGKILL: i32 = 9;
 
-/// How long a process may take to end by itself.
+/// Time that a process may take to end by itself.
 const GRACE: Duration = Duration::from_secs(3);
 
 impl Places {
@@ -183,7 +183,7 @@ struct Process {
     guarded: Guarded,
     heart: Heartbeat,
     black_box: process_kit::SharedMemory,
-    /// Where a new supervisor would find it.
+    /// Path at which a new supervisor would find it.
     socket: Option<PathBuf>,
 }
 

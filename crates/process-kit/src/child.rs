@@ -8,7 +8,7 @@ use std::os::fd::{AsFd, AsRawFd, OwnedFd};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long a dropped child may take to end by itself.
+/// Time that a dropped child may take to end by itself.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// A process. Dropping one that was started here ends it, and all that it started in its own group; [`Child::leave`] lets it live. Dropping
@@ -19,7 +19,7 @@ pub struct Child {
     descriptor: OwnedFd,
     /// We are its parent: it is ours to reap.
     is_ours: bool,
-    /// How it ended, once that is known.
+    /// Its end, once that is known.
     status: Mutex<Option<Status>>,
     is_left: bool,
 }
@@ -72,7 +72,7 @@ impl Child {
         *status
     }
 
-    /// Whether it still runs.
+    /// Returns whether it still runs.
     pub fn is_running(&self) -> bool {
         self.wait(Duration::ZERO).is_none()
     }
@@ -99,7 +99,7 @@ impl Child {
         self.is_left = true;
     }
 
-    /// What is left of it: the rest of its group, and, where it is our child, the entry that says how it ended.
+    /// Removes what is left of it: the rest of its group, and, where it is our child, the entry that says how it ended.
     fn reap(&self) -> Status {
         if !self.is_ours {
             return Status::Ended;

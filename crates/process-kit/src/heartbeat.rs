@@ -41,18 +41,18 @@ impl Heartbeat {
         word.store(word.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
     }
 
-    /// How often it has beaten.
+    /// Number of beats.
     #[inline]
     pub fn count(&self) -> u64 {
         self.memory.word(0).load(Ordering::Acquire)
     }
 
-    /// What beat it is gone, and the next has not beaten yet.
+    /// The thread that beat it is gone, and the next one has not beaten yet.
     pub fn begin(&self) {
         self.memory.word(0).store(0, Ordering::Release);
     }
 
-    /// Who the canary of this heart is, a thread whose end says that its process is dying; 0: there is none.
+    /// Canary of this heart: a thread whose end says that its process is dying; 0: there is none.
     pub fn canary(&self) -> u64 {
         self.memory.word(CANARY).load(Ordering::Acquire)
     }
@@ -62,7 +62,7 @@ impl Heartbeat {
         self.memory.word(CANARY).store(who, Ordering::Release);
     }
 
-    /// What keeps it from beating, by a number from 0 on that its process and who watches it agree on; none where nothing does.
+    /// Returns what keeps it from beating: a number from 0 on that the process and its watcher agree on; none where nothing does.
     pub fn held_up_by(&self) -> Option<usize> {
         let word = self.memory.word(HELD_UP).load(Ordering::Acquire);
         usize::try_from(word).ok()?.checked_sub(1)

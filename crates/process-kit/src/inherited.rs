@@ -42,7 +42,7 @@ fn number_of(given: &str, name: &str) -> Option<RawFd> {
 pub struct NotInherited {
     /// The name asked for.
     pub name: String,
-    /// What the environment variable says.
+    /// Value of the environment variable.
     pub given: String,
     /// For people.
     pub problem: String,

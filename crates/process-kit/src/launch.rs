@@ -96,7 +96,7 @@ fn texts(words: impl Iterator<Item = OsString>) -> Result<Vec<CString>, String> 
     words.map(|word| CString::new(word.into_vec()).map_err(|_| "a word of the command line or environment contains a NUL".to_owned())).collect()
 }
 
-/// What has to be freed after a spawn.
+/// Memory that has to be freed after a spawn.
 struct Plan {
     actions: libc::posix_spawn_file_actions_t,
     attributes: libc::posix_spawnattr_t,
@@ -196,7 +196,7 @@ fn limit_ours(limit: Duration) {
     }
 }
 
-/// What a spawn cannot set: the cores of our main thread (the thread that starts it may be pinned), and the
+/// Sets what a spawn cannot: the cores of our main thread (the thread that starts it may be pinned), and the
 /// limit exactly, where ours is lower or has another end. The process may run already by then.
 fn settle(pid: libc::pid_t, real_time_max: Option<Duration>) -> io::Result<()> {
     // SAFETY: sets of our own; a process that has ended already is left alone.

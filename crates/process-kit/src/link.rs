@@ -28,12 +28,12 @@ pub struct UnixLink {
     incoming: Mutex<Incoming>,
 }
 
-/// What has come of the next frame.
+/// Part of the next frame that has come.
 #[derive(Debug, Default)]
 struct Incoming {
     bytes: Vec<u8>,
     descriptors: Vec<OwnedFd>,
-    /// How many of `bytes` have come.
+    /// Number of `bytes` that have come.
     have: usize,
 }
 
@@ -215,7 +215,7 @@ impl Incoming {
         }
     }
 
-    /// What the header says: bytes and descriptors.
+    /// Decodes the header: numbers of bytes and descriptors.
     fn header(&self) -> Result<(usize, usize), Closed> {
         let number = |at: usize| u32::from_le_bytes(self.bytes[at..at + 4].try_into().expect("four bytes")) as usize;
         let (len, descriptors) = (number(0), number(4));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where processes of one user find each other: Unix sockets by path, in folders that only this user can enter.
+//! Unix sockets by which processes of one user find each other, in folders that only this user can enter.
 use crate::UnixLink;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
@@ -61,7 +61,7 @@ impl Listener {
         unsafe { libc::poll(&mut poll, 1, i32::try_from(limit.as_millis()).unwrap_or(i32::MAX)) > 0 }
     }
 
-    /// Where it listens.
+    /// Path at which it listens.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -89,7 +89,7 @@ pub fn connect(path: &Path) -> io::Result<UnixLink> {
     UnixLink::of(UnixStream::connect(path)?)
 }
 
-/// Whether nobody listens any more behind the socket at `path`: who made it was killed.
+/// Returns whether nobody listens any more behind the socket at `path`: its process was killed.
 pub fn is_abandoned(path: &Path) -> bool {
     matches!(UnixStream::connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
 }

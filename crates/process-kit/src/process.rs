@@ -37,7 +37,7 @@ pub fn pid_of(process: BorrowedFd<'_>) -> io::Result<libc::pid_t> {
     pid.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "the descriptor is not one of a process"))
 }
 
-/// Whether it has ended. Never waits.
+/// Returns whether a process has ended. Never waits.
 pub fn has_ended(process: BorrowedFd<'_>) -> bool {
     let mut poll = libc::pollfd { fd: process.as_raw_fd(), events: libc::POLLIN, revents: 0 };
     // SAFETY: one entry of our own; no time to wait.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How often a process may be started again, as in supervision trees: a restart intensity.
+//! Restart intensity, as in supervision trees: how often a process may be started again.
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -28,7 +28,7 @@ impl Restarts {
         Restarts { most, within, recent: VecDeque::new() }
     }
 
-    /// Whether a restart at `now_ns` is within the limit; if so it is counted. Times must not go back: an earlier one counts as the latest known.
+    /// Counts a restart at `now_ns` if it is within the limit; returns whether it is. Times must not go back: an earlier one counts as the latest known.
     pub fn allow(&mut self, now_ns: i64) -> bool {
         let now_ns = self.recent.back().map_or(now_ns, |latest| now_ns.max(*latest));
         let within_ns = i64::try_from(self.within.as_nanos()).unwrap_or(i64::MAX);
@@ -42,7 +42,7 @@ impl Restarts {
         allowed
     }
 
-    /// How many restarts count at present.
+    /// Number of restarts that count at present.
     pub fn counted(&self) -> usize {
         self.recent.len()
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Rights that a process asks the operating system for, and those that it gives up.
 
-/// How nice a process is that stands back: one that does not gets nine times its processor time.
+/// Niceness of a process that stands back: one that does not gets nine times its processor time.
 const NICE: libc::c_int = 10;
 
 /// Lets other processes go first, for good: for work beside a machine that runs.
@@ -12,7 +12,7 @@ pub fn stand_back() {
     }
 }
 
-/// Whether this process may lock any amount of memory: a limit would make later allocations fail. Takes the limit off where that is allowed.
+/// Returns whether this process may lock any amount of memory: a limit would make later allocations fail. Takes the limit off where that is allowed.
 pub fn may_lock_all() -> bool {
     let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
     // SAFETY: a limit of the process's own.
@@ -20,7 +20,7 @@ pub fn may_lock_all() -> bool {
     taken_off || ignores_the_limit()
 }
 
-/// Whether this process has CAP_IPC_LOCK, for which there is no limit.
+/// Returns whether this process has CAP_IPC_LOCK, for which there is no limit.
 fn ignores_the_limit() -> bool {
     const VERSION_3: u32 = 0x2008_0522;
     const IPC_LOCK: u32 = 1 << 14;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a process ended, in words.
+//! The end of a process, in words.
 use std::fmt;
 
-/// How a process ended.
+/// End of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// By itself, with this status.
@@ -11,7 +11,7 @@ pub enum Status {
     Killed {
         /// Its number.
         signal: i32,
-        /// Whether a core dump was written.
+        /// A core dump was written.
         core: bool,
     },
     /// It has ended; only its parent, which this process is not, was told how.

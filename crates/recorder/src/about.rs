@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a recording is, in one answer: when, of what, how it ended.
+//! The description of a recording, in one answer: its time, channels and end.
 use crate::archive::Index;
 use crate::{ABOUT, Archive, Damaged, ENDS, INSTALLED, numbers};
 use model::refusal::Refusals;
@@ -20,7 +20,7 @@ pub struct Recorded {
     pub version: String,
     /// `virtual` or `monotonic`.
     pub clock: String,
-    /// When the clock of the system stood at 0, s since 1970.
+    /// Time at which the clock of the system stood at 0, s since 1970.
     pub epoch_unix_s: f64,
     /// First and last time in it, ns on the system's clock.
     pub begins_ns: i64,
@@ -34,13 +34,13 @@ pub struct Recorded {
     pub topics: Vec<String>,
     /// Verbs that were installed, in the order of their names; of a long recording those of its beginning.
     pub verbs: Vec<String>,
-    /// How verb instances ended; of a long recording the first ones.
+    /// Ends of verb instances; of a long recording the first ones.
     pub ends: Vec<RecordedEnd>,
     /// Messages that are not in it, by channel, where there are any.
     pub lost: BTreeMap<String, u64>,
     /// Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first.
     pub damage: Vec<Damaged>,
-    /// What the file says of the system: `configuration` is the answer of the call of that name as JSON.
+    /// Description of the system in the file: `configuration` is the answer of the call of that name as JSON.
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -69,7 +69,7 @@ pub struct RecordedEnd {
 }
 
 impl Archive {
-    /// What it is. Reads no values.
+    /// Returns its description. Reads no values.
     pub fn about(&self) -> Result<Recorded, Refusals> {
         let (installed, _) = self.records(INSTALLED, 0, CHUNKS_MAX)?;
         let (ends, _) = self.records(ENDS, 0, CHUNKS_MAX)?;

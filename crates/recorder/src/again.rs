@@ -12,7 +12,7 @@ use supervisor::{Companion, System};
 pub struct Again {
     path: PathBuf,
     apart: Apart,
-    /// What was found, with what the recording's values say of it.
+    /// Difference that was found, with the recording's own values.
     found: Mutex<Option<Found>>,
 }
 
@@ -37,7 +37,7 @@ impl Again {
         Ok(system.accompany(Arc::new(Again { path: path.to_owned(), apart, found: Mutex::new(None) })))
     }
 
-    /// How it stands.
+    /// Returns its state.
     pub fn standing(&self) -> Replaying {
         let standing = self.apart.standing();
         Replaying { found: standing.found.map(|found| self.told(found)), ..standing }

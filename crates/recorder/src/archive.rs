@@ -56,7 +56,7 @@ impl Track {
     }
 }
 
-/// What is known of a file without its messages.
+/// Description of a file without its messages.
 pub(crate) struct Index {
     pub file: Indexed,
     pub tracks: IndexMap<String, Track>,
@@ -121,7 +121,7 @@ impl Archive {
         Ok(())
     }
 
-    /// Whether it has a channel of that name.
+    /// Returns whether it has a channel of that name.
     pub fn has(&self, channel: &str) -> bool {
         self.index().tracks.contains_key(channel)
     }
@@ -201,7 +201,7 @@ impl Archive {
         Ok(found.map(u64::cast_signed))
     }
 
-    /// What was lost, by channel. Of a file without an end: nothing is known.
+    /// Returns the number of messages that were lost, by channel. Of a file without an end: nothing is known.
     pub fn lost(&self) -> BTreeMap<String, u64> {
         let index = self.index();
         let lost = index.file.metadata.get(LOST).into_iter().flatten();

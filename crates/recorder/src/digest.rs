@@ -33,7 +33,7 @@ impl Samples {
     }
 }
 
-/// What one number of a channel was over a span; every finite value counts once.
+/// Digest of one number of a channel over a span; every finite value counts once.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RecordedSums"))]

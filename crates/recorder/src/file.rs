@@ -31,7 +31,7 @@ struct LastMessage {
     bytes: Vec<u8>,
 }
 
-/// What a file that follows this one begins with: every channel, and how everything stood.
+/// Beginning of a file that follows this one: every channel, and the last message of each that tells a state.
 #[derive(Default)]
 struct Prelude {
     definitions: Vec<Definition>,
@@ -58,7 +58,7 @@ pub(crate) struct Book {
     /// End of the last whole chunk.
     pub bytes: u64,
     since: Instant,
-    /// How long a chunk is filled.
+    /// Time for which a chunk is filled.
     chunk_max: Duration,
     pub failure: Option<String>,
     losses: Option<u16>,
@@ -144,7 +144,7 @@ impl Book {
         }
     }
 
-    /// What was lost stands in the file, at the time of what came next.
+    /// Writes how many messages were lost, at the time of the next one.
     fn tell_loss(&mut self, channel: ChannelId, count: u64, page: &Page) {
         let time = page.entries.first().map_or(0, |entry| u64::try_from(entry.time_ns).unwrap_or(0));
         let Some(writer) = &mut self.writer else { return };

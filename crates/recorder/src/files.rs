@@ -54,9 +54,9 @@ pub(crate) struct Files {
     path: PathBuf,
     /// Whole ones, with their bytes; the oldest first.
     whole: VecDeque<(PathBuf, u64)>,
-    /// What is said of the recording in each file.
+    /// Description of the recording, which stands in each file.
     said: BTreeMap<String, String>,
-    /// How full the disk is.
+    /// Free space of the disk.
     space: Option<Space>,
     /// Bytes of the file when that was asked last.
     looked_at: u64,
@@ -115,7 +115,7 @@ impl Files {
         self.space.map(|space| space.free)
     }
 
-    /// What is said of the recording.
+    /// Returns the description of the recording, to be changed.
     pub fn said(&mut self) -> &mut BTreeMap<String, String> {
         &mut self.said
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the files of a recording go: a disk, and the names that files have there.
+//! The folder of a recording's files: its disk, and the names that files have there.
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ impl Sink for File {
     }
 }
 
-/// How full a disk is.
+/// Free space of a disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Space {
     /// Bytes that may still be written.
@@ -25,13 +25,13 @@ pub struct Space {
     pub spared: u64,
 }
 
-/// Where the files of a recording are made.
+/// Folder in which the files of a recording are made.
 pub trait Folder: Send {
     /// Makes the next file, empty. Errors: it cannot be made; the first one, where something of that name is there.
     fn next(&mut self) -> io::Result<(PathBuf, Box<dyn Sink>)>;
     /// Deletes a file that it made.
     fn remove(&mut self, path: &Path) -> io::Result<()>;
-    /// How full its disk is; none where nobody can tell.
+    /// Returns the free space of its disk; none where nobody can tell.
     fn space(&self) -> Option<Space>;
 }
 
@@ -40,7 +40,7 @@ const SPARED: u64 = 256 << 20;
 /// On a small disk it leaves this part.
 const SPARED_PART: u64 = 20;
 
-/// How often another name is tried for the next file.
+/// Number of names that are tried for the next file.
 const TRIES: usize = 10;
 
 /// The disk where a path lies.

@@ -50,7 +50,7 @@ pub const LOST: &str = "lost";
 pub const LOG: &str = "/log";
 /// End reports, as `ends` gives them.
 pub const ENDS: &str = "/ends";
-/// What was installed, as `installed` gives it, whenever it became another; lists and states of instances come from the log.
+/// Definitions and instances, as `installed` gives them, whenever they became others; lists and states of instances come from the log.
 pub const INSTALLED: &str = "/installed";
 /// Statistics, once a second and where the log had something new.
 pub const STATISTICS: &str = "/statistics";
@@ -58,5 +58,5 @@ pub const STATISTICS: &str = "/statistics";
 pub const ALARMS: &str = "/alarms";
 /// The shape of a physical device, as `geometry` gives it: followed by its name.
 pub const GEOMETRY: &str = "/geometry/";
-/// What was lost, when: `{"channel", "count"}`.
+/// Losses, at their times: `{"channel", "count"}`.
 pub const LOSSES: &str = "/lost";

@@ -4,7 +4,7 @@ use crate::json;
 use model::types::{Scalar, Type};
 use serde_json::Value as Json;
 
-/// How many numbers a value has.
+/// Returns how many numbers a value has.
 pub(crate) fn count(of: &Type) -> usize {
     match of {
         Type::Scalar(_) => 1,

@@ -4,7 +4,7 @@ use crate::GEOMETRY;
 use mcap::Schema;
 use std::collections::BTreeMap;
 
-/// How messages are written, and what they look like.
+/// Encodings of messages and of their schemas.
 pub(crate) const JSON: &str = "json";
 pub(crate) const JSON_SCHEMA: &str = "jsonschema";
 
@@ -12,11 +12,11 @@ pub(crate) const JSON_SCHEMA: &str = "jsonschema";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ChannelId(pub(crate) usize);
 
-/// What a channel is.
+/// Description of a channel.
 #[derive(Clone, Debug)]
 pub(crate) struct Definition {
     pub topic: String,
-    /// What its messages are: JSON, or bytes of a name of their own.
+    /// Encoding of its messages: JSON, or bytes of a name of their own.
     pub encoding: &'static str,
     pub schema: Option<Schema>,
     pub metadata: BTreeMap<String, String>,
@@ -42,15 +42,15 @@ pub(crate) struct Entry {
     pub end: usize,
 }
 
-/// What the sources have given since the page before. Its memory is used again.
+/// Messages of the sources since the page before. Its memory is used again.
 #[derive(Default)]
 pub struct Page {
-    /// How many channels there were before those of this page.
+    /// Number of channels before those of this page.
     pub(crate) first: usize,
     pub(crate) definitions: Vec<Definition>,
     pub(crate) entries: Vec<Entry>,
     pub(crate) bytes: Vec<u8>,
-    /// What was lost before it could become a message.
+    /// Numbers of values that were lost before they became messages.
     pub(crate) lost: BTreeMap<ChannelId, u64>,
 }
 

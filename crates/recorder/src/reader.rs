@@ -189,7 +189,7 @@ impl Recording {
         self.records.get(ENDS).into_iter().flatten().map(|(_, end)| end)
     }
 
-    /// What was lost, by channel. Of a file without an end: as far as it says so.
+    /// Returns the number of messages that were lost, by channel. Of a file without an end: as far as it says so.
     pub fn lost(&self) -> BTreeMap<String, u64> {
         if let Some(lost) = self.metadata.get(LOST) {
             return lost.iter().map(|(channel, count)| (channel.clone(), count.parse().unwrap_or(0))).collect();

@@ -21,7 +21,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use supervisor::{Companion, End, Entry, System};
 
-/// What is recorded.
+/// Options of a recording.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
@@ -43,7 +43,7 @@ impl Default for Options {
     }
 }
 
-/// How a recording stands, or ended.
+/// State of a recording, or its end.
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RecordingSummary"))]
@@ -73,7 +73,7 @@ pub struct Recorder {
     threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
-/// How a recording stands, for who waits for its end.
+/// State of a recording, for callers that wait for its end.
 struct State {
     summary: Mutex<Summary>,
     ended: Condvar,
@@ -87,7 +87,7 @@ impl State {
 
 /// Between two looks at the sources.
 const LOOK: Duration = Duration::from_millis(20);
-/// How long a chunk is filled: what a process that is killed loses. Of a run that is to be run again that is what killed it.
+/// Time for which a chunk is filled, and which a process that is killed loses. Of a run that is to be run again these are the inputs that killed it.
 const CHUNK_MAX: Duration = Duration::from_secs(1);
 const CHUNK_MAX_REPLAY: Duration = Duration::from_millis(100);
 
@@ -142,7 +142,7 @@ impl Recorder {
         Ok(Arc::new(recorder))
     }
 
-    /// How it stands.
+    /// Returns its state.
     pub fn summary(&self) -> Summary {
         self.state.locked().clone()
     }
@@ -200,7 +200,7 @@ fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<(
     std::thread::Builder::new().name(name.to_owned()).spawn(run).map_err(|why| why.to_string())
 }
 
-/// What is said of a recording in its file.
+/// Returns the description of a recording for its file.
 fn about(system: &System) -> BTreeMap<String, String> {
     let unix_ns = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
     let epoch_ns = i128::try_from(unix_ns).unwrap_or(0) - i128::from(system.now_ns());

@@ -40,7 +40,7 @@ pub struct RecordingFile {
     pub name: String,
     /// Its size in bytes.
     pub bytes: u64,
-    /// When it was written last, s since 1970.
+    /// Time at which it was written last, s since 1970.
     pub written_unix_s: u64,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is recorded beside values: the log, end reports, how the interrupt sources do, and what a replay needs.
+//! Sources of messages beside values: the log, end reports, statistics of the interrupt sources, and the inputs that a replay needs.
 use crate::page::{ChannelId, Page};
 use crate::{ENDS, LOG};
 use model::refusal::Refusals;
@@ -20,7 +20,7 @@ fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, mes
     page.put(channel, time_ns, sequence, |out| serde_json::to_writer(out, message).expect("a record of the supervisor has a JSON form"));
 }
 
-/// What the supervisor numbers and keeps for a while: entries of the log, end reports.
+/// Records that the supervisor numbers and keeps for a while: entries of the log, end reports.
 pub(crate) struct Numbered<T> {
     system: System,
     next: u64,

@@ -21,7 +21,7 @@ pub struct Trace {
 #[derive(Clone, Debug, Default)]
 pub struct Span {
     pub traces: Vec<Trace>,
-    /// Where to go on, where this is not all: what comes there follows what is here.
+    /// Time at which to go on, where this is not all.
     pub next: Option<usize>,
 }
 
@@ -103,7 +103,7 @@ struct Columns {
     from: u64,
     width: u64,
     column: u64,
-    /// What came of the present column.
+    /// Values of the present column.
     open: Samples,
     done: Trace,
 }
@@ -114,7 +114,7 @@ impl Columns {
         Columns { size, from, width, column: 0, open: Samples::default(), done }
     }
 
-    /// What was there before the span.
+    /// Value before the span.
     fn begin(&mut self, before: Option<Reading>, of: &Track) {
         let (Some((bytes, number, time_ns)), Some(values)) = (before, &of.values) else { return };
         self.done.samples.times_ns.push(time_ns);

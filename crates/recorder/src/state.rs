@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a reader needs to show a recording as the system itself is shown: what was installed, how it stood, alarms, the shapes of devices.
+//! The state of the system, from which a reader shows a recording as the system itself is shown: definitions, statistics, alarms, shapes of devices.
 use crate::page::{ChannelId, Page};
 use crate::shapes::Shapes;
 use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use supervisor::{Alarm, AlarmList, Installed, InstanceState, System};
 
 const SECOND_NS: i64 = 1_000_000_000;
-/// Where much happens the state is told ten times a second at the most: what happened stands in the log.
+/// Interval at which the state is told where much happens; each event stands in the log.
 const SOON_NS: i64 = 100_000_000;
 
 /// The state of the system: what is installed whenever that becomes another, statistics and alarms once a second and where the log has
@@ -108,7 +108,7 @@ impl State {
     }
 }
 
-/// When an alarm came, returned or was acknowledged last.
+/// Returns when an alarm came, returned or was acknowledged last.
 fn changed_ns(alarms: &AlarmList) -> Option<i64> {
     let times = |alarm: &Alarm| [Some(alarm.time_ns), alarm.returned_ns, alarm.acknowledged_ns];
     alarms.current.iter().chain(&alarms.history).flat_map(times).flatten().max()

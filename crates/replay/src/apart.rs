@@ -19,12 +19,12 @@ use std::time::Duration;
 
 /// The descriptor over which both talk.
 const LINK: &str = "replay";
-/// How long it runs before it tells how far it has come.
+/// Time for which it runs before it tells how far it has come.
 const SLICE: Duration = Duration::from_millis(100);
-/// How long the end of a process may take whose link is closed.
+/// Bound for the end of a process whose link is closed.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// What the process is asked for.
+/// Request to the process.
 #[derive(Serialize, Deserialize)]
 struct Request {
     path: PathBuf,
@@ -34,7 +34,7 @@ struct Request {
     python: String,
 }
 
-/// What it tells, a line each.
+/// Words of the process, a line each.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Said {
@@ -43,7 +43,7 @@ enum Said {
     Refused(String),
 }
 
-/// How a replay stands.
+/// State of a replay.
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Replaying {
@@ -53,7 +53,7 @@ pub struct Replaying {
     pub firings: u64,
     /// Release of the last of them, ns on the recording's clock; null: there was none yet.
     pub time_ns: Option<i64>,
-    /// What was found, once it is over.
+    /// Findings, once it is over.
     pub found: Option<Found>,
     /// Why it could not be run, or not to its end.
     pub failure: Option<String>,
@@ -85,7 +85,7 @@ impl Apart {
         Ok(Apart { child, standing, is_cancelled, listener: Mutex::new(Some(listener)) })
     }
 
-    /// How it stands.
+    /// Returns its state.
     pub fn standing(&self) -> Replaying {
         locked(&self.standing).clone()
     }

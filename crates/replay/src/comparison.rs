@@ -22,11 +22,11 @@ pub struct Difference {
     pub svv: Option<String>,
     /// C type of the port.
     pub type_text: String,
-    /// What the recorded code stores.
+    /// Values that the recorded code stores.
     pub recorded: Vec<u8>,
-    /// What the other code stores.
+    /// Values that the other code stores.
     pub replayed: Vec<u8>,
-    /// Where the source went another way: how.
+    /// Difference in the way of the source, where there is one.
     pub how: Option<String>,
 }
 

@@ -47,7 +47,7 @@ impl Condition {
         self.any.iter().flatten().map(|part| part.svv.as_str())
     }
 
-    /// Whether it holds now; an SVV that is not there yet is like none.
+    /// Returns whether it holds now; an SVV that is not there yet is like none.
     ///
     /// # Errors
     /// In words: an SVV that has no such element, or is no number.

@@ -10,7 +10,7 @@ use std::path::Path;
 /// The channel of a file that items are on.
 pub const TOPIC: &str = "/replay";
 
-/// How its messages are called: items as postcard writes them.
+/// Encoding of its messages: items as postcard writes them.
 pub const ENCODING: &str = "opengpac.replay.1";
 
 /// Reads a record.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a run again came to, for people and for other programs.
+//! Result of a replay, for people and for other programs.
 use crate::comparison::Difference;
 use crate::condition::number;
 use crate::player::Svv;
@@ -23,7 +23,7 @@ pub enum Stopped {
     Unplayable,
 }
 
-/// Where a run stopped and what was found.
+/// Place at which a replay stopped, and its findings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayFound"))]
@@ -43,7 +43,7 @@ pub struct Found {
     pub time_ns: i64,
     /// The first difference.
     pub difference: Option<Told>,
-    /// What keeps the record from being run on, or what else is to be said.
+    /// Cause that keeps the record from being run on, and other notes.
     pub message: String,
     /// The SVVs that were asked for.
     pub svvs: Vec<Shown>,
@@ -74,9 +74,9 @@ pub struct Told {
     pub recorded: Vec<String>,
     /// The same of the value now.
     pub replayed: Vec<String>,
-    /// How the source went another way, where it did.
+    /// Difference in the way that the source went, where there is one.
     pub how: String,
-    /// Where the block is not known: the SVVs that blocks of the source store, with their values now.
+    /// SVVs that blocks of the source store, with their values now, where the block is not known.
     pub stored: Vec<Shown>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What recorded scripts stand on: the code of the record, devices and connections that give what is recorded.
+//! Code of the record, and devices and connections that give what is recorded, for recorded scripts.
 use device::Channel;
 use interconnect::{Receiver, Sender};
 use kernel::{Device, Way};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 type Keeper = Arc<dyn Any + Send + Sync>;
 
-/// Where the code of blocks comes from.
+/// Source of the code of blocks.
 pub trait Codes {
     /// A module of the record.
     ///

@@ -29,7 +29,7 @@ impl std::error::Error for Unplayable {}
 pub struct Moment {
     /// The source.
     pub source: SourceId,
-    /// What it was about.
+    /// Occasion of the firing.
     pub occasion: Occasion,
     /// Number of the firing.
     pub number: u64,
@@ -37,7 +37,7 @@ pub struct Moment {
     pub time_ns: i64,
     /// True where every value that its blocks have stored is that of the record, bit for bit.
     pub same: bool,
-    /// Where the source went another way than recorded: how, in words.
+    /// Difference from the recorded way of the source, in words, where there is one.
     pub differs: Option<String>,
 }
 
@@ -70,7 +70,7 @@ pub struct Player {
     scripts: HashMap<u64, Box<Script>>,
     /// Names of sources.
     sources: Vec<String>,
-    /// Where each SVV lies.
+    /// Location of each SVV.
     svvs: HashMap<String, Vec<Place>>,
     firings: u64,
     fingerprint: u64,
@@ -183,7 +183,7 @@ impl Player {
         self.sources.get(source.0 as usize).map_or("?", String::as_str)
     }
 
-    /// What the blocks of a source have stored, in the order of a firing.
+    /// Values that the blocks of a source have stored, in the order of a firing.
     pub fn stored(&self, source: SourceId) -> Vec<Change> {
         self.host.stored(source)
     }

@@ -11,14 +11,14 @@ use std::sync::{Arc, Mutex};
 pub enum Item {
     /// The code of blocks that come behind it.
     Module {
-        /// How scripts call it.
+        /// Name by which scripts call it.
         key: String,
         /// Its name.
         name: String,
         /// The shared object.
         bytes: Vec<u8>,
     },
-    /// What a host wrote down.
+    /// Item that a host wrote down.
     Entry(Entry),
 }
 
@@ -84,7 +84,7 @@ impl Recording {
         Ok(Recording { trace: begin(names)?, modules, entries: Vec::new() })
     }
 
-    /// What has come since the last call, in order. To be called often enough by one thread: what found no room is lost, and the record says
+    /// Takes what has come since the last call, in order. To be called often enough by one thread: what found no room is lost, and the record says
     /// how much.
     pub fn take(&mut self, out: &mut Vec<Item>) {
         self.trace.take(&mut self.entries);

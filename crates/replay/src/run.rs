@@ -11,7 +11,7 @@ use kernel::Occasion;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// What is asked for.
+/// Options of a replay.
 #[derive(Clone, Debug, Default, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Asked {
@@ -115,7 +115,7 @@ impl Run {
         }
     }
 
-    /// How far it has come: release of the last moment, ns, and firings so far.
+    /// Progress: release of the last moment, ns, and firings so far.
     pub fn progress(&mut self) -> (Option<i64>, u64) {
         (self.last.as_ref().map(|(_, _, time_ns)| *time_ns), self.player().firings())
     }

@@ -17,7 +17,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use supervisor::Limits;
 use support::*;
 
-/// How many records; more where the variable says so.
+/// Number of records; more where the variable says so.
 fn count() -> u64 {
     std::env::var("OPENGPAC_DAMAGED").ok().and_then(|count| count.parse().ok()).unwrap_or(1_000)
 }

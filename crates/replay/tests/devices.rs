@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What devices read comes from the record: nothing of a plant is needed to run a servo again, nor for a device that is lost.
+//! Readings of devices come from the record: nothing of a plant is needed to run a servo again, nor for a device that is lost.
 #[path = "../../supervisor/tests/common/mod.rs"]
 mod common;
 mod support;

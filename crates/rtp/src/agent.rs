@@ -19,10 +19,10 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// What serves one who commands.
+/// Serves one commander.
 pub(crate) struct Agent {
     pub shared: Arc<Shared>,
-    /// What tells, and the heart.
+    /// Sender of events, and the heart.
     pub threads: Vec<JoinHandle<()>>,
     pub ground: Grounds,
     /// While it is set, every write of a device is the safe one.
@@ -35,14 +35,14 @@ pub(crate) struct Agent {
     count: u32,
     /// Remote sources that channels here raise.
     passed: HashSet<SourceId>,
-    /// How each device was opened, and what its driver says of itself.
+    /// Options with which each device was opened, and its driver's description of itself.
     opened: HashMap<String, Opening>,
-    /// What each source has in force, or will have.
+    /// Tables that are in force in each source, or will be.
     pub held: BTreeMap<SourceId, Holding>,
     pub terms: Arc<Terms>,
-    /// What runs here so far, and that this one is to take over.
+    /// Processes that run here already and that this commander is to take over.
     pub before: Option<Box<Agent>>,
-    /// Who knocked when the link was about to be gone.
+    /// Supervisor that knocked when the link was about to be gone.
     pub caller: Option<Box<dyn Caller>>,
 }
 
@@ -52,13 +52,13 @@ struct Opening {
     description: String,
 }
 
-/// How serving one who commands ended.
+/// End of the service of one commander.
 pub(crate) enum Ended {
     /// As it said.
     Closed,
     /// It is gone without a word.
     Gone,
-    /// What it said cannot be carried out.
+    /// It asked for something that cannot be carried out.
     Broken(String),
 }
 
@@ -325,7 +325,7 @@ impl Agent {
         }
     }
 
-    /// Whether a device of that name is still with what ran here before.
+    /// Returns whether a device of that name still belongs to the processes that ran here before.
     fn is_before(&self, name: &str) -> bool {
         self.before.as_ref().is_some_and(|before| before.opened.contains_key(name))
     }

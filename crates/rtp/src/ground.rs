@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What scripts stand on where they run: code, devices, connections.
+//! Code, devices and connections that scripts refer to where they run.
 use crate::code::Code;
 use crate::service::Reaches;
 use crate::shared::{Devices, locked};
@@ -56,7 +56,7 @@ impl Grounds {
     }
 }
 
-/// What is told of a connection that is lost.
+/// Message for a connection that is lost.
 pub(crate) fn unconnected(LostConnection { writer, reader, message }: LostConnection) -> Event {
     Event::Unconnected { writer: SourceId(writer), reader: SourceId(reader), message }
 }

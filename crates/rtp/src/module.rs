@@ -30,7 +30,7 @@ impl Module {
         Module { key: format!("{name}:{:016x}:{}", hasher.finish(), bytes.len()), name: name.to_owned(), bytes }
     }
 
-    /// What both sides call it.
+    /// Key of the module, the same on both sides.
     pub fn key(&self) -> &str {
         &self.key
     }
@@ -61,7 +61,7 @@ pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// How a block's code is called, where it can be sent.
+/// Returns the name of a block's code, where it can be sent.
 pub fn name_of(block: &kernel::Block) -> Option<CodeName> {
     let module = Module::of(block.module())?;
     Some(CodeName { module: module.key.clone(), block: block.code_name().to_owned() })

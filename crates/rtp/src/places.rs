@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where remote processors come from.
+//! Sources of remote processors: processes of this host, and other hosts.
 use device::SafeHandle;
 use interconnect::{Ends, Link};
 use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What a build without links between hosts says to a caller that asks for them.
+/// Refusal of a build without links between hosts.
 pub const NO_HOSTS: &str = "this build has no links between hosts: `make setup-hosts` builds them in the sources, and the wheel has them";
 
-/// What carries connections between this process and a processor.
+/// Carrier of the connections between this process and a processor.
 pub type Near = Box<dyn Ends>;
 
 /// Starts processors in processes of this host, and finds those that joined from others. Given to a system by its maker.
 pub trait Places: Send + Sync {
-    /// Where they are to tell what people should know: what it is about, and what happened. Once, before the first process.
+    /// Sets the receiver of notes for people: their subject, and what happened. Once, before the first process.
     fn tell_to(&self, _tell: Tell) {}
 
     /// A process of this host for processors: `name` is that of the only one, or what those that share it call it.
     ///
     /// # Errors
-    /// What keeps it from starting, in words.
+    /// Returns why it cannot start, in words.
     fn process(&self, name: &str, bounds: &Bounds) -> Result<Started, String>;
 
     /// Guards this process itself, for a processor that is threads of it; `lost_after`: how long it may stand still, where that was configured.
@@ -66,7 +66,7 @@ pub trait Held: Send + Sync {
     fn beat(&self);
 }
 
-/// How long each side of a remote processor may say nothing.
+/// Bounds for the silence of each side of a remote processor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
     /// Of the processor, in a process of this host: it is ended where its heart stands still for so long; none: as long as its guard finds right.
@@ -90,7 +90,7 @@ pub type Tell = Box<dyn Fn(&'static str, &str, String) + Send + Sync>;
 pub struct Started {
     /// To it.
     pub link: Arc<dyn Link>,
-    /// What carries connections between this process and it.
+    /// Carrier of the connections between this process and the processor.
     pub near: Near,
     /// Its process.
     pub running: Arc<dyn Running>,

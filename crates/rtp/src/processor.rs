@@ -41,25 +41,25 @@ pub struct Processor {
     statistics: Mutex<HashMap<SourceId, Statistics>>,
     block_times: Mutex<HashMap<BlockId, BlockTimes>>,
     devices: Mutex<HashMap<String, Weak<Device>>>,
-    /// What the drivers of devices have counted.
+    /// Counters of the devices' drivers.
     counted: Mutex<HashMap<String, Counted>>,
     is_up: AtomicBool,
     /// Its loss is being told.
     is_leaving: AtomicBool,
     /// Why it went down last, in words.
     lost: Mutex<Option<String>>,
-    /// How long it may be silent.
+    /// Bound for its silence.
     silence_ms: AtomicU64,
     running: Mutex<Option<Arc<dyn Running>>>,
     /// Of each source there: the blocks of the steps of the table that it has.
     tables: Mutex<HashMap<SourceId, Vec<Option<BlockId>>>>,
     closing: AtomicBool,
-    /// What runs there is not this side's yet.
+    /// Processes run there that this side has not taken over yet.
     is_adopted: AtomicBool,
     host: Mutex<Weak<Host>>,
 }
 
-/// What goes to it.
+/// Message to the processor.
 #[derive(Default)]
 struct Wire {
     outbox: Option<Outbox<Vec<u8>>>,
@@ -69,13 +69,13 @@ struct Wire {
     last: u64,
 }
 
-/// How long a question may stay unanswered: opening a device or trying a module takes its time, taking a process none.
+/// Bound for the answer to a question: opening a device or trying a module takes its time, taking a process none.
 const ANSWER: Duration = Duration::from_secs(30);
 /// A service may move a machine: who waits for it decides for how long.
 const SERVICE: Duration = Duration::from_secs(24 * 3600);
 const TAKE: Duration = Duration::from_secs(2);
 
-/// Where nothing else is said for so long, that this side is there is said.
+/// Time without another message after which this side says that it is there.
 const ALIVE: Duration = Duration::from_millis(500);
 
 /// Between two looks at whether it is silent.
@@ -114,7 +114,7 @@ impl Processor {
         &self.name
     }
 
-    /// How long each side may say nothing.
+    /// Bounds for the silence of each side.
     pub fn bounds(&self) -> &Bounds {
         &self.bounds
     }
@@ -124,7 +124,7 @@ impl Processor {
         self.is_up.load(Ordering::Acquire)
     }
 
-    /// Whether it needs a new process. Who has just been told of its loss waits here until that is complete.
+    /// Returns whether it needs a new process. A caller that has just been told of its loss waits here until that is complete.
     pub fn is_down(&self) -> bool {
         let mut answers = locked(&self.answers);
         while self.is_leaving.load(Ordering::Acquire) {
@@ -239,7 +239,7 @@ impl Processor {
         }
     }
 
-    /// What the driver of a device there has counted, by name, as it was told last.
+    /// Returns the counters of a device's driver there, by name, as they were told last.
     pub fn counted(&self, device: &str) -> Vec<(String, u64)> {
         locked(&self.counted).get(device).cloned().unwrap_or_default()
     }
@@ -260,12 +260,12 @@ impl Processor {
         Ok(made)
     }
 
-    /// Whether something runs there that a supervisor before has left, and that has not been taken over.
+    /// Returns whether processes run there that an earlier supervisor has left and that have not been taken over.
     pub fn is_adopted(&self) -> bool {
         self.is_adopted.load(Ordering::Acquire)
     }
 
-    /// What ran there without a supervisor goes on in what this side has made there since. None where nothing did.
+    /// Takes over the processes that ran there without a supervisor: they go on in the sources that this side has made since. None where there were none.
     ///
     /// # Errors
     /// In words: it must not go on, or it does not answer.
@@ -293,7 +293,7 @@ impl Processor {
         self.send(&Order::Shut { device: device.to_owned() });
     }
 
-    /// What is to be done with a process in a source there if its supervisor is gone: it goes on (`Some(None)`), this is carried out, or
+    /// Says what becomes of a process in a source there if its supervisor is gone: it goes on (`Some(None)`), a script is carried out, or
     /// nothing any more.
     pub fn farewell(&self, process: u64, source: SourceId, script: Option<Option<&Script>>) {
         let mut wire = locked(&self.wire);
@@ -307,7 +307,7 @@ impl Processor {
         wire.send(&order);
     }
 
-    /// How long this side may say nothing, and how long it goes on without it.
+    /// Sets how long this side may be silent, and how long the processor goes on without it.
     fn patience(&self) {
         let ms = |limit: Duration| u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
         self.send(&Order::Patience { ms: ms(self.bounds.patience), silence_ms: ms(self.bounds.silence), standstill_ms: self.bounds.lost_after.map(ms) });
@@ -317,7 +317,7 @@ impl Processor {
         locked(&self.wire).send(order);
     }
 
-    /// That it is not there, and why, in words.
+    /// Returns the refusal that says that it is not there, and why.
     fn gone(&self) -> String {
         match locked(&self.lost).as_ref() {
             Some(why) => format!("'{}' is lost: {why}", self.name),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What travels between who commands a processor and the processor: frames of `postcard`, one value each.
+//! Messages between a commander and its processor: frames of `postcard`, one value each.
 use device::{Channel, Unserved};
 use kernel::{BlockId, BlockTimes, DeviceCall, SourceId, SourceSpec, Statistics, Taken};
 use runtime::DeviceState;
@@ -39,19 +39,19 @@ pub enum Order {
     Device { device: String, call: DeviceCall },
     /// Sets or clears the flag of the emergency stop.
     Stop { set: bool },
-    /// What is to be done with a process in a source if its supervisor is gone: it goes on, or this script. From the start of a verb
+    /// Says what becomes of a process in a source if its supervisor is gone: it goes on, or this script is carried out. From the start of a verb
     /// instance to its end.
     Farewell { process: u64, source: SourceId, parcel: Option<Parcel> },
     /// Its end.
     NoFarewell { process: u64, source: SourceId },
     /// The commander lives: sent where it has nothing else to send.
     Alive,
-    /// How long the commander may be silent before it counts as lost (`silence_ms`), and how long what goes on then waits for the next
+    /// Bounds for the commander's silence (`silence_ms`), and for how long the processes that go on then wait for the next
     /// commander (`ms`). `standstill_ms`: how long the timers there may stand still, where that was said.
     Patience { ms: u64, silence_ms: u64, standstill_ms: Option<u64> },
     /// The end: devices safe, everything closed; of one that has taken nothing over, what runs goes on.
     Close,
-    /// What ran there without a supervisor goes on in what this side has made since.
+    /// Lets the processes that ran there without a supervisor go on in the sources that this side has made since.
     TakeOver { ticket: u64 },
     /// Takes the times of the blocks of a source for so long.
     Probe { source: SourceId, for_ns: u64 },
@@ -64,11 +64,11 @@ pub enum News {
     Welcome { version: u32, abi: u32, target: String, pid: u32, refused: Option<String> },
     /// Answer to the order with this ticket.
     Answer { ticket: u64, answer: Answer },
-    /// What kernels told, in order.
+    /// Events of the kernels, in order.
     Events { events: Vec<EventAs>, devices: Vec<(String, DeviceState)> },
     /// A channel there raises a remote source.
     Raised { source: SourceId },
-    /// How it stands.
+    /// State of the processor.
     Beat(Beat),
     /// An order that cannot be carried out: the two sides do not agree any more.
     Broken { message: String },
@@ -89,7 +89,7 @@ pub enum Answer {
     Served(Result<String, Unserved>),
 }
 
-/// What became of what ran when it was taken over.
+/// Result of a take-over.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TakenOver {
     /// Blocks that go on, by label.
@@ -108,7 +108,7 @@ pub type Counted = Vec<(String, u64)>;
 /// A row of a ring: how many before it were lost, number, time, bytes.
 pub type RowAs = (u64, u64, i64, Vec<u8>);
 
-/// How a processor stands.
+/// State of a processor.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Beat {
     /// Its own clock, ns since the epoch of the system.
@@ -119,7 +119,7 @@ pub struct Beat {
     /// Inbound connections: what was brought last, and since when a ratio value is late.
     pub inbounds: Vec<(u64, Option<i64>, Option<i64>)>,
     pub devices: Vec<(String, DeviceState)>,
-    /// What the drivers of devices have counted, by name.
+    /// Counters of the devices' drivers, by name.
     pub counted: Vec<(String, Counted)>,
     /// New rows of each ring, those of older rings first. Where more were written than it holds, those that it holds: as many as a
     /// ring on the commanding side has.
@@ -131,7 +131,7 @@ pub fn frame(of: &impl Serialize) -> Vec<u8> {
     postcard::to_stdvec(of).expect("frames are plain values, which all have bytes")
 }
 
-/// What a frame says. Errors: bytes that are no frame, in words.
+/// Decodes a frame. Errors: bytes that are no frame, in words.
 pub fn opened<T: DeserializeOwned>(frame: &[u8]) -> Result<T, String> {
     postcard::from_bytes(frame).map_err(|why| format!("this is no frame of version {VERSION}: {why}"))
 }

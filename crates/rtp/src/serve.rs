@@ -131,5 +131,5 @@ impl Agent {
     }
 }
 
-/// How long the sources of a processor may take for something that each does between two firings.
+/// Bound for work that each source of a processor does between two firings.
 pub(crate) const BOUNDARY: Duration = Duration::from_secs(2);

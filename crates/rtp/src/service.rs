@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a processor stands on: what its process gives it.
+//! Services that a process gives to its processor.
 use interconnect::{Ends, Link};
 use kernel::Device;
 use modules::Probe;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What carries connections out of the process.
+/// Carrier of connections out of the process.
 #[derive(Default)]
 pub struct Reaches {
     /// To other processes of this host.
@@ -29,19 +29,19 @@ pub type Beats = Arc<dyn Fn(Option<usize>) + Send + Sync>;
 /// Rests for so long; true: who commands is dying, and will say nothing any more.
 pub type Rests = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
-/// What a processor stands on: what its process gives it.
+/// Services that a process gives to its processor.
 pub struct Service {
-    /// What carries connections out of the process.
+    /// Carrier of connections out of the process.
     pub reaches: Reaches,
-    /// Where sources say which block runs, and how many bytes there are: zero, on a cache line, for as long as the process lives.
+    /// Memory in which sources say which block runs, and its size in bytes: zero, on a cache line, for as long as the process lives.
     pub black_box: Option<BlackBox>,
-    /// Where a new supervisor knocks, for a process that goes on without one for a while; none: it cannot be taken over.
+    /// Address where a new supervisor knocks, for a process that goes on without one for a while; none: it cannot be taken over.
     pub door: Option<Box<dyn Door>>,
     /// The supervisor that commands it.
     pub terms: Terms,
 }
 
-/// What stays the same for all who command a processor, one after the other.
+/// State that is the same for all commanders of a processor, one after the other.
 pub struct Terms {
     /// Tries code modules in a process of their own.
     pub probe: Probe,
@@ -49,13 +49,13 @@ pub struct Terms {
     pub epoch: Arc<dyn Fn(i64) -> i64 + Send + Sync>,
     /// Told of each device that is opened (`true`) or closed.
     pub device: OnDevice,
-    /// What the heart says.
+    /// Word of the heart.
     pub beat: Beats,
-    /// Whether guard and supervisor both stand still; false where nobody needs to watch it.
+    /// Returns whether guard and supervisor both stand still; false where nobody needs to watch it.
     pub unwatched: Unwatched,
-    /// How the heart rests between two beats.
+    /// Rests between two beats of the heart.
     pub rests: Rests,
-    /// Where the supervisor is gone without a word, the process ends here with its outputs safe and its devices open: what outlives it is
+    /// Ends the process where the supervisor is gone without a word, with its outputs safe and its devices open: what outlives it is
     /// found as it was by a supervisor that comes back. For a process that has nothing else to do.
     pub leaves: bool,
 }
@@ -93,9 +93,9 @@ impl Terms {
     }
 }
 
-/// Where a supervisor that wants to command this processor announces itself.
+/// Door at which a supervisor that wants to command this processor announces itself.
 pub trait Door: Send {
-    /// Who knocks, waiting for at most `limit`.
+    /// Returns the supervisor that knocks, after waiting for at most `limit`.
     fn wait(&mut self, limit: Duration) -> Option<Box<dyn Caller>>;
 }
 
@@ -111,13 +111,13 @@ pub trait Caller: Send {
     fn admit(self: Box<Self>) -> Result<Admitted, String>;
 }
 
-/// Who was let in: it greets next.
+/// Supervisor that was let in: it greets next.
 pub struct Admitted {
     /// To it.
     pub link: Arc<dyn Link>,
-    /// What carries connections of its system.
+    /// Carrier of the connections of its system.
     pub reaches: Reaches,
-    /// Where its sources say which block runs.
+    /// Memory in which its sources say which block runs.
     pub black_box: Option<BlackBox>,
     /// The guard before is gone: devices are to be told of again.
     pub is_unguarded: bool,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the threads of a processor share.
+//! State that the threads of a processor share.
 use device::Beside;
 use interconnect::Link;
 use kernel::{Device, SourceId};
@@ -13,7 +13,7 @@ use std::time::Duration;
 /// The devices that were opened here, by name.
 pub(crate) type Devices = Mutex<BTreeMap<String, Arc<Device>>>;
 
-/// What the threads of a processor share.
+/// State that the threads of a processor share.
 pub(crate) struct Shared {
     pub host: Arc<Host>,
     pub link: Arc<dyn Link>,
@@ -23,24 +23,24 @@ pub(crate) struct Shared {
     pub besides: Mutex<BTreeMap<String, Beside>>,
     /// Sources that run here.
     pub sources: Mutex<Vec<SourceId>>,
-    /// What runs here is what this process is there for: its heart beats by it.
+    /// The sources that run here are why the process is there: its heart beats by them.
     pub leads: AtomicBool,
     pub ends: AtomicBool,
     /// While it is set, every write of a device is the safe one.
     pub stop: Arc<AtomicBool>,
-    /// How long who commands may say nothing, ms; 0: as long as it likes.
+    /// Bound for the commander's silence, ms; 0: none.
     pub silence_ms: AtomicU64,
 }
 
 impl Shared {
-    /// Whether who commands has said nothing for too long.
+    /// Returns whether the commander has been silent for too long.
     pub fn is_over(&self, silence: Duration) -> bool {
         let limit_ms = self.silence_ms.load(Ordering::Acquire);
         limit_ms != 0 && silence > Duration::from_millis(limit_ms)
     }
 }
 
-/// How long it waits for a frame before it looks around.
+/// Time for which it waits for a frame before it looks around.
 pub(crate) const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long the other side has been silent, as far as this side, which looks now and then, can know.
+//! Silence of the other side, as far as this side, which looks now and then, can know it.
 use std::time::{Duration, Instant};
 
 /// Maximum time that counts between two looks: in the time beyond it this side, or the whole machine, stood still, which is not silence of
 /// the other side.
 const LOOK_MAX: Duration = Duration::from_millis(250);
 
-/// How long the other side has said nothing.
+/// Time since the last word of the other side.
 pub(crate) struct Silence {
     looked: Instant,
     lasted: Duration,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What ran without a supervisor goes on in what a new one has made beside it.
+//! Take-over: processes that ran without a supervisor go on in the sources that a new one has made beside them.
 use crate::agent::Agent;
 use crate::protocol::TakenOver;
 use crate::serve::BOUNDARY;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long a device may take to be written first, and between two looks at it.
+/// Bound for the first write to a device, and the time between two looks at it.
 const FIRST_WRITE: Duration = Duration::from_secs(1);
 const LOOK: Duration = Duration::from_micros(200);
 
@@ -60,7 +60,7 @@ impl Agent {
         }
     }
 
-    /// What ran before is over: devices that were not taken over are safe when the last who holds them lets go.
+    /// Ends the take-over: devices that were not taken over are safe when the last who holds them lets go.
     fn forget(&self, before: &mut Agent) {
         before.hush();
         before.held.clear();
@@ -81,7 +81,7 @@ impl Agent {
     }
 }
 
-/// Whether it holds before the limit has passed.
+/// Returns whether the condition holds before the limit has passed.
 pub(crate) fn holds_within(limit: Duration, holds: impl Fn() -> bool) -> bool {
     let until = Instant::now() + limit;
     loop {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a processor tells: events as they come, and how it stands.
+//! Tells the commander the events of a processor as they come, and its state.
 use crate::protocol::{Beat, Counted, News, RowAs, frame};
 use crate::shared::{Shared, locked};
 use interconnect::{Row, RowsReader};
@@ -73,7 +73,7 @@ fn counted(shared: &Shared) -> Vec<(String, Counted)> {
     counted.into_iter().filter(|(_, counted)| !counted.is_empty()).collect()
 }
 
-/// What was told before, so that only what is new is told again.
+/// State that was told last: only changes are told again.
 #[derive(Default)]
 struct Beats {
     count: u64,

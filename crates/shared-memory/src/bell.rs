@@ -31,7 +31,7 @@ pub(crate) struct Bells {
 }
 
 struct Bell {
-    /// How often it was rung (wraps).
+    /// Number of rings (wraps).
     rings: AtomicU32,
     /// 1 while its listener sleeps, or is about to.
     asleep: AtomicU32,
@@ -93,7 +93,7 @@ impl Bells {
         }
     }
 
-    /// How often it has been rung.
+    /// Returns the number of rings.
     pub fn rings(&self, number: BellNumber) -> u32 {
         self.bell(number).map_or(0, |bell| bell.rings.load(Ordering::SeqCst))
     }

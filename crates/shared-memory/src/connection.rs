@@ -34,7 +34,7 @@ impl Role {
         self as u64
     }
 
-    /// What this end of a connection is called in the folder.
+    /// Name of this end of a connection in the folder.
     fn file(self, number: u64) -> String {
         format!("c{number}-{}", self.name())
     }
@@ -48,7 +48,7 @@ impl Role {
     }
 }
 
-/// How long a newcomer looks again: an exchange takes nanoseconds, unless its thread was stopped in it.
+/// Time for which a newcomer looks again: an exchange takes nanoseconds, unless its thread was stopped in it.
 const LOOK_MAX: Duration = Duration::from_secs(1);
 
 /// A claim of one end of a connection. Dropped, it gives the end free for another.
@@ -56,7 +56,7 @@ pub(crate) struct Connection {
     pub layout: Layout,
     /// The buffer that this end has.
     pub index: u8,
-    /// What is told when it is lost.
+    /// Message for its loss.
     pub fate: Arc<Fate>,
     role: Role,
     number: u64,
@@ -171,7 +171,7 @@ struct Present {
 }
 
 impl Present {
-    /// What is offered under a path for this run and connection; none where nothing is, or something else that has come to that descriptor since.
+    /// Returns the memory that is offered under a path for this run and connection; none where nothing is, or something else that has come to that descriptor since.
     fn find(path: &std::path::Path, [run, number]: [u64; 2]) -> Result<Option<Present>, Failure> {
         let Some((memory, process)) = offered(path)? else { return Ok(None) };
         let by = |error: io::Error| Failure::System(io::Error::new(error.kind(), format!("{error} (process {process} offers it)")));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What becomes of a connection when a word of its memory says what no end of it ever writes: it is lost, and why is kept for a later question.
+//! The loss of a connection: a word of its memory holds what no end of it ever writes. The cause is kept for a later question.
 use interconnect::{ConnectionSpec, LostConnection};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 

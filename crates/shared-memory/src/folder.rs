@@ -4,7 +4,7 @@
 //! It holds names and locks only; memory is found through it (`offer`), and never lies in it.
 //!
 //! Each process that uses the folder locks the file `members` beside the others; the system takes that lock away when the process ends, however it ends.
-//! Who gets the lock alone knows that nobody is left, and removes the folder: each member tries when it leaves, and each
+//! A member that gets the lock alone knows that nobody is left, and removes the folder: each member tries when it leaves, and each
 //! that enters tries it with the folders of other runs. A folder of another user, or one that others may write, is left alone.
 use crate::locks::{self, Whole};
 use std::fs::{self, DirBuilder, File, OpenOptions};
@@ -78,7 +78,7 @@ impl Folder {
         self.run
     }
 
-    /// Where a name of the folder is.
+    /// Returns the path of a name in the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
@@ -116,7 +116,7 @@ fn is_of_a_run(path: &Path) -> bool {
     run.is_some_and(|run| run.len() == RUN_LEN && run.bytes().all(|b| b.is_ascii_hexdigit()))
 }
 
-/// Whether it is a folder, no link to one, of this user, where nobody else may write: else its maker says what is removed there.
+/// Returns whether it is a folder, no link to one, of this user, where nobody else may write: else its maker says what is removed there.
 fn is_ours(path: &Path) -> bool {
     // SAFETY: asks for a number.
     let user = unsafe { libc::geteuid() };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where things lie in the memory of one connection: words, three buffers of the group, the rows of the queue. What different ends write
+//! Layout of the memory of one connection: words, three buffers of the group, the rows of the queue. Words that different ends write
 //! lies on different cache lines. The other end's process may write any of it at any time: each word is checked as it is read, and the first that
 //! cannot be ends the connection (`fate`).
 //!
@@ -48,7 +48,7 @@ fn buffer_len(group_len: usize) -> usize {
     published_at(group_len) + 1
 }
 
-/// Where a buffer says that it holds a publication.
+/// Offset at which a buffer says that it holds a publication.
 pub(crate) fn published_at(group_len: usize) -> usize {
     Header::behind(group_len) + Header::LEN
 }
@@ -61,7 +61,7 @@ fn slot_len(row_len: usize) -> usize {
     lines(number_at(row_len) + NUMBER_LEN)
 }
 
-/// What an end compares before it believes what it finds.
+/// Header that an end compares before it believes what it finds.
 pub(crate) struct Made {
     /// [`MADE`] once all else is in its place.
     pub mark: AtomicU64,
@@ -103,7 +103,7 @@ impl Layout {
         &self.memory
     }
 
-    /// Whether it is lost.
+    /// Returns whether the connection is lost.
     #[inline]
     pub fn is_lost(&self) -> bool {
         self.fate.is_lost()
@@ -113,7 +113,7 @@ impl Layout {
         Layout::made_in(&self.memory)
     }
 
-    /// What stands in the first line of any memory that has one.
+    /// Returns the header in the first line of any memory that has one.
     pub fn made_in(memory: &Sealed) -> &Made {
         // SAFETY: as in `word`.
         unsafe { memory.at(0).cast().as_ref() }
@@ -146,7 +146,7 @@ impl Layout {
         std::ptr::slice_from_raw_parts_mut(start.as_ptr(), self.buffer_len)
     }
 
-    /// Whether so many rows may wait: else it is lost.
+    /// Returns whether so many rows may wait: else the connection is lost.
     #[inline]
     fn may_wait(&self, rows: usize) -> bool {
         if rows > self.depth {

@@ -10,7 +10,7 @@ use std::io;
 use std::os::fd::{AsFd, AsRawFd};
 use std::time::{Duration, Instant};
 
-/// How long anybody waits for a lock, and between two tries.
+/// Bound for the wait for a lock, and the time between two tries.
 const WAIT_MAX: Duration = Duration::from_secs(2);
 const AGAIN: Duration = Duration::from_micros(200);
 
@@ -27,7 +27,7 @@ fn within(mut has: impl FnMut() -> io::Result<bool>) -> io::Result<()> {
     Ok(())
 }
 
-/// How a whole file is locked.
+/// Lock on a whole file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Whole {
     /// Beside others that lock it so.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How the memory of one process is found by another: a link in the run's folder that leads to a descriptor of the process that offers it.
+//! Offers, by which the memory of one process is found by another: a link in the run's folder that leads to a descriptor of the process that offers it.
 //!
 //! A file of the folder is a name and nothing else: nothing is ever mapped from there, as a process that may open such a file may cut it off, and an
 //! access behind its end ends the process. The memory itself has no name, and its size is sealed; who comes looks at the seals before it maps.
-//! When the process that offers it is gone, so is what the link leads to.
+//! The link leads nowhere once the process that offers the memory is gone.
 use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
@@ -32,7 +32,7 @@ impl Drop for Offer {
     }
 }
 
-/// What is offered under `path`, and by which process; none where nothing is, or the process that offered it is gone.
+/// Returns the memory that is offered under `path`, and by which process; none where nothing is, or the process that offered it is gone.
 ///
 /// # Errors
 /// Something else stands there, or this process may not open it: in words that name the process.
@@ -71,7 +71,7 @@ pub(crate) fn remove_left(path: &Path) {
     }
 }
 
-/// Whether a process that has ended offered what is under `path`.
+/// Returns whether a process that has ended offered what is under `path`.
 pub(crate) fn is_left(path: &Path) -> bool {
     fs::read_link(path).ok().and_then(|leads_to| offering(&leads_to)).is_some_and(is_gone)
 }
@@ -83,7 +83,7 @@ pub(crate) fn offering(leads_to: &Path) -> Option<u32> {
     process.parse().ok()
 }
 
-/// Whether a process has ended, though perhaps nobody has asked for its status yet: then its descriptors belong to the system.
+/// Returns whether a process has ended, though perhaps nobody has asked for its status yet: then its descriptors belong to the system.
 fn is_gone(process: u32) -> bool {
     let about = fs::read_to_string(format!("/proc/{process}/stat"));
     about.map_or(true, |about| about.rsplit_once(')').is_some_and(|(_, rest)| matches!(rest.trim_start().chars().next(), Some('Z' | 'X'))))

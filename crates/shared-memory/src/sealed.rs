@@ -31,7 +31,7 @@ impl Sealed {
     /// New memory of `len` bytes, zero, every page of it present, so that no access of it can fail later for want of memory.
     ///
     /// # Errors
-    /// What the operating system refuses: no memory, no descriptors left.
+    /// Refusal of the operating system: no memory, no descriptors left.
     pub fn new(len: usize) -> io::Result<Sealed> {
         // SAFETY: the name ends in NUL.
         let made = unsafe { libc::memfd_create(c"opengpac".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING) };
@@ -87,7 +87,7 @@ impl Sealed {
         Ok(Sealed { descriptor, start: NonNull::new(start.cast()).expect("the system maps nothing at address 0"), len })
     }
 
-    /// Where it starts in this process: on a page.
+    /// Address at which it starts in this process: on a page.
     pub fn start(&self) -> *mut u8 {
         self.start.as_ptr()
     }
@@ -97,7 +97,7 @@ impl Sealed {
         self.len
     }
 
-    /// Whether it has no bytes: never, for no mapping is empty.
+    /// Returns whether it has no bytes: never, for no mapping is empty.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -138,7 +138,7 @@ impl Drop for Sealed {
     }
 }
 
-/// How many bytes a sealed memory has, for ever.
+/// Returns how many bytes a sealed memory has, for ever.
 fn sealed_len(descriptor: BorrowedFd<'_>) -> io::Result<usize> {
     // SAFETY: asks about an open descriptor.
     let seals = unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_GET_SEALS) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a firing calls on ends in shared memory allocates and frees nothing.
+//! The calls of a firing on ends in shared memory allocate and free nothing.
 use interconnect::{ConnectionSpec, Ends};
 use shared_memory::{SharedMemory, new_run};
 use std::alloc::{GlobalAlloc, Layout, System};

@@ -52,7 +52,7 @@ impl Reading {
         header.is_some()
     }
 
-    /// What the writer that was killed has left.
+    /// Memory as the writer that was killed has left it.
     fn drain(&mut self) {
         while self.look() || self.receiver.rows() > 0 {}
         if self.seen > 0 {

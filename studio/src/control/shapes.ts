@@ -1544,7 +1544,7 @@ export interface Recorded {
   version: string;
   /** `virtual` or `monotonic`. */
   clock: string;
-  /** When the clock of the system stood at 0, s since 1970. */
+  /** Time at which the clock of the system stood at 0, s since 1970. */
   epoch_unix_s: number;
   /** First and last time in it, ns on the system's clock. */
   begins_ns: number;
@@ -1558,13 +1558,13 @@ export interface Recorded {
   topics: string[];
   /** Verbs that were installed, in the order of their names; of a long recording those of its beginning. */
   verbs: string[];
-  /** How verb instances ended; of a long recording the first ones. */
+  /** Ends of verb instances; of a long recording the first ones. */
   ends: RecordedEnd[];
   /** Messages that are not in it, by channel, where there are any. */
   lost: { [name: string]: number };
   /** Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first. */
   damage: Damaged[];
-  /** What the file says of the system: `configuration` is the answer of the call of that name as JSON. */
+  /** Description of the system in the file: `configuration` is the answer of the call of that name as JSON. */
   metadata: { [name: string]: string };
 }
 
@@ -1617,7 +1617,7 @@ export interface RecordedSpan {
   next: number | null;
 }
 
-/** What one number of a channel was over a span; every finite value counts once. */
+/** Digest of one number of a channel over a span; every finite value counts once. */
 export interface RecordedSums {
   count: number;
   /** 0 where there is no value. */
@@ -1653,11 +1653,11 @@ export interface RecordingFile {
   name: string;
   /** Its size in bytes. */
   bytes: number;
-  /** When it was written last, s since 1970. */
+  /** Time at which it was written last, s since 1970. */
   written_unix_s: number;
 }
 
-/** How a recording stands, or ended. */
+/** State of a recording, or its end. */
 export interface RecordingSummary {
   /** The file; of a recording that is split the first one. */
   path: string;
@@ -1787,13 +1787,13 @@ export interface ReplayDifference {
   recorded: string[];
   /** The same of the value now. */
   replayed: string[];
-  /** How the source went another way, where it did. */
+  /** Difference in the way that the source went, where there is one. */
   how: string;
-  /** Where the block is not known: the SVVs that blocks of the source store, with their values now. */
+  /** SVVs that blocks of the source store, with their values now, where the block is not known. */
   stored: ReplayShown[];
 }
 
-/** Where a run stopped and what was found. */
+/** Place at which a replay stopped, and its findings. */
 export interface ReplayFound {
   stopped: ReplayStopped;
   /** Firings that were run again. */
@@ -1810,7 +1810,7 @@ export interface ReplayFound {
   time_ns: number;
   /** The first difference. */
   difference: ReplayDifference | null;
-  /** What keeps the record from being run on, or what else is to be said. */
+  /** Cause that keeps the record from being run on, and other notes. */
   message: string;
   /** The SVVs that were asked for. */
   svvs: ReplayShown[];
@@ -1831,7 +1831,7 @@ export interface ReplayShown {
 /** Why a run went no further. */
 export type ReplayStopped = "end" | "condition" | "time" | "difference" | "unplayable";
 
-/** How a replay stands. */
+/** State of a replay. */
 export interface Replaying {
   /** It goes on. */
   running: boolean;
@@ -1839,7 +1839,7 @@ export interface Replaying {
   firings: number;
   /** Release of the last of them, ns on the recording's clock; null: there was none yet. */
   time_ns: number | null;
-  /** What was found, once it is over. */
+  /** Findings, once it is over. */
   found: ReplayFound | null;
   /** Why it could not be run, or not to its end. */
   failure: string | null;

@@ -27,12 +27,12 @@ pub const HOME: ServiceWord = ServiceWord {
     moves: true,
 };
 
-/// How long a search may take where nothing is said.
+/// Bound for a search where none is given.
 const TIMEOUT_S: f64 = 60.0;
-/// How often it is looked whether an axis is home.
+/// Interval at which it is looked whether an axis is home.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Where an axis is on its way home. The service asks and ends, the cycle answers.
+/// Progress of an axis on its way home. The service asks and ends, the cycle answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Asked {
@@ -59,17 +59,17 @@ impl Asked {
     }
 }
 
-/// What each axis is asked. The service begins long before it asks: a safe state in between ends it, and what it asks behind one is not served.
+/// Requests of homing services to the axes. A service begins long before it asks: a safe state in between ends it, and a request behind one is not served.
 pub struct Homes {
     asked: Vec<AtomicU8>,
-    /// How many safe states there had been when the service began that asks.
+    /// Number of safe states before the service began that asks.
     begun: Vec<AtomicU64>,
-    /// How many safe states there have been.
+    /// Number of safe states so far.
     rests: AtomicU64,
     scales: Vec<Scale>,
 }
 
-/// What a service is begun with: how many safe states there had been.
+/// Beginning of a service: the number of safe states before it.
 #[derive(Clone, Copy, Debug)]
 pub struct Begun(u64);
 
@@ -99,17 +99,17 @@ impl Homes {
         self.end_with(Asked::Stopped);
     }
 
-    /// Whether what an axis is asked was asked by a service that a safe state has overtaken.
+    /// Returns whether an axis was asked by a service that a safe state has overtaken.
     fn is_overtaken(&self, axis: usize) -> bool {
         self.begun[axis].load(Ordering::Acquire) != self.rests.load(Ordering::Acquire)
     }
 
-    /// What an axis is asked. Real-time safe.
+    /// Returns the request to an axis. Real-time safe.
     pub fn asked(&self, axis: usize) -> Asked {
         Asked::of(self.asked[axis].load(Ordering::Acquire))
     }
 
-    /// What an axis answers. Real-time safe.
+    /// Stores the answer of an axis. Real-time safe.
     pub fn answer(&self, axis: usize, answer: Asked) {
         self.asked[axis].store(answer as u8, Ordering::Release);
     }

@@ -3,7 +3,7 @@
 use super::options::{AxisOptions, Commanded, Unit};
 use device::{Channel, Command, Layout, Number, Part, Servo, Slot, Type, UNLIMITED};
 
-/// Where the channels of an axis lie.
+/// Slots of the channels of an axis.
 pub struct Channels {
     pub position: Slot,
     pub velocity: Slot,

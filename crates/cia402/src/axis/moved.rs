@@ -6,7 +6,7 @@ use crate::commander::{Commander, Scale, Told};
 use crate::states::FOLLOWING_ERROR;
 use device::Layout;
 
-/// What a drive said last, in its own units; 0 where it does not say.
+/// Readings of a drive, in its own units; 0 where it does not say.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Measured {
     pub status: u16,
@@ -24,11 +24,11 @@ pub struct Axis {
     pub name: String,
     pub commander: Commander,
     pub measured: Measured,
-    /// How it is called in errors: `axis 'x' (node 5)`.
+    /// Name in errors: `axis 'x' (node 5)`.
     title: String,
-    /// What its error codes say.
+    /// Meaning of its error codes.
     named: fn(u16) -> &'static str,
-    /// How long its drive may take to come into operation, s.
+    /// Bound for the time that its drive takes to come into operation, s.
     operating_within_s: f64,
     channels: Channels,
 }

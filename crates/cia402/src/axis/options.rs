@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How an axis is asked for, and what is refused.
+//! Options of an axis, and their refusals.
 use crate::brake::{self, BrakeOptions};
 use crate::commander::Scale;
 use crate::identity::Expected;
@@ -33,7 +33,7 @@ pub struct AxisOptions {
     pub product: Option<u32>,
     pub revision: Option<u32>,
     pub serial: Option<u32>,
-    /// How long its drive may take to come into operation once it is engaged, s.
+    /// Bound for the time that its drive takes to come into operation once it is engaged, s.
     #[serde(default = "operating_within_s")]
     pub operating_within_s: f64,
 }
@@ -45,7 +45,7 @@ fn operating_within_s() -> f64 {
 /// Largest number of 32 bits.
 const U32: f64 = u32::MAX as f64;
 
-/// What an axis has on every bus.
+/// Options that an axis has on every bus.
 pub const FIELDS: [OptionWord; 14] = [
     OptionWord::needed("name", Kind::Text, "its name"),
     OptionWord::needed("counts", Kind::Number, "counts to a unit of position, negative to turn it round").within(-1e12, 1e12),
@@ -66,7 +66,7 @@ pub const FIELDS: [OptionWord; 14] = [
 /// Numbers that identify a device (object 0x1018).
 pub const IDENTITY: [OptionWord; 4] = [FIELDS[10], FIELDS[11], FIELDS[12], FIELDS[13]];
 
-/// What an axis is commanded by.
+/// Kind of command of an axis.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Commanded {

@@ -44,13 +44,13 @@ impl Rig {
         Rig { shared, came: came.1, takes: takes.0 }
     }
 
-    /// What a driver does for its safe state.
+    /// Brings the axes to their safe state, as a driver does it.
     fn rest(&self, commander: &mut Commander) {
         self.shared.homes.rest();
         commander.stop();
     }
 
-    /// What it does in each write.
+    /// Acts as a driver does in each write.
     fn write(&self, commander: &mut Commander) -> Homed {
         self.shared.homes.serve(0, commander, true, false);
         commander.homed()

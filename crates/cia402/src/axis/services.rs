@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a driver of axes does beside its cycle: objects of its drives, faults, homing.
+//! Services of a driver of axes, beside its cycle: objects of its drives, faults, homing.
 use super::asked::Homes;
 use super::stopped::held;
 use crate::commander::Scale;
@@ -38,12 +38,12 @@ pub const WRITE_OBJECT: ServiceWord = ServiceWord {
 pub const RESET_FAULT: ServiceWord =
     ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None, moves: false };
 
-/// Whether a service looks for emergency stops itself: `write_object`, of which only some objects are refused under one.
+/// Returns whether a service looks for emergency stops itself: `write_object`, of which only some objects are refused under one.
 pub fn is_told_of_stops(service: &str) -> bool {
     service == WRITE_OBJECT.name
 }
 
-/// What reaches the objects of the drives, beside the cycle. An axis is its place among those of the driver.
+/// Access to the objects of the drives, beside the cycle. An axis is its place among those of the driver.
 pub trait Reach: Send {
     /// Reads an object.
     ///
@@ -58,13 +58,13 @@ pub trait Reach: Send {
     fn download(&mut self, axis: usize, of: Entry, value: &[u8]) -> Result<(), String>;
 }
 
-/// What services share with the cycle: a flag for each axis. What they send goes its own way.
+/// State that services share with the cycle: a flag for each axis. Their messages go their own way.
 pub struct Shared<R> {
     pub homes: Homes,
     resets: Vec<AtomicBool>,
     names: Vec<String>,
     titles: Vec<String>,
-    /// What is said where the device is not open.
+    /// Refusal where the device is not open.
     closed: String,
     reached: Mutex<Option<R>>,
 }
@@ -152,7 +152,7 @@ impl<R: Reach> Shared<R> {
         self.homes.go(axis, begun, arguments).map_err(titled)
     }
 
-    /// Whether a fault of the axis is to be reset, asked once. Real-time safe.
+    /// Returns whether a fault of the axis is to be reset, once for each request. Real-time safe.
     pub fn resets(&self, axis: usize) -> bool {
         self.resets[axis].swap(false, Ordering::Relaxed)
     }

@@ -5,7 +5,7 @@ use crate::objects::Entry;
 /// A drive of a device with several has its objects so many behind those of the one before it.
 const OF_A_DRIVE: u16 = 0x800;
 
-/// What an object is that must stay as it is while an emergency stop is latched; none: a setting, which may be written.
+/// Returns the name of an object that must stay as it is while an emergency stop is latched; none: a setting, which may be written.
 ///
 /// By CiA 301, 401, 402 and ETG.1000. Objects of a vendor (0x2000 to 0x5FFF) are settings here: nobody but the vendor knows what they do.
 pub fn held(of: Entry) -> Option<&'static str> {

@@ -8,7 +8,7 @@ const CLOSED: u32 = 1;
 pub struct Brake {
     outputs: Handle,
     mask: Handle,
-    /// How fast the load falls, counts/s; none: there is no brake.
+    /// Speed at which the load falls, counts/s; none: there is no brake.
     falls: Option<f64>,
 }
 
@@ -25,7 +25,7 @@ impl Brake {
         self.falls = falls;
     }
 
-    /// How far the load falls in a time if nothing holds it, counts.
+    /// Returns how far the load falls in a time if nothing holds it, counts.
     pub fn fall(&self, span_s: f64) -> f64 {
         self.falls.unwrap_or(0.0) * span_s
     }

@@ -5,7 +5,7 @@ use super::homing::{Limits, Search};
 use super::objects::{Access, Handle, Objects};
 use crate::states::{DriveState, FOLLOWING_ERROR, Mode, RESET};
 
-/// Who made the emulated drives: a number that no vendor has.
+/// Vendor of the emulated drives: a number that no vendor has.
 pub const VENDOR: u32 = 0x0000_6A1C;
 pub const PRODUCT: u32 = 0x0000_0402;
 /// Faults, as 0x603F says them.
@@ -15,10 +15,10 @@ const BLOCKED: u16 = 0x7121;
 const SLACK: f64 = 2.0;
 /// From this option of the quick stop on, a drive stays in it.
 const STAYS: i64 = 5;
-/// What full torque does, counts/s² for a thousandth of the rated torque; friction takes velocity away, 1/s.
+/// Acceleration by torque, counts/s² for a thousandth of the rated torque; friction takes velocity away, 1/s.
 const ACCELERATION: f64 = 100.0;
 const FRICTION: f64 = 2.0;
-/// How quickly it stops by itself, counts/s².
+/// Deceleration at which it stops by itself, counts/s².
 const STOPPING: f64 = 2_000_000.0;
 
 /// The drive's axis.
@@ -32,7 +32,7 @@ pub struct Drive {
     search: Search,
     brake: Brake,
     limits: Limits,
-    /// What is added to a place of the machine to make it a position, counts.
+    /// Offset from a place of the machine to its position, counts.
     origin: f64,
     /// Its enable input is open: it goes no further than "switch on disabled".
     is_disabled: bool,
@@ -214,7 +214,7 @@ impl Drive {
         }
     }
 
-    /// What the drive does when its outputs do not come any more.
+    /// Takes note that outputs do not come any more, as a drive does.
     pub fn lose_communication(&mut self, objects: &mut Objects) {
         objects.set_number(self.at.control, 0);
         if self.state == DriveState::OperationEnabled {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How an emulated drive finds its home: by the methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402.
+//! Homing of an emulated drive: by the methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402.
 use super::objects::{Access, Handle, Objects};
 
 /// Counts from one index pulse to the next.
 const INDEX: f64 = 4096.0;
 
-/// Where the machine's switches are, counts of the position at which the drive was made; none: it has none.
+/// Positions of the machine's switches, counts of the position at which the drive was made; none: it has none.
 pub type Limits = Option<[f64; 2]>;
 
 pub struct Search {
@@ -21,7 +21,7 @@ struct Handles {
     offset: Handle,
 }
 
-/// What it is doing.
+/// Part of the search.
 #[derive(Clone, Copy, PartialEq)]
 enum Way {
     Idle,
@@ -34,7 +34,7 @@ enum Way {
     Failed,
 }
 
-/// How it moves in a step.
+/// Motion in a step.
 pub struct Moved {
     pub velocity: f64,
     /// The position that its place has from now on.

@@ -2,7 +2,7 @@
 //! The objects of an emulated drive.
 use crate::objects::Entry;
 
-/// Who may write an object from outside.
+/// Access to an object from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     Constant,
@@ -34,7 +34,7 @@ pub struct Objects {
     all: Vec<Object>,
 }
 
-/// Where an object is.
+/// Location of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Handle(usize);
 

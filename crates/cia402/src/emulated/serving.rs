@@ -43,7 +43,7 @@ impl<B> Drop for Server<B> {
     }
 }
 
-/// What a process runs that is a bus. `serve` starts it from its options, which are the first line of the input; then each line is an order,
+/// Runs a process that is a bus. `serve` starts it from its options, which are the first line of the input; then each line is an order,
 /// which `carry_out` does to the bus and a line that `show` makes of the bus answers. It ends with its input.
 ///
 /// # Errors

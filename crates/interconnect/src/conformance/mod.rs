@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What every carrier of connections does, as checks: the tests of each carrier run them all by [`conformance!`](crate::conformance!).
+//! Promises of every carrier of connections, as checks: the tests of each carrier run them all by [`conformance!`](crate::conformance!).
 mod joined;
 
 pub use joined::Joined;
@@ -129,7 +129,7 @@ pub fn r049_a_reader_sees_all_of_a_publication_or_nothing_and_never_goes_back(it
     assert_eq!(receiver.group(), [200; 40], "{}: the newest group arrives in the end", it.name);
 }
 
-/// What was begun when the writer went is never seen; what was complete is.
+/// A publication that was incomplete when the writer went is never seen; one that was complete is.
 pub fn a_writer_that_is_gone_leaves_its_last_complete_group_and_its_rows(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     it.publish(&mut *sender, 1);

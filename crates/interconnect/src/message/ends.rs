@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the two ends of a connection over messages know. No link, no time: those are with who uses them, `traffic` under the virtual
+//! State of the two ends of a connection over messages. No link, no time: their users have those, `traffic` under the virtual
 //! clock, crate `hosts` over a network.
 //!
 //! Group: the newest publication wins. The writing end keeps it until the reading end has said that it is there; an older one
@@ -73,7 +73,7 @@ impl WritingEnd {
         self.received
     }
 
-    /// How many rows may have been pushed in all, as far as is known now.
+    /// Number of rows that may have been pushed in all, as far as is known now.
     pub fn room_until(&self) -> u64 {
         if self.received - self.popped < self.depth { self.received + self.window } else { self.pushed }
     }
@@ -216,7 +216,7 @@ impl ReadingEnd {
         self.received - self.popped
     }
 
-    /// How many rows were popped, if the writing end is not known to know.
+    /// Number of rows that were popped, if the writing end is not known to know it.
     pub fn room_news(&self) -> Option<Content<'static>> {
         (self.popped_known < self.popped).then_some(Content::RowsPopped { count: self.popped })
     }

@@ -2,7 +2,7 @@
 //! The faulty link: delays, drops, repeats, reorders and corrupts packets, chosen by a seed.
 use std::collections::BTreeMap;
 
-/// What a link does to packets. Probabilities are from 0 to 1, each drawn for each packet; with `drop` or `corrupt` at 1
+/// Faults of a link. Probabilities are from 0 to 1, each drawn for each packet; with `drop` or `corrupt` at 1
 /// nothing ever arrives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faults {
@@ -51,7 +51,7 @@ impl Faults {
     }
 }
 
-/// What has happened to packets so far.
+/// Counters of what has happened to packets so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Packets given to the link, retransmissions included.
@@ -115,7 +115,7 @@ impl Link {
         Some((at_ns, way, packet))
     }
 
-    /// When the next packet arrives.
+    /// Returns when the next packet arrives.
     pub(super) fn next_arrival(&self) -> Option<i64> {
         self.flying.first_key_value().map(|(&(at_ns, _), _)| at_ns)
     }
@@ -191,7 +191,7 @@ mod tests {
 
     const WAY: Way = (0, true);
 
-    /// What comes of 1,000 packets, sent 1 µs apart: times and bytes in order of arrival, and the counters.
+    /// Sends 1,000 packets, 1 µs apart, and returns what arrives: times and bytes in order of arrival, and the counters.
     fn fates(seed: u64, faults: Faults) -> (Vec<(i64, Vec<u8>)>, Counters) {
         let mut link = Link::new(seed, faults);
         for index in 0..1000i64 {

@@ -30,7 +30,7 @@ impl Message {
         Message(Arc::new(Mutex::new(Traffic::new(seed, faults))))
     }
 
-    /// What has happened so far.
+    /// Counters of what has happened so far.
     pub fn counters(&self) -> Counters {
         self.traffic().link.counters
     }
@@ -79,7 +79,7 @@ impl Carrier for Message {
     }
 }
 
-/// What unfilled bytes are, so that a writer that does not fill its group or row whole is found.
+/// Value of unfilled bytes, so that a writer that does not fill its group or row whole is found.
 const SPOILT: u8 = 0xa5;
 
 struct MessageSender {

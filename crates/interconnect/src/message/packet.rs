@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What travels on the message link, and between hosts: a checked view of bytes, [`Packet`], and what it says, [`Repr`].
+//! Packets on the message link, and between hosts: a checked view of bytes, [`Packet`], and its content, [`Repr`].
 //!
 //! | bytes | field |
 //! |---|---|
@@ -43,12 +43,12 @@ impl<'a> Packet<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Damaged;
 
-/// What a packet says.
+/// Content of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repr<'a> {
     /// Which connection, of all that share the way.
     pub connection: u64,
-    /// What is said of it.
+    /// Its content.
     pub content: Content<'a>,
 }
 
@@ -59,7 +59,7 @@ pub enum Content<'a> {
     Group {
         /// Which publication, from 1.
         sequence: u64,
-        /// Who published, and when.
+        /// Publisher, and time of the publication.
         header: Header,
         /// All of its bytes.
         bytes: &'a [u8],
@@ -96,7 +96,7 @@ pub enum Content<'a> {
 }
 
 impl<'a> Repr<'a> {
-    /// What the packet says.
+    /// Returns the content of the packet.
     ///
     /// # Errors
     /// [`Damaged`]: its kind is not known.

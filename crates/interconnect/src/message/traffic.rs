@@ -250,7 +250,7 @@ struct Connection {
     reader: u32,
     writing: WritingEnd,
     reading: ReadingEnd,
-    /// How many of the two ends are still held.
+    /// Number of the two ends that are still held.
     ends: u8,
     /// The reading end is one of them.
     open: bool,
@@ -258,7 +258,7 @@ struct Connection {
     due_ns: [Option<i64>; 3],
 }
 
-/// What is sent again when no answer came.
+/// Packet that is sent again when no answer came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Retransmission {
     Group,

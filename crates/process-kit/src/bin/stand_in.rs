@@ -19,7 +19,7 @@ fn link() -> UnixLink {
     UnixLink::from_descriptor(inherited("link").expect("passed")).expect("a socket")
 }
 
-/// What it was started with: open descriptors, process group, limit of real-time threads.
+/// Prints what it was started with: open descriptors, process group, limit of real-time threads.
 fn say_words() {
     let link = link();
     let open: Vec<String> = (0..64).filter(|fd| std::fs::symlink_metadata(format!("/proc/self/fd/{fd}")).is_ok()).map(|fd| fd.to_string()).collect();

@@ -52,7 +52,7 @@ impl Folder for Scratch {
         std::fs::remove_file(path)
     }
 
-    /// What is left of its room, of which a recording spares 1 MB.
+    /// The rest of its room, of which a recording spares 1 MB.
     fn space(&self) -> Option<Space> {
         let used: u64 = self.files().iter().map(|(_, bytes)| bytes).sum();
         Some(Space { free: self.0.1.lock().unwrap().saturating_sub(used), spared: 1_000_000 })

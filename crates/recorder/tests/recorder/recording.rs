@@ -100,7 +100,7 @@ fn what_cannot_be_recorded_is_refused_with_words() {
 #[derive(Clone)]
 struct Disk(Arc<(Mutex<Written>, Condvar)>);
 
-/// What was written, the room, and whether it stands still.
+/// Bytes that were written, the room, and whether the disk stands still.
 type Written = (Vec<u8>, usize, bool);
 
 impl Disk {

@@ -14,7 +14,7 @@ use std::collections::HashMap;
 use std::ffi::CStr;
 use std::sync::Arc;
 
-/// What a firing costs under the virtual clock: sources of higher priority then begin inside it.
+/// Cost of a firing under the virtual clock: sources of higher priority then begin inside it.
 pub const COST_NS: u64 = 1_500_000;
 
 /// The code of the rig's blocks.
@@ -86,7 +86,7 @@ pub fn is_firing(item: &Item) -> bool {
     matches!(item, Item::Entry(Entry::Stretch(_, stretch)) if stretch.occasion == Occasion::Firing)
 }
 
-/// What two records of the same run have in common: everything that happened, and what was computed.
+/// Returns what two records of the same run have in common: everything that happened, and what was computed.
 pub fn outline(items: &[Item]) -> Vec<String> {
     items.iter().filter(|item| matches!(item, Item::Entry(Entry::Stretch(..)))).map(|item| format!("{item:?}")).collect()
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What comes from a remote processor, until it is lost.
+//! Receives the messages of a remote processor, until it is lost.
 use super::{LOOK, Processor, Wire};
 use crate::ground::unconnected;
 use crate::protocol::{Beat, News, opened};

@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Write, stdin, stdout};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// How this side commands the far one.
+/// Commands of this side to the far one.
 pub enum Far {
     Process(Child, BufReader<ChildStdout>),
     Thread(Sender<u64>, Receiver<()>),

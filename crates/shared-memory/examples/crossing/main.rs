@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a publication and a row take to another thread and to another process, as JSON lines for `bench/run.py`.
+//! Times of a publication and of a row to another thread and to another process, as JSON lines for `bench/run.py`.
 //!
 //!     crossing ROUNDS [threads] [processes]
 //!

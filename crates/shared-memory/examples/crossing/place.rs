@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where things run and lie: cores, clocks, and memory with nothing around it.
+//! Cores, clocks, and memory with nothing around it.
 use std::path::PathBuf;
 use std::ptr::NonNull;
 use std::sync::OnceLock;
@@ -62,7 +62,7 @@ pub fn run() -> u64 {
     *RUN.get_or_init(shared_memory::new_run)
 }
 
-/// How the files begin that iceoryx2 makes beside the folder.
+/// Prefix of the files that iceoryx2 makes beside the folder.
 pub fn prefix(run: u64) -> String {
     format!("crossing-{run:x}-")
 }

@@ -19,11 +19,11 @@ const SPEC: ConnectionSpec = ConnectionSpec { writer: 0, reader: 1, asynchronous
 /// Not the number of a connection of `polled`.
 const CONNECTION: u64 = 9;
 
-/// Where the far side says when it was woken.
+/// Memory in which the far side says when it was woken.
 struct Woken {
     at_ns: AtomicI64,
     count: AtomicU32,
-    /// What the bare futex sleeps on.
+    /// Word on which the bare futex sleeps.
     rings: AtomicU32,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What goes there and back over: connections of ours, bare memory, iceoryx2.
+//! The wires of the round trips: connections of ours, bare memory, iceoryx2.
 use crate::place::bare;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
