@@ -58,6 +58,8 @@ def held_and_looks(rig: Rig) -> tuple[Any, Any, dict[str, Any], dict[str, Any]]:
     held.on(work).asynch(**values)
     opens.on(let_go).asynch(**outputs_of(rig, "opens"))
     looks.on(beside.timer("beside", period="1 ms", priority=50)).asynch(**seen)
+    # Its start asks the first source too, which answers only between two firings: a request must not overtake it.
+    rig.until(lambda: seen["looked"].number, "it looks")
     return work, let_go, values, seen
 
 
