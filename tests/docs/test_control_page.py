@@ -33,7 +33,7 @@ def test_the_requests_of_the_page_are_answered_as_it_says(tmp_path: Path) -> Non
         assert_prints(answers, answers.text, done.stdout)
     finally:
         daemon.send_signal(signal.SIGTERM)
-        status = daemon.wait(timeout=60)
+        status = daemon.wait(timeout=300)
         daemon.stdout.close()
     assert status == 0
     assert not (tmp_path / "cell.sock").exists()

@@ -15,7 +15,7 @@ from typing import Any
 import opengpac as gpac
 from opengpac import _native, activate, library, on
 
-DEADLINE_S = 30.0
+DEADLINE_S = 120.0
 """How long a condition may take to hold: a net for a machine that is busy, not a measure."""
 
 

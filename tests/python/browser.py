@@ -12,7 +12,7 @@ from base64 import b64encode
 from typing import Any
 from urllib.parse import urlsplit
 
-PATIENCE_S = 60.0
+PATIENCE_S = 180.0
 
 
 class Browser:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from opengpac import _native
 
-PATIENCE_S = 60
+PATIENCE_S = 180
 """How long a daemon may take to end: a hang fails a test, slowness does not."""
 
 

@@ -42,7 +42,7 @@ class Daemon:
     def end(self, number: signal.Signals = signal.SIGTERM) -> tuple[int, str]:
         """Ends it; its status and what it has said on standard error."""
         self.process.send_signal(number)
-        _, said = self.process.communicate(timeout=60)
+        _, said = self.process.communicate(timeout=300)
         return self.process.returncode, said
 
 
@@ -119,7 +119,7 @@ def test_a_program_makes_the_system_that_is_served(tmp_path: Path) -> None:
 def test_what_cannot_be_served_is_refused_with_the_remedy(tmp_path: Path, program: str, words: list[str], refused: str) -> None:
     (tmp_path / "p.py").write_text(program)
     command = [sys.executable, "-m", "opengpac", "rts", "--socket", "s", *words]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 1 and refused in done.stderr and "Traceback" not in done.stderr, done.stderr
 
 

@@ -82,7 +82,7 @@ class Program:
     def end(self) -> None:
         """Whatever became of it."""
         self.process.send_signal(signal.SIGCONT)
-        self.process.communicate("close\n", timeout=30)
+        self.process.communicate("close\n", timeout=120)
 
 
 @pytest.fixture

@@ -147,5 +147,5 @@ arm = gpac.robots.load("two_joint").enable()
 gpac.robots.move.asynch(arm, [0.1] * len(arm), speed=0.01)
 print("made")
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=False)
     assert (done.returncode, done.stdout.strip()) == (0, "made"), done.stderr

@@ -6,7 +6,7 @@ use common::{COUNTS, OPERATION_ENABLED, Rig, SWITCH_ON_DISABLED, X, Y, two_axes}
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
-const LONG: Duration = Duration::from_secs(60);
+const LONG: Duration = Duration::from_secs(300);
 
 /// A drive whose machine has a switch at -5 rad and one at 5 rad, and one without switches.
 fn rig() -> Rig {

@@ -77,7 +77,7 @@ impl Driver for Device {
 }
 
 /// Far longer than anything here takes.
-const LONG: Duration = Duration::from_secs(30);
+const LONG: Duration = Duration::from_secs(300);
 
 fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let until = Instant::now() + LONG;

@@ -6,7 +6,7 @@ use interconnect::{Closed, Link};
 use process_kit::{SharedMemory, UnixLink};
 use std::time::Duration;
 
-const LIMIT: Duration = Duration::from_secs(60);
+const LIMIT: Duration = Duration::from_secs(300);
 
 fn pair() -> (UnixLink, UnixLink) {
     let (ours, theirs) = UnixLink::pair().unwrap();

@@ -6,7 +6,7 @@ use std::ffi::OsString;
 use std::os::fd::{AsRawFd, OwnedFd};
 use std::time::Duration;
 
-const LIMIT: Duration = Duration::from_secs(60);
+const LIMIT: Duration = Duration::from_secs(300);
 
 fn stand_in(words: &[&str]) -> Launch {
     let program: OsString = env!("CARGO_BIN_EXE_process-kit-stand-in").into();

@@ -12,7 +12,7 @@ use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
 /// A net for a machine that is busy, not a measure.
-const NET: Duration = Duration::from_secs(60);
+const NET: Duration = Duration::from_secs(300);
 
 /// Who commands, has said a few things, and then stands still: nothing that is sent to it is taken, but the first frame.
 struct Still {

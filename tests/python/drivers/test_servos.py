@@ -26,7 +26,7 @@ KINDS = ["feetech", "dynamixel"]
 
 def test_rustypot_drives_emulated_feetech_servos() -> None:
     with gpac.drivers.fake.servos("feetech", follow=1.0) as bus:
-        peer = rustypot.Sts3215PyController(serial_port=bus.port, baudrate=1_000_000, timeout=60.0)
+        peer = rustypot.Sts3215PyController(serial_port=bus.port, baudrate=1_000_000, timeout=300.0)
         assert peer.ping(1)
         assert peer.sync_read_raw_present_position([1, 2, 3, 4, 5, 6]) == [2048] * 6
         peer.sync_write_raw_goal_position([1, 2], [1000, 3000])
@@ -37,7 +37,7 @@ def test_rustypot_drives_emulated_feetech_servos() -> None:
 
 def test_rustypot_drives_emulated_dynamixel_servos() -> None:
     with gpac.drivers.fake.servos("dynamixel", follow=1.0) as bus:
-        peer = rustypot.Xl330PyController(serial_port=bus.port, baudrate=1_000_000, timeout=60.0)
+        peer = rustypot.Xl330PyController(serial_port=bus.port, baudrate=1_000_000, timeout=300.0)
         assert peer.ping(6)
         peer.sync_write_torque_enable([1, 2], [True, True])
         peer.sync_write_raw_goal_position([1, 2], [1000, 3000])

@@ -62,7 +62,7 @@ def test_a_cell_that_is_run_again_redefines_the_block(tmp_path: Path) -> None:
         patch.setenv("IPYTHONDIR", str(tmp_path))
         patch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path))
         where = {"metadata": {"path": str(tmp_path)}}
-        client = NotebookClient(notebook, kernel_name="python3", timeout=60, startup_timeout=60, resources=where)
+        client = NotebookClient(notebook, kernel_name="python3", timeout=300, startup_timeout=300, resources=where)
         with client.setup_kernel():
             ran: list[Any] = [client.execute_cell(cell, index) for index, cell in enumerate(notebook.cells)]
             with pytest.raises(CellExecutionError, match="it makes a list, which is an allocation"):

@@ -44,7 +44,7 @@ class Running:
         """Its status, and what it said of errors."""
         if number is not None:
             self.process.send_signal(number)
-        _, said = self.process.communicate(timeout=60)
+        _, said = self.process.communicate(timeout=300)
         return self.process.returncode, said
 
 

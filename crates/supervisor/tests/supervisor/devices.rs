@@ -7,7 +7,7 @@ use serde_json::{Value as Json, json};
 use std::time::Duration;
 use supervisor::{DeviceRequest, Limits, Waited};
 
-const LONG: Duration = Duration::from_secs(60);
+const LONG: Duration = Duration::from_secs(300);
 
 /// A loopback device with two parts in `rtp0.fast`, and joints j1 and j2 that follow their goals.
 fn arm(rig: &Rig, options: Json) {

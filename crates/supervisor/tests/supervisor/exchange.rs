@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::Duration;
 use supervisor::{DeviceRequest, Waited};
 
-const LONG: Duration = Duration::from_secs(60);
+const LONG: Duration = Duration::from_secs(300);
 
 /// The number of this test's trace: tests run beside each other.
 fn trace() -> i64 {

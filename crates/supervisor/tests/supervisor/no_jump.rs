@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use std::time::Duration;
 use supervisor::{DeviceRequest, Limits, Waited};
 
-const LONG: Duration = Duration::from_secs(60);
+const LONG: Duration = Duration::from_secs(300);
 /// Slew limit of an effort, per second, and the most that a verb moves a set-point in a ms.
 const SLEW: f64 = 200.0;
 const STRIDE: f64 = 0.001;

@@ -9,7 +9,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::time::Duration;
 use supervisor::{DeviceRequest, Limits, Waited};
 
-const LONG: Duration = Duration::from_secs(60);
+const LONG: Duration = Duration::from_secs(300);
 const JOINTS: [&str; 2] = ["j1", "j2"];
 
 #[derive(Clone, Copy, Debug)]
