@@ -128,6 +128,36 @@ def test_friction_and_followers_keep_no_joint_off_its_goal(tmp_path: Path) -> No
     assert error < 1e-4
 
 
+@pytest.mark.parametrize("friction", [40, 60])
+def test_a_joint_that_friction_holds_throws_no_other_joint(tmp_path: Path, friction: int) -> None:
+    """The shoulder has 80 N.m. The wrist bore what its acceleration would have done, though it stood still."""
+    found, error = moved(arm(tmp_path, joint=f' frictionloss="{friction}"'), [0.5, 0.4, 0.3])
+    assert error < 1e-3
+    gpac.motion.move_absolute(found, [0.0, 0.0, 0.0], time_limit="20 s")
+    wrist = found["wrist"]
+    asked, sensed = (of.history[-2000:]["value"] for of in (wrist.reference, wrist.sensed))
+    assert np.abs(asked - sensed).max() < 0.05
+
+
+def test_friction_leaves_less_effort_for_accelerations(tmp_path: Path) -> None:
+    def of(name: str, friction: int) -> float:
+        (tmp_path / name).mkdir()
+        file = arm(tmp_path / name, joint=f' frictionloss="{friction}"', actuators=MOTORS.replace("80", "2"))
+        return gpac.robots.load(file, name=name, clock="virtual")["shoulder"].max_acceleration
+
+    assert of("rough", 1) < 0.6 * of("smooth", 0)
+
+
+def test_a_motor_that_is_too_weak_is_named_with_its_effort(tmp_path: Path) -> None:
+    """The elbow needs 1.8 N.m for its weight alone; its servo asks for more than its motor gives only later."""
+    weak = MOTORS.replace('"elbow" ctrlrange="-80 80"', '"elbow" ctrlrange="-1.5 1.5"')
+    found = gpac.robots.load(arm(tmp_path, actuators=weak), name="weak", clock="virtual").enable()
+    with pytest.raises(gpac.Terminated, match=r"joint 'weak\.elbow' is .*; its motor is at -1\.5 of 1\.5 N\.m \(saturated\)") as ended:
+        gpac.motion.move_absolute(found, [0.5, -1.0, 0.3])
+    assert "or give its motor more effort in the model" in str(ended.value)
+    assert "its motor is at -1.5 of 1.5 N.m (saturated)" in found.system.alarms["following_error"].text
+
+
 def test_a_file_that_is_no_xml_is_refused_with_the_line(tmp_path: Path) -> None:
     file = arm(tmp_path)
     lines = file.read_text().splitlines()

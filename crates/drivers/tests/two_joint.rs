@@ -24,9 +24,13 @@ fn its_parts_are_found_whatever_drives_them() {
             "shoulder.position",
             "shoulder.velocity",
             "shoulder.bias",
+            "shoulder.motor_effort",
+            "shoulder.motor_limit",
             "elbow.position",
             "elbow.velocity",
             "elbow.bias",
+            "elbow.motor_effort",
+            "elbow.motor_limit",
             "shoulder.effort",
             "elbow.effort",
             "shoulder.decoupled",
@@ -348,6 +352,24 @@ fn a_servo_of_decoupled_efforts_holds_and_moves_a_chain_without_rotor_inertia() 
             let (position, velocity) = (machine.get(&format!("{name}.position"))[0], machine.get(&format!("{name}.velocity"))[0]);
             assert!((position - 0.5).abs() < 1e-6 && velocity.abs() < 1e-6, "{name}: {position} rad, {velocity} rad/s");
         }
+    });
+}
+
+#[test]
+fn a_motor_tells_what_it_gave_within_its_limit() {
+    with_mujoco(|library| {
+        let mut machine = Machine::open("mujoco", json!({ "path": scratch("three_links_weak", THREE_LINKS), "library": library }));
+        machine.read(MS);
+        assert_eq!((machine.get("a.motor_effort"), machine.get("a.motor_limit")), (vec![0.0], vec![100.0]), "its brake holds it");
+        machine.set("a.effort", &[250.0]);
+        machine.set("b.decoupled", &[1e4]);
+        machine.write(MS, &[true, false, false, false, true, false]);
+        machine.read(2 * MS);
+        assert_eq!((machine.get("a.motor_effort"), machine.get("b.motor_effort")), (vec![100.0], vec![100.0]));
+        machine.set("a.effort", &[5.0]);
+        machine.write(2 * MS, &[true, false, false, false, true, false]);
+        machine.read(4 * MS);
+        assert_eq!(machine.get("a.motor_effort"), [5.0]);
     });
 }
 

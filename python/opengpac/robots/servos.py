@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from .. import library as lib
 from ..commands import activate, execute, ready
 from ..conditions import on
@@ -16,7 +19,8 @@ class FollowingError(Terminated):
     """A joint is farther from where it is commanded to be than `max_following_error`.
 
     `value` is the error, the position wanted less the measured one. `outputs` has `error_limit` (`max_following_error`), `time_lost` (s,
-    because releases were skipped just before), and of a servo of this host `effort` and `effort_limit` (`max_effort`).
+    because releases were skipped just before), and of a servo of this host `effort` and `effort_limit` (`max_effort`); of a simulated
+    joint `motor_effort` and `motor_limit`, too: what its motor gave, which bears gravity and the other joints, and the most it can give.
     """
 
 
@@ -63,13 +67,20 @@ def _kept(label: str, velocity: str | list[str]) -> dict[str, str | list[str]]:
 _SERVO_SAYS = {"error_limit": "servo.error_max", "effort": "servo.effort", "effort_limit": "servo.limit", "time_lost": "servo.lost"}
 """Values that a servo returns with a following error; the system's message is made of them."""
 
+_DECOUPLED_SAYS = _SERVO_SAYS | {"motor_effort": "motor.y", "motor_limit": "strongest.y"}
+"""The same where the drive adds what the other joints need: what its motor had to give then, and the most it can."""
+
 _FOLLOWER_SAYS = {"error_limit": "follow.error_max", "time_lost": "follow.lost"}
 """The same of a drive that closes the loop itself: its effort is not known here."""
 
-_SERVO_ENDS = {
-    "following_error": on("servo.following_error", returns=list(_SERVO_SAYS), raises=FollowingError),
-    "servo_unstable": on("servo.unstable", raises=ServoUnstable),
-}
+
+def _ends(says: Mapping[str, str]) -> dict[str, Any]:
+    """Conditions that end a servo of this host. `says`: values that it returns with a following error."""
+    return {
+        "following_error": on("servo.following_error", returns=list(says), raises=FollowingError),
+        "servo_unstable": on("servo.unstable", raises=ServoUnstable),
+    }
+
 
 joint_servo = Verb(
     "robot_joint_servo",
@@ -117,7 +128,7 @@ joint_servo = Verb(
         ]
     },
     output_values=_SERVO_SAYS,
-    conditions=_SERVO_ENDS,
+    conditions=_ends(_SERVO_SAYS),
 )
 
 
@@ -130,10 +141,14 @@ joint_decoupled_servo = Verb(
         "servo": lib.block("joint_servo"),
         "write": lib.block("write_channel"),
         "load": lib.block("write_channel"),
+        "motor": lib.block("read_channel"),
+        "strongest": lib.block("read_channel"),
     },
     instantiation_parameters={
         "drive.position": "position.read.channel",
         "drive.velocity": "speed.channel",
+        "drive.motor_effort": "motor.channel",
+        "drive.motor_limit": "strongest.channel",
         "drive.decoupled": "write.channel",
         "drive.effort": "load.channel",
         "load_effort": "load.u",
@@ -147,14 +162,16 @@ joint_decoupled_servo = Verb(
             execute("position"),
             activate("position", every=SERVO_PERIOD),
             activate("speed", every=SERVO_PERIOD),
+            activate("motor", every=SERVO_PERIOD),
+            activate("strongest", every=SERVO_PERIOD),
             activate("load", every=SERVO_PERIOD),
             activate("servo"),
             activate("write"),
             ready(),
         ]
     },
-    output_values=_SERVO_SAYS,
-    conditions=_SERVO_ENDS,
+    output_values=_DECOUPLED_SAYS,
+    conditions=_ends(_DECOUPLED_SAYS),
 )
 """Keeps a joint going whose drive adds what gravity and the other joints need (computed torque), as a simulated arm's does."""
 

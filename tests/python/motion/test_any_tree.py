@@ -52,7 +52,11 @@ def tree(seed: int) -> str:
     )
 
 
-@pytest.mark.parametrize("seed", range(TREES))
+ALIGNED = 744
+"""A tree whose first two joints have nearly one axis: cut off alone, the motor of one lets the other throw the arm."""
+
+
+@pytest.mark.parametrize("seed", [*range(TREES), *([ALIGNED] if ALIGNED >= TREES else [])])
 def test_a_random_tree_holds_still_and_arrives(tmp_path: Path, seed: int) -> None:
     file = tmp_path / "tree.xml"
     file.write_text(tree(seed))

@@ -55,7 +55,7 @@ def test_a_saturated_servo_is_called_so_wherever_the_end_is_told(cell: gpac.Syst
 def test_the_exception_has_the_numbers() -> None:
     for servo, returns in (
         (gpac.robots.joint_servo, ("error_limit", "effort", "effort_limit", "time_lost")),
-        (gpac.robots.joint_decoupled_servo, ("error_limit", "effort", "effort_limit", "time_lost")),
+        (gpac.robots.joint_decoupled_servo, ("error_limit", "effort", "effort_limit", "time_lost", "motor_effort", "motor_limit")),
         (gpac.robots.joint_follower, ("error_limit", "time_lost")),
     ):
         end = servo.termination("following_error", "start")

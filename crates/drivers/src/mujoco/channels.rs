@@ -6,8 +6,8 @@ use device::{Channel, Layout, Slot, Type};
 
 /// Where the values of an arm lie.
 pub(super) struct Slots {
-    /// Of each joint: position, velocity and bias; effort.
-    pub joints: Vec<([Slot; 3], Slot)>,
+    /// Of each joint: position, velocity, bias, effort of the motor and its limit; effort.
+    pub joints: Vec<([Slot; 5], Slot)>,
     pub force: Option<Slot>,
     pub sensors: Vec<Slot>,
     pub contacts: Option<Slot>,
@@ -31,6 +31,8 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
             read("position", unit.into(), "joint position"),
             read("velocity", format!("{unit}/s"), "joint velocity"),
             read("bias", effort_unit(unit).into(), "effort against gravity, Coriolis and centrifugal force"),
+            read("motor_effort", effort_unit(unit).into(), "effort of the motor in the last time step, within its limit; 0 while the brake holds the joint"),
+            read("motor_limit", effort_unit(unit).into(), "maximum effort of the motor either way"),
         ]);
     }
     let has_force = arm.tool.as_ref().is_some_and(|tool| tool.sensor.is_some());

@@ -25,16 +25,14 @@ impl Plant {
         if is_decoupled {
             self.load_decoupled();
         }
+        for (motor, joint) in self.motors.iter_mut().zip(&self.arm.joints) {
+            *motor = self.forces[joint.velocity];
+        }
         if is_free && is_braked {
             self.given.copy_from_slice(&self.braked);
             self.accelerations.fill(0.0);
             self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.forces[..nv]);
         }
-    }
-
-    /// Whether a joint moves by a decoupled effort.
-    fn is_decoupled(&self, j: usize) -> bool {
-        !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 && self.decoupled[j].is_finite()
     }
 
     /// Takes the inertia and every force but the efforts, as the next step uses them: an implicit integrator adds the damping of one step to the
@@ -48,31 +46,6 @@ impl Plant {
             self.drift[i] = -self.bias[i] - self.arm.damping[i] * self.state[self.positions + i];
             if !self.arm.runge_kutta {
                 self.inertia[i * (nv + 1)] += step_s * self.arm.damping[i];
-            }
-        }
-    }
-
-    /// Adds to the efforts of the decoupled joints what gives each the acceleration that its decoupled effort gives its own inertia.
-    fn load_decoupled(&mut self) {
-        let nv = self.bias.len();
-        // What belongs to another tree of bodies does not feel the arm: it is left out of the equations.
-        for i in 0..nv {
-            self.given[i] = self.braked[i] || self.arm.apart[i];
-        }
-        self.accelerations.fill(0.0);
-        for (j, joint) in self.arm.joints.iter().enumerate() {
-            if self.is_decoupled(j) {
-                self.given[joint.velocity] = true;
-                self.accelerations[joint.velocity] = self.decoupled[j] / joint.inertia;
-            }
-        }
-        self.needed.copy_from_slice(&self.forces[..nv]);
-        self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.needed);
-        for (j, joint) in self.arm.joints.iter().enumerate() {
-            if self.is_decoupled(j) {
-                let most = joint.part.effort_max;
-                let effort = self.needed[joint.velocity] + self.forces[joint.velocity];
-                self.forces[joint.velocity] = effort.clamp(-most, most);
             }
         }
     }

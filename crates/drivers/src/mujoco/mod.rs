@@ -6,6 +6,8 @@
 //! | `<joint>.position` | double, rad (slide: m) | read |
 //! | `<joint>.velocity` | double, rad/s (m/s) | read |
 //! | `<joint>.bias` | double, N.m (N) | read: the effort that holds the arm against gravity, Coriolis and centrifugal force |
+//! | `<joint>.motor_effort` | double, N.m (N) | read: what its motor gave in the last time step, whatever was commanded; 0 while the brake holds the joint |
+//! | `<joint>.motor_limit` | double, N.m (N) | read: the most that its motor can give, either way |
 //! | `<joint>.effort` | double, N.m (N) | write, safe value 0 |
 //! | `<joint>.decoupled` | double, N.m (N) | write, safe value NaN, none: the effort of a servo that moves this joint's own inertia alone; the drive adds what the model says that gravity and the other joints need (computed torque) |
 //! | `tool.force` | double[3], N | read: what the tool does to the flange, in the frame of the sensor's site |
@@ -25,6 +27,7 @@ mod actuators;
 mod channels;
 mod compile;
 mod contacts;
+mod decoupled;
 mod functions;
 mod geometry;
 mod library;

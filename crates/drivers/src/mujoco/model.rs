@@ -99,8 +99,11 @@ pub(super) struct Arm {
     pub contacts: Option<(i32, usize)>,
     /// Bodies that no joint holds: name of the joint, and the index of its pose in qpos.
     pub free: Vec<(String, usize)>,
-    /// Viscous damping of each degree of freedom.
+    /// Viscous damping and dry friction of each degree of freedom.
     pub damping: Vec<f64>,
+    pub friction: Vec<f64>,
+    /// For each degree of freedom: the tree of bodies that it belongs to. No force acts between two trees but by contact.
+    pub trees: Vec<i32>,
     pub springs: Vec<Spring>,
     /// For each degree of freedom: whether it belongs to a tree of bodies without a commanded joint, which does not feel the arm's inertia.
     pub apart: Vec<bool>,
@@ -141,7 +144,8 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let sensors = sensors(&arm, &fields);
     let free = free(&arm, &fields);
     let freedoms = freedoms(&arm, &fields);
-    let (damping, springs, apart) = (fields.reals("dof_damping"), springs(&fields), apart(&fields, &joints));
+    let (springs, apart) = (springs(&fields), apart(&fields, &joints));
+    let (damping, friction, trees) = (fields.reals("dof_damping"), fields.reals("dof_frictionloss"), fields.ints("dof_treeid"));
     drop(fields);
     if joints.is_empty() {
         return Err(refusals::no_actuated_joint(path));
@@ -150,7 +154,8 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
         return Err(refusals::model(path, &format!("its time step, {timestep_ns} ns, is below 1 us")));
     }
     (arm.joints, arm.tool, arm.sensors, arm.free) = (joints, tool, sensors, free);
-    (arm.damping, arm.springs, arm.apart, arm.freedoms) = (damping, springs, apart, freedoms);
+    (arm.springs, arm.apart, arm.freedoms) = (springs, apart, freedoms);
+    (arm.damping, arm.friction, arm.trees) = (damping, friction, trees);
     arm.contacts = (contacts > 0).then(|| (arm.id(object::SENSOR, contacts::SENSOR), contacts as usize));
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
     survey::fit(&mut arm);
@@ -159,18 +164,19 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
 
 impl Arm {
     fn of(mujoco: &'static MuJoCo, model: *mut Model) -> Arm {
-        let (joints, sensors, free, damping, springs, apart) = (vec![], vec![], vec![], vec![], vec![], vec![]);
         Arm {
             mujoco,
             model,
-            joints,
+            joints: vec![],
             tool: None,
-            sensors,
+            sensors: vec![],
             contacts: None,
-            free,
-            damping,
-            springs,
-            apart,
+            free: vec![],
+            damping: vec![],
+            friction: vec![],
+            trees: vec![],
+            springs: vec![],
+            apart: vec![],
             freedoms: vec![],
             timestep_ns: 0,
             runge_kutta: false,

@@ -36,10 +36,13 @@ pub(super) struct Plant {
     pub(super) inertia: Vec<f64>,
     pub(super) drift: Vec<f64>,
     pub(super) prescribed: Prescribed,
-    /// Degrees of freedom whose accelerations are given, those accelerations, and room for the efforts that they need.
+    /// Degrees of freedom whose accelerations are given, those accelerations, and room for the efforts that they need, and that standing needs.
     pub(super) given: Vec<bool>,
     pub(super) accelerations: Vec<f64>,
     pub(super) needed: Vec<f64>,
+    pub(super) standing: Vec<f64>,
+    /// What dry friction is reckoned to do to each degree of freedom.
+    pub(super) rubbing: Vec<f64>,
     /// For each degree of freedom: whether a brake holds it. All do at first.
     pub(super) braked: Vec<bool>,
     /// For each joint: for how long its brake may still slow it down before it holds it, ns; 0 where it does not slow it down.
@@ -49,6 +52,8 @@ pub(super) struct Plant {
     held: Vec<f64>,
     /// For each joint: the decoupled effort written last; NaN where nobody gives one.
     pub(super) decoupled: Vec<f64>,
+    /// For each joint: the effort of its motor in the last time step.
+    pub(super) motors: Vec<f64>,
     pub(super) push: [f64; 3],
     /// Room for what one sensor tells.
     sensed: Vec<f64>,
@@ -87,11 +92,14 @@ impl Plant {
             given: vec![false; nv],
             accelerations: vec![0.0; nv],
             needed: vec![0.0; nv],
+            standing: vec![0.0; nv],
+            rubbing: vec![0.0; nv],
             braked,
             slowing: vec![0; count],
             efforts: vec![0.0; count],
             held: vec![0.0; count],
             decoupled: vec![f64::NAN; count],
+            motors: vec![0.0; count],
             push: [0.0; 3],
             sensed: vec![0.0; elements_max(&arm)],
             places: Places::new(&arm.joints),
@@ -108,6 +116,7 @@ impl Plant {
         unsafe { (self.arm.mujoco.mj_resetDataKeyframe)(self.arm.model, self.motion.data(), self.arm.home) };
         self.efforts.fill(0.0);
         self.decoupled.fill(f64::NAN);
+        self.motors.fill(0.0);
         self.push = [0.0; 3];
         self.slowing.fill(0);
         for joint in &self.arm.joints {
@@ -312,10 +321,12 @@ impl Driver for Plant {
             self.put();
         }
         self.weigh();
-        for (joint, ([position, velocity, bias], _)) in self.arm.joints.iter().zip(&self.slots.joints) {
+        for (j, (joint, ([position, velocity, bias, motor, limit], _))) in self.arm.joints.iter().zip(&self.slots.joints).enumerate() {
             position.set_double(readings, 0, self.state[joint.position]);
             velocity.set_double(readings, 0, self.state[self.positions + joint.velocity]);
             bias.set_double(readings, 0, self.bias[joint.velocity]);
+            motor.set_double(readings, 0, self.motors[j]);
+            limit.set_double(readings, 0, joint.part.effort_max);
         }
         if let (Some(slot), Some(sensor)) = (self.slots.force, self.arm.tool.as_ref().and_then(|tool| tool.sensor)) {
             // MuJoCo tells what the flange does to the tool.

@@ -156,13 +156,13 @@ fn eigenvalue(arm: &Arm, solver: &mut Prescribed, inertias: &[f64]) -> f64 {
     value
 }
 
-/// Lowers the maximum speeds at which damping would take more than half of what gravity leaves of the effort, where that is below what a joint
-/// is given without a limit of its own.
+/// Lowers the maximum speeds at which damping would take more than half of what gravity and dry friction leave of the effort, where that is
+/// below what a joint is given without a limit of its own.
 fn limit_speeds(arm: &mut Arm, poses: &[Pose]) {
     for joint in &mut arm.joints {
         let (v, most) = (joint.velocity, joint.part.effort_max);
         let usual = if joint.part.unit == "m" { SPEED_M } else { SPEED };
-        let damped = 0.5 * left(most, heaviest(poses, v)) / arm.damping[v];
+        let damped = 0.5 * left(most, heaviest(poses, v) + arm.friction[v]) / arm.damping[v];
         if damped < usual && most < UNLIMITED {
             joint.part.speed_max = joint.part.speed_max.min(damped);
         }
@@ -189,7 +189,7 @@ fn limit_accelerations(arm: &mut Arm, poses: &[Pose]) {
         let mut worst = (1.0, vec![]);
         for (pose, joint) in poses.iter().flat_map(|pose| arm.joints.iter().map(move |joint| (pose, joint))) {
             let v = joint.velocity;
-            let friction = arm.damping[v] * joint.part.speed_max.min(SPEED);
+            let friction = arm.friction[v] + arm.damping[v] * joint.part.speed_max.min(SPEED);
             let budget = EFFORT_SHARE * left(joint.part.effort_max, pose.weight[v].abs() + friction);
             let needs: Vec<f64> = arm.joints.iter().zip(&accelerations).map(|(other, a)| pose.inertia[v * n + other.velocity].abs() * a).collect();
             let ratio = needs.iter().sum::<f64>() / budget;

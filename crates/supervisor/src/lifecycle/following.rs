@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages of what a servo reports. Of a following error: its size and limit, the effort of the servo, the time that was lost, and what to
-//! change; of an unstable servo its frequency.
+//! Messages of what a servo reports. Of a following error: its size and limit, the effort of the motor, else of the servo, the time that was
+//! lost, and what to change; of an unstable servo its frequency.
 //!
-//! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit` and `time_lost`, as
-//! the servos of `robots` do; a verb that returns fewer of them gets a shorter message.
+//! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit`, `motor_effort`, `motor_limit`
+//! and `time_lost`, as the servos of `robots` do; a verb that returns fewer of them gets a shorter message.
 use crate::lifecycle::report::Report;
 use crate::registry::records::Registry;
 use indexmap::IndexMap;
@@ -31,6 +31,9 @@ struct FollowingError<'a> {
     error_limit: Option<f64>,
     effort: Option<f64>,
     effort_limit: Option<f64>,
+    /// Of the motor, where the drive adds to the servo's effort what gravity and the other joints need.
+    motor: Option<f64>,
+    motor_limit: Option<f64>,
     lost_s: f64,
 }
 
@@ -84,6 +87,8 @@ fn following_text(registry: &Registry, owner: Option<&str>, error: f64, outputs:
         error_limit: output("error_limit"),
         effort: output("effort"),
         effort_limit: output("effort_limit"),
+        motor: output("motor_effort"),
+        motor_limit: output("motor_limit"),
         lost_s: output(TIME_LOST).unwrap_or(0.0),
     }
     .text()
@@ -96,14 +101,24 @@ impl FollowingError<'_> {
         if let Some(limit) = self.error_limit {
             text += &format!(", and max_following_error is {}", quantity(limit, self.unit));
         }
-        if let (Some(effort), Some(limit)) = (self.effort, self.effort_limit) {
-            let state = if self.is_saturated() { "saturated" } else { "not saturated" };
-            text += &format!("; its servo's effort is {} of max_effort {} ({state})", quantity(effort, ""), quantity(limit, self.effort_unit));
+        let state = |is_saturated: bool| if is_saturated { "saturated" } else { "not saturated" };
+        if let (Some(motor), Some(limit)) = (self.motor, self.motor_limit) {
+            let said = state(self.is_motor_saturated());
+            text += &format!("; its motor is at {} of {} ({said})", quantity(motor, ""), quantity(limit, self.effort_unit));
+        }
+        let is_told = self.motor.is_none() || (self.is_saturated() && !self.is_motor_saturated());
+        if let (Some(effort), Some(limit), true) = (self.effort, self.effort_limit, is_told) {
+            let said = state(self.is_saturated());
+            text += &format!("; its servo's effort is {} of max_effort {} ({said})", quantity(effort, ""), quantity(limit, self.effort_unit));
         }
         if self.lost_s > 0.0 {
             text += &format!("; {} had been lost at once just before, because releases were skipped", quantity(self.lost_s, "s"));
         }
         format!("{text}: {}", self.remedy())
+    }
+
+    fn is_motor_saturated(&self) -> bool {
+        self.motor.zip(self.motor_limit).is_some_and(|(effort, limit)| effort.abs() >= SATURATED * limit)
     }
 
     fn is_saturated(&self) -> bool {
@@ -114,6 +129,9 @@ impl FollowingError<'_> {
     fn remedy(&self) -> &'static str {
         if self.error_limit.is_none() {
             return "move more slowly, look for what blocks the joint, or raise the preset of the condition";
+        }
+        if self.lost_s == 0.0 && self.is_motor_saturated() {
+            return "move with less speed= or acceleration=, take load off, look for what blocks the joint, or give its motor more effort in the model";
         }
         match (self.lost_s > 0.0, self.effort.is_some(), self.is_saturated()) {
             (true, ..) => "find what delayed the servo (statistics), or allow more by max_following_error=",
@@ -170,6 +188,19 @@ mod tests {
         assert_eq!(found().text(), expected);
         let weak = FollowingError { effort: Some(3.123_456), ..found() }.text();
         assert!(weak.contains("effort is 3.123 of max_effort 28 N.m (not saturated): move with less speed= or acceleration=, raise kp= and kd="), "{weak}");
+    }
+
+    #[test]
+    fn the_effort_of_the_motor_is_told_where_it_is_known() {
+        let motor = FollowingError { motor: Some(28.0), motor_limit: Some(28.0), ..found() };
+        let said = motor.text();
+        assert!(said.contains("0.02 rad; its motor is at 28 of 28 N.m (saturated): move with less speed= or acceleration=, take load off"), "{said}");
+        assert!(said.ends_with("or give its motor more effort in the model") && !said.contains("max_effort"), "{said}");
+        let idle = FollowingError { effort: Some(3.0), motor: Some(2.5), ..motor }.text();
+        assert!(idle.contains("; its motor is at 2.5 of 28 N.m (not saturated): move with less speed= or acceleration=, raise kp="), "{idle}");
+        let held_back = FollowingError { motor: Some(2.5), motor_limit: Some(30.0), ..found() }.text();
+        assert!(held_back.contains("of 30 N.m (not saturated); its servo's effort is -28 of max_effort 28 N.m (saturated): "), "{held_back}");
+        assert!(held_back.contains("raise max_effort="), "{held_back}");
     }
 
     #[test]

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Decoupled efforts: computed torque in the drive, under dry friction and within the limits of the motors.
+//!
+//! **Friction.** A decoupled effort asks for an acceleration, and the other joints bear what that does to them. A joint that dry friction holds does
+//! not accelerate, whatever is asked: the others bear what it really does. Its own motor does not make up for its friction, that is the servo's part.
+//! **Limits.** Where a motor cannot give what is needed, the accelerations of all joints of its tree are reduced by the same factor, as far as
+//! gravity lets them: a motor that was cut off alone would let the others push the arm elsewhere. A motor that cannot even hold its joint gives
+//! all it can, and the others reckon with that.
+use super::plant::Plant;
+
+impl Plant {
+    /// Whether a joint moves by a decoupled effort.
+    pub(super) fn is_decoupled(&self, j: usize) -> bool {
+        !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 && self.decoupled[j].is_finite()
+    }
+
+    /// Adds to the efforts of the decoupled joints what gives each the acceleration that its decoupled effort gives its own inertia.
+    pub(super) fn load_decoupled(&mut self) {
+        // What belongs to another tree of bodies does not feel the arm: it is left out of the equations.
+        for i in 0..self.bias.len() {
+            self.given[i] = self.braked[i] || self.arm.apart[i];
+        }
+        for j in 0..self.arm.joints.len() {
+            if self.is_decoupled(j) {
+                self.given[self.arm.joints[j].velocity] = true;
+            }
+        }
+        self.need();
+        if (0..self.arm.joints.len()).any(|j| self.is_given(j) && self.is_beyond(j, self.needed[self.arm.joints[j].velocity])) {
+            self.keep_to_motors();
+        }
+        for j in 0..self.arm.joints.len() {
+            if self.is_given(j) {
+                let joint = &self.arm.joints[j];
+                let most = joint.part.effort_max;
+                self.forces[joint.velocity] = self.needed[joint.velocity].clamp(-most, most);
+            }
+        }
+    }
+
+    /// Whether a joint is a decoupled one whose motor can hold it.
+    fn is_given(&self, j: usize) -> bool {
+        self.is_decoupled(j) && self.given[self.arm.joints[j].velocity]
+    }
+
+    /// Whether a motor cannot give an effort.
+    fn is_beyond(&self, j: usize, effort: f64) -> bool {
+        effort.abs() > self.arm.joints[j].part.effort_max
+    }
+
+    /// Takes the efforts that the decoupled joints need for what is asked of them.
+    fn need(&mut self) {
+        let (nv, step_s) = (self.bias.len(), self.arm.timestep_ns as f64 * 1e-9);
+        self.accelerations.fill(0.0);
+        self.rubbing.fill(0.0);
+        for j in 0..self.arm.joints.len() {
+            if self.is_given(j) {
+                let (joint, v) = (&self.arm.joints[j], self.arm.joints[j].velocity);
+                let (asked, inertia, friction) = (self.decoupled[j] / joint.inertia, self.inertia[v * (nv + 1)], self.arm.friction[v]);
+                // What would stop the joint within this step, as far as its friction goes.
+                self.rubbing[v] = (inertia * (asked + self.state[self.positions + v] / step_s)).clamp(-friction, friction);
+                self.accelerations[v] = asked - self.rubbing[v] / inertia;
+            }
+        }
+        self.needed.copy_from_slice(&self.forces[..nv]);
+        self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.needed);
+        for j in 0..self.arm.joints.len() {
+            if self.is_given(j) {
+                let v = self.arm.joints[j].velocity;
+                self.needed[v] += self.forces[v] + self.rubbing[v];
+            }
+        }
+    }
+
+    /// Takes the efforts that the decoupled joints need in order not to accelerate.
+    fn stand(&mut self) {
+        let nv = self.bias.len();
+        self.accelerations.fill(0.0);
+        self.standing.copy_from_slice(&self.forces[..nv]);
+        self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.standing);
+        for j in 0..self.arm.joints.len() {
+            if self.is_given(j) {
+                let v = self.arm.joints[j].velocity;
+                self.standing[v] += self.forces[v];
+            }
+        }
+    }
+
+    /// Reduces what is asked until the motors can give it.
+    fn keep_to_motors(&mut self) {
+        self.stand();
+        while self.give_all() {
+            self.stand();
+            self.need();
+        }
+        for j in 0..self.arm.joints.len() {
+            if self.is_given(j) {
+                let v = self.arm.joints[j].velocity;
+                let share = self.share(self.arm.trees[v]);
+                // `accelerations` is free now: it takes the result, for `needed` is still looked at.
+                self.accelerations[v] = self.standing[v] + share * (self.needed[v] - self.standing[v]);
+            }
+        }
+        for j in 0..self.arm.joints.len() {
+            if self.is_given(j) {
+                let v = self.arm.joints[j].velocity;
+                self.needed[v] = self.accelerations[v];
+            }
+        }
+    }
+
+    /// Has the motors that cannot hold their joints give all they can; false where there was none.
+    fn give_all(&mut self) -> bool {
+        let mut is_any = false;
+        for j in 0..self.arm.joints.len() {
+            let (v, most) = (self.arm.joints[j].velocity, self.arm.joints[j].part.effort_max);
+            let (standing, needed) = (self.standing[v], self.needed[v]);
+            if self.is_given(j) && self.is_beyond(j, standing) && self.is_beyond(j, needed) && standing * needed > 0.0 {
+                (self.forces[v], self.given[v]) = (most.copysign(needed), false);
+                is_any = true;
+            }
+        }
+        is_any
+    }
+
+    /// The largest share of what is asked that every motor of a tree can give.
+    fn share(&self, tree: i32) -> f64 {
+        let of = |j: usize| {
+            let (v, most) = (self.arm.joints[j].velocity, self.arm.joints[j].part.effort_max);
+            let (standing, needed) = (self.standing[v], self.needed[v]);
+            if !self.is_beyond(j, needed) || self.is_beyond(j, standing) { 1.0 } else { (most.copysign(needed) - standing) / (needed - standing) }
+        };
+        let joints = (0..self.arm.joints.len()).filter(|j| self.is_given(*j) && self.arm.trees[self.arm.joints[*j].velocity] == tree);
+        joints.map(of).fold(1.0, f64::min)
+    }
+}
