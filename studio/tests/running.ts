@@ -93,7 +93,7 @@ export async function open(browser: Browser, url: string, look: Look = LOOKS[0] 
   page.on("console", (message) => {
     // The browser tells of each call that was refused: the page shows it where it was asked, and that is no error.
     const isRefused = message.location().url.includes("/v1/call/") && message.text().startsWith("Failed to load resource");
-    if (message.type() === "error" && !isRefused) errors.push(message.text());
+    if (message.type() === "error" && !isRefused) errors.push(`${message.text()} (${message.location().url})`);
   });
   page.on("pageerror", (error) => errors.push(error.message));
   await page.goto(url);

@@ -8,6 +8,11 @@ use std::io;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
+/// Cause of damage: a record that cannot be one.
+pub(crate) const UNLIKELY: &str = "a record has a code or length that none can have";
+/// Cause of damage: a message behind a chunk, which is not taken.
+pub(crate) const BESIDE: &str = "a message stands between chunks, without a checksum";
+
 /// A part of a file that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {

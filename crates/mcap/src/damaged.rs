@@ -104,7 +104,7 @@ fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<Said>)], touched: &[Range<us
         let begins = hit.start.max(place.start) as u64;
         let told: Vec<&Damage> = damage.iter().filter(|damage| damage.bytes.start <= place.end as u64 && damage.bytes.end >= place.start as u64).collect();
         let is_cut = !is_whole && begins >= bytes.len() as u64;
-        prop_assert!(!told.is_empty() || is_cut, "the damage of the chunk at {place:?} is not told: {damage:?}");
+        prop_assert!(!told.is_empty() || is_cut, "the damage of the chunk at {place:?} is not told: {touched:?} was touched, {damage:?}");
         if !is_read && touched.len() == 1 && !told.is_empty() {
             let is_right = |damage: &&Damage| damage.counts.as_ref().is_none_or(|counts| counts.values().sum::<usize>() == messages.len());
             prop_assert!(told.iter().any(is_right), "{} messages are lost of the chunk at {place:?}: {damage:?}", messages.len());
@@ -113,18 +113,23 @@ fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<Said>)], touched: &[Range<us
     Ok(())
 }
 
+/// Places of the bytes that are not as they were written: a byte may be overwritten by itself, a bit turned twice.
+fn changed<'a>(written: &'a [u8], bytes: &'a [u8]) -> impl Iterator<Item = usize> + 'a {
+    (0..bytes.len()).filter(|at| written[*at] != bytes[*at])
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
 
     #[test]
     fn turned_bits_cost_the_chunks_that_they_hit(is_packed: bool, has_end: bool, bits in prop::collection::vec((any::<prop::sample::Index>(), 0..8u8), 1..9)) {
         let (mut bytes, chunks) = recording(is_packed, has_end);
-        let mut touched = Vec::new();
+        let written = bytes.clone();
         for (index, bit) in bits {
             let at = index.index(bytes.len());
             bytes[at] ^= 1 << bit;
-            touched.push(at..at + 1);
         }
+        let touched: Vec<_> = changed(&written, &bytes).map(|at| at..at + 1).collect();
         check(&bytes, &chunks, &touched)?;
     }
 
@@ -133,13 +138,15 @@ proptest! {
         is_packed: bool, has_end: bool, at: prop::sample::Index, len in 1..2000usize, with in prop_oneof![Just(Some(0)), Just(Some(0xff)), Just(None)],
     ) {
         let (mut bytes, chunks) = recording(is_packed, has_end);
+        let written = bytes.clone();
         let begins = at.index(bytes.len());
         let ends = (begins + len).min(bytes.len());
         match with {
             Some(byte) => bytes[begins..ends].fill(byte),
             None => (begins..ends).for_each(|at| bytes[at] = ((at * 2_654_435_761) >> 7) as u8),
         }
-        check(&bytes, &chunks, std::slice::from_ref(&(begins..ends)))?;
+        let touched: Vec<_> = changed(&written, &bytes).min().zip(changed(&written, &bytes).max()).map(|(first, last)| first..last + 1).into_iter().collect();
+        check(&bytes, &chunks, &touched)?;
     }
 
     #[test]
@@ -166,6 +173,31 @@ fn each_bit_of_a_recording_may_turn() {
             turned[at] ^= 1 << (at % 8);
             check(&turned, &chunks, std::slice::from_ref(&(at..at + 1))).unwrap_or_else(|why| panic!("bit {} of byte {at}: {why}", at % 8));
         }
+    }
+}
+
+#[test]
+fn a_chunk_whose_code_and_length_are_both_damaged_is_read_and_told() {
+    let (bytes, chunks) = recording(true, true);
+    let place = &chunks[8].0;
+    for (code, length) in [(0xff, 0xff), (0x09, 0x00), (0x05, 0xf0), (0x80, 0x01)] {
+        let mut damaged = bytes.clone();
+        (damaged[place.start], damaged[place.start + 1]) = (code, length);
+        check(&damaged, &chunks, std::slice::from_ref(&(place.start..place.start + 2))).unwrap_or_else(|why| panic!("{code:#x}, {length:#x}: {why}"));
+        let (said, ..) = read(&damaged).expect("it is read");
+        assert_eq!(said.len(), chunks.iter().map(|(_, messages)| messages.len()).sum::<usize>(), "{code:#x}, {length:#x}");
+    }
+}
+
+#[test]
+fn an_index_that_looks_like_a_message_is_not_taken_for_one() {
+    let (bytes, chunks) = recording(false, true);
+    let at = chunks[9].0.end;
+    for (place, bit) in [(at + 1, 0), (at + 1, 4), (at + 11, 4), (at + 12, 0)] {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 2;
+        damaged[place] ^= 1 << bit;
+        check(&damaged, &chunks, &[at..at + 1, place..place + 1]).unwrap_or_else(|why| panic!("byte {place}, bit {bit}: {why}"));
     }
 }
 

@@ -2,7 +2,7 @@
 //! Reading an MCAP file in place: where its chunks lie, and one chunk at a time. Nothing but heads is read before a chunk is asked for.
 //! Parts that cannot be read are passed over, and listed by [`Indexed::damage`].
 use crate::Record;
-use crate::damage::{Damage, SUMMARY_MAX, Summary};
+use crate::damage::{BESIDE, Damage, SUMMARY_MAX, Summary, UNLIKELY};
 use crate::reader::{LEN_MAX, SHORT, Unreadable, record, unpack};
 use crate::records::{CHANNEL, CHUNK, DATA_END, FOOTER, HEADER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, Rest};
 use crate::sound::{self, HEAD, INDEX_ENTRY};
@@ -191,7 +191,7 @@ impl Indexed {
             self.passed.push(Damage::harmless(bytes, "the length of a chunk is damaged"));
             self.at = self.take_chunk(fields, len)?;
         } else {
-            let what = if what == CUT_OFF { "a record has a code or length that none can have" } else { what };
+            let what = if what == CUT_OFF { UNLIKELY } else { what };
             self.passed.push(Damage { bytes, what, span, counts: None });
         }
         Ok(true)
@@ -264,10 +264,16 @@ impl Indexed {
         if meant != code {
             self.passed.push(Damage::harmless(self.at..fields.start, "the code of a record is damaged"));
         }
+        // A chunk whose code and length are both damaged: nothing in it says so, but the record behind it.
+        if self.has_chunks() && sound::is_vague(meant) && end + HEAD <= len && !sound::is_record(&self.file, end, len, 0)? {
+            return Err(Unreadable::Damaged { at: self.at, what: UNLIKELY });
+        }
         match meant {
             CHUNK => end = self.take_chunk(fields, len)?,
             // An entry of the summary whose code is damaged.
             MESSAGE if self.is_whole => self.passed.push(Damage::harmless(self.at..end, "the code of a record is damaged")),
+            // Nothing tells it from an index whose code and length are damaged, and it has no checksum. No writer is known that mixes both.
+            MESSAGE if self.has_chunks() => self.passed.push(Damage { bytes: self.at..end, what: BESIDE, span: None, counts: None }),
             MESSAGE => self.take_message(&begin, fields),
             // Of a chunk that was passed over.
             MESSAGE_INDEX => {

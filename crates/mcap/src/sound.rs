@@ -47,16 +47,20 @@ pub(crate) fn is_sound(code: u8, fields: &[u8], len: u64) -> bool {
 /// `has_chunks`: messages lie in chunks, so that what looks like an index is none of them.
 pub(crate) fn code_of(code: u8, fields: &[u8], len: u64, has_chunks: bool) -> Option<u8> {
     let is_own = is_sound(code, fields, len);
-    let is_vague = matches!(code, MESSAGE | ATTACHMENT..=ATTACHMENT_INDEX) || code >= UNKNOWN;
     if is_chunk(fields, len) {
         Some(CHUNK)
-    } else if has_chunks && is_index(fields, len) && (is_vague || !is_own) {
+    } else if has_chunks && is_index(fields, len) && (is_vague(code) || !is_own) {
         Some(MESSAGE_INDEX)
     } else if code >= UNKNOWN && len <= CHECKED_MAX && is_sound(METADATA, fields, len) {
         Some(METADATA)
     } else {
         is_own.then_some(code)
     }
+}
+
+/// Returns whether a record of this code has no inner lengths that have to agree with its own.
+pub(crate) fn is_vague(code: u8) -> bool {
+    matches!(code, MESSAGE | ATTACHMENT..=ATTACHMENT_INDEX) || code >= UNKNOWN
 }
 
 /// Number of bytes of a record that [`is_sound`] looks at.
@@ -156,7 +160,7 @@ pub(crate) fn next_sound(file: &File, from: u64, len: u64, known: &[Range<u64>],
 }
 
 /// Returns whether a record begins at a place, as far as its fields and those that follow show.
-fn is_record(file: &File, at: u64, len: u64, before: u32) -> io::Result<bool> {
+pub(crate) fn is_record(file: &File, at: u64, len: u64, before: u32) -> io::Result<bool> {
     if at + HEAD > len {
         return Ok(false);
     }

@@ -74,18 +74,18 @@ function Begin(props: { begun: (one: Begun) => void }) {
           <input id={names} size={34} value={svvs} placeholder="all; or arm.*, force" onChange={(event) => setSvvs(event.target.value)} />
         </div>
         <div className="row">
-          <label htmlFor={sizes}>Files</label>
+          <label htmlFor={sizes}>Split</label>
           <select id={sizes} value={split} onChange={(event) => setSplit(Number(event.target.value))}>
-            <option value={0}>one</option>
+            <option value={0}>no</option>
             {SPLITS.map((bytes) => (
               <option key={bytes} value={bytes}>
-                of {sizeText(bytes)} each
+                every {sizeText(bytes)}
               </option>
             ))}
           </select>
           {split > 0 && (
             <>
-              <label htmlFor={kept}>of which stay</label>
+              <label htmlFor={kept}>newest that stay</label>
               <input
                 id={kept}
                 type="number"
