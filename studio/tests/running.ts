@@ -91,8 +91,8 @@ export async function open(browser: Browser, url: string, look: Look = LOOKS[0] 
   const page = await context.newPage();
   const errors: string[] = [];
   page.on("console", (message) => {
-    // The browser tells of each call that was refused: the page shows it where it was asked, and that is no error.
-    const isRefused = message.location().url.includes("/v1/call/") && message.text().startsWith("Failed to load resource");
+    // The browser tells of each call and each request for command that was refused: the page shows it where it was asked, and that is no error.
+    const isRefused = /\/v1\/(call\/|command$)/.test(message.location().url) && message.text().startsWith("Failed to load resource");
     if (message.type() === "error" && !isRefused) errors.push(`${message.text()} (${message.location().url})`);
   });
   page.on("pageerror", (error) => errors.push(error.message));
