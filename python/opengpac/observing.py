@@ -108,9 +108,9 @@ class Observed(Shown):
         With `replay=True` the file also has everything that comes from outside, so that `opengpac replay` runs it again (docs/replay.md):
         begun before the first interrupt source is made, else refused (InvalidState).
 
-        `split="500 MB"` ends a file at about that size (1 MB at the least) and goes on in `run-2.mcap`, `run-3.mcap` and so on, without a
+        `split="500 MB"` ends a file at about that size (at least 1 MB) and goes on in `run-2.mcap`, `run-3.mcap` and so on, without a
         gap: each has the name, type and last value of every SVV at its beginning and is read alone. `keep=10` leaves the ten newest of them
-        (2 at the least) and deletes the others. Neither goes with `replay=True`. A recording leaves 256 MiB of its disk free, on a
+        (at least 2) and deletes the others. Neither goes with `replay=True`. A recording leaves 256 MiB of its disk free, on a
         small one a twentieth: then the oldest files go where `keep=` is given, else it ends.
         Of a remote system `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
         """

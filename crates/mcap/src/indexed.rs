@@ -184,15 +184,14 @@ impl Indexed {
         let Some((to, _)) = found else { return Ok(false) };
         let bytes = self.at..to;
         let fields = (bytes.start + HEAD).min(to)..to;
-        let begin = self.read(fields.start..(fields.start + CHUNK_CHECKED).min(to))?;
+        let begin = self.read(fields.start..fields.start + sound::prefix(CHUNK, to - fields.start))?;
         let span = span.or_else(|| self.times_at(self.at));
         self.at = to;
         if sound::is_chunk(&begin, fields.end - fields.start) {
             self.passed.push(Damage::harmless(bytes, "the length of a chunk is damaged"));
             self.at = self.take_chunk(fields, len)?;
         } else {
-            let what = if what == CUT_OFF { UNLIKELY } else { what };
-            self.passed.push(Damage { bytes, what, span, counts: None });
+            self.passed.push(Damage { bytes, what: if what == CUT_OFF { UNLIKELY } else { what }, span, counts: None });
         }
         Ok(true)
     }
@@ -446,8 +445,6 @@ impl Indexed {
 const CHUNK_HEAD: u64 = 16;
 /// Times in the head of a chunk whose writer leaves them out.
 const UNSAID: (u64, u64) = (0, 0);
-/// Bytes of a chunk in which its lengths are.
-const CHUNK_CHECKED: u64 = 128;
 /// Bytes of messages beside chunks that are taken as one chunk.
 const RUN_MAX: u64 = 1 << 20;
 const CUT_OFF: &str = "the file ends within a record";

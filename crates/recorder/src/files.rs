@@ -65,7 +65,7 @@ pub(crate) struct Files {
 /// Result of writing a page, for the files.
 #[derive(Default)]
 pub(crate) struct Rollover {
-    /// Another file has begun.
+    /// True where the next file was begun.
     pub begins: bool,
     /// Why an old file could not be deleted.
     pub undeleted: Option<String>,

@@ -8,7 +8,7 @@ export interface UnreadField {
   wrong: string;
 }
 
-/** Where fields tell that their text cannot be read; null: it can again, or the field is gone. */
+/** Receives the text of a field that cannot be read; null: it can be read again, or the field is gone. */
 export const Unread = createContext<((id: string, field: UnreadField | null) => void) | null>(null);
 
 /** The fields within a provider whose text cannot be read, in the order in which that was found. */

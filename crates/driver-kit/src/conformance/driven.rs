@@ -112,7 +112,7 @@ const NO_INLINE_PARTS: Passed = Passed::NotApplicable("it has no parts whose exc
 
 /// Judges the parts of a push; `fault` says what is wrong with one.
 ///
-/// Where something is wrong they are pushed once more, at the pace of the clock on the wall. A machine that moves by that clock may
+/// Parts with a fault are pushed once more, at the pace of the clock on the wall. A machine that moves by that clock may
 /// stand still during a push of some microseconds, or get where it should in one step that no reading shows.
 fn judged(subject: &Subject, fault: impl Fn(&Pushed) -> Option<String>) -> Tried {
     let mut parts = pushed(subject, Duration::ZERO)?;

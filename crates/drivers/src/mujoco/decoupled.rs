@@ -4,8 +4,8 @@
 //! **Friction.** A decoupled effort asks for an acceleration, and the other joints bear what that does to them. A joint that dry friction holds does
 //! not accelerate, whatever is asked: the others bear what it really does. Its own motor does not make up for its friction, that is the servo's part.
 //! **Limits.** Where a motor cannot give what is needed, the accelerations of all joints of its tree are reduced by the same factor, as far as
-//! gravity lets them: a motor that was cut off alone would let the others push the arm elsewhere. A motor that cannot even hold its joint gives
-//! all it can, and the others reckon with that.
+//! gravity allows: if one motor alone were limited, the others would push the arm off its path. A motor that cannot hold its joint gives its
+//! maximum effort, and the other joints are computed with that.
 use super::plant::Plant;
 
 impl Plant {

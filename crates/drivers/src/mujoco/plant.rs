@@ -41,7 +41,7 @@ pub(super) struct Plant {
     pub(super) accelerations: Vec<f64>,
     pub(super) needed: Vec<f64>,
     pub(super) standing: Vec<f64>,
-    /// What dry friction is reckoned to do to each degree of freedom.
+    /// Force of dry friction that is assumed on each degree of freedom.
     pub(super) rubbing: Vec<f64>,
     /// For each degree of freedom: whether a brake holds it. All do at first.
     pub(super) braked: Vec<bool>,

@@ -82,13 +82,13 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// How many elements the ports of a group have, as far as that is known.
+    /// Number of elements of a group's ports, as far as it is known.
     fn count_of(&self, group: usize) -> Option<usize> {
         let mut layouts = self.checked.groups[group].ports.iter().filter_map(|port| self.layout(*port));
         layouts.find_map(|layout| if let Type::Array(_, count) = layout.read { Some(count) } else { None })
     }
 
-    /// Whether a block takes the trigger of its source, which is known with its place.
+    /// Returns whether a block takes the trigger of its source, which is known with its place.
     fn takes_triggers(&self, activity: &Activity) -> bool {
         let mut blocks = activity.on.iter().zip(&self.checked.driven);
         blocks.any(|(on, driven)| !driven && on.iter().any(|on| on.every_ns.is_none()))

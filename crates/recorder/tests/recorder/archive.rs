@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A recording that is read in place says what one that is read as a whole says, at every time and over every span.
-use interconnect::Memory;
-use model::configuration::SourceKind;
-use model::definition::{Application, Verb};
+use crate::common::{self, MS, svv, wave};
 use recorder::{ALARMS, Archive, INSTALLED, LOG, Options, Recorder, Recording, STATISTICS, Series, opened, recordings};
-use runtime::ClockKind;
 use serde_json::json;
 use std::path::PathBuf;
-use supervisor::{Limits, SvvRequest, System};
-
-const MS: i64 = 1_000_000;
+use supervisor::System;
 
 /// A folder that goes with this.
 struct Scratch(PathBuf);
@@ -33,33 +28,17 @@ impl Drop for Scratch {
     }
 }
 
-/// A timer of 1 kHz, with a wave in `y` and in both numbers of `pair`, and `still`, which nothing writes.
+/// A system with the verb `wave`, an SVV `y` for it, and `still`, which nothing writes.
 fn system() -> System {
-    let system = System::new("cell", ClockKind::Virtual { seed: 1 }, Box::new(Memory)).expect("a system");
-    system.processor("rtp0", None, true).unwrap();
-    system.source("rtp0", "fast", SourceKind::Timer { period_ns: 1_000_000 }, 80, 0).unwrap();
-    let verb: Verb = serde_json::from_value(json!({
-        "name": "wave",
-        "blocks": { "wave": { "block": { "subroutine": "library.signal_generator" }, "constants": { "shape": 1, "frequency": 5.0 } } },
-        "instantiation_parameters": { "y": ["wave.y"] },
-        "command_lists": { "start": { "commands": [{ "command": "activate", "block": "wave", "every_ns": 1_000_000 }] } },
-    }))
-    .unwrap();
-    system.define_verb(verb).unwrap();
-    for (name, of) in [("y", json!({"type_text": "double", "unit": "rad"})), ("still", json!({"type_text": "int32_t[2]"}))] {
-        let request: SvvRequest = serde_json::from_value(of).unwrap();
-        system.svv(name, &request, None).unwrap();
-    }
+    let system = common::system();
+    svv(&system, "y", json!({"type_text": "double", "unit": "rad"}));
+    svv(&system, "still", json!({"type_text": "int32_t[2]"}));
     system
 }
 
 fn begin(system: &System, file: &std::path::Path) -> (std::sync::Arc<Recorder>, u64) {
     let (_, recorder) = Recorder::start(system, file, &Options::default()).unwrap();
-    let application: Application =
-        serde_json::from_value(json!({ "verb": "wave", "arguments": { "y": { "svv": "y" } }, "placement": { "*": "rtp0.fast" } })).unwrap();
-    let id = system.create(&application).unwrap();
-    system.start(id, &Default::default(), Limits::default()).unwrap();
-    (recorder, id)
+    (recorder, wave(system, "y"))
 }
 
 fn doubles(series: &Series) -> Vec<f64> {

@@ -137,7 +137,7 @@ impl Sink for Disk {
     }
 }
 
-/// One file, on that disk.
+/// A folder with one file, on that disk.
 impl Folder for Disk {
     fn next(&mut self) -> io::Result<(PathBuf, Box<dyn Sink>)> {
         Ok((PathBuf::from("run.mcap"), Box::new(self.clone())))

@@ -2,7 +2,7 @@
 //! Ends: every start of a verb instance has exactly one, with its report.
 use crate::core::Core;
 use crate::course::of::Course;
-use crate::lifecycle::following::{Gap, lost_beyond, servo_text};
+use crate::lifecycle::following::{TIME_LOST, lost_beyond, servo_text};
 use crate::lifecycle::instance::{Cause, Instance, Life, State};
 use crate::lifecycle::outputs::{decode, reported};
 use crate::lifecycle::report::Report;
@@ -33,11 +33,11 @@ impl Core {
 }
 
 impl Core {
-    /// Ends the verbs that use a logical device whose own verb has ended, `gap` because of lost time.
-    fn end_users_of_lost(&mut self, device: &str, gap: Option<Gap>, message: &str) {
-        let Some(gap) = gap else { return self.end_users(device, SystemCondition::DeviceLost, message) };
+    /// Ends the verbs that use a logical device whose own verb has ended; `lost_s`: the time that was lost, where that is why.
+    fn end_users_of_lost(&mut self, device: &str, lost_s: Option<f64>, message: &str) {
+        let Some(lost_s) = lost_s else { return self.end_users(device, SystemCondition::DeviceLost, message) };
         for user in self.users(device) {
-            self.course(user).end_by_gap(gap, message.to_owned());
+            self.course(user).end_by_gap(lost_s, message.to_owned());
         }
     }
 
@@ -60,13 +60,13 @@ impl Course<'_> {
 
     /// Ends an instance because a joint lost more time than it allows: by its own condition for that, with the time as its value; where it
     /// has none in its list, by the loss of the device.
-    fn end_by_gap(&mut self, gap: Gap, message: String) {
+    fn end_by_gap(&mut self, lost_s: f64, message: String) {
         let id = self.id;
         let Some(instance) = self.core.instances.get(&id) else { return };
         let is_own = |at: &usize| instance.plan.conditions[*at].holds_in(instance.position.list);
-        let own = instance.condition(gap.condition).filter(is_own).filter(|_| instance.state() != State::Queued);
+        let own = instance.condition(TIME_LOST).filter(is_own).filter(|_| instance.state() != State::Queued);
         match own {
-            Some(condition) => self.come_with(condition, Some(Value::Number(gap.lost_s)), message, false),
+            Some(condition) => self.come_with(condition, Some(Value::Number(lost_s)), message, false),
             None => self.end_by(SystemCondition::DeviceLost, message),
         }
     }
@@ -214,14 +214,14 @@ impl Course<'_> {
             alarm_of_end(self.core, &report, unasked.map(String::as_str), has_own);
         }
         self.core.safety.pause.forget_suspended(id);
-        let gap = owner.as_ref().and_then(|owner| lost_beyond(&report, self.core.registry.logical.get(owner)?.gap_max_s));
+        let lost_s = owner.as_ref().and_then(|owner| lost_beyond(&report, self.core.registry.logical.get(owner)?.gap_max_s));
         self.core.observation.ends.add(id, report);
         self.core.observation.ended += 1;
         if let Some(owner) = owner
             && !self.core.registry.servo_ended(&owner)
         {
             let message = format!("the verb of device '{owner}' ended with '{ended_as}'{because}");
-            self.core.end_users_of_lost(&owner, gap, &message);
+            self.core.end_users_of_lost(&owner, lost_s, &message);
         }
         self.make_idle();
         // What it claimed is free again, and the starts that wait for it follow at once, before any other.

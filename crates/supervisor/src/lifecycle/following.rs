@@ -55,16 +55,9 @@ pub(crate) fn servo_text(
 
 /// Returns the time that was lost at once, where that is why a servo ended with a following error: more than `gap_max_s` of its device.
 /// Nobody commanded the joint meanwhile, so the motion ends with what it declares of that, not with the error that came of it.
-pub(crate) fn lost_beyond(report: &Report, gap_max_s: Option<f64>) -> Option<Gap> {
+pub(crate) fn lost_beyond(report: &Report, gap_max_s: Option<f64>) -> Option<f64> {
     let lost_s = report.outputs.get(TIME_LOST)?.as_ref().and_then(number)?;
-    (report.condition == FOLLOWING_ERROR && lost_s > gap_max_s?).then_some(Gap { condition: TIME_LOST, lost_s })
-}
-
-/// A condition of a motion, and its value, the time that was lost.
-#[derive(Clone, Copy)]
-pub(crate) struct Gap {
-    pub condition: &'static str,
-    pub lost_s: f64,
+    (report.condition == FOLLOWING_ERROR && lost_s > gap_max_s?).then_some(lost_s)
 }
 
 fn unstable_text(owner: Option<&str>, frequency: f64) -> String {

@@ -12,7 +12,7 @@ use model::SystemCondition;
 use model::plan::Plan;
 use model::refusal::{Class, Refusals};
 
-/// How long a source may take to acknowledge a script, ns. An idle one answers at once, a busy one after its firing, which may use the whole time budget
+/// Bound for the answer of a source to a script, ns. An idle one answers at once, a busy one after its firing, which may use the whole time budget
 /// that was declared for it: see [`answer_ns`].
 const ANSWER_NS: i64 = 5_000_000_000;
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Panel as Corner, useReactFlow, useStoreApi } from "@xyflow/react";
+import { Panel as Corner } from "@xyflow/react";
 import { type KeyboardEvent, useEffect, useMemo, useRef, useState } from "react";
 import { score } from "../../../design/fuzzy";
-import { type Chosen, type Drawing, type Place, sizeOf } from "./drawing";
+import type { Chosen, Drawing, Place } from "./drawing";
+import { useMiddle } from "./Middle";
 
 /** What can be found in a drawing: a box, a port of one, a cell. */
 export interface Findable {
@@ -60,9 +61,6 @@ export function findables(drawing: Drawing, here = ""): Findable[] {
   return [...boxes, ...cells.values()];
 }
 
-/** How near a box is shown when it was found. */
-const ZOOM_FOUND = 1;
-
 /**
  * Finds in the drawing, and within what is closed in it. Ctrl+F or `/` opens it; Enter steps to the next, Shift+Enter to the one before, opens
  * what it is in, and shows it in the middle.
@@ -74,8 +72,7 @@ export function Find(props: {
   elsewhere: Elsewhere | undefined;
 }) {
   const { drawing, places, choose, elsewhere } = props;
-  const flow = useReactFlow();
-  const store = useStoreApi();
+  const show = useMiddle();
   const [isOpen, setOpen] = useState(false);
   const [typed, setTyped] = useState("");
   const [hit, setHit] = useState<Findable | null>(null);
@@ -107,15 +104,8 @@ export function Find(props: {
     const isDrawn = awaited?.chosen.kind !== "wire" || drawing.wires.some(({ id }) => id === awaited.chosen.id);
     if (!awaited || !box || !place || !isDrawn || !findables(drawing, elsewhere?.here).some(({ key }) => key === awaited.key)) return;
     choose(awaited.chosen);
-    const { width, height } = sizeOf(box);
-    const zoom = Math.max(store.getState().transform[2], ZOOM_FOUND);
-    // Behind the frame in which another drawing is shown as a whole.
-    const frame = requestAnimationFrame(() => {
-      setAwaited(null);
-      void flow.setCenter(place.x + width / 2, place.y + height / 2, { zoom });
-    });
-    return () => cancelAnimationFrame(frame);
-  }, [awaited, drawing, places, elsewhere, choose, flow, store]);
+    return show(box, place, () => setAwaited(null));
+  }, [awaited, drawing, places, elsewhere, choose, show]);
   const close = () => {
     setOpen(false);
     setTyped("");

@@ -13,7 +13,7 @@ export function NamedPanel<T>(props: {
   title: string;
   /** What one of them is called. */
   one: string;
-  /** What a finding says that it is about: `condition`. */
+  /** Kind of place in a finding, such as `condition`. */
   place: string;
   draft: VerbDraft;
   of: Record<string, T>;

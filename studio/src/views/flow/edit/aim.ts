@@ -19,7 +19,7 @@ export interface Aim {
   field: string | null;
 }
 
-/** What is about the definition as a whole, or nothing that is drawn. */
+/** Place of findings about the definition as a whole, or about nothing that is drawn. */
 export const WHOLE = "whole";
 
 /** The place of a finding: the first of its parts that is there. */

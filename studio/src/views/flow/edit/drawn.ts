@@ -145,7 +145,7 @@ function blockBox(draft: Draft, label: string, use: BlockUse, faces: Faces, find
   };
 }
 
-/** What is about a port that writes and one that reads stands on the wire between them; two writers have none. */
+/** Returns whether a finding stands on a wire: one about a port that writes and one that reads. Two writers have no wire. */
 function isOfWire(draft: Draft, finding: Finding, faces: Faces): boolean {
   const ports = finding.where.filter(isPort);
   if (ports.some((port) => port.block === "")) return ports.length > 1;
