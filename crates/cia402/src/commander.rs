@@ -43,7 +43,7 @@ pub struct Commander {
     target: f64,
     /// It has been engaged, and is kept in operation until it is stopped.
     is_wanted: bool,
-    /// It is stopped until somebody engages it anew.
+    /// It is stopped until it is engaged again.
     is_stopped: bool,
     /// At the last cycle.
     was_engaged: bool,
@@ -166,7 +166,7 @@ impl Commander {
         }
     }
 
-    /// Comes to rest and is switched off, until somebody engages it anew.
+    /// Comes to rest and is switched off, until it is engaged again.
     pub fn stop(&mut self) {
         self.leave_homing();
         if let Some(brake) = &mut self.brake {

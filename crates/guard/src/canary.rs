@@ -102,7 +102,7 @@ impl Canary {
         (self.said, self.thread) = (said, who.and_then(thread_of).map(Arc::new));
     }
 
-    /// Returns whether it has ended though nobody told it to: its process is dying. Once.
+    /// Returns whether it has ended though nobody told it to: its process is dying. Returns true only once.
     pub fn is_dying(&mut self, heart: &Heartbeat) -> bool {
         let has_ended = self.thread.as_ref().is_some_and(|thread| has_ended(thread.as_fd()));
         if has_ended {

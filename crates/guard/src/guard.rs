@@ -77,7 +77,7 @@ impl Guard {
         Ok((Guard { members, reports }, found))
     }
 
-    /// Guards a process from now on, under a number of the caller's. `heartbeat`: it counts as lost too when that stands still for its bounds,
+    /// Starts guarding a process, under a number of the caller's. `heartbeat`: it counts as lost too when that stands still for its bounds,
     /// from its first beat on. It is looked at from here, too, beside the guard.
     ///
     /// # Errors
@@ -130,7 +130,7 @@ impl Guard {
         })
     }
 
-    /// The device was closed in good order: nothing is written for it any more.
+    /// Notes that the device was closed in good order: nothing is written for it.
     ///
     /// # Errors
     /// As [`Guard::hold`].

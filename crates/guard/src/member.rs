@@ -20,7 +20,7 @@ const HANDED_OVER: u64 = 0;
 /// Maximum time that a guard with nothing to guard may take to end.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// Whom what happens is told to.
+/// Receiver of the guard's events.
 pub(crate) type Tells = Box<dyn Fn(GuardEvent) + Send + Sync>;
 
 /// A guard process of this supervisor. When it is dropped, the process goes on with what has not been forgotten, and ends where that is nothing.
@@ -49,7 +49,7 @@ struct State {
     restarts: Restarts,
     /// The handover to a restarted guard, until it has answered all of it.
     handover: Option<Handover>,
-    /// Why there is no guard any more.
+    /// Cause for which there is no guard.
     gone: Option<String>,
     is_closing: bool,
 }
@@ -142,7 +142,7 @@ impl Member {
         self.shared.request(change)
     }
 
-    /// There is no such process any more, and none will be started.
+    /// Returns true if the process has ended and none will be started.
     pub fn is_gone(&self) -> bool {
         self.shared.state().gone.is_some()
     }
@@ -211,7 +211,7 @@ impl Shared {
         }
     }
 
-    /// Hears the guard until this side closes the link, or there is no guard any more.
+    /// Hears the guard until this side closes the link, or the guard is gone.
     fn keep(&self) {
         loop {
             let link = self.state().link.clone();

@@ -15,7 +15,7 @@ pub(crate) struct Asked {
 pub(crate) enum Ask {
     /// Guard a process. Descriptors: the process, then its heartbeat where there is a bound for it.
     Ward(WardText),
-    /// Writes that make outputs of its device safe. Descriptor: their file.
+    /// Writes that make outputs of its device safe. The descriptor is that of their file.
     Handle(HandleText),
     /// The device is closed or safe in good order: its handles are forgotten.
     Release { ward: u64, device: String },

@@ -40,7 +40,7 @@ impl Reports {
         }
     }
 
-    /// The number of a process stands for another one from now on.
+    /// Forgets a loss under this number, which names another process now.
     pub fn begin(&self, ward: u64) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).lost.remove(&ward);
     }

@@ -36,7 +36,7 @@ pub enum GuardEvent {
     },
     /// One of the two guards is gone for good, and why; the other one guards alone.
     Alone(String),
-    /// There is no guard any more, and why: processes that die from now on leave their outputs as they are.
+    /// The guard is gone, and why: processes that die leave their outputs as they are.
     Gone(String),
 }
 
@@ -55,7 +55,7 @@ pub struct Found {
     pub loss: Option<Loss>,
 }
 
-/// Why the guard could not do what it was asked for.
+/// Error: the guard could not do what it was asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GuardError(pub String);
 

@@ -10,7 +10,7 @@ use process_kit::{has_ended, pid_of, signal};
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
-/// Why a process was ended, as its heart says to all who watch it.
+/// Reason why a process was ended, as its heart says to all who watch it.
 const FROZEN: u64 = 1;
 const STOPPED: u64 = 2;
 
@@ -75,7 +75,7 @@ impl Ward {
         self.parts.handles.retain(|handle| handle.text.device != device);
     }
 
-    /// Nothing of it is waited for any more.
+    /// Returns true if nothing of it is waited for.
     pub fn is_settled(&self) -> bool {
         self.watch.is_settled()
     }

@@ -101,7 +101,7 @@ impl Pulse {
 pub trait Subject {
     /// It is no more.
     fn has_ended(&mut self) -> bool;
-    /// It is about to end, as far as that can be seen before it has: nothing of it runs any more.
+    /// Returns true if the process is exiting but has not been reaped yet: nothing of it runs.
     fn is_dying(&mut self) -> bool {
         false
     }
@@ -115,7 +115,7 @@ pub trait Subject {
     fn kill(&mut self);
     /// Notes why it is about to be ended, for others who watch it.
     fn condemn(&mut self, _why: Cause) {}
-    /// Why another one who watches it ended it, where one did.
+    /// Returns the cause for which another watcher ended it, if one did.
     fn condemned(&self) -> Option<Cause> {
         None
     }
@@ -123,7 +123,7 @@ pub trait Subject {
     fn write(&mut self, afresh: bool) -> bool;
 }
 
-/// Why a process counts as lost.
+/// Cause for which a process counts as lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
@@ -138,16 +138,16 @@ pub enum Cause {
 /// Result of one look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// It is lost: its outputs have been made safe. Once in the life of a process.
+    /// It is lost: its outputs have been made safe. This happens once in the life of a process.
     Lost {
-        /// Why.
+        /// Cause of the loss.
         cause: Cause,
         /// Time at which that was seen.
         seen_ns: i64,
     },
     /// It stands still and is spared: its outputs have been made safe.
     MadeSafe {
-        /// Why.
+        /// Cause of the loss.
         cause: Cause,
         /// Time at which that was seen.
         seen_ns: i64,
@@ -272,7 +272,7 @@ impl Watch {
         matches!(self.state, State::Lost { is_over: true, .. })
     }
 
-    /// Nothing of it is waited for any more: neither its end nor writes that failed.
+    /// Returns true if nothing of it is waited for: neither its end nor writes that failed.
     pub fn is_settled(&self) -> bool {
         self.is_over() && !self.is_owed
     }

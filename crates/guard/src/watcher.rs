@@ -98,7 +98,7 @@ impl Watcher {
         self.wakes.wake();
     }
 
-    /// This is the guard from now on: a child of ours, or that of a predecessor. Until it `guards`, this thread does.
+    /// Makes this process the guard: a child of ours, or that of a predecessor. Until it `guards`, this thread does.
     pub fn guarded_by(&self, child: Option<&Child>, link: &Arc<UnixLink>, guards: bool) {
         let process = match child {
             Some(child) => child.descriptor(),
@@ -202,7 +202,7 @@ fn prioritise() {
     }
 }
 
-/// Returns whether a guard that does not end is held stopped: it would stay for ever.
+/// Returns true if a guard that does not end is held stopped, and would stay forever.
 pub(crate) fn is_stopped(child: &Child) -> bool {
     child.descriptor().is_ok_and(|process| pid_of(process.as_fd()).is_ok() && Stops::of(process.as_fd()).now())
 }

@@ -28,14 +28,14 @@ pub trait Ends: Send {
     }
 }
 
-/// A connection over which nothing comes any more.
+/// A connection over which nothing comes, though both ends are there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostConnection {
     /// The writing source.
     pub writer: u32,
     /// The reading source.
     pub reader: u32,
-    /// Why, for people.
+    /// Cause of the loss, for people.
     pub message: String,
 }
 
@@ -58,7 +58,7 @@ pub trait Link: Send + Sync {
     fn close(&self);
 }
 
-/// Why an end of a connection could not be made.
+/// Error: an end of a connection could not be made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EndError {
     /// For people.

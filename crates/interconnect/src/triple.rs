@@ -86,7 +86,7 @@ impl<M: TripleMemory> TripleWriter<M> {
         TripleWriter { memory, back }
     }
 
-    /// Which buffer is this end's.
+    /// Returns the index of this end's buffer.
     #[inline]
     pub fn index(&self) -> u8 {
         self.back
@@ -102,7 +102,7 @@ impl<M: TripleMemory> TripleWriter<M> {
         unsafe { &mut *self.memory.for_writing(self.back) }
     }
 
-    /// Publishes the back buffer: the reader's next latch gets it, whole. One atomic swap. Real-time safe.
+    /// Publishes the back buffer: the reader's next latch gets it, whole. It takes one atomic swap. Real-time safe.
     #[inline]
     pub fn publish(&mut self) {
         let word = self.memory.middle().swap(self.back | NEWS, Ordering::AcqRel);
@@ -126,7 +126,7 @@ impl<M: TripleMemory> TripleReader<M> {
         TripleReader { memory, front }
     }
 
-    /// Which buffer is this end's.
+    /// Returns the index of this end's buffer.
     #[inline]
     pub fn index(&self) -> u8 {
         self.front

@@ -22,7 +22,7 @@ pub(crate) struct Watched {
     guard: Heartbeat,
     supervisor: Heartbeat,
     watchers: Option<(Duration, Watchers)>,
-    /// Whose end says that the supervisor is dying.
+    /// Process whose end says that the supervisor is dying.
     canary: Canary,
 }
 
@@ -68,7 +68,7 @@ impl Belongings {
         Arc::new(Belongings { system, processor, heart, handles: Mutex::new(handles), watched: Mutex::new(watched), guard: Mutex::new(guard) })
     }
 
-    /// Others watch it from now on.
+    /// Hands over to other watchers.
     fn watched_by(&self, guard: OwnedFd, supervisor: OwnedFd) -> Result<(), String> {
         *self.watched.lock().expect("nobody panics with the lock held") = Watched::by(guard, supervisor)?;
         Ok(())

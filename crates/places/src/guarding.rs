@@ -117,7 +117,7 @@ impl Guarding {
         self.path.as_ref()
     }
 
-    /// Guards a process from now on; `handles` brings what makes its devices safe. Errors: there is no guard, in words.
+    /// Starts guarding a process; `handles` brings what makes its devices safe. Errors: there is no guard, in words.
     pub fn watch(&self, command: &[OsString], name: &str, watched: Watched, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
@@ -214,7 +214,7 @@ impl Guarding {
         }
     }
 
-    /// The guard ends where it guards nothing any more.
+    /// The guard ends when it guards nothing.
     pub fn close(&self) {
         self.adopted.lock().expect("nobody panics with the lock held").clear();
         drop(self.guard.lock().expect("nobody panics with the lock held").take());

@@ -188,7 +188,7 @@ struct Process {
 }
 
 impl Process {
-    /// One that was killed could not take its socket away.
+    /// Removes its socket, which a killed process leaves behind.
     fn take_away(&self) {
         if let Some(socket) = self.socket.as_ref().filter(|_| !self.child.is_running()) {
             // Gone already is as good.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whom the parts of this crate tell what people should know.
+//! Receiver of what the parts of this crate tell people.
 use rtp::Tell;
 use std::sync::{Arc, OnceLock};
 
@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 pub(crate) struct Telling(Arc<OnceLock<Tell>>);
 
 impl Telling {
-    /// Says who is told from now on; once.
+    /// Sets the receiver; once.
     pub fn to(&self, tell: Tell) {
         // A second one would be of the same system.
         let _first = self.0.set(tell);

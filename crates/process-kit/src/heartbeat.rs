@@ -68,12 +68,12 @@ impl Heartbeat {
         usize::try_from(word).ok()?.checked_sub(1)
     }
 
-    /// Says what keeps it from beating, or that nothing does any more.
+    /// Says what keeps it from beating, or that nothing does.
     pub fn hold_up(&self, by: Option<usize>) {
         self.memory.word(HELD_UP).store(by.map_or(0, |number| number as u64 + 1), Ordering::Release);
     }
 
-    /// Why somebody who watches ended its process, by a number from 1 on that all who watch agree on; 0: nobody did.
+    /// Returns why a watcher ended its process, by a number from 1 on that all watchers agree on; 0: none did.
     pub fn ended_for(&self) -> u64 {
         self.memory.word(ENDED_FOR).load(Ordering::Acquire)
     }

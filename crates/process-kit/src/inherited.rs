@@ -37,7 +37,7 @@ fn number_of(given: &str, name: &str) -> Option<RawFd> {
     number.parse().ok().filter(|number| *number > 2)
 }
 
-/// Why an inherited descriptor is not there.
+/// Error: an inherited descriptor is not there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NotInherited {
     /// The name asked for.

@@ -217,7 +217,7 @@ fn settle(pid: libc::pid_t, real_time_max: Option<Duration>) -> io::Result<()> {
     }
 }
 
-/// Why a process could not be started.
+/// Error: a process could not be started.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LaunchError {
     /// The command line.

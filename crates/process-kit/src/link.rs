@@ -2,7 +2,7 @@
 //! The link between two processes of one host: frames over a Unix socket, with descriptors where asked for.
 //!
 //! A frame is its length and its number of descriptors, four bytes each, then its bytes. Both are looked at before anything is
-//! done with them; a frame that says more than is allowed closes the link, for what follows it cannot be read any more.
+//! done with them; a frame that says more than is allowed closes the link, as what follows it cannot be read.
 use crate::passing::{self, DESCRIPTORS_MAX};
 use interconnect::{Closed, Link};
 use std::io;
@@ -125,7 +125,7 @@ impl UnixLink {
         }
     }
 
-    /// Waits until the socket is ready or closed: true. False at the deadline.
+    /// Waits until the socket is ready or closed: true. Returns false at the deadline.
     fn ready(&self, events: libc::c_short, deadline: Option<Instant>) -> bool {
         loop {
             let left = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));

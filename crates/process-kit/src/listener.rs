@@ -89,7 +89,7 @@ pub fn connect(path: &Path) -> io::Result<UnixLink> {
     UnixLink::of(UnixStream::connect(path)?)
 }
 
-/// Returns whether nobody listens any more behind the socket at `path`: its process was killed.
+/// Returns whether no process listens behind the socket at `path`: its process was killed.
 pub fn is_abandoned(path: &Path) -> bool {
     matches!(UnixStream::connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
 }

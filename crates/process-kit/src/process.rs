@@ -61,7 +61,7 @@ pub fn ended(process: BorrowedFd<'_>, limit: Duration) -> bool {
     }
 }
 
-/// Signals the process and no other. False where there is none any more, or no right to.
+/// Signals the process and no other. Returns false if it has ended, or without the right to signal it.
 pub fn signal(process: BorrowedFd<'_>, signal: i32) -> bool {
     // SAFETY: takes no memory of ours.
     unsafe { libc::syscall(libc::SYS_pidfd_send_signal, process.as_raw_fd(), signal, std::ptr::null::<libc::siginfo_t>(), 0) == 0 }

@@ -5,7 +5,7 @@ use std::fmt;
 /// End of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// By itself, with this status.
+    /// It ended by itself, with this status.
     Exited(i32),
     /// By a signal.
     Killed {

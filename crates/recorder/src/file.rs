@@ -105,7 +105,7 @@ impl Book {
         whole
     }
 
-    /// Says anew what the file is about: who reads it takes what was said last.
+    /// Says again what the file is about: a reader takes what was said last.
     pub fn say(&mut self, about: (&str, &BTreeMap<String, String>)) {
         self.finish_chunk();
         let Some(writer) = &mut self.writer else { return };

@@ -67,7 +67,7 @@ pub(crate) struct Files {
 pub(crate) struct Rollover {
     /// True where the next file was begun.
     pub begins: bool,
-    /// Why an old file could not be deleted.
+    /// Reason why an old file could not be deleted.
     pub undeleted: Option<String>,
 }
 
@@ -120,7 +120,7 @@ impl Files {
         &mut self.said
     }
 
-    /// Says anew what the recording is.
+    /// Says again what the recording is.
     pub fn say(&mut self) {
         self.book.say((ABOUT, &self.said));
     }
@@ -184,7 +184,7 @@ impl Files {
     }
 }
 
-/// Why nothing more may be written, where the disk is too full.
+/// Returns the reason why nothing more may be written if the disk is too full.
 fn too_full(space: Space) -> Option<String> {
     let mega = |bytes: u64| bytes / 1_000_000;
     let said = || format!("the disk has {} MB free, and a recording leaves {} MB for what else is written there", mega(space.free), mega(space.spared));

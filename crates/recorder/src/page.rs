@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 pub(crate) const JSON: &str = "json";
 pub(crate) const JSON_SCHEMA: &str = "jsonschema";
 
-/// A channel of the file. Given by [`Page::channel`], valid for every page of the same recorder.
+/// A channel of the file. [`Page::channel`] returns it; it is valid for every page of the same recorder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ChannelId(pub(crate) usize);
 

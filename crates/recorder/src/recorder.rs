@@ -61,7 +61,7 @@ pub struct Summary {
     pub bytes: u64,
     /// Bytes that were free on their disk when it was written to last, where that is known.
     pub free_bytes: Option<u64>,
-    /// Why nothing more could be written, which ended it.
+    /// Failure that ended the recording, if one did.
     pub failure: Option<String>,
 }
 
@@ -248,7 +248,7 @@ struct Drain {
 }
 
 impl Drain {
-    /// Taps what is to be recorded. Refused: a name is of nothing, or a replay cannot begin any more.
+    /// Taps what is to be recorded. Refused: a name is of nothing, or a replay can no longer begin.
     fn new(system: &System, options: &Options) -> Result<Drain, Refusals> {
         let values = Values::new(system.tap_all(&options.svvs, options.cells)?);
         values.tap.hold_time();
@@ -292,7 +292,7 @@ impl Drain {
     }
 }
 
-/// Writes until nothing more comes. A file that cannot be written any more ends the recording.
+/// Writes until nothing more comes. A file that can no longer be written ends the recording.
 struct Writer {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings that were looked at lately: who asks for a value a moment later does not open the file anew.
+//! Recordings that were looked at lately: asking for a value a moment later does not open the file again.
 use crate::Archive;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Serialize;

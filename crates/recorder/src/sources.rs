@@ -121,7 +121,7 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// From now on. Refused where the system has interrupt sources already.
+    /// Starts recording inputs. Refused where the system has interrupt sources already.
     pub fn begin(system: &System) -> Result<Inputs, Refusals> {
         let recording = replay::Recording::begin(|names| system.record(names))?;
         Ok(Inputs { system: system.observer(), recording, items: Vec::new(), channel: None, next: 0, time_ns: system.now_ns() })

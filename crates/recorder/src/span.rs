@@ -10,8 +10,8 @@ use std::sync::Arc;
 /// One channel over a span.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// What was stored last before the span, and of each column the first, the last, and of each number the minimum and the maximum: whole
-    /// values with their own times.
+    /// Samples of a span: the value stored last before it, and of each column the first, the last, and of each number the minimum and the
+    /// maximum: whole values with their own times.
     pub samples: Samples,
     /// Of each number, over all values of the span.
     pub sums: Vec<Sums>,

@@ -61,7 +61,7 @@ impl State {
         self.shapes(page, false);
     }
 
-    /// Everything is told anew: a file begins.
+    /// Tells everything again, because a file begins.
     pub fn renew(&mut self) {
         (self.version, self.next_ns) = (0, self.system.now_ns());
         self.structure.clear();

@@ -55,7 +55,7 @@ pub struct Replaying {
     pub time_ns: Option<i64>,
     /// Findings, once it is over.
     pub found: Option<Found>,
-    /// Why it could not be run, or not to its end.
+    /// Reason why it could not be run, or not to its end.
     pub failure: Option<String>,
 }
 
@@ -169,7 +169,7 @@ pub fn serve() -> Result<(), String> {
     .or(Ok(()))
 }
 
-/// Nothing where nobody listens any more.
+/// Returns none if nobody listens.
 fn run(request: Request, link: &mut UnixStream) -> Result<Option<Found>, String> {
     let Request { path, trust, mut others, python } = request;
     if !others.is_empty() {

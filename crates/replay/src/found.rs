@@ -5,7 +5,7 @@ use crate::condition::number;
 use crate::player::Svv;
 use serde::{Deserialize, Serialize};
 
-/// Why a run went no further.
+/// Reason why a run went no further.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayStopped"))]

@@ -12,7 +12,7 @@ use runtime::{Change, Played};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Why a record cannot be run on, in words.
+/// Reason why a record cannot be run on, in words.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unplayable(pub String);
 
@@ -24,7 +24,7 @@ impl std::fmt::Display for Unplayable {
 
 impl std::error::Error for Unplayable {}
 
-/// A stretch of a source that was run again.
+/// A segment of a source that was run again.
 #[derive(Clone, Debug)]
 pub struct Moment {
     /// The source.
@@ -85,7 +85,7 @@ impl Player {
         Player { host, ground, reader: Reader::default(), scripts, sources, svvs, firings: 0, fingerprint: 0 }
     }
 
-    /// The next item; what happened, where that is a stretch of a source.
+    /// Plays the next item; returns what happened if that is a segment of a source.
     ///
     /// # Errors
     /// The record ends here for the player, and why.
@@ -155,7 +155,7 @@ impl Player {
         Ok(Moment { source, occasion: stretch.occasion, number: stretch.number, time_ns: stretch.time_ns, same, differs })
     }
 
-    /// The stretch is part of the fingerprint: what happened, what came from outside, and what was computed.
+    /// Adds the segment to the fingerprint: what happened, what came from outside, and what was computed.
     fn mark(&mut self, source: SourceId, stretch: &Stretch) {
         let of = match stretch.occasion {
             Occasion::Firing => 1,

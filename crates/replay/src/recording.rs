@@ -39,7 +39,7 @@ impl Item {
         postcard::from_bytes(bytes).map_err(|why| format!("an item of the record cannot be read ({why}): it is damaged, or of another version of OpenGPAC"))
     }
 
-    /// Why the record cannot be run again from here on, where that is what it says.
+    /// Returns why the record cannot be run again from here on, if that is what it says.
     pub fn broken(&self) -> Option<&str> {
         if let Item::Entry(Entry::Broken(why)) = self { Some(why) } else { None }
     }
@@ -59,7 +59,7 @@ struct Code {
     is_taken: bool,
 }
 
-/// Gathers the items of a record that is being made. When it is dropped nothing is written down any more.
+/// Gathers the items of a record that is being made. Dropping it ends the writing.
 pub struct Recording {
     trace: Arc<Trace>,
     modules: Modules,

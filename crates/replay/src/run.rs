@@ -23,7 +23,7 @@ pub struct Asked {
     pub show: Vec<String>,
     /// Code modules in the place of recorded ones: (name of the module, shared object).
     pub with: Vec<(String, PathBuf)>,
-    /// Which of the code modules that the file brings may run; none by itself.
+    /// Code modules that the file brings and that may run; none by itself.
     pub trust: Trust,
     /// The interpreter that tries code modules in a process of its own.
     pub python: String,

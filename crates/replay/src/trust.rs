@@ -6,7 +6,7 @@ use crate::recording::Item;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Which modules of a file may run.
+/// Modules of a file that may run.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 pub enum Trust {

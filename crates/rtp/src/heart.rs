@@ -20,8 +20,8 @@ pub const BEAT: Duration = Duration::from_millis(20);
 const STUCK_NS: i64 = 1_000_000_000;
 const STUCK_PERIODS: i64 = 10;
 
-/// Runs the heart of a processor until that ends. Where neither the guard nor the supervisor watches it any more, every output is safe from
-/// the next firing on, and the heart stops.
+/// Runs the heart of a processor until that ends. If neither the guard nor the supervisor watches it, every output is safe from the next
+/// firing on, and the heart stops.
 pub(crate) fn run(shared: &Shared, terms: &Terms) {
     runtime::take_for_heart();
     let mut firings = Firings::default();
@@ -47,7 +47,7 @@ pub(crate) fn run(shared: &Shared, terms: &Terms) {
 pub struct Firings(HashMap<SourceId, (u64, i64)>);
 
 impl Firings {
-    /// The place among these of the first timer that does not fire any more; none while all serve. One that a fault stopped has said so, and
+    /// Returns the index among these of the first timer that no longer fires; none while all serve. One that a fault stopped has said so, and
     /// counts as serving.
     pub fn stuck(&mut self, host: &Host, sources: &[SourceId]) -> Option<usize> {
         let now_ns = host.now_ns();

@@ -14,7 +14,7 @@ pub type Near = Box<dyn Ends>;
 
 /// Starts processors in processes of this host, and finds those that joined from others. Given to a system by its maker.
 pub trait Places: Send + Sync {
-    /// Sets the receiver of notes for people: their subject, and what happened. Once, before the first process.
+    /// Sets the receiver of notes for people: their subject, and what happened. Called once, before the first process.
     fn tell_to(&self, _tell: Tell) {}
 
     /// A process of this host for processors: `name` is that of the only one, or what those that share it call it.
@@ -59,7 +59,7 @@ pub type Holder = Box<dyn Fn(&str, &[SafeHandle]) -> Result<(), String> + Send +
 
 /// A processor of this process, guarded until this is dropped.
 pub trait Held: Send + Sync {
-    /// What gives it handles; it may outlive this.
+    /// Returns the holder that gives it handles; it may outlive this.
     fn holder(&self) -> Holder;
 
     /// The kernels here serve. Never waits.
@@ -71,7 +71,7 @@ pub trait Held: Send + Sync {
 pub struct Bounds {
     /// Of the processor, in a process of this host: it is ended where its heart stands still for so long; none: as long as its guard finds right.
     pub lost_after: Option<Duration>,
-    /// How long, after its commander is gone, what goes on waits for a supervisor that takes it over.
+    /// Time for which a process that goes on without its commander waits for a supervisor that takes it over.
     pub patience: Duration,
     /// Of who commands it, where it only stands still: it counts as gone then.
     pub silence: Duration,
@@ -102,7 +102,7 @@ pub struct Started {
 
 /// The process of a processor.
 pub trait Running: Send + Sync {
-    /// Why it ended, in words: `was killed by signal 9 (SIGKILL)`. May wait a moment for its end to be known.
+    /// Returns the cause of its end in words: `was killed by signal 9 (SIGKILL)`. May wait a moment for its end to be known.
     fn cause(&self) -> String;
 
     /// The step that source `place`, by the order in which the sources there were made, ran when it was looked at; none where none did.
@@ -118,7 +118,7 @@ pub trait Running: Send + Sync {
     /// It is about to be told to end.
     fn ending(&self) {}
 
-    /// It was adopted, and belongs to this side from now on.
+    /// Notes that it was adopted, and belongs to this side.
     fn taken_over(&self) {}
 
     /// Waits for its end, and ends it where it takes too long. Nothing of it is left.

@@ -46,7 +46,7 @@ pub struct Processor {
     is_up: AtomicBool,
     /// Its loss is being told.
     is_leaving: AtomicBool,
-    /// Why it went down last, in words.
+    /// Cause of its last loss, in words.
     lost: Mutex<Option<String>>,
     /// Bound for its silence.
     silence_ms: AtomicU64,
@@ -82,7 +82,8 @@ const ALIVE: Duration = Duration::from_millis(500);
 const LOOK: Duration = Duration::from_millis(50);
 
 impl Processor {
-    /// One that is not there yet, by the name of the process, on another host that of the processor. `host_name`: where it runs, none on this host.
+    /// Makes a processor that is not there yet, by the name of the process, on another host that of the processor. `host_name`: where it runs, none
+    /// on this host.
     pub fn new(name: &str, host_name: Option<&str>, bounds: Bounds) -> Arc<Processor> {
         Arc::new(Processor {
             name: name.to_owned(),
@@ -294,7 +295,7 @@ impl Processor {
     }
 
     /// Says what becomes of a process in a source there if its supervisor is gone: it goes on (`Some(None)`), a script is carried out, or
-    /// nothing any more.
+    /// nothing happens.
     pub fn farewell(&self, process: u64, source: SourceId, script: Option<Option<&Script>>) {
         let mut wire = locked(&self.wire);
         let order = match script {

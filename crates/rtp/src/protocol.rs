@@ -70,7 +70,7 @@ pub enum News {
     Raised { source: SourceId },
     /// State of the processor.
     Beat(Beat),
-    /// An order that cannot be carried out: the two sides do not agree any more.
+    /// An order that cannot be carried out: the two sides disagree.
     Broken { message: String },
 }
 
@@ -94,7 +94,7 @@ pub enum Answer {
 pub struct TakenOver {
     /// Blocks that go on, by label.
     pub carried: Vec<String>,
-    /// Blocks that begin anew, by label, each with the reason in words.
+    /// Blocks that begin again, by label, each with the reason in words.
     pub anew: Vec<(String, String)>,
     /// Blocks that ran and were not started again: they have ended.
     pub ended: Vec<String>,

@@ -45,7 +45,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     }
 }
 
-/// Waits for a supervisor that commands what goes on from now on. Errors: none came within its patience.
+/// Waits for a supervisor that takes command of what goes on. Errors: none came within its patience.
 fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent, Box<Agent>> {
     let until = Instant::now() + agent.patience;
     while agent.goes_on {

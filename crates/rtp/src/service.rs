@@ -22,11 +22,10 @@ pub type OnDevice = Arc<dyn Fn(&Device, bool) + Send + Sync>;
 /// longer.
 pub type Unwatched = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
-/// Called every 20 ms with the place of the timer, by the order in which the sources here were made, that does not fire any more; none while all
-/// serve.
+/// Called every 20 ms with the index of the timer, by the order in which the sources here were made, that no longer fires; none while all serve.
 pub type Beats = Arc<dyn Fn(Option<usize>) + Send + Sync>;
 
-/// Rests for so long; true: who commands is dying, and will say nothing any more.
+/// Rests for so long; true: the commander is dying, and will say nothing more.
 pub type Rests = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
 /// Services that a process gives to its processor.

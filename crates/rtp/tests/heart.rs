@@ -14,7 +14,7 @@ use std::time::Duration;
 /// A net for a machine that is busy, not a measure.
 const NET: Duration = Duration::from_secs(300);
 
-/// Who commands, has said a few things, and then stands still: nothing that is sent to it is taken, but the first frame.
+/// A commander that has said a few things, and then stands still: nothing that is sent to it is taken, but the first frame.
 struct Still {
     said: Mutex<VecDeque<Vec<u8>>>,
     state: Mutex<State>,

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
-/// Which end.
+/// End of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     Writing,
@@ -125,7 +125,7 @@ impl Drop for Connection {
     }
 }
 
-/// Why an end could not be made.
+/// Failure to make an end.
 enum Failure {
     System(io::Error),
     Taken,

@@ -19,7 +19,7 @@ pub(crate) struct Fate {
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub(crate) enum Word {
-    /// Which buffer is in the middle.
+    /// Index of the buffer in the middle.
     Middle,
     /// A count of rows: the value is how many would wait.
     Rows,
@@ -47,7 +47,7 @@ impl Fate {
         }
     }
 
-    /// Why it was lost; once.
+    /// Returns the cause of its loss; once.
     pub fn news(&self) -> Option<LostConnection> {
         if !self.lost.load(Ordering::Acquire) || self.told.swap(true, Ordering::Relaxed) {
             return None;

@@ -64,7 +64,7 @@ use std::sync::{Arc, Weak};
 /// Ends of connections in memory that the processes of one run of a system share. It may be dropped before its ends.
 ///
 /// An end exists once: a second one with its number and kind is refused while the first lives, here or in another process. A connection lives as long as
-/// one of its ends; when both are gone, its number begins anew.
+/// one of its ends; when both are gone, its number begins afresh.
 pub struct SharedMemory {
     /// Started with the first reading end that has a queue.
     listener: Option<Arc<Listener>>,

@@ -138,7 +138,7 @@ impl Drop for Sealed {
     }
 }
 
-/// Returns how many bytes a sealed memory has, for ever.
+/// Returns the number of bytes of a sealed memory, which never changes.
 fn sealed_len(descriptor: BorrowedFd<'_>) -> io::Result<usize> {
     // SAFETY: asks about an open descriptor.
     let seals = unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_GET_SEALS) };

@@ -38,7 +38,7 @@ const LOOK: Duration = Duration::from_millis(1);
 pub enum Asked {
     Nothing,
     Home,
-    /// The service does not wait any more.
+    /// The service no longer waits.
     Stop,
     GoingOn,
     Attained,
@@ -93,7 +93,7 @@ impl Homes {
         if is_stopped() { Err(device::under_a_stop("home").message) } else { Ok(Begun(rests)) }
     }
 
-    /// The device is brought to its safe state: nobody is on the way home any more, and no homing that has begun asks for anything. Real-time safe.
+    /// Notes that the device is brought to its safe state: no axis is on its way home, and no homing that has begun asks for anything.
     pub fn rest(&self) {
         self.rests.fetch_add(1, Ordering::AcqRel);
         self.end_with(Asked::Stopped);
@@ -137,7 +137,7 @@ impl Homes {
         }
     }
 
-    /// Nobody is on the way home any more.
+    /// Ends every way home.
     pub fn end(&self) {
         self.end_with(Asked::Gone);
     }

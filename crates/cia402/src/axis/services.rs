@@ -83,12 +83,12 @@ impl<R: Reach> Shared<R> {
         Shared { resets, homes: Homes::new(scales), names, titles, closed, reached: Mutex::new(None) }
     }
 
-    /// From now on drives are reached by this.
+    /// Sets how drives are reached.
     pub fn reach(&self, by: R) {
         *self.reached.lock().unwrap_or_else(PoisonError::into_inner) = Some(by);
     }
 
-    /// From now on drives are not reached, and none is on its way home.
+    /// Forgets how drives are reached; none is on its way home.
     pub fn leave(&self) {
         self.homes.end();
         *self.reached.lock().unwrap_or_else(PoisonError::into_inner) = None;

@@ -214,7 +214,7 @@ impl Drive {
         }
     }
 
-    /// Takes note that outputs do not come any more, as a drive does.
+    /// Takes note that outputs no longer come, as a drive does.
     pub fn lose_communication(&mut self, objects: &mut Objects) {
         objects.set_number(self.at.control, 0);
         if self.state == DriveState::OperationEnabled {

@@ -37,7 +37,7 @@ enum Way {
 /// Motion in a step.
 pub struct Moved {
     pub velocity: f64,
-    /// The position that its place has from now on.
+    /// New position of its place.
     pub position: Option<f64>,
 }
 

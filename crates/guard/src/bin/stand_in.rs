@@ -23,7 +23,7 @@ fn link() -> UnixLink {
     UnixLink::from_descriptor(inherited("link").expect("passed")).expect("a socket")
 }
 
-/// Stores 1, 2, 3, … to its output and beats, for ever.
+/// Stores 1, 2, 3, … to its output and beats, without end.
 fn rtp() {
     let output = SharedMemory::received(inherited("output").expect("passed"), 16).expect("memory");
     let heartbeat = Heartbeat::received(inherited("heartbeat").expect("passed")).expect("memory");

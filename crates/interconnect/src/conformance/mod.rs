@@ -234,7 +234,7 @@ pub fn connections_do_not_mix(it: &mut Interconnect) {
     assert_eq!(other_receiver.peek_row(), Some((2, [2; 3].as_slice())));
 }
 
-/// The end that is left goes on; a new connection begins anew.
+/// The end that is left goes on; a new connection begins afresh.
 pub fn an_end_that_is_gone_troubles_nobody(it: &mut Interconnect) {
     let (mut sender, receiver) = it.connect(&SPEC);
     it.publish(&mut *sender, 1);

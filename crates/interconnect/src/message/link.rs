@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 pub struct Faults {
     /// Least delay, ns.
     pub delay_ns_min: i64,
-    /// Greatest delay, ns. Packets that are not reordered keep their order all the same.
+    /// Maximum delay, ns. Packets that are not reordered keep their order all the same.
     pub delay_ns_max: i64,
     /// Probability that a packet is lost.
     pub drop: f64,

@@ -35,7 +35,7 @@ impl Message {
         self.traffic().link.counters
     }
 
-    /// Changes the faults from now on: what is on its way stays as it is, and connections keep their window.
+    /// Changes the faults: packets on their way stay as they are, and connections keep their window.
     pub fn set_faults(&self, faults: Faults) {
         faults.check();
         self.traffic().link.faults = faults;

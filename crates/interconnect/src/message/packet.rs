@@ -46,7 +46,7 @@ pub struct Damaged;
 /// Content of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repr<'a> {
-    /// Which connection, of all that share the way.
+    /// Number of the connection, among all that share the way.
     pub connection: u64,
     /// Its content.
     pub content: Content<'a>,
@@ -57,7 +57,7 @@ pub struct Repr<'a> {
 pub enum Content<'a> {
     /// Publication `sequence` (from 1) of the group.
     Group {
-        /// Which publication, from 1.
+        /// Number of the publication, from 1.
         sequence: u64,
         /// Publisher, and time of the publication.
         header: Header,
@@ -71,7 +71,7 @@ pub enum Content<'a> {
     },
     /// Row `sequence` (from 0).
     Row {
-        /// Which row, from 0.
+        /// Number of the row, from 0.
         sequence: u64,
         /// The writer's number.
         number: u64,
