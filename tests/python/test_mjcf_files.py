@@ -139,6 +139,19 @@ def test_a_joint_that_friction_holds_throws_no_other_joint(tmp_path: Path, frict
     assert np.abs(asked - sensed).max() < 0.05
 
 
+@pytest.mark.parametrize("friction", [5, 40])
+def test_a_passive_joint_with_friction_pulls_no_other_joint_off_its_way(tmp_path: Path, friction: int) -> None:
+    """The wrist has no motor, and friction bears its weight, 3 N.m at the most: it moves along as if it were fixed."""
+    file = arm(tmp_path, hand="0.15", actuators=MOTORS.replace('<motor joint="wrist" ctrlrange="-80 80"/>', ""))
+    stiff = f'<joint name="wrist" axis="0 1 0" range="-2 2" frictionloss="{friction}"/>'
+    text = file.read_text().replace('<joint name="wrist" axis="0 0 1" range="-2 2"/>', stiff).replace('mass="0.2"', 'mass="2"')
+    file.write_text(text)
+    found, error = moved(file, [0.5, 0.4])
+    assert error < 1e-4
+    asked, sensed = (of.history[-1000:]["value"] for of in (found["elbow"].reference, found["elbow"].sensed))
+    assert np.abs(asked - sensed).max() < 1e-3
+
+
 def test_friction_leaves_less_effort_for_accelerations(tmp_path: Path) -> None:
     def of(name: str, friction: int) -> float:
         (tmp_path / name).mkdir()

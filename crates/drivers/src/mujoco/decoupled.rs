@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Decoupled efforts: computed torque in the drive, under dry friction and within the limits of the motors.
 //!
-//! **Friction.** A decoupled effort asks for an acceleration, and the other joints bear what that does to them. A joint that dry friction holds does
-//! not accelerate, whatever is asked: the others bear what it really does. Its own motor does not make up for its friction, that is the servo's part.
+//! **Friction.** The motor of a joint makes up for its dry friction, in proportion to the velocity that is asked for up to `SPEED_OF_FRICTION` and
+//! wholly above it, so that a joint at rest does not chatter. A joint that friction holds all the same does not accelerate, whatever is asked: the
+//! others bear what it really does. The friction is the plant's own (see [`Plant::load_efforts`]): MuJoCo's is a soft constraint, and a motor that is
+//! computed with another friction than acts makes the arm swing.
 //! **Limits.** Where a motor cannot give what is needed, the accelerations of all joints of its tree are reduced by the same factor, as far as
 //! gravity allows: if one motor alone were limited, the others would push the arm off its path. A motor that cannot hold its joint gives its
 //! maximum effort, and the other joints are computed with that.
 use super::plant::Plant;
+
+/// Velocity from which on a motor makes up for the whole friction of its joint: rad/s, and m/s of a sliding joint.
+const SPEED_OF_FRICTION: f64 = 2e-3;
+const SPEED_OF_FRICTION_M: f64 = 2e-4;
 
 impl Plant {
     /// Whether a joint moves by a decoupled effort.
@@ -48,50 +54,52 @@ impl Plant {
         effort.abs() > self.arm.joints[j].part.effort_max
     }
 
-    /// Takes the efforts that the decoupled joints need for what is asked of them.
+    /// Takes the efforts that the decoupled joints need for what is asked of them, and the friction under which they move.
     fn need(&mut self) {
-        let (nv, step_s) = (self.bias.len(), self.arm.timestep_ns as f64 * 1e-9);
+        let step_s = self.step_s();
         self.accelerations.fill(0.0);
-        self.rubbing.fill(0.0);
         for j in 0..self.arm.joints.len() {
             if self.is_given(j) {
-                let (joint, v) = (&self.arm.joints[j], self.arm.joints[j].velocity);
-                let (asked, inertia, friction) = (self.decoupled[j] / joint.inertia, self.inertia[v * (nv + 1)], self.arm.friction[v]);
-                // What would stop the joint within this step, as far as its friction goes.
-                self.rubbing[v] = (inertia * (asked + self.state[self.positions + v] / step_s)).clamp(-friction, friction);
-                self.accelerations[v] = asked - self.rubbing[v] / inertia;
+                let joint = &self.arm.joints[j];
+                let (v, inertia, asked) = (joint.velocity, joint.inertia, self.decoupled[j] / joint.inertia);
+                let (friction, speed) = (self.arm.plant_friction[v], self.state[self.positions + v]);
+                let whole = if joint.part.unit == "m" { SPEED_OF_FRICTION_M } else { SPEED_OF_FRICTION };
+                let made_up = friction * ((speed + step_s * asked) / whole).clamp(-1.0, 1.0);
+                // What stops the joint within this step, as far as its friction goes.
+                self.rubbing[v] = (-inertia * (asked + speed / step_s) - made_up).clamp(-friction, friction);
+                self.accelerations[v] = asked + (made_up + self.rubbing[v]) / inertia;
             }
         }
-        self.needed.copy_from_slice(&self.forces[..nv]);
-        self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.needed);
-        for j in 0..self.arm.joints.len() {
-            if self.is_given(j) {
-                let v = self.arm.joints[j].velocity;
-                self.needed[v] += self.forces[v] + self.rubbing[v];
-            }
-        }
+        let efforts = std::mem::take(&mut self.needed);
+        self.needed = self.efforts_for(efforts);
     }
 
-    /// Takes the efforts that the decoupled joints need in order not to accelerate.
+    /// Takes the efforts that the decoupled joints need in order not to accelerate under the same friction.
     fn stand(&mut self) {
-        let nv = self.bias.len();
         self.accelerations.fill(0.0);
-        self.standing.copy_from_slice(&self.forces[..nv]);
-        self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.standing);
+        let efforts = std::mem::take(&mut self.standing);
+        self.standing = self.efforts_for(efforts);
+    }
+
+    /// Returns the efforts that give the decoupled joints their `accelerations`.
+    fn efforts_for(&mut self, mut efforts: Vec<f64>) -> Vec<f64> {
+        efforts.copy_from_slice(&self.forces[..self.bias.len()]);
+        self.solve(&mut efforts);
         for j in 0..self.arm.joints.len() {
             if self.is_given(j) {
                 let v = self.arm.joints[j].velocity;
-                self.standing[v] += self.forces[v];
+                efforts[v] += self.forces[v] - self.rubbing[v];
             }
         }
+        efforts
     }
 
     /// Reduces what is asked until the motors can give it.
     fn keep_to_motors(&mut self) {
         self.stand();
         while self.give_all() {
-            self.stand();
             self.need();
+            self.stand();
         }
         for j in 0..self.arm.joints.len() {
             if self.is_given(j) {

@@ -2,9 +2,13 @@
 //! The loads on the plant in one time step: efforts of the drives and brakes, and the push at the tool.
 use super::model::Tool;
 use super::plant::Plant;
+use super::prescribed::Equations;
 
 impl Plant {
-    /// Efforts of the commanded joints, and what the brakes bear.
+    /// Efforts of the commanded joints, dry friction, and what the brakes bear.
+    ///
+    /// Dry friction of the arm is a force of this step, computed with the equations that its drives know, and not a constraint of MuJoCo's (see
+    /// [`super::model`]); so a drive and the machine have the same one.
     pub(super) fn load_efforts(&mut self) {
         let nv = self.bias.len();
         self.forces[..nv].fill(0.0);
@@ -19,7 +23,7 @@ impl Plant {
             }
         }
         let is_braked = self.braked.contains(&true);
-        if is_free && (is_braked || is_decoupled) {
+        if self.arm.rubs || (is_free && (is_braked || is_decoupled)) {
             self.load_dynamics();
         }
         if is_decoupled {
@@ -28,18 +32,42 @@ impl Plant {
         for (motor, joint) in self.motors.iter_mut().zip(&self.arm.joints) {
             *motor = self.forces[joint.velocity];
         }
-        if is_free && is_braked {
-            self.given.copy_from_slice(&self.braked);
-            self.accelerations.fill(0.0);
-            self.prescribed.efforts(&self.inertia, &self.drift, &self.given, &self.accelerations, &mut self.forces[..nv]);
+        if self.arm.rubs || (is_free && is_braked) {
+            self.load_brakes_and_friction();
         }
+    }
+
+    /// Adds what the brakes bear, and the friction of all others under the efforts that they have now.
+    fn load_brakes_and_friction(&mut self) {
+        let mut forces = std::mem::take(&mut self.forces);
+        self.given.copy_from_slice(&self.braked);
+        self.accelerations.fill(0.0);
+        self.rubbing.fill(0.0);
+        self.solve(&mut forces[..self.bias.len()]);
+        for (force, rubbing) in forces.iter_mut().zip(&self.rubbing) {
+            *force += rubbing;
+        }
+        self.forces = forces;
+    }
+
+    /// Solves the equations of this step: `efforts` of those whose accelerations are given, and the friction of the others.
+    pub(super) fn solve(&mut self, efforts: &mut [f64]) {
+        let nv = self.bias.len();
+        let velocity = &self.state[self.positions..][..nv];
+        let of = Equations { inertia: &self.inertia, drift: &self.drift, friction: &self.arm.plant_friction, velocity, step_s: self.step_s() };
+        self.prescribed.efforts(&of, &self.given, &self.accelerations, efforts, &mut self.rubbing);
+    }
+
+    /// The time step of the simulation, s.
+    pub(super) fn step_s(&self) -> f64 {
+        self.arm.timestep_ns as f64 * 1e-9
     }
 
     /// Takes the inertia and every force but the efforts, as the next step uses them: an implicit integrator adds the damping of one step to the
     /// inertia.
     fn load_dynamics(&mut self) {
         self.weigh();
-        let (nv, step_s) = (self.bias.len(), self.arm.timestep_ns as f64 * 1e-9);
+        let (nv, step_s) = (self.bias.len(), self.step_s());
         // SAFETY: model and data belong together; `inertia` has nv * nv elements.
         unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.data(), self.inertia.as_mut_ptr()) };
         for i in 0..nv {

@@ -3,8 +3,9 @@
 //!
 //! The model's fields are read by name, through a batch of one simulation: no layout of `mjModel` is assumed. The same way it is
 //! changed once: actuation is off, because every effort goes in as a generalised force (`qfrc_applied`). So an arm whose actuators
-//! are motors and one whose actuators are position servos are commanded alike, by torque; and the automatic reset after a
-//! numerical failure is off, because a plant that jumps to its start is worse than one that is lost.
+//! are motors and one whose actuators are position servos are commanded alike, by torque; the automatic reset after a
+//! numerical failure is off, because a plant that jumps to its start is worse than one that is lost; and dry friction of the arm goes in as a
+//! force, too, because the drives have to know it: MuJoCo's is a constraint that is solved after they have given their efforts.
 use super::actuators::{efforts, speeds};
 use super::compile::compile;
 use super::functions::{BatchConfig, Model, MuJoCo, object};
@@ -20,6 +21,7 @@ const INTEGRATOR_RK4: i32 = 1;
 const JOINT_FREE: i32 = 0;
 const JOINT_SLIDE: i32 = 2;
 const JOINT_HINGE: i32 = 3;
+const EQUALITY_OF_JOINTS: i32 = 2;
 const SENSOR_TOUCH: i32 = 0;
 const SENSOR_ACCELEROMETER: i32 = 1;
 const SENSOR_VELOCIMETER: i32 = 2;
@@ -102,6 +104,9 @@ pub(super) struct Arm {
     /// Viscous damping and dry friction of each degree of freedom.
     pub damping: Vec<f64>,
     pub friction: Vec<f64>,
+    /// The part of the friction that the plant computes, and whether there is any: MuJoCo computes that of followers and of what is apart.
+    pub plant_friction: Vec<f64>,
+    pub rubs: bool,
     /// For each degree of freedom: the tree of bodies that it belongs to. No force acts between two trees but by contact.
     pub trees: Vec<i32>,
     pub springs: Vec<Spring>,
@@ -132,10 +137,8 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let fields = Fields::new(&arm, path)?;
     fields.set_flags("opt.disableflags", DISABLE_ACTUATION | DISABLE_AUTORESET);
     if let Some(step) = timestep_s {
-        fields.set_real("opt.timestep", step);
+        fields.set_reals("opt.timestep", &[step]);
     }
-    // SAFETY: the batch was made from this very model, so the sizes are equal.
-    unsafe { (arm.mujoco.mjb_getModel)(fields.batch, 0, model) };
     let timestep_ns = (fields.reals("opt.timestep")[0] * 1e9).round() as i64;
     let runge_kutta = fields.ints("opt.integrator")[0] == INTEGRATOR_RK4;
     let home = arm.id(object::KEY, "home");
@@ -146,6 +149,10 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let freedoms = freedoms(&arm, &fields);
     let (springs, apart) = (springs(&fields), apart(&fields, &joints));
     let (damping, friction, trees) = (fields.reals("dof_damping"), fields.reals("dof_frictionloss"), fields.ints("dof_treeid"));
+    let plant_friction = plant_friction(&fields, &friction, &joints, &apart);
+    fields.set_reals("dof_frictionloss", &std::iter::zip(&friction, &plant_friction).map(|(whole, ours)| whole - ours).collect::<Vec<_>>());
+    // SAFETY: the batch was made from this very model, so the sizes are equal.
+    unsafe { (arm.mujoco.mjb_getModel)(fields.batch, 0, model) };
     drop(fields);
     if joints.is_empty() {
         return Err(refusals::no_actuated_joint(path));
@@ -156,6 +163,8 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     (arm.joints, arm.tool, arm.sensors, arm.free) = (joints, tool, sensors, free);
     (arm.springs, arm.apart, arm.freedoms) = (springs, apart, freedoms);
     (arm.damping, arm.friction, arm.trees) = (damping, friction, trees);
+    arm.rubs = plant_friction.iter().any(|most| *most > 0.0);
+    arm.plant_friction = plant_friction;
     arm.contacts = (contacts > 0).then(|| (arm.id(object::SENSOR, contacts::SENSOR), contacts as usize));
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
     survey::fit(&mut arm);
@@ -174,6 +183,8 @@ impl Arm {
             free: vec![],
             damping: vec![],
             friction: vec![],
+            plant_friction: vec![],
+            rubs: false,
             trees: vec![],
             springs: vec![],
             apart: vec![],
@@ -234,6 +245,15 @@ fn springs(fields: &Fields) -> Vec<Spring> {
 fn apart(fields: &Fields, joints: &[Joint]) -> Vec<bool> {
     let tree = fields.ints("dof_treeid");
     tree.iter().map(|of| joints.iter().all(|joint| tree[joint.velocity] != *of)).collect()
+}
+
+/// The dry friction that the plant computes: of the arm, but for joints that follow others by an equality.
+fn plant_friction(fields: &Fields, friction: &[f64], joints: &[Joint], apart: &[bool]) -> Vec<f64> {
+    let (kinds, firsts, seconds) = (fields.ints("eq_type"), fields.ints("eq_obj1id"), fields.ints("eq_obj2id"));
+    let coupled = |joint: i32| (0..kinds.len()).any(|e| kinds[e] == EQUALITY_OF_JOINTS && (firsts[e] == joint || seconds[e] == joint));
+    let of = fields.ints("dof_jntid");
+    let is_ours = |v: usize| !apart[v] && (joints.iter().any(|joint| joint.velocity == v) || !coupled(of[v]));
+    friction.iter().enumerate().map(|(v, most)| if is_ours(v) { *most } else { 0.0 }).collect()
 }
 
 /// The joints that an actuator drives alone, in the order of the joints.
@@ -381,11 +401,11 @@ impl<'a> Fields<'a> {
         self.read::<u8>(name).into_iter().map(|b| b != 0).collect()
     }
 
-    fn set_real(&self, name: &str, value: f64) {
+    fn set_reals(&self, name: &str, values: &[f64]) {
         let (place, count, size) = self.place(name);
-        if count > 0 && size == 8 {
-            // SAFETY: one element of eight bytes lies there.
-            unsafe { *place.cast::<f64>() = value };
+        if count == values.len() && size == 8 {
+            // SAFETY: so many elements of eight bytes lie there.
+            values.iter().enumerate().for_each(|(i, value)| unsafe { *place.cast::<f64>().add(i) = *value });
         }
     }
 
