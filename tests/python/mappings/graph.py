@@ -124,13 +124,19 @@ class Entry:
     """Of a graph whose values go by numbers of invocations: what holds too where releases were skipped."""
     begins_later: bool = False
     """Its reader goes by the number at which it began: where the network kept its start from coming, the run is another program's."""
+    left_by_count: bool = False
+    """A list with a reader is left when its writer has counted: where values are under way for longer than that count goes on, the reader
+    has fewer of them, and the run is another program's."""
 
 
 def graph(
-    model: Callable[[], Model] | None = None, skipping: Callable[[Found], bool] | None = None, begins_later: bool = False
+    model: Callable[[], Model] | None = None,
+    skipping: Callable[[Found], bool] | None = None,
+    begins_later: bool = False,
+    left_by_count: bool = False,
 ) -> Callable[[Callable[[Stage], Graph]], Entry]:
     """Makes an entry of a function; its name is the function's."""
-    return lambda make: Entry(make.__name__, make, model, skipping, begins_later)
+    return lambda make: Entry(make.__name__, make, model, skipping, begins_later, left_by_count)
 
 
 def verb_of(stage: Stage, name: str, made: Graph) -> tuple[gpac.Verb[..., Any], dict[str, gpac.Source]]:

@@ -61,12 +61,22 @@ def holds_skipping(name: str, found: dict[str, Any]) -> bool:
     return skipping is not None and skipping(found)
 
 
+def ends_sooner(found: dict[str, Any], expected: dict[str, Any]) -> bool:
+    """Whether recorders hold the first of the expected values and then none: zeros, as they were made."""
+
+    def begins(values: Any, whole: Any) -> bool:
+        taken = len(np.trim_zeros(values, "b"))
+        return len(values) == len(whole) and bits(values[:taken]) == bits(whole[:taken])
+
+    return found.keys() == expected.keys() and all(begins(found[key], expected[key]) for key in found)
+
+
 def verdict(name: str, found: dict[str, Any], expected: dict[str, Any], told: Told) -> str:
-    """What a run shows: `right`, `again` (a value was lost, which is told), or what is wrong with it."""
+    """What a run shows: `right`, `again` (a value was lost, which is told, or came after its list), or what is wrong with it."""
     if same(found, expected):
         return "right"
     differs = shown(found, expected)
-    if told.lost:
+    if told.lost or (GRAPHS[name].left_by_count and ends_sooner(found, expected)):
         return "again"
     if not told.skipped and GRAPHS[name].begins_later and holds_skipping(name, found):
         return "again"

@@ -50,6 +50,15 @@ def test_a_difference_is_excused_by_what_explains_it_only(built: dict[str, str])
     assert "not what holds" in verdict("ratio_output_of_a_timer", {"y": missing["y"] + 0.5}, expected, skipped)
 
 
+def test_a_list_that_was_left_before_all_values_came_is_no_loss(built: dict[str, str]) -> None:
+    expected, nothing = reference("transition_within_a_source", built), Told([], [])
+    a = np.asarray(expected["a"])
+    sooner = {**expected, "a": np.where(np.arange(a.size) < 152, a, 0.0)}
+    assert verdict("transition_within_a_source", sooner, expected, nothing) == "again"
+    holed = {**expected, "a": np.append(np.delete(a, 5), 0.0)}
+    assert verdict("transition_within_a_source", holed, expected, nothing).startswith("no release was skipped")
+
+
 def test_a_reader_that_began_later_reads_on_from_the_first_number_that_came() -> None:
     later = [1e6 * (0 if j < 4 else 2 + (j - 4) // 5) + j for j in range(200)]
     assert holds_skipping("ratio_input_from_another_timer", {"y": later})

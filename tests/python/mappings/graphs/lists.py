@@ -38,13 +38,13 @@ def _of_both_lists() -> Model:
     return {"a": [float(k) for k in range(LENGTH)], "b": scattered(71)}
 
 
-@graph(_of_both_lists)
+@graph(_of_both_lists, left_by_count=True)
 def transition_within_a_source(stage: Stage) -> Graph:
     """A condition of one source starts what lies there too; the readers are elsewhere."""
     return _two_lists(stage, "0.fast")
 
 
-@graph(_of_both_lists)
+@graph(_of_both_lists, left_by_count=True)
 def transition_to_another_processor(stage: Stage) -> Graph:
     """The condition comes from one processor, what the next list starts is on another."""
     return _two_lists(stage, "1.fast")
