@@ -91,6 +91,12 @@ class Calls(Asking):
         """Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered."""
         return self._ask_of("check_definition", drawing)
 
+    def check_drawing(self, drawing: Mapping[str, Any]) -> list[Any]:
+        """Returns all that is wrong with a graph or a verb, as `check_definition` does, and what installing
+        it would refuse whatever it is given: constants, defaults, members of objects, second writers in a
+        list. Nothing is entered."""
+        return self._ask_of("check_drawing", drawing)
+
     def compatible(self, drawing: Mapping[str, Any], from_: Any, to: Any = None) -> Any:
         """Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other
         one cannot."""

@@ -83,6 +83,14 @@ class VerbInstance(Shown, Declared, Generic[R]):
                 self._take(text)
         return self._report
 
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """The present values of its input parameters by name, in SI units: those of its latest start with what `set` changed since.
+
+        Before the first start they are the defaults; None where an input parameter has none.
+        """
+        return dict(self._about()["inputs"])
+
     def start(self, *args: Any, **kwargs: Any) -> Self:
         """Starts it with new input parameters; those left out take their defaults. `time_limit=` ends it after that long.
 

@@ -3,7 +3,21 @@
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { axeFindings, browse, changes, command, goTo, LOOKS, type Opened, open, type Running, run, shoot } from "./running";
+import {
+  axeFindings,
+  browse,
+  changes,
+  command,
+  goTo,
+  LOOKS,
+  type Opened,
+  open,
+  PATIENCE_MS,
+  type Running,
+  run,
+  shoot,
+  show,
+} from "./running";
 
 /** Every view, with what stands in it once it is there. */
 const VIEWS: [string, string][] = [
@@ -122,6 +136,26 @@ test("two that need the same joint: the second is refused, and the holder is nam
   await form.getByRole("group", { name: "goal" }).getByLabel("shoulder_pan").fill("0");
   await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("0");
   await command(form.getByRole("button", { name: "Start" }), form.getByRole("alert").getByText(/SecondWriter.*sway/));
+});
+
+test("changing inputs begins with the present values, and follows them", async () => {
+  const { page } = studio;
+  await show(page, "verbs/sway/sway%231");
+  const instance = page.locator(".instances > li").filter({ has: page.getByRole("link", { name: "sway#1" }) });
+  await instance.getByRole("button", { name: "Change inputs" }).click();
+  const field = instance.getByLabel("amplitude");
+  expect(await field.inputValue()).toBe("0.4");
+  const change = instance.getByRole("button", { name: "Change", exact: true });
+  expect(await change.isDisabled(), "nothing is changed yet").toBe(true);
+  await field.fill("0.3 rad");
+  await instance.getByText("now 0.4").waitFor();
+  await change.click();
+  await expect.poll(() => field.inputValue(), { timeout: PATIENCE_MS }).toBe("0.3");
+  await field.fill("2");
+  await change.click();
+  await instance.getByText("its range is").waitFor();
+  expect(await field.inputValue(), "what was written stays").toBe("2");
+  await instance.getByRole("button", { name: "Change inputs" }).click();
 });
 
 test("the log has commands and who gave them, and is filtered", async () => {

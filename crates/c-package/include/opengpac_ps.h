@@ -111,6 +111,10 @@ void opengpac_close(opengpac_system *system);
  *       Refuses a data flow graph that is wrong; nothing is entered.
  *   check_definition(...drawing) -> list of Refusal
  *       Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered.
+ *   check_drawing(...drawing) -> list of Refusal
+ *       Returns all that is wrong with a graph or a verb, as `check_definition` does, and what installing it
+ *       would refuse whatever it is given: constants, defaults, members of objects, second writers in a list.
+ *       Nothing is entered.
  *   compatible(from, [to], ...drawing) -> Wired
  *       Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other one
  *       cannot.

@@ -837,6 +837,11 @@ export interface InstalledInstance {
   device: string | null;
   /** The logical devices that it acts on. */
   devices: string[];
+  /**
+   * The present values of its input parameters: those of its latest start with what was changed since; before the first one the
+   * defaults. Null: it has none yet.
+   */
+  inputs: { [name: string]: Value | null };
   blocks: InstalledBlock[];
   cells: InstalledCell[];
   lists: InstalledList[];
@@ -895,6 +900,11 @@ export interface InstanceAbout {
   list: string;
   /** Names of its termination conditions, those of every verb too. */
   conditions: string[];
+  /**
+   * The present values of its input parameters: those of its latest start with what was changed since; before the first one the
+   * defaults. Null: it has none yet.
+   */
+  inputs: { [name: string]: Value | null };
   /** Names of its output values. */
   outputs: string[];
   /** The logical device whose own verb it is. */
@@ -2788,6 +2798,12 @@ export interface Calls {
   };
   /** Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered. */
   check_definition: {
+    role: "observe";
+    arguments: Drawing;
+    result: Refusal[];
+  };
+  /** Returns all that is wrong with a graph or a verb, as `check_definition` does, and what installing it would refuse whatever it is given: constants, defaults, members of objects, second writers in a list. Nothing is entered. */
+  check_drawing: {
     role: "observe";
     arguments: Drawing;
     result: Refusal[];

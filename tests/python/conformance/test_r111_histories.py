@@ -77,7 +77,9 @@ def test_r111_what_input_parameters_store_is_a_value(rig: Rig) -> None:
         command_lists={"start": [activate("r", every="1 ms")]},
     )
     vi = verb.on(rig.fast).asynch(u, seen, 3.0)
+    assert vi.inputs == {"value": 3.0}
     vi.set(value=4.0)
+    assert vi.inputs == {"value": 4.0}
     rig.cell.advance("5 ms")
     assert seen.value.tolist() == [0, 0, 3, 4]
 

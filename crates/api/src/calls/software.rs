@@ -42,6 +42,10 @@ crate::calls! {
         /// Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered.
         Observe check_definition(whole drawing: Drawing) -> Vec<Refusal>: costs
             => |system| system.check_definition(&drawing);
+        /// Returns all that is wrong with a graph or a verb, as `check_definition` does, and what installing it would refuse whatever it
+        /// is given: constants, defaults, members of objects, second writers in a list. Nothing is entered.
+        Observe check_drawing(whole drawing: Drawing) -> Vec<Refusal>: costs
+            => |system| system.check_drawing(&drawing);
         /// Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other one cannot.
         Observe compatible(
             must from: PortName,

@@ -58,6 +58,7 @@ impl System {
             lists: plan.lists.iter().filter(|list| list.copy_of.is_none()).map(|list| list.name.clone()).collect(),
             list: plan.lists[i.position.list].name.clone(),
             conditions: plan.conditions.iter().map(|condition| condition.name.clone()).collect(),
+            inputs: i.present_inputs(),
             outputs: plan.outputs.iter().map(|output| output.name.clone()).collect(),
             owner: i.owner.clone(),
             starts: i.starts,

@@ -3,7 +3,7 @@
 use crate::system::System;
 use model::configuration::Configuration;
 use model::refusal::Refusals;
-use model::{Drawing, PortName, Verdict, check_definition, compatible, compatible_with};
+use model::{Drawing, PortName, Verdict, check_definition, check_drawing, compatible, compatible_with};
 use std::sync::Arc;
 
 impl System {
@@ -15,6 +15,11 @@ impl System {
     /// All that is wrong with a definition, types and units too; nothing is entered.
     pub fn check_definition(&self, drawing: &Drawing) -> Result<Refusals, Refusals> {
         check_definition(drawing, &self.as_configured())
+    }
+
+    /// As [`System::check_definition`], and what installing it would refuse whatever it is given.
+    pub fn check_drawing(&self, drawing: &Drawing) -> Result<Refusals, Refusals> {
+        check_drawing(drawing, &self.as_configured())
     }
 
     /// Why two ports of a definition cannot be wired, if they cannot.

@@ -38,7 +38,7 @@ impl System {
         let core = self.shared.locked();
         let mut hasher = DefaultHasher::new();
         for i in core.instances.values() {
-            (i.id, i.state().name(), i.position.list, i.position.stage, i.starts, &i.position.active, std::sync::Arc::as_ptr(&i.plan) as usize)
+            (i.id, i.state().name(), i.position.list, i.position.stage, i.starts, i.changes, &i.position.active, std::sync::Arc::as_ptr(&i.plan) as usize)
                 .hash(&mut hasher);
         }
         hasher.finish()
@@ -74,6 +74,7 @@ impl Picture<'_> {
             starts: i.starts,
             device: i.owner.as_ref().or(plan.devices.first()).cloned(),
             devices: plan.devices.clone(),
+            inputs: i.present_inputs(),
             blocks: (0..plan.blocks.len()).map(|block| self.block(block)).collect(),
             cells: plan.cells.iter().map(|cell| self.cell(cell)).collect(),
             course: InstalledCourse {

@@ -8,6 +8,7 @@ use crate::lifecycle::stages::{REMEMBERED_MAX, Verbatim};
 use crate::protection::causes::check_alarms;
 use crate::refuse::{invalid_state, refuse};
 use crate::registry::catalog::Catalog;
+use crate::registry::psi::InputValues;
 use crate::registry::writers::Pair;
 use crate::wiring::connect::{crossings, enter_queues};
 use crate::wiring::install::install;
@@ -144,6 +145,8 @@ fn instance(id: u64, name: String, plan: Arc<Plan>, installed: Installed, owner:
         owner,
         origin: None,
         tuned: IndexMap::new(),
+        inputs: InputValues::new(),
+        changes: 0,
         followed: IndexMap::new(),
         life: Life::Created,
         starts: 0,

@@ -9,7 +9,7 @@ use crate::lifecycle::instances::{Instances, Request};
 use crate::lifecycle::opening::refresh;
 use crate::lifecycle::stages::Verbatim;
 use crate::refuse::{invalid_state, refuse};
-use crate::registry::psi::psi;
+use crate::registry::psi::{Psi, psi};
 use crate::registry::records::{DeviceState, Registry};
 use crate::wiring::sequence::{Builder, Movement};
 use indexmap::IndexMap;
@@ -34,7 +34,8 @@ impl Core {
             return Ok(old);
         };
         check_exchange((&self.instances, &self.registry), device, state, old, new)?;
-        let request = Request { id: new, stores: psi(&self.instances[&new].plan, &IndexMap::new(), configuration)?, limits: Limits::default() };
+        let Psi { stores, inputs } = psi(&self.instances[&new].plan, &IndexMap::new(), configuration)?;
+        let request = Request { id: new, stores, inputs, limits: Limits::default() };
         let (plan, name) = (self.instances[&new].plan.clone(), self.instances[&new].name.clone());
         let held = self.instances.held(&self.registry, &request, &plan, self.instances.queue.len());
         let refused: Refusals = held.iter().filter(|h| h.holder != old).map(|h| self.instances.second_writer(&self.registry, &name, &plan, h)).collect();

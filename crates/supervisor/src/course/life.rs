@@ -4,7 +4,7 @@ use crate::course::of::Course;
 use crate::lifecycle::instance::{Intervals, State};
 use crate::lifecycle::opening::store_target;
 use crate::refuse::{invalid_state, refuse};
-use crate::registry::psi::{encode, named};
+use crate::registry::psi::{InputValues, encode, named};
 use crate::wiring::sequence::Builder;
 use indexmap::IndexMap;
 use model::SystemCondition;
@@ -33,17 +33,20 @@ impl Course<'_> {
         let instance = self.core.instances.known(id)?;
         instance.check_settable()?;
         let mut refusals = Vec::new();
-        let mut stores = Vec::new();
+        let (mut stores, mut inputs) = (Vec::new(), InputValues::new());
         for (name, value) in values {
-            match instance.plan.inputs.iter().find(|i| i.name == *name) {
+            match instance.plan.inputs.iter().enumerate().find(|(_, i)| i.name == *name) {
                 None => refusals.extend(crate::refuse::unknown("input parameter", name, instance.plan.inputs.iter().map(|i| i.name.as_str()))),
-                Some(input) if !input.tunable => refusals.extend(refuse(
+                Some((_, input)) if !input.tunable => refusals.extend(refuse(
                     Class::InvalidState,
                     format!("input parameter '{name}' of '{}' is not tunable", instance.plan.verb),
                     "declare it with gpac.input(…, tunable=True), or give it at the next start",
                 )),
-                Some(input) => match encode(&input.type_text, &input.unit, value) {
-                    Ok(bytes) => stores.extend(input.targets.iter().map(|t| (t.clone(), bytes.clone()))),
+                Some((index, input)) => match encode(&input.type_text, &input.unit, value) {
+                    Ok(bytes) => {
+                        stores.extend(input.targets.iter().map(|t| (t.clone(), bytes.clone())));
+                        inputs.insert(index, bytes);
+                    }
                     Err(refusal) => refusals.push(named(refusal, name)),
                 },
             }
@@ -55,11 +58,13 @@ impl Course<'_> {
         for (target, bytes) in &stores {
             store_target(&self.core.registry, &mut builder, instance, target, bytes);
         }
-        if let Some((tuned, plan)) = tuned
-            && let Some(instance) = self.core.instances.get_mut(&id)
-        {
-            instance.tuned = tuned;
-            instance.tune_ops(Some(plan)).into_iter().for_each(|(source, op)| builder.add(source, op));
+        if let Some(instance) = self.core.instances.get_mut(&id) {
+            instance.inputs.extend(inputs);
+            instance.changes += 1;
+            if let Some((tuned, plan)) = tuned {
+                instance.tuned = tuned;
+                instance.tune_ops(Some(plan)).into_iter().for_each(|(source, op)| builder.add(source, op));
+            }
         }
         self.append_sequence(builder.finish());
         Ok(())

@@ -8,7 +8,7 @@ use crate::lifecycle::instances::Request;
 use crate::lifecycle::opening::opening;
 use crate::protection::ages::check_age;
 use crate::refuse::{invalid_state, refuse};
-use crate::registry::psi::psi;
+use crate::registry::psi::{Psi, psi};
 use crate::registry::records::{DeviceState, Registry};
 use crate::remote::farewell;
 use crate::safety::present::check_devices;
@@ -58,6 +58,7 @@ impl Core {
         instance.times.started_ns = now_ns;
         instance.times.running = RunningTime::start(now_ns);
         instance.times.limits = limits;
+        instance.inputs.clone_from(&request.inputs);
         instance.times.overruns_before = overruns;
         instance.generation = instance.installed.process.now().0 + 1;
         movements
@@ -75,7 +76,8 @@ impl Course<'_> {
         }
         self.core.check_start(instance)?;
         check_age(self.core, instance, limits.age_max_ns)?;
-        let request = Request { id, stores: psi(&instance.plan, values, configuration)?, limits };
+        let Psi { stores, inputs } = psi(&instance.plan, values, configuration)?;
+        let request = Request { id, stores, inputs, limits };
         let admission = self.core.arbitrate(&request)?;
         let instance = self.core.instances.get_mut(&id).expect("found above");
         instance.renew();

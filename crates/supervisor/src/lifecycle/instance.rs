@@ -4,6 +4,7 @@ use crate::lifecycle::captures::Captures;
 use crate::lifecycle::report::{Other, Report};
 use crate::lifecycle::way::Way;
 use crate::refuse::refuse;
+use crate::registry::psi::InputValues;
 use crate::wiring::installed::Installed;
 use crate::wiring::sequence::Movement;
 use indexmap::IndexMap;
@@ -276,6 +277,10 @@ pub(crate) struct Instance {
     pub origin: Option<Origin>,
     /// Intervals that were set while it ran, until the next start: label → ns.
     pub tuned: Intervals,
+    /// The values of its input parameters: of its latest start, and what was set since.
+    pub inputs: InputValues,
+    /// Number of times that inputs or intervals were set.
+    pub changes: u64,
     /// The instances that it follows: SVV → its writer.
     pub followed: IndexMap<String, u64>,
     pub life: Life,

@@ -2,6 +2,7 @@
 //! All verb instances, and what they wait for: places in the queue, names.
 use crate::lifecycle::instance::{Instance, Limits};
 use crate::refuse::invalid_state;
+use crate::registry::psi::InputValues;
 use crate::registry::records::{DeviceState, Registry};
 use kernel::BlockId;
 use model::plan::Target;
@@ -15,6 +16,8 @@ use std::ops::Index;
 pub(crate) struct Request {
     pub id: u64,
     pub stores: Vec<(Target, Vec<u8>)>,
+    /// The values of its input parameters, which it has from when it begins.
+    pub inputs: InputValues,
     pub limits: Limits,
 }
 

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where an instance stands between its start and its end: on its way to an end, coming to rest, in a stage.
 use crate::lifecycle::instance::{Cause, Entries, Instance, Life, Rest};
+use crate::lifecycle::outputs::decode;
 use crate::lifecycle::report::Report;
 use crate::refuse::invalid_state;
 use crate::wiring::sequence::Movement;
+use indexmap::IndexMap;
 use kernel::{Op, SourceId};
-use model::plan::{Plan, PlannedCommand};
+use model::plan::{InputOrigin, Plan, PlannedCommand, Target};
 use model::refusal::Refusals;
+use model::value::Value;
 use model::{ORDERLY, SystemCondition};
 
 /// More stages than these in one instant are a loop.
@@ -181,6 +184,17 @@ impl Instance {
             return Ok(());
         }
         Err(invalid_state(&format!("'{}'", self.name), self.state().name(), "set a parameter of", "give the value at the next start"))
+    }
+
+    /// The present values of its input parameters: of its latest start, and what was set since; before the first one the defaults.
+    pub fn present_inputs(&self) -> IndexMap<String, Option<Value>> {
+        let given = self.plan.inputs.iter().enumerate().filter(|(_, input)| input.origin == InputOrigin::Given);
+        let present = given.map(|(index, input)| {
+            let several = input.targets.iter().any(|target| matches!(target, Target::Cells(_)));
+            let value = self.inputs.get(&index).map(|bytes| decode(&input.type_text, several, bytes));
+            (input.name.clone(), value.or_else(|| input.default.clone()))
+        });
+        present.collect()
     }
 
     /// Operations that give its tunable activations the intervals of a plan; without one, the declared ones.

@@ -5,6 +5,7 @@ use crate::observation::states::InstanceState;
 use indexmap::{IndexMap, IndexSet};
 use model::interface::Interface;
 use model::types::TypeTree;
+use model::value::Value;
 use serde::Serialize;
 
 /// An SVV, a private cell of an instance (`move#1:coefficients`) or a channel of a physical device (`plant.elbow.position`).
@@ -62,6 +63,9 @@ pub struct InstanceAbout {
     pub list: String,
     /// Names of its termination conditions, those of every verb too.
     pub conditions: IndexSet<String>,
+    /// The present values of its input parameters: those of its latest start with what was changed since; before the first one the
+    /// defaults. Null: it has none yet.
+    pub inputs: IndexMap<String, Option<Value>>,
     /// Names of its output values.
     pub outputs: IndexSet<String>,
     /// The logical device whose own verb it is.

@@ -33,6 +33,9 @@ pub struct InstalledInstance {
     pub device: Option<String>,
     /// The logical devices that it acts on.
     pub devices: Vec<String>,
+    /// The present values of its input parameters: those of its latest start with what was changed since; before the first one the
+    /// defaults. Null: it has none yet.
+    pub inputs: IndexMap<String, Option<Value>>,
     pub blocks: Vec<InstalledBlock>,
     pub cells: Vec<InstalledCell>,
     #[serde(flatten)]

@@ -7,11 +7,22 @@ use model::plan::{CellKind, InputOrigin, Plan, Target};
 use model::refusal::{Class, Refusal, Refusals};
 use model::types::Type;
 use model::value::Value;
+use std::collections::BTreeMap;
+
+/// The values of ψ, encoded: where they go, and those that were given or are defaults, by input parameter.
+#[derive(Default)]
+pub(crate) struct Psi {
+    pub stores: Vec<(Target, Vec<u8>)>,
+    pub inputs: InputValues,
+}
+
+/// The values that input parameters have, encoded, by their index in the plan.
+pub(crate) type InputValues = BTreeMap<usize, Vec<u8>>;
 
 /// The values of ψ: what was given, else the defaults; those of device parameters as they are now.
-pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<Vec<(Target, Vec<u8>)>, Refusals> {
+pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<Psi, Refusals> {
     let mut refusals: Refusals = Vec::new();
-    let mut stores = Vec::new();
+    let mut found = Psi::default();
     let given = |name: &str| plan.inputs.iter().any(|i| i.name == name && i.origin == InputOrigin::Given);
     for name in values.keys().filter(|n| !given(n)) {
         let known = plan.inputs.iter().filter(|i| i.origin == InputOrigin::Given).map(|i| i.name.as_str());
@@ -21,7 +32,7 @@ pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: 
                 .map(|r| Refusal { class: Class::CallError, ..r }),
         );
     }
-    for input in &plan.inputs {
+    for (index, input) in plan.inputs.iter().enumerate() {
         let value = match &input.origin {
             InputOrigin::Given => values.get(&input.name).cloned().or_else(|| input.default.clone()),
             InputOrigin::Preset => match crate::registry::ranges::preset(input, configuration) {
@@ -44,11 +55,16 @@ pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: 
             continue;
         }
         match encode(&input.type_text, &input.unit, &value) {
-            Ok(bytes) => stores.extend(input.targets.iter().map(|t| (t.clone(), bytes.clone()))),
+            Ok(bytes) => {
+                found.stores.extend(input.targets.iter().map(|t| (t.clone(), bytes.clone())));
+                if input.origin == InputOrigin::Given {
+                    found.inputs.insert(index, bytes);
+                }
+            }
             Err(refusal) => refusals.push(named(refusal, &input.name)),
         }
     }
-    if refusals.is_empty() { Ok(stores) } else { Err(refusals) }
+    if refusals.is_empty() { Ok(found) } else { Err(refusals) }
 }
 
 /// The SVVs that ψ stores into, with their values.

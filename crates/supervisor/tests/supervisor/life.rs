@@ -107,6 +107,35 @@ fn a_tunable_parameter_changes_while_it_runs_and_only_then() {
 }
 
 #[test]
+fn the_present_values_of_inputs_are_those_of_the_start_and_of_what_was_set_since() {
+    on_both(|rig| {
+        rig.svv("a");
+        rig.define(counter("v"));
+        let id = rig.instance("v", &["a=a", "*@rtp0.fast"]);
+        let inputs = || {
+            let about = rig.system.instance_about(id).unwrap().inputs;
+            assert_eq!(about, rig.system.installed().instances[0].inputs, "the page sees the same");
+            json!(about)
+        };
+        let before = inputs();
+        assert_eq!(before["start"], json!(0.0), "the default");
+        rig.start_with(id, json!({"start": "7"}));
+        assert_eq!(inputs()["start"], json!(7.0));
+        let version = rig.system.installed_version();
+        rig.system.set(id, &[("start".to_owned(), Value::Number(10.0))].into_iter().collect(), &Default::default()).unwrap();
+        assert_eq!(inputs()["start"], json!(10.0));
+        assert_ne!(rig.system.installed_version(), version, "who looks is told");
+        assert_eq!(class(rig.system.set(id, &[("limit".to_owned(), Value::Number(10.0))].into_iter().collect(), &Default::default())), Class::InvalidState);
+        assert_eq!(inputs()["limit"], before["limit"], "what is refused changes nothing");
+        rig.system.halt(id).unwrap();
+        rig.wait(id);
+        assert_eq!(inputs()["start"], json!(10.0), "of its latest start");
+        rig.start(id);
+        assert_eq!(inputs(), before);
+    });
+}
+
+#[test]
 fn each_start_begins_afresh_but_for_what_is_kept() {
     on_both(|rig| {
         rig.svv("a");

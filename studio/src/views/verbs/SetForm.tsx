@@ -5,48 +5,57 @@ import { Refusals } from "../../design/parts";
 import { unitText } from "../../design/units";
 import { useAction, useControl } from "../../shell/context";
 import { unitOf } from "../flow/installed/units";
-import { valueFrom, wrongText } from "./fields";
+import { presentText, valueFrom, wrongText } from "./fields";
 
 /** The inputs of a verb that may be changed while it runs. */
 export function tunables(form: VerbForm): FormInput[] {
   return form.inputs.filter((input) => input.tunable);
 }
 
-/** Changes inputs of an instance that runs; fields that are left empty stay as they are. */
+/** Changes inputs of an instance that runs. Fields show the present values, and follow them until something else is written there. */
 export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) {
   const control = useControl();
   const action = useAction();
   const inputs = tunables(props.form);
-  const [texts, setTexts] = useState<Record<string, string>>({});
+  const [written, setWritten] = useState<Record<string, string>>({});
   const [wrong, setWrong] = useState<string | null>(null);
+  const present = (input: FormInput) => presentText(props.instance.inputs[input.name]);
+  const changed = inputs.filter((input) => (written[input.name] ?? "").trim() !== "" && written[input.name] !== present(input));
   return (
     <form
       className="set"
       data-commands
-      onSubmit={(event) => {
+      onSubmit={async (event) => {
         event.preventDefault();
         const values: Record<string, Value> = {};
-        const found = inputs.map((input) => wrongText(texts[input.name] ?? "", input.type_text)).find((one) => one !== null);
+        const found = changed.map((input) => wrongText(written[input.name] ?? "", input.type_text)).find((one) => one !== null);
         setWrong(found ?? null);
         if (found) return;
-        for (const input of inputs) {
-          const value = valueFrom(texts[input.name] ?? "", input.type_text);
+        for (const input of changed) {
+          const value = valueFrom(written[input.name] ?? "", input.type_text);
           if (value !== undefined) values[input.name] = value;
         }
-        void action.run(() => control.order("set", { instance: props.instance.id, values }));
+        const sent = written;
+        if (await action.run(() => control.order("set", { instance: props.instance.id, values })))
+          // What was written meanwhile stays.
+          setWritten((now) => Object.fromEntries(Object.entries(now).filter(([name, text]) => sent[name] !== text)));
       }}
     >
       {inputs.map((input) => (
         <label key={input.name} className="row">
           <span>{input.name}</span>
-          <input value={texts[input.name] ?? ""} onChange={(event) => setTexts({ ...texts, [input.name]: event.target.value })} />
+          <input
+            value={written[input.name] ?? present(input)}
+            onChange={(event) => setWritten({ ...written, [input.name]: event.target.value })}
+          />
           <span className="quiet">
             {input.type_text}
             {input.unit ? `, ${unitText(unitOf(props.instance, input.unit))}` : ""}
+            {changed.includes(input) && present(input) !== "" ? `, now ${present(input)}` : ""}
           </span>
         </label>
       ))}
-      <button type="submit" disabled={action.busy || Object.values(texts).every((text) => text.trim() === "")}>
+      <button type="submit" disabled={action.busy || changed.length === 0}>
         Change
       </button>
       {wrong && (

@@ -1,6 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { arrayOf, byField, degreesOf, elements, endText, gaps, isPosition, limitsAt, limitText, valueFrom, wrongText } from "./fields";
+import {
+  arrayOf,
+  byField,
+  degreesOf,
+  elements,
+  endText,
+  gaps,
+  isPosition,
+  limitsAt,
+  limitText,
+  presentText,
+  valueFrom,
+  wrongText,
+} from "./fields";
 
 test("the number of elements of an input", () => {
   expect(elements("double", 6)).toBeNull();
@@ -17,6 +30,19 @@ test("what is written becomes a value; text with a unit is the system's to read"
   expect(valueFrom("[1, 2]", "double[2]")).toEqual([1, 2]);
   expect(valueFrom("[1, 2", "double[2]")).toBe("[1, 2");
   expect(valueFrom("", "double")).toBeUndefined();
+});
+
+test("a present value is written as it could be entered", () => {
+  expect([0.4, 0.1 + 0.2, true, "25 %", [1, 0.1 + 0.2], { x: 1 }].map(presentText)).toEqual([
+    "0.4",
+    "0.3",
+    "true",
+    "25 %",
+    "[1,0.3]",
+    '{"x":1}',
+  ]);
+  expect([null, undefined].map(presentText)).toEqual(["", ""]);
+  expect(valueFrom(presentText([1, 0.5]), "double[2]")).toEqual([1, 0.5]);
 });
 
 test("an array is filled element by element", () => {

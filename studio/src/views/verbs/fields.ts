@@ -34,6 +34,13 @@ export function valueFrom(text: string, type_text: string): Value | undefined {
   return Number.isFinite(number) ? number : written;
 }
 
+/** The present value of an input as it could be written: numbers with nine digits, lists and structs as JSON. */
+export function presentText(value: Value | undefined): string {
+  if (value === null || value === undefined) return "";
+  if (typeof value === "string") return value;
+  return JSON.stringify(value, (_, one) => (typeof one === "number" ? Number(one.toPrecision(9)) : one));
+}
+
 /** Why what was written into a field cannot be sent, in a sentence; null: the system judges it. */
 export function wrongText(text: string, type_text: string): string | null {
   const written = text.trim();

@@ -50,8 +50,16 @@ export function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: D
   );
 }
 
-/** The cell of a wire that is chosen: its name. */
-export function CellPanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void }) {
+/** A wire that is chosen: the port of the graph or the instantiation parameter that it leads to, or its cell. */
+export function WirePanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void; choose: (box: string) => void }) {
+  const { draft, wire, put, choose } = props;
+  const box = wire && [wire.from.box, wire.to.box].find((one) => boundaryOf(draft, one));
+  if (box) return <BoundaryPanel draft={draft} box={box} put={put} choose={choose} />;
+  return <CellPanel draft={draft} wire={wire} put={put} />;
+}
+
+/** The cell of a wire: its name. */
+function CellPanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void }) {
   const { draft, wire, put } = props;
   const ports = wire && setsOf(draft, "cells")[wire.cell];
   if (!wire || !ports) return null;

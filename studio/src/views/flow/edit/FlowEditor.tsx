@@ -13,7 +13,7 @@ import { type Chosen, type Drawing, type End, type Place, type PortSide, sizeOf 
 import { arrange } from "../drawing/layout";
 import { grouped, regionAt } from "../drawing/regions";
 import { type Aim, aimOf } from "./aim";
-import { Boundaries, BoundaryPanel, CellPanel } from "./BoundaryPanel";
+import { Boundaries, BoundaryPanel, WirePanel } from "./BoundaryPanel";
 import { BoxPanel } from "./BoxPanel";
 import { Checks } from "./Checks";
 import * as change from "./change";
@@ -327,7 +327,9 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
           />
         )}
         {chosen?.kind === "box" && <BoundaryPanel draft={draft} box={chosen.id} put={put} choose={choose} />}
-        {chosen?.kind === "wire" && <CellPanel draft={draft} wire={drawing.wires.find((wire) => wire.id === chosen.id)} put={put} />}
+        {chosen?.kind === "wire" && (
+          <WirePanel draft={draft} wire={drawing.wires.find((wire) => wire.id === chosen.id)} put={put} choose={choose} />
+        )}
         {presentList !== null && shown === "lists" && draft.kind === "verb" && (
           <ListPanel draft={draft} list={presentList} findings={findings} change={put} choose={setList} />
         )}

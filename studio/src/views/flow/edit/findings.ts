@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { inWords } from "../../../control/refusals";
 
-// What `check_definition` finds, and where it stands in the drawing: docs/files.md.
+// What `check_drawing` finds, and where it stands in the drawing: docs/files.md.
 
 export type Where =
   | { block: string; port?: string }

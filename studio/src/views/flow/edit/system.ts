@@ -47,7 +47,7 @@ export function useFindings(control: Control, draft: Draft): { findings: Finding
   useEffect(() => {
     const asked = new AbortController();
     const soon = setTimeout(() => {
-      control.look("check_definition", JSON.parse(definition) as Record<string, unknown>, asked.signal).then(
+      control.look("check_drawing", JSON.parse(definition) as Record<string, unknown>, asked.signal).then(
         (answered) => {
           const found = findingsOf(answered);
           // What is found again is the same object: nothing is drawn anew for it.

@@ -43,6 +43,7 @@ function instance(blocks: InstalledBlock[], cells: InstalledInstance["cells"]): 
     owner: null,
     stage: 0,
     starts: 1,
+    inputs: {},
     devices: [],
     device: null,
     blocks,
