@@ -6,7 +6,7 @@ use opengpac::abi::Invocation;
 use std::ffi::c_void;
 use std::ptr;
 
-/// Which of a table's copies or appends a step is.
+/// Kind of a step without a block: a copy or an append of the table, by its index.
 #[derive(Clone, Copy)]
 pub enum Aside {
     None,

@@ -25,10 +25,10 @@ pub(crate) struct Stretch {
     pub entry: Entry,
 }
 
-/// What runs the steps of a stretch.
+/// Entry that runs a run of steps.
 #[derive(Clone, Copy)]
 pub(crate) enum Entry {
-    /// That of each block.
+    /// Each block by its own entry.
     Single,
     /// Runs any of them, in order.
     Bank(Bank),

@@ -22,7 +22,7 @@ pub struct Bell {
 }
 
 impl Bell {
-    /// What has happened so far; read it before looking for work, then `sleep` on it.
+    /// Returns the number of rings so far; read it before looking for work, then `sleep` on it.
     pub fn rings(&self) -> u32 {
         self.rings.load(Ordering::SeqCst)
     }
@@ -56,7 +56,7 @@ impl Bell {
         }
     }
 
-    /// From now on this thread looks at the count in the sleeper's place, until it calls `leave`. A thread that may be kept from looking needs
+    /// Has this thread look at the count in the sleeper's place, until it calls `leave`. A thread that may be kept from looking needs
     /// another one to `remind`.
     pub fn attend(&self) {
         self.attending.fetch_add(1, Ordering::SeqCst);
@@ -71,7 +71,7 @@ impl Bell {
         }
     }
 
-    /// Whether a `tell` left the sleeper asleep, and no thread has left since. Real-time safe.
+    /// Returns true if a `tell` left the sleeper asleep, and no thread has left since. Real-time safe.
     pub fn is_owed(&self) -> bool {
         self.owed.load(Ordering::Relaxed) != 0
     }

@@ -22,10 +22,10 @@ pub struct Block {
     whole: Cell,
     /// One bit for each item: a condition that was reported since the last reset.
     reported: Option<Cell>,
-    /// What `Op::Reset` goes back to: the descriptor's image with the bindings and values of this instance.
+    /// Image that `Op::Reset` restores: the descriptor's image with the bindings and values of this instance.
     initial: Box<[u8]>,
-    /// The stretches (offset, length) of the instance that a reset restores: all but the header, what is declared `keep`, and
-    /// parameters, presets and sizes, which somebody else stores.
+    /// Byte ranges (offset, length) of the instance that a reset restores: all but the header, what is declared `keep`, and
+    /// parameters, presets and sizes, which others store.
     restored: Vec<(usize, usize)>,
     /// Cells that the addresses lead to, held for as long as the block.
     bound: Vec<Option<Cell>>,
@@ -102,7 +102,7 @@ impl Block {
         self.memory.part(declared.offset as usize, declared.size as usize)
     }
 
-    /// Where what it published last through output `item` lies: `self.field` of its next invocation. None of any other item.
+    /// Returns the cell of the value that output `item` published last: `self.field` of its next invocation. Any other item has none.
     pub fn published(&self, item: usize) -> Option<Cell> {
         let declared = self.items().get(item)?;
         (declared.kind == kind::OUTPUT && declared.offset != NONE).then(|| self.memory.part(declared.offset as usize, declared.size as usize))
@@ -124,7 +124,7 @@ impl Block {
         &self.name
     }
 
-    /// How long its invocations took, as far as the probe has visited them in this process.
+    /// Returns how long its invocations took, as far as the probe has visited them in this process.
     pub fn block_times(&self) -> BlockTimes {
         self.times.read()
     }
@@ -133,7 +133,7 @@ impl Block {
         &self.times
     }
 
-    /// What its module says about it.
+    /// Returns the declaration of the block by its module.
     pub fn descriptor(&self) -> &'static Descriptor {
         self.descriptor
     }
@@ -181,7 +181,7 @@ impl Block {
         Ok(block)
     }
 
-    /// What keeps its code loaded.
+    /// Returns the owner that keeps its code loaded.
     pub fn module(&self) -> &Arc<dyn Any + Send + Sync> {
         &self.module
     }
@@ -305,7 +305,7 @@ fn is_kept(item: &Item) -> bool {
     }
 }
 
-/// The stretches of an instance of `size` bytes between the header and its end that no kept state lies in.
+/// Returns the byte ranges of an instance of `size` bytes between the header and its end that hold no kept state.
 fn restored(items: &[Item], size: usize) -> Vec<(usize, usize)> {
     let mut kept: Vec<(usize, usize)> =
         items.iter().filter(|item| is_kept(item) && item.offset != NONE).map(|item| (item.offset as usize, item.size as usize)).collect();

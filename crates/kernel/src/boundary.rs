@@ -30,7 +30,7 @@ impl Kernel {
         self.wake();
     }
 
-    /// What stopped it is over.
+    /// Restarts after the cause of the stop is over.
     pub fn restart(&mut self) {
         if self.source.is_lost.load(Ordering::Acquire) {
             return;
@@ -121,7 +121,7 @@ impl Kernel {
         self.wake();
     }
 
-    /// The present table goes into `table`, which is in force from now on.
+    /// Puts `table` in force, and the present one in its place.
     fn swap(&mut self, table: &mut Box<Table>, now_ns: i64) {
         mem::swap(&mut self.table, table);
         for (slot, activation) in self.table.activations.iter().enumerate() {

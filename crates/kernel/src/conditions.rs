@@ -16,7 +16,7 @@ use opengpac::What;
 use opengpac::abi::outcome;
 use std::cmp::Reverse;
 
-/// How often the conditions of `execute`s in reactions are served at once where no further firing is certain to come.
+/// Number of rounds in which the conditions of `execute`s in reactions are served at once if no further firing is certain to come.
 const ROUNDS: usize = 16;
 
 impl Kernel {

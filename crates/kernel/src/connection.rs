@@ -72,7 +72,7 @@ impl<A: Paced> Outbound<A> {
         Arc::new(Outbound { sender: UnsafeCell::new(end), spans, group_len, queue, wake, way, group })
     }
 
-    /// Lets go of what carries it, with its descriptors: nothing goes there any more.
+    /// Drops its carrier, with its descriptors: it sends nothing after this.
     ///
     /// # Safety
     /// The kernel of the writing source has ended.
@@ -174,7 +174,7 @@ fn stores_member(state: &State, n: u32) -> bool {
     stores(state.number - state.activated, n)
 }
 
-/// Which update of the member this one is, from 0 at activation.
+/// Returns the number of this update of the member, from 0 at activation.
 fn update_number(state: &State, n: u32) -> u64 {
     let phase = state.number - state.activated;
     phase / u64::from(n.max(1))

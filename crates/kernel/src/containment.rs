@@ -38,10 +38,10 @@ pub const OUTSIDE: u32 = u32::MAX;
 /// Bytes of one source in a black box. The first four are the step that runs (`u32::MAX`: none).
 pub const BLACK_BOX_LEN: usize = 1024;
 
-/// How a loop ended that did not end well.
+/// Abnormal end of a loop.
 pub struct Over {
     pub(crate) signal: i32,
-    /// Whose fault it is.
+    /// Step at fault.
     pub(crate) step: u32,
     /// The step that was ended; `None`: it ran to its end, too late.
     pub(crate) at: Option<u32>,
@@ -77,12 +77,12 @@ const FORKED: i32 = 0x1_0000;
 /// Looks of the watchdog, each a hundredth of a second apart, that devices get to be safe before a process ends.
 const RETIRE_LOOKS: u32 = 20;
 
-/// How a process ends that cannot be trusted: EX_SOFTWARE.
+/// Exit status of a process that cannot be trusted: EX_SOFTWARE.
 pub const RETIRED: i32 = 70;
 
 static RETIRES: AtomicBool = AtomicBool::new(false);
 
-/// From now on this process ends where a block was ended in code of a library that may hold a lock: for one that was started for its
+/// Makes this process end if a block was ended in code of a library that may hold a lock: for one that was started for its
 /// processors, whose guard and supervisor go on without it.
 pub fn retire_when_lost() {
     RETIRES.store(true, Ordering::Release);
@@ -170,7 +170,7 @@ impl Containment {
         self.shared().step.as_ptr()
     }
 
-    /// What the steps of the loop that begins call.
+    /// Sets the calls of the steps of the loop that begins.
     #[inline]
     pub fn set_calls(&self, calls: *const Call) {
         self.shared().calls.store(calls.cast_mut(), Ordering::Relaxed);
@@ -351,7 +351,7 @@ struct HandlerStack {
 
 const STACK_LEN: usize = 64 * 1024;
 
-/// Gives this thread a stack for its handlers, where it has none with room for nested ones. Cheap after the first time.
+/// Gives this thread a stack for its handlers, where it has none with room for nested ones. It is cheap after the first time.
 pub fn prepare_thread() {
     if PREPARED.replace(true) {
         return;

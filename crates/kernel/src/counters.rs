@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a source counts of itself.
+//! Counters of a source.
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Counters and histograms of one source, readable at any time.
@@ -13,15 +13,15 @@ pub struct Statistics {
     pub late: u64,
     /// Invocations that faulted.
     pub faults: u64,
-    /// Lateness of the start of firings behind their release: last, greatest, and counts in bins of powers of two from 2^0 ns to 2^31 ns.
+    /// Lateness of the start of firings behind their release: last, maximum, and counts in bins of powers of two from 2^0 ns to 2^31 ns.
     pub jitter_last_ns: u64,
-    /// Greatest lateness.
+    /// Maximum lateness.
     pub jitter_max_ns: u64,
     /// Bin b counts values from 2^b to 2^(b+1) ns; the first also 0, the last also more.
     pub jitter_bins: [u64; 32],
     /// Length of a firing, the same way.
     pub duration_last_ns: u64,
-    /// Greatest length.
+    /// Maximum length.
     pub duration_max_ns: u64,
     /// As `jitter_bins`.
     pub duration_bins: [u64; 32],
@@ -31,7 +31,7 @@ pub struct Statistics {
     pub lost: u64,
     /// A fault stopped it.
     pub stopped: bool,
-    /// What was asked for and not given (priority, memory lock, core), in words; empty if all was.
+    /// Rights that were asked for and not given (priority, memory lock, core), in words; empty if all were given.
     pub rights_missing: Vec<String>,
 }
 
@@ -71,7 +71,7 @@ impl Counters {
     }
 }
 
-/// Last, greatest, sum, and counts in bins of powers of two.
+/// Last, maximum, sum, and counts in bins of powers of two.
 #[derive(Default)]
 pub struct Histogram {
     last_ns: AtomicU64,

@@ -15,7 +15,7 @@ pub struct Device {
     pub(crate) name: String,
     pub(crate) channels: Vec<Channel>,
     pub(crate) readings: Cell,
-    /// What blocks stored for the write channels.
+    /// Values that blocks stored for the write channels.
     pub(crate) commands: Cell,
     /// For each channel: claimed by a running verb.
     pub(crate) engaged: Vec<AtomicBool>,
@@ -92,32 +92,32 @@ impl Device {
         &self.channels
     }
 
-    /// What brings its outputs to their safe state without this process; nothing where the driver has no such way.
+    /// Returns the handles that bring its outputs to their safe state without this process; none if the driver has no such way.
     pub fn safe_handles(&self) -> Arc<Vec<SafeHandle>> {
         self.safe_handles.lock().expect("nobody panics with the lock held").clone()
     }
 
-    /// From now on these are its safe handles: another driver serves it.
+    /// Replaces its safe handles, as another driver serves it.
     pub fn set_safe_handles(&self, handles: Arc<Vec<SafeHandle>>) {
         *self.safe_handles.lock().expect("nobody panics with the lock held") = handles;
     }
 
-    /// How it stands.
+    /// Returns its state: lost or not, the channels that ask, the slew limits that acted.
     pub fn standing(&self) -> &Standing {
         &self.standing
     }
 
-    /// Of a remote one: whom to ask. Once in the life of a device.
+    /// Of a remote one: whom to ask. It is set once in the life of a device.
     pub fn ask_through(&self, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) {
         let _first = self.calls.set(calls);
     }
 
-    /// What an heir sees of it.
+    /// Returns the readings that its heir sees.
     pub fn seen(&self) -> &Seen {
         &self.seen
     }
 
-    /// What an exchange between two firings changes: driver, last outputs, what an heir looks at.
+    /// Returns the state that an exchange between two firings changes: driver, last outputs, the view of an heir.
     ///
     /// # Safety
     /// Called where nobody else touches it: by the kernel of its source alone, or where no kernel has it in a table.
@@ -132,7 +132,7 @@ impl Device {
         self.service.get_mut()
     }
 
-    /// Whether a block reads a channel of it.
+    /// Returns true if a block reads a channel of it.
     pub(crate) fn is_read_by(&self, block: &Block) -> bool {
         let readings = self.readings.start() as usize..self.readings.start() as usize + self.readings.len();
         block.parts().2.iter().flatten().any(|cell| readings.contains(&(cell.start() as usize)))
@@ -147,17 +147,17 @@ impl Device {
         }
     }
 
-    /// Marks a write channel as claimed or free; a change takes effect at the next write. Atomic flag.
+    /// Marks a write channel as claimed or free; a change takes effect at the next write. It is an atomic flag.
     pub fn engage(&self, channel: usize, engaged: bool) {
         self.engaged[channel].store(engaged, Ordering::Release);
     }
 
-    /// How often the slew limit of a channel acted.
+    /// Returns how many times the slew limit of a channel acted.
     pub fn slew_limited(&self, channel: usize) -> u64 {
         self.standing.limited[channel].load(Ordering::Relaxed)
     }
 
-    /// Every write is the safe one while `stop` is set; the first is the driver's safe state. Once in the life of a device.
+    /// Every write is the safe one while `stop` is set; the first is the driver's safe state. The flag is set once in the life of a device.
     pub fn obey(&self, stop: Arc<AtomicBool>) {
         // A second call would name the same flag: there is one of a host.
         let _first = self.stop.set(stop);
@@ -178,12 +178,12 @@ impl Device {
         self.call(DeviceCall::Ask { channel: channel as u32, what: asked, at_zero });
     }
 
-    /// Whether `channel` asked in the latest reading; one of a lost device does.
+    /// Returns true if `channel` asked in the latest reading; one of a lost device does.
     pub fn asks(&self, channel: usize) -> bool {
         self.standing.asking[channel].now.load(Ordering::Acquire)
     }
 
-    /// Whether it asked in some reading since `forget`.
+    /// Returns true if it asked in some reading since `forget`.
     pub fn asked(&self, channel: usize) -> bool {
         self.standing.asking[channel].once.load(Ordering::Acquire)
     }
@@ -202,7 +202,7 @@ impl Device {
         self.call(DeviceCall::Forget { channel: channel as u32 });
     }
 
-    /// True after it failed: it is neither read nor written any more.
+    /// Returns true after it failed: it is no longer read or written.
     pub fn is_lost(&self) -> bool {
         self.standing.lost.load(Ordering::Acquire)
     }
@@ -235,7 +235,7 @@ impl Device {
     }
 
     /// Looks at the channels that ask for something, after a reading. True where one of them changed: the supervisor is to be told.
-    /// `is_blind`: the readings say nothing any more (the device is lost, its source stopped), which counts as asking.
+    /// `is_blind`: the readings say nothing (the device is lost, its source stopped), which counts as asking.
     ///
     /// # Safety
     /// As for `read`.
@@ -308,7 +308,7 @@ impl Device {
         self.checked(service, written)
     }
 
-    /// Stores the safe values of `channels`, which are free from now on, and writes them at once where the device is not lost.
+    /// Stores the safe values of `channels`, which become free, and writes them at once if the device is not lost.
     ///
     /// # Safety
     /// As for `read`.
@@ -360,12 +360,12 @@ impl Device {
         }
     }
 
-    /// Whether a channel of it is claimed: what is stored there is written.
+    /// Returns true if a channel of it is claimed, so that stored values are written.
     pub fn is_commanded(&self) -> bool {
         self.engaged.iter().any(|engaged| engaged.load(Ordering::Acquire))
     }
 
-    /// Brings it to its safe state, and neither reads nor writes it any more.
+    /// Brings it to its safe state, and ends reading and writing.
     ///
     /// # Safety
     /// As for `read`.

@@ -6,7 +6,7 @@ use crate::source::SourceId;
 use std::cell::Cell as Remembered;
 use std::sync::Arc;
 
-/// How the bytes of a channel are a number.
+/// Number format of a channel's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Number {
     Float,
@@ -23,7 +23,7 @@ pub struct Edge {
     channel: memory::Cell,
     pub number: Number,
     pub raises: SourceId,
-    /// Whether it was above zero when it was read last; what the first reading finds is no edge.
+    /// True if it was above zero at the last reading; the state at the first reading is no edge.
     was_set: Remembered<Option<bool>>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What kernels tell the supervisor.
+//! Events that kernels report to the supervisor.
 use crate::block::BlockId;
 use crate::script::{Mailbox, Script, Submission};
 use crate::source::SourceId;
@@ -7,7 +7,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Why an invocation faulted.
+/// Cause of a faulted invocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Fault {
     /// The body returned a fault with this code.
@@ -20,8 +20,8 @@ pub enum Fault {
     Signal(i32),
     /// The time budget ran out inside block code: as for a signal.
     Budget,
-    /// One of these two (0: the budget) in code of a library that may hold a lock: the source has ended for good, and its process is not to be
-    /// trusted any more.
+    /// One of these two (0: the budget) in code of a library that may hold a lock: the source has ended for good, and its process cannot be
+    /// trusted.
     Lost(i32),
     /// A C++ exception left the body; what it says is the `value` of the event.
     Threw,
@@ -68,20 +68,21 @@ pub enum Event {
     Replaced { text: String, time_ns: i64 },
     /// A device failed at reading or writing; it is in its safe state.
     DeviceLost { source: SourceId, device: String, message: String, time_ns: i64 },
-    /// A channel that asks for something (`Device::ask`) began or ended to, or cannot be seen any more.
+    /// A channel that asks for something (`Device::ask`) began or ended to ask, or can no longer be seen.
     Asked { source: SourceId, time_ns: i64 },
     /// A queue was full: a synchronous value was lost (`overrun`, naming both ends), or a ratio value came late.
     Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
     /// A ratio value was absent when its number was due: the old one is kept.
     Late { source: SourceId, member: u32, time_ns: i64 },
-    /// What ran a remote source is gone. `block`: the one that ran, where that is known.
+    /// The process of a remote source is gone. `block`: the one that ran, where that is known.
     Gone { source: SourceId, block: Option<BlockId>, message: String, time_ns: i64 },
     /// An end of a connection could not be made: nothing will come over it.
     Unconnected { writer: SourceId, reader: SourceId, message: String },
     /// Events that did not fit.
     Lost { source: SourceId, count: u64 },
     /// A script was carried out, at this boundary; the script comes back to be freed, with what `Op::Capture`s took, in order. Its
-    /// script does not travel (see `wire::EventAs`); the last variant, because those behind one that is skipped would be numbered anew.
+    /// script does not travel (see `wire::EventAs`); it is the last variant, because those behind a skipped one would change their
+    /// numbers.
     #[serde(skip)]
     Done { source: SourceId, script: Box<Script>, firing: u64, time_ns: i64, captured: Vec<u8> },
 }

@@ -19,7 +19,7 @@ use device::DeviceError;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// How the first part of a firing went.
+/// Result of the first part of a firing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Computed {
     /// The source was stopped before.
@@ -228,7 +228,7 @@ impl Kernel {
         }
     }
 
-    /// What the readings ask for: the emergency stop is in force from here on, before anything is written.
+    /// Looks at the channels that ask for something: the emergency stop is in force from here on, before anything is written.
     fn look(&mut self, now_ns: i64, is_blind: bool) {
         let mut changed = false;
         for device in &self.table.devices {
@@ -247,7 +247,7 @@ impl Kernel {
         self.table.look_for_blind();
     }
 
-    /// What was read before a device was lost keeps its number and its age.
+    /// Stamps the activations that were due; those that read a lost device keep the number and age of the last reading.
     fn stamp(&mut self, now_ns: i64) {
         for slot in 0..self.table.due.len() {
             if self.table.due[slot] && !self.table.is_blind_at(slot) && (!self.careful || self.table.steps_of(slot).any(|step| self.table.ran[step as usize])) {

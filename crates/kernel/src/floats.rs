@@ -25,7 +25,7 @@ pub(crate) fn begin() {
     empty_stack();
 }
 
-/// Whether each invocation of `block` is looked at from now on.
+/// Returns true if each invocation of `block` is to be checked.
 pub fn are_looked_at(block: &Block) -> bool {
     block.descriptor().reserved & mark::FLOATS != 0 || DISTRUST.load(Ordering::Relaxed)
 }
@@ -39,7 +39,7 @@ pub(crate) struct Watched {
     /// Where the containment finds whether the block may be ended: the address of its header, and [`WATCHED`].
     header: u64,
     call: Call,
-    /// What it may store, with the instance itself first.
+    /// Cells that it may store to, with the instance itself first.
     stores: Vec<Cell>,
     before: Vec<u8>,
 }
@@ -106,7 +106,7 @@ pub fn outside<R>(call: impl FnOnce() -> R) -> (R, bool) {
     (result, Words::standardise())
 }
 
-/// What the table calls for `block`: itself, or its watcher, which the table has to keep.
+/// Returns the entry that the table calls for `block`: its own, or that of its watcher, which the table has to keep.
 pub(crate) fn entry(block: &Block) -> (Run, *mut c_void, Option<Box<Watched>>) {
     match Watched::of(block) {
         None => (block.descriptor().run, block.instance().cast(), None),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whether a thread that is sent a signal again and again keeps it from itself, or has only had no core to run on.
+//! Test whether a thread that is sent a signal again and again blocks it, or has only had no core to run on.
 use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 
 /// Signals after which a thread is looked at: more than a thread without a core of its own usually needs to come to run.
@@ -52,7 +52,7 @@ fn run_ns(thread: libc::pthread_t) -> Option<i64> {
     (unsafe { libc::clock_gettime(clock(thread)?, &mut time) } == 0).then_some(time.tv_sec * 1_000_000_000 + time.tv_nsec)
 }
 
-/// True where there is no thread `id` in this process any more.
+/// Returns true if this process has no thread `id`.
 pub(crate) fn is_gone(id: i32) -> bool {
     // SAFETY: asks whether it could be sent a signal.
     let sent = unsafe { libc::syscall(libc::SYS_tgkill, libc::getpid(), id, 0) };

@@ -70,7 +70,7 @@ impl<A: Paced> Inbound<A> {
         Arc::new(Inbound { state, brought_ns: AtomicI64::new(i64::MIN), late_ns: AtomicI64::new(0), spans, members: queue, way, group })
     }
 
-    /// Lets go of what carries it, with its descriptors and threads: nothing comes any more.
+    /// Drops its carrier, with its descriptors and threads: nothing arrives after this.
     ///
     /// # Safety
     /// The kernel of the reading source has ended.
@@ -89,7 +89,7 @@ impl<A: Paced> Inbound<A> {
         Some(self.late_ns.load(Ordering::Relaxed) - 1).filter(|ns| *ns >= 0)
     }
 
-    /// What `brought_ns` and `late_since_ns` say, of a remote one: as its kernel told last.
+    /// Stores `brought_ns` and `late_since_ns` of a remote one, as its kernel told last.
     pub fn report(&self, brought_ns: Option<i64>, late_since_ns: Option<i64>) {
         self.brought_ns.store(brought_ns.unwrap_or(i64::MIN), Ordering::Relaxed);
         self.late_ns.store(late_since_ns.map_or(0, |ns| ns.saturating_add(1)), Ordering::Relaxed);
@@ -209,7 +209,7 @@ impl<A: Paced> Inbound<A> {
         }
     }
 
-    /// How many values of `member` were taken so far.
+    /// Returns the number of values of `member` taken so far.
     ///
     /// # Safety
     /// As for `latch`.
@@ -293,7 +293,7 @@ impl Waiting {
         }
     }
 
-    /// Looks at the reader: invocations since its activation. Where it was switched on since the last look, all begins anew.
+    /// Looks at the reader: invocations since its activation. If it was switched on since the last look, all begins again.
     #[inline]
     fn attend(&mut self, reader: &State, ratio: u32) -> u64 {
         let phase = reader.number.saturating_sub(reader.activated);

@@ -135,7 +135,7 @@ impl Cell {
     }
 }
 
-/// A stretch of cells that lie side by side, and where it lies in a group of bytes.
+/// Range of adjacent cells, and its offset in a group of bytes.
 #[derive(Clone, Copy)]
 pub struct Span {
     pub(crate) start: *mut u8,

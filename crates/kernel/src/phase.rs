@@ -3,11 +3,11 @@
 
 /// Something whose invocations have numbers.
 pub trait Paced {
-    /// What changes while it runs. The pointer is used by the kernel of its source alone.
+    /// Returns the state that changes while it runs. The pointer is used by the kernel of its source alone.
     fn state(&self) -> *mut State;
 }
 
-/// What changes while it runs.
+/// State that changes while it runs.
 #[derive(Default)]
 pub struct State {
     pub(crate) on: bool,

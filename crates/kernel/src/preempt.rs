@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where a firing may be preempted under the virtual clock. Real threads are preempted by the operating system: nothing here
+//! Points of a firing at which it may be preempted under the virtual clock. Real threads are preempted by the operating system: nothing here
 //! costs them anything.
 
 /// Called at the points of a firing between which it is one piece: between latches, between steps, inside publications.

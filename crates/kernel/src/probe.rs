@@ -4,8 +4,8 @@
 use crate::counters::add;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How long those invocations of a block took that the probe visited: ns of real time, whatever clock the system lives by, without
-/// what reading the clock takes. What preempted an invocation counts.
+/// Durations of those invocations of a block that the probe visited: ns of real time, under any clock, without what reading the
+/// clock takes. What preempted an invocation counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct BlockTimes {
     /// Invocations that were visited since the block was installed.

@@ -12,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 /// Bytes that a reaction may capture.
 pub const CAPTURED_MAX: usize = 128 * 1024;
 
-/// What the kernel does when a watched condition comes.
+/// Response of the kernel to a watched condition.
 pub enum Response {
     /// A prepared local answer: runs the script in the same firing, after publication, and goes to `next` (`None`: the process
     /// has ended; further conditions are only recorded). Told to the supervisor by `Event::Condition`.
@@ -27,13 +27,13 @@ pub enum Response {
 pub trait Reaction: Any + Send + Sync {
     /// Bytes that it captures.
     fn captured_len(&self) -> usize;
-    /// Whether it changes what a source has, beyond what blocks and devices hold: no reaction may.
+    /// Returns true if it changes what a source has, beyond what blocks and devices hold: no reaction may.
     fn swaps(&self) -> bool;
 }
 
 /// One line of a stage's watch table.
 pub struct Watch {
-    /// Whose condition; `None` with `item` FAULT: a fault of any block of the process.
+    /// Block that reports the condition; `None` with `item` FAULT: a fault of any block of the process.
     pub block: Option<BlockId>,
     /// Item index of the condition, or [`Watch::FAULT`].
     pub item: u8,
@@ -41,7 +41,7 @@ pub struct Watch {
     pub condition: u16,
     /// Larger first; then order in this table.
     pub priority: i32,
-    /// What happens.
+    /// Response to it.
     pub response: Response,
 }
 
@@ -54,7 +54,7 @@ impl Watch {
     }
 }
 
-/// A stretch of a command list between two waits: what is watched meanwhile.
+/// Section of a command list between two waits, with the conditions watched meanwhile.
 pub struct Stage {
     /// In order of declaration.
     pub watches: Vec<Watch>,
@@ -76,7 +76,7 @@ pub struct Process {
     times: RunningTimes,
 }
 
-/// Where the word of a process is.
+/// Location of a process's word.
 pub enum Home {
     /// All of its sources lie here.
     Here,
@@ -88,11 +88,11 @@ pub enum Home {
 
 /// Reaches the word of a process whose sources are all remote.
 pub trait RemoteWord: Send + Sync {
-    /// [`Process::take`], there. `None`: nobody answers any more.
+    /// [`Process::take`], there. `None`: nobody answers.
     fn take(&self, process: u64, generation: u32, insist: bool) -> Option<Taken>;
 }
 
-/// What [`Process::take`] found.
+/// Result of [`Process::take`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Taken {
     /// It was in this stage.
@@ -203,7 +203,7 @@ impl Process {
         matches!(self.home, Home::Spread)
     }
 
-    /// Of one whose word is remote: what is reported from now on belongs to this stage.
+    /// Stores the stage of a process whose word is remote: later reports belong to it.
     pub fn at_stage(&self, stage: u16, generation: u32) {
         self.change(|word| (word.generation <= generation).then_some(Word { generation, stage, flags: 0 }));
     }
@@ -212,7 +212,7 @@ impl Process {
         &self.home
     }
 
-    /// What the kernel there did with a process whose word is there.
+    /// Stores what the kernel there did with a process whose word is there.
     pub fn follow(&self, generation: u32, stage: Option<u16>, ended: bool) {
         self.change(|word| {
             let flags = if ended { ENDED } else { u16::from(stage.is_none()) * FROZEN };
@@ -232,7 +232,7 @@ impl Process {
         self.stages.get().and_then(|stages| stages.get(usize::from(stage))).map_or(&[], |stage| &stage.watches)
     }
 
-    /// What `stage` watches a condition by, with its line: the first in the order of serving.
+    /// Returns the watch of `stage` for a condition, with its line: the first in the order of serving.
     pub fn watch_of(&self, stage: u16, block: BlockId, item: u8) -> Option<(usize, &Watch)> {
         let lines = self.watches(stage).iter().enumerate().filter(|(_, watch)| watch.matches(block, item));
         lines.min_by_key(|(line, watch)| (Reverse(watch.priority), *line))
@@ -274,12 +274,12 @@ impl Process {
         self.remembered.fetch_or(1 << condition, Ordering::AcqRel);
     }
 
-    /// What waits in `stage` for a condition that came before it was entered: the one to serve first.
+    /// Returns the watch of `stage` for a condition that came before it was entered: the one to serve first.
     pub fn awaited(&self, stage: u16) -> Option<&Watch> {
         self.awaited_of(stage, self.remembered())
     }
 
-    /// What came, unserved: one bit a condition.
+    /// Returns the conditions that came, unserved: one bit a condition.
     pub fn remembered(&self) -> u64 {
         self.remembered.load(Ordering::Acquire)
     }

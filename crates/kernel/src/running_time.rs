@@ -22,7 +22,7 @@ pub struct RunningTime {
     state: UnsafeCell<TimeState>,
 }
 
-/// What the kernel of that source alone touches.
+/// State that the kernel of that source alone touches.
 #[derive(Default)]
 pub struct TimeState {
     pub(crate) invocation: Invocation,
@@ -34,7 +34,7 @@ pub struct TimeState {
 }
 
 impl RunningTimes {
-    /// That of `source`, made where there is none. Not on the real-time path.
+    /// Returns the running time of `source`, made if it is missing. Not on the real-time path.
     pub(crate) fn prepare(&self, source: SourceId) -> &RunningTime {
         let mut made: *mut RunningTime = ptr::null_mut();
         loop {
@@ -58,7 +58,7 @@ impl RunningTimes {
         }
     }
 
-    /// That of `source`, if it was prepared.
+    /// Returns the running time of `source`, if it was prepared.
     pub(crate) fn find(&self, source: SourceId) -> Option<&RunningTime> {
         find(self.0.load(Ordering::Acquire), source)
     }
@@ -87,7 +87,7 @@ fn find<'a>(mut time: *mut RunningTime, source: SourceId) -> Option<&'a RunningT
 }
 
 impl RunningTime {
-    /// What the kernel of its source touches, and nobody else.
+    /// Returns the state that only the kernel of its source touches.
     pub fn state(&self) -> *mut TimeState {
         self.state.get()
     }

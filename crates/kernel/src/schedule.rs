@@ -84,7 +84,7 @@ impl Activation {
         Arc::new(Activation { due: UnsafeCell::new(due.clone()), planned: Mutex::new(due), stamp, budget_ns, state: UnsafeCell::new(state) })
     }
 
-    /// From now on the builder of tables knows it as due by `due`.
+    /// Tells the builder of tables that it is due by `due`.
     pub(crate) fn plan(&self, due: &Due) {
         *self.planned.lock().expect("nobody panics with the lock held") = due.clone();
     }

@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicPtr, Ordering};
 /// One operation of a script.
 pub enum Op {
     /// Swaps the table. The old one is handed back with the acknowledgement and freed by the supervisor. After the swap every
-    /// outbound connection that is new publishes its present values, and every new inbound one is latched. Not in a reaction.
+    /// outbound connection that is new publishes its present values, and every new inbound one is latched. No reaction has it.
     Table(Box<Table>),
     /// Stores bytes (ψ values, writes from the PS, safe values).
     Store(Cell, Box<[u8]>),
@@ -29,21 +29,21 @@ pub enum Op {
     /// Initial state: the block's image as installed, but for states declared `keep` and for parameters, presets and sizes, which
     /// keep what was stored last; invocation number 0.
     Reset(Arc<Block>),
-    /// The first block takes over states, outputs and invocation number of the second, which is of the same code. Behind a reset.
+    /// The first block takes over states, outputs and invocation number of the second, which is of the same code. It stands behind a reset.
     Keep(Arc<Block>, Arc<Block>),
     /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Nothing where it is on
     /// with the same `every` already: instance, state and phase stay.
     On(Arc<Activation>, u32),
-    /// Lets it be driven by others; made by [`Activation::follow`]. What drove it goes back with the acknowledgement. Not in a reaction.
+    /// Lets it be driven by others; made by [`Activation::follow`]. What drove it goes back with the acknowledgement. No reaction has it.
     Follow { activation: Arc<Activation>, due: Box<Due>, had: Box<[u64]> },
-    /// From now on its interval is `every` firings, whatever `On` says, and at once where it is on: next due at the first multiple after
-    /// the last firing, so that no invocation is lost or doubled. 0: as `On` says, from the next on.
+    /// Sets its interval to `every` firings, whatever `On` says, and at once if it is on: next due at the first multiple after the last
+    /// firing, so that no invocation is lost or doubled. 0: as `On` says, from the next on.
     Tune(Arc<Activation>, u32),
     /// Switches it off.
     Off(Arc<Activation>),
     /// `execute`: one extra firing at once, in which exactly these blocks are due, and what they drive, where that is on.
     Execute(Vec<Arc<Block>>),
-    /// Stage of the process from now on, in generation `generation` (`None`: keep it; used by local reactions).
+    /// Sets the stage of the process, in generation `generation` (`None`: keep it; used by local reactions).
     /// Conditions that came, unserved, and that the stage waits for act at once. A generation that has passed, or that is under
     /// way already (several sources may be told), changes nothing.
     Stage { process: Arc<Process>, stage: u16, generation: Option<u32> },
@@ -66,13 +66,13 @@ pub enum Op {
     KeepClock(Arc<Process>, Arc<Process>),
     /// Copies cells into the acknowledgement (ω, a read of SVVs): all of one boundary.
     Capture(Vec<Cell>),
-    /// Write channels of a device are claimed from now on: what their cells hold goes out at the end of the firing.
+    /// Claims write channels of a device: what their cells hold goes out at the end of the firing.
     Engage { device: Arc<Device>, channels: Vec<u16> },
     /// Write channels of a device go to their safe values at once (exempt from the slew limit), and are free.
     Safe { device: Arc<Device>, channels: Vec<u16> },
-    /// Goes on where sources that have ended stopped. Stays where it was made: no parcel carries it. Not in a reaction.
+    /// Goes on where sources that have ended stopped. Stays where it was made: no parcel carries it. No reaction has it.
     Inherit(Box<dyn Inheritance>),
-    /// What the device read last is looked at for what its channels ask: what was asked since is known without a firing.
+    /// Looks at the last reading of the device for what its channels ask, so that a request made since is known without a firing.
     Look(Arc<Device>),
     /// A lost device is opened again. What it had goes back with the acknowledgement.
     Renew(Box<dyn Reopening>),
@@ -85,7 +85,7 @@ impl Op {
     }
 }
 
-/// What a source takes over from sources that have ended, prepared off the real-time path.
+/// State that a source takes over from sources that have ended, prepared off the real-time path.
 pub trait Inheritance: Send + Sync {
     /// Goes on where those before stopped.
     ///
@@ -99,7 +99,7 @@ pub trait Reopening: Send + Sync {
     /// The device.
     fn device(&self) -> &Arc<Device>;
 
-    /// Whether the device is no longer lost when it has been carried out.
+    /// Returns true if the device is no longer lost after it has been carried out.
     fn is_open(&self) -> bool;
 
     /// Puts the driver in the place of the one that the device has.
@@ -146,7 +146,7 @@ impl Reaction for Script {
 }
 
 impl Activation {
-    /// The operation that lets it be due by `due` from now on: others drive it. State, numbers and phase stay. It goes to its source in
+    /// Returns the operation that makes it due by `due`: others drive it. State, numbers and phase stay. It goes to its source in
     /// one script with a table that was built after this call. Not for the real-time path.
     pub fn follow(self: &Arc<Self>, due: Due) -> Op {
         self.plan(&due);

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the kernel of a device's source touches in every firing, and what the floors above exchange in it between two of them.
+//! Driver and outputs of a device, which the kernel of its source touches in every firing, and which the layers above exchange between two of them.
 use crate::tape::Tape;
 use device::{DeviceError, Driver};
 use interconnect::{Receiver, Sender};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicI64, Ordering};
 
-/// What the kernel of the device's source alone touches.
+/// Part of a device that the kernel of its source alone touches.
 pub struct Service {
     /// Reads and writes its channels.
     pub driver: Box<dyn Driver>,
-    /// What goes to the driver: commands with safe values and slew limits applied; it also remembers what was written last.
+    /// Outputs for the driver: commands with safe values and slew limits applied; it also remembers what was written last.
     pub out: Vec<u8>,
     /// For each write channel: claimed at the last write.
     pub(crate) engaged: Vec<bool>,
@@ -18,7 +18,7 @@ pub struct Service {
     pub written_ns: Option<i64>,
     /// The emergency stop was in force at the last write.
     pub(crate) was_stopped: bool,
-    /// How much the driver's clock is ahead of the source's: that of the host which opened it.
+    /// Lead of the driver's clock over the source's: the driver has the clock of the host which opened it.
     pub ahead_ns: i64,
     /// Where what it read last goes, for an heir.
     pub shows: Option<Box<dyn Sender>>,
@@ -32,7 +32,7 @@ pub struct Service {
 
 /// The device that an heir is to take over, as the heir sees it.
 pub trait View: Send {
-    /// What that read last.
+    /// Reads what that device read last.
     ///
     /// # Errors
     /// It is lost where it runs.
@@ -46,7 +46,7 @@ pub trait View: Send {
 }
 
 impl Service {
-    /// What is to go out goes to the driver. The first time that an emergency stop is in force, the device is brought to its safe state instead.
+    /// Sends the outputs to the driver. The first time that an emergency stop is in force, the device is brought to its safe state instead.
     pub(crate) fn send(&mut self, release_ns: i64, is_stopped: bool, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         let stops = is_stopped && !self.was_stopped;
         self.was_stopped = is_stopped;
@@ -74,7 +74,7 @@ impl Service {
 
 /// Where others can see what a device read last, and how long nobody wrote it while it was handed over.
 pub struct Seen {
-    /// What it read last, for one heir.
+    /// Last readings, for one heir.
     pub view: Mutex<Option<Box<dyn Receiver>>>,
     gap_ns: AtomicI64,
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a condition does, wherever its source is: the kernel serves those of its own firings by this, the host those of processes whose
-//! sources lie in several places.
+//! Effects of a condition, wherever its source is: the kernel serves those of its own firings by this, the host those of processes
+//! whose sources lie in several places.
 use crate::block::BlockId;
 use crate::event::{Event, Fault};
 use crate::process::{Process, Reaction, Response, Watch};
@@ -12,10 +12,10 @@ pub trait Server {
     /// Where `process` stands, which others move too.
     fn word(&self, process: &Process) -> Word;
 
-    /// What came, unserved, in the present list of `process`: one bit a condition.
+    /// Returns the conditions that came, unserved, in the present list of `process`: one bit a condition.
     fn remembered(&self, process: &Process) -> u64;
 
-    /// Whether `process` could be moved.
+    /// Returns true if `process` could be moved.
     fn is_so(&self, moved: bool) -> bool;
 
     /// Carries out a prepared answer; none where somebody was faster.
@@ -27,7 +27,7 @@ pub trait Server {
     }
 }
 
-/// What a condition did.
+/// Effect of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moved {
     /// The supervisor carries on.
@@ -87,19 +87,19 @@ pub struct Occurrence {
 }
 
 impl Occurrence {
-    /// One that acts after it came, in a stage that waits for it.
+    /// Makes the occurrence of a condition that acts after it came, in a stage that waits for it.
     pub fn late(source: SourceId, process: &Process, word: Word, watch: &Watch, time_ns: i64) -> Occurrence {
         let block = watch.block.unwrap_or(BlockId(u32::MAX));
         Occurrence { source, process: process.id(), generation: word.generation, block, item: watch.item, fault: None, number: 0, time_ns }
     }
 
-    /// What the supervisor is told where no watch names it.
+    /// Returns the event for the supervisor if no watch names the condition.
     pub fn unwatched(self, value: Vec<u8>) -> Event {
         let Occurrence { source, process, generation, block, item, fault, number, time_ns } = self;
         Event::Unwatched { source, process, generation, block, item, fault, number, time_ns, value }
     }
 
-    /// What the supervisor is told of what it did. `alone`: no other condition came in the firing.
+    /// Returns the event that tells the supervisor what the condition did. `alone`: no other condition came in the firing.
     pub fn watched(self, watch: &Watch, moved: Option<Moved>, alone: bool, value: Vec<u8>) -> Event {
         let Occurrence { source, process, generation, block, item, fault, number, time_ns } = self;
         let (condition, acted, ended) = (watch.condition, moved.is_some(), moved == Some(Moved::Ended));

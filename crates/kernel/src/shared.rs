@@ -10,21 +10,21 @@ use crate::tape::Tape;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-/// What all kernels of a host share.
+/// State shared by all kernels of a host.
 #[derive(Default)]
 pub struct Shared {
     /// Order of the events of the host.
     pub serials: AtomicU64,
-    /// What the supervisor sleeps on.
+    /// Bell of the supervisor's sleep.
     pub supervisor: Bell,
-    /// How long a timer may stand still, where that was said; 0: it was not.
+    /// Time for which a timer may stand still, if one was set; 0: none was.
     standstill_ns: AtomicI64,
     /// Handlers of faults that somebody had replaced, in words, until the supervisor takes them.
     replaced: Mutex<Option<String>>,
     is_replaced: AtomicBool,
 }
 
-/// How long a timer may stand still where nobody says otherwise.
+/// Default time for which a timer may stand still.
 const STANDSTILL_NS: i64 = 2_000_000_000;
 
 impl Shared {
@@ -65,7 +65,7 @@ pub struct Source {
     pub mailbox: Mailbox,
     /// Scripts that were carried out.
     pub done: Mailbox,
-    /// What others raise it by.
+    /// Requests by which others raise it.
     pub requests: Arc<Requests>,
     pub closing: AtomicBool,
     /// It ends, and an heir has its devices.
@@ -124,12 +124,12 @@ impl Source {
         self.requests.request(now_ns);
     }
 
-    /// What its thread sleeps on.
+    /// Returns the bell on which its thread sleeps.
     pub fn bell(&self) -> &Bell {
         &self.requests.bell
     }
 
-    /// The supervisor's end. Never taken by a kernel.
+    /// The supervisor's end. No kernel takes it.
     pub fn listener(&self) -> MutexGuard<'_, Listener> {
         self.listener.lock().expect("nobody panics with the lock held")
     }
@@ -142,7 +142,7 @@ impl Source {
         }
     }
 
-    /// What it has counted.
+    /// Returns its statistics.
     pub fn statistics(&self) -> Statistics {
         Statistics { rights_missing: self.rights_missing.lock().expect("nobody panics with the lock held").clone(), ..self.counters.read() }
     }

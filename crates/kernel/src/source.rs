@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct SourceId(pub u32);
 
-/// What requests its firings.
+/// Origin of the requests for a source's firings.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum SourceKind {
     /// Releases at epoch + k · period; the epoch is the host's, the same for all of its timers.
@@ -17,20 +17,20 @@ pub enum SourceKind {
     Software,
 }
 
-/// What a source is.
+/// Specification of a source.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct SourceSpec {
     /// Its processor.
     pub rtp: u16,
     /// For people.
     pub name: String,
-    /// What requests its firings.
+    /// Origin of the requests for its firings.
     pub kind: SourceKind,
     /// 1 (lowest) to 98; taken as SCHED_FIFO priority where the rights are given.
     pub priority: u8,
     /// Core to pin its thread to.
     pub core: Option<usize>,
-    /// What one firing costs under the virtual clock, ns (0: nothing): sources of higher priority then preempt it at step
+    /// Cost of one firing under the virtual clock, ns (0: nothing): sources of higher priority then preempt it at step
     /// boundaries and inside publications, chosen by the host's seed.
     pub virtual_cost_ns: u64,
 }
@@ -42,7 +42,7 @@ pub struct Requests {
     pub pending: AtomicU64,
     /// Virtual clock: when the first of them came.
     pub since_ns: AtomicU64,
-    /// What its thread sleeps on.
+    /// Bell on which its thread sleeps.
     pub bell: Bell,
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the channels of a device ask for, and how a device stands: the kernel of its source sets this, others read it.
+//! Requests of the channels of a device, and the state of a device: the kernel of its source sets this, others read it.
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-/// What a read channel asks for when it reads so.
+/// Request of a read channel, made by its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Ask {
     /// The emergency stop: outputs are safe from the write of the firing that read it on.
@@ -11,9 +11,9 @@ pub enum Ask {
     Tell,
 }
 
-/// How a device stands. Of a remote one: as it was told last.
+/// State of a device. Of a remote one: as it was told last.
 pub struct Standing {
-    /// It failed: it is neither read nor written any more.
+    /// It failed: it is no longer read or written.
     pub lost: AtomicBool,
     /// It has been read since it was opened. Of a remote one nothing is told.
     pub read: AtomicBool,
@@ -56,7 +56,7 @@ pub struct Asking {
 }
 
 impl Asking {
-    /// What it asks for, and whether it does so at 0; none where nobody looks at it.
+    /// Returns its request, and whether it makes it at 0; none if nobody looks at it.
     pub fn of(&self) -> Option<(Ask, bool)> {
         let what = self.what.load(Ordering::Acquire);
         (what != OFF).then_some((if what & STOP != 0 { Ask::Stop } else { Ask::Tell }, what & AT_ZERO != 0))
@@ -68,7 +68,7 @@ pub(crate) const STOP: u8 = 1;
 pub(crate) const TELL: u8 = 2;
 pub(crate) const AT_ZERO: u8 = 4;
 
-/// What the processor of a remote device is asked to do.
+/// Request to the processor of a remote device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum DeviceCall {
     /// `Device::ask`.

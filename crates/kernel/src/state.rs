@@ -32,7 +32,7 @@ pub struct Kernel {
     pub(crate) pass: u64,
     /// Processes that entered a stage in the present script, to be looked at for what they remember.
     pub(crate) entered: Vec<*const Process>,
-    /// What a reaction captures.
+    /// Values that a reaction captures.
     pub(crate) captured: Vec<u8>,
     /// Time budget of a firing whose activations declare none.
     pub(crate) budget_ns: i64,
@@ -63,7 +63,7 @@ impl Kernel {
         }
     }
 
-    /// A stretch of its record begins, where one is made.
+    /// Begins a segment of its record, if one is made.
     #[inline]
     pub(crate) fn begin(&self) {
         if let Some(tape) = &self.source.tape {
@@ -71,7 +71,7 @@ impl Kernel {
         }
     }
 
-    /// The stretch is over.
+    /// Ends the segment of its record.
     #[inline]
     pub(crate) fn end(&self, occasion: Occasion, time_ns: i64) {
         if let Some(tape) = self.source.tape.as_ref().filter(|tape| tape.records()) {
@@ -125,7 +125,7 @@ pub(crate) fn word_of(source: &Source, process: &Process) -> Word {
     source.tape.as_ref().map_or(word, |tape| Word::unpack(tape.number(word.pack())))
 }
 
-/// Whether a process could be moved, in the same way.
+/// Returns whether a process could be moved, as recorded or played.
 pub(crate) fn is_so(source: &Source, moved: bool) -> bool {
     source.tape.as_ref().map_or(moved, |tape| tape.whether(moved))
 }

@@ -9,7 +9,7 @@ use crate::window::Window;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// What a step does.
+/// Work of a step.
 pub enum StepKind {
     /// One invocation of a block.
     Block(Arc<Block>),
@@ -34,11 +34,11 @@ pub struct Append {
 
 /// One step, with when it is due and whose it is.
 pub struct Step {
-    /// What it does.
+    /// Work of the step.
     pub kind: StepKind,
-    /// When it is due.
+    /// Activation that says when it is due.
     pub activation: Arc<Activation>,
-    /// Whose conditions it reports and whose running time it sees.
+    /// Process whose conditions it reports and whose running time it sees.
     pub process: Arc<Process>,
     /// Indices of the earlier steps of this table whose output it takes synchronously: where one of them faulted in this
     /// firing, or did not run, this one is not due.

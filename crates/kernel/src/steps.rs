@@ -16,14 +16,14 @@ use opengpac::floats::Words;
 use std::ffi::c_void;
 use std::sync::atomic::Ordering;
 
-/// How a contained loop ended before its end.
+/// Early end of a contained loop.
 pub(crate) struct Ended {
-    /// Whose fault it is.
+    /// Step at fault.
     pub(crate) step: u32,
     /// The step that was ended, which stored nothing; `None`: all ran.
     pub(crate) at: Option<u32>,
     pub(crate) result: u64,
-    /// Its thread must not call a library any more.
+    /// Its thread must not call a library again.
     pub is_lost: bool,
 }
 
@@ -53,7 +53,7 @@ pub fn ended_by(over: &Over) -> u64 {
     SIGNAL | (signal | if over.is_lost { outcome::LOST } else { 0 }) << outcome::SHIFT
 }
 
-/// Why `result` is a fault, if it is one.
+/// Returns the fault in `result`, if it is one.
 pub(crate) fn fault(result: u64) -> Option<Fault> {
     let detail = result >> outcome::SHIFT;
     match result & outcome::MASK {
@@ -107,7 +107,7 @@ fn answerable(table: &Table) -> Option<Ended> {
     blocks.max().map(|(_, index)| Ended { step: index as u32, at: None, result: FLOATS, is_lost: false })
 }
 
-/// What the containment runs. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what
+/// Body of the contained loop. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what
 /// was reported before must then be in memory.
 unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     // SAFETY: `contained` passes its own frame.

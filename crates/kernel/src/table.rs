@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What one interrupt source runs.
+//! Table of the steps that one interrupt source runs.
 use crate::aside::{Appends, Aside, Copies, append, copy};
 use crate::bank::{Stretch, Strip, stretches};
 use crate::block::{Block, BlockId};
@@ -30,25 +30,25 @@ pub struct Table {
     pub(crate) strips: Vec<Strip>,
     /// The strips cut at their banks: what the hot loop goes along.
     pub(crate) stretches: Vec<Stretch>,
-    /// Where the probe goes.
+    /// Order of the probe's visits.
     pub(crate) visits: Visits,
     /// By activation: its strips, as a range of `strips_of`.
     strip_ranges: Vec<(u32, u32)>,
     strips_of: Vec<u32>,
     /// Each activation once, after those that drive it.
     pub activations: Vec<Arc<Activation>>,
-    /// By activation: due in this firing. Scratch of the kernel.
+    /// By activation: due in this firing. It is scratch of the kernel.
     pub(crate) due: Vec<bool>,
     /// By step: everything that the hot loop does not need.
     pub steps: Vec<ColdStep>,
-    /// By step: ran and succeeded in this firing. Scratch of the careful mode.
+    /// By step: ran and succeeded in this firing. It is scratch of the careful mode.
     pub(crate) ran: Vec<bool>,
-    /// By step: chosen by `Op::Execute`. Scratch of the careful mode.
+    /// By step: chosen by `Op::Execute`. It is scratch of the careful mode.
     pub(crate) chosen: Vec<bool>,
     /// By activation: it reads a lost device; and whether any does.
     pub(crate) blind: Vec<bool>,
     pub(crate) is_blind: bool,
-    /// What reported in this firing. Scratch with room for one a step.
+    /// Reports of this firing. It is scratch with room for one a step.
     pub(crate) reports: Vec<Report>,
     /// Scratch for serving them in order.
     pub(crate) candidates: Vec<Candidate>,
@@ -66,12 +66,12 @@ pub struct Table {
     pub(crate) wakes: Vec<Option<Arc<Requests>>>,
     pub devices: Vec<Arc<Device>>,
     pub edges: Vec<Arc<Edge>>,
-    /// Whom each edge raises; filled in when the table is submitted.
+    /// Requests that each edge raises; filled in when the table is submitted.
     pub(crate) edge_sources: Vec<Option<Arc<Requests>>>,
     pub rows: Vec<(Vec<Span>, Rows)>,
-    /// What its blocks store to; only where a record is made or played.
+    /// Memory that its blocks store to; only if a record is made or played.
     pub(crate) stored: Vec<Span>,
-    /// The greatest budget declared, and whether some activation declares none.
+    /// Maximum of the declared budgets, and true if some activation declares none.
     pub(crate) budget_ns: (u64, bool),
     /// Copy steps, at addresses that stay.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
@@ -95,14 +95,14 @@ unsafe impl Sync for Table {}
 pub struct ColdStep {
     /// `None` for a copy or an append.
     pub block: Option<Arc<Block>>,
-    /// What a step without a block does.
+    /// Work of a step without a block.
     pub aside: Aside,
     pub process: u32,
     pub slot: u32,
     pub drivers: Vec<u32>,
 }
 
-/// What one step gave back.
+/// Result of one step.
 #[derive(Clone, Copy)]
 pub(crate) struct Report {
     pub(crate) step: u32,
@@ -304,12 +304,12 @@ impl Table {
         }
     }
 
-    /// Whether the activation at `slot` reads a lost device: what it stores is as old as the last reading.
+    /// Returns true if the activation at `slot` reads a lost device: what it stores is as old as the last reading.
     pub(crate) fn is_blind_at(&self, slot: usize) -> bool {
         self.is_blind && self.blind[slot]
     }
 
-    /// Where `activation` is in this table.
+    /// Returns the index of `activation` in this table.
     pub(crate) fn slot(&self, activation: &Arc<Activation>) -> Option<usize> {
         // SAFETY: asked by the kernel of its source alone.
         let slot = unsafe { (*activation.state()).slot } as usize;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What comes to a source from outside while it fires or carries a script out: groups and rows of other sources, readings of devices,
-//! where a process stood when it was asked. With the firings and scripts themselves that is all that decides what its blocks compute.
+//! Inputs of a source from outside while it fires or carries out a script: groups and rows of other sources, readings of devices, the
+//! state of a process when it was asked. With the firings and scripts themselves that is all that decides what its blocks compute.
 //!
 //! A source that is recorded, or played again, has a [`Tape`], which the kernel asks in the place of the world.
 use device::DeviceError;
 
-/// What a stretch is about.
+/// Subject of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Occasion {
     /// A firing.
@@ -19,31 +19,31 @@ pub enum Occasion {
 /// Writes down each answer from outside in the order in which it was asked for, or gives those that were written down. Its source's kernel
 /// alone calls it; real-time safe.
 pub trait Tape: Send + Sync {
-    /// What follows belongs to one firing, script or restart.
+    /// Begins the segment of one firing, script or restart.
     fn begin(&self);
 
     /// True where it records, and wants to be told of the end.
     fn records(&self) -> bool;
 
-    /// That is over. `digest`: of everything that the source's blocks have stored; `stopped`: a fault stopped the source.
+    /// Ends the segment. `digest`: of everything that the source's blocks have stored; `stopped`: a fault stopped the source.
     fn end(&self, occasion: Occasion, number: u64, time_ns: i64, digest: u64, stopped: bool);
 
     /// A number from outside.
     fn number(&self, live: u64) -> u64;
 
-    /// How a device was written; `live` does it.
+    /// Result of writing a device; `live` does it.
     ///
     /// # Errors
     /// As of the driver, now or when it was recorded.
     fn written(&self, live: &mut dyn FnMut() -> Result<(), DeviceError>) -> Result<(), DeviceError>;
 
-    /// What a device reads; `live` reads it into the bytes.
+    /// Reading of a device; `live` reads it into the bytes.
     ///
     /// # Errors
     /// As of the driver, now or when it was recorded.
     fn read(&self, readings: &mut [u8], live: &mut dyn FnMut(&mut [u8]) -> Result<(), DeviceError>) -> Result<(), DeviceError>;
 
-    /// Whether something is so, outside.
+    /// Returns a truth from outside.
     fn whether(&self, live: bool) -> bool {
         self.number(u64::from(live)) != 0
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which block of a table the probe visits in a firing.
+//! Choice of the block of a table that the probe visits in a firing.
 use crate::containment::OUTSIDE;
 
-/// Where the probe goes in a table.
+/// Order of the probe's visits in a table.
 #[derive(Default)]
 pub(crate) struct Visits {
     turn: u64,

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a connection is called whose ends are made separately, and the end of one over which nothing goes.
+//! Identity of a connection whose ends are made separately, and the end of one that carries nothing.
 use interconnect::{ConnectionSpec, Full, Header, Receiver, Sender};
 use std::any::Any;
 use std::sync::Arc;
 
-/// How far apart the ends of a connection lie.
+/// Distance between the ends of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Reach {
     /// In one process.
@@ -22,7 +22,7 @@ pub struct Way {
     pub number: u64,
     /// Its two sources and its lengths.
     pub spec: ConnectionSpec,
-    /// How far apart its ends lie.
+    /// Distance between its ends.
     pub reach: Reach,
 }
 
@@ -31,7 +31,7 @@ pub struct Way {
 #[derive(Default)]
 pub struct Nowhere {
     group: Vec<u8>,
-    /// What goes on as long as this end is here.
+    /// Owner of what lives as long as this end.
     _kept: Option<Arc<dyn Any + Send + Sync>>,
 }
 

@@ -22,7 +22,7 @@ const MS: i64 = 1_000_000;
 /// Adds what it reads to a sum, and does what it is told on one invocation: y = sum + u.
 #[derive(FunctionBlock)]
 struct Told {
-    /// what is added
+    /// value that is added
     #[input]
     u: f64,
     /// sum
@@ -34,7 +34,7 @@ struct Told {
     /// on this invocation
     #[param(default = 0)]
     when: u64,
-    /// what it does then: one of `act`
+    /// act that follows: one of `act`
     #[param(default = 0)]
     act: u32,
     /// sum of what was read
@@ -236,7 +236,7 @@ impl Program {
     }
 }
 
-/// How many invocations `run` makes by single entries, and by bank entries.
+/// Returns the number of invocations that `run` makes by single entries, and by bank entries.
 fn counted(run: impl FnOnce()) -> (u64, u64) {
     SINGLE.set(0);
     BANKED.set(0);

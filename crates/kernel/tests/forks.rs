@@ -100,7 +100,7 @@ fn counting(name: &str, shared: &Shared, at: usize, forks_at: u64) -> Arc<Device
     Device::open(name, Box::new(driver), 0).unwrap()
 }
 
-/// How the process `child` has ended.
+/// Returns the status with which the process `child` has ended.
 fn status_of(child: i64) -> i32 {
     assert!(child > 0, "no process was made");
     let (mut status, begun) = (0, Instant::now());

@@ -35,7 +35,7 @@ unsafe extern "C" fn sleeps(state: *mut c_void) {
 struct Loop {
     containment: Arc<Containment>,
     state: Arc<AtomicU32>,
-    /// Whether its loop ran over its budget.
+    /// True if its loop ran over its budget.
     thread: JoinHandle<bool>,
 }
 

@@ -18,7 +18,7 @@ struct Place {
     host: Option<&'static str>,
     senders: Mutex<Vec<Lying>>,
     receivers: Mutex<Vec<(u64, Box<dyn Receiver>)>>,
-    /// What is found there by who takes a process.
+    /// Answer to the taker of a process.
     taken: Option<Taken>,
     /// Held by each reading end here that values come over from there.
     reading: Arc<()>,

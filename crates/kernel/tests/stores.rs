@@ -68,7 +68,7 @@ impl Stored {
         Stored { block: Arc::new(block), cells, stamp }
     }
 
-    /// What every reader would come to see: a value and its number. Errs where they do not belong together.
+    /// Returns what every reader would come to see: a value and its number. Errs where they do not belong together.
     fn number(&self) -> Result<u64, String> {
         let stamp = self.stamp.load();
         let number = u64::from_ne_bytes(stamp[..8].try_into().unwrap());
@@ -158,7 +158,8 @@ impl Program {
         ended
     }
 
-    /// How long a firing takes, and a little more. The watchdog of the program looks at this source too, and every firing is over its budget:
+    /// Returns the duration of a firing, and a little more. The watchdog of the program looks at this source too, and every firing is over its
+    /// budget:
     /// where it came by, the firing does not count.
     fn long_ns(&mut self) -> u64 {
         let mut took = Vec::new();

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, MutexGuard};
 use support::*;
 
-/// What the blocks and the carrier of the one test that runs share. Relaxed would do for counts; this is not a benchmark.
+/// State shared by the blocks and the carrier of the one test that runs. Relaxed would do for counts; this is not a benchmark.
 struct Shared {
     /// The writer is in its firing; in a publication.
     firing: AtomicBool,
@@ -32,7 +32,7 @@ struct Shared {
     newest: AtomicU64,
 }
 
-/// What one reader met. Of the reader of lower priority, inside which firings of the writer cannot be: firings of the writer that
+/// Firings that one reader met. Of the reader of lower priority, inside which firings of the writer cannot be: firings of the writer that
 /// began inside its firing, and inside its latch.
 struct Reader {
     inside_firing: AtomicU64,

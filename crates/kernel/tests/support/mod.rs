@@ -27,7 +27,7 @@ pub const OUTPUT: usize = 1;
 pub const CONDITION: usize = 2;
 pub const PARAMETER: usize = 3;
 
-/// What a test block does: `Ok` conditions to report, or the result of a fault.
+/// Body of a test block: returns `Ok` with conditions to report, or the result of a fault.
 pub type Body = fn(&mut Instance, &Invocation) -> u64;
 
 /// The entry around a body: as generated ones do it.
