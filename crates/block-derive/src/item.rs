@@ -6,7 +6,7 @@ use proc_macro2::{Ident, TokenStream};
 use quote::quote;
 use syn::{Attribute, Field, Meta, Type, spanned::Spanned};
 
-/// What a field is.
+/// Kind of a field.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     Input,

@@ -27,8 +27,9 @@ pub fn first_sentence(doc: &str) -> String {
     }
 }
 
-/// What a block's descriptor says of it, in lines: the first sentence; the rest of the comment, if there is more; and what its
-/// fault codes mean, where the comment has it (`Faults: 1 a limit is not above 0; 2 a goal is out of range.`).
+/// Returns the description of a block for its descriptor, in lines: the first sentence; the rest of the comment, if there is
+/// more; and the meaning of its fault codes, if the comment has it (`Faults: 1 a limit is not above 0; 2 a goal is out of
+/// range.`).
 pub fn description(doc: &str) -> String {
     let first = first_sentence(doc);
     let rest = &doc[first.len()..];

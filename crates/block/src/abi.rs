@@ -31,7 +31,7 @@ pub const ABI: u32 = 2;
 /// The most items one block may declare. A condition reports as bit `8 + its item index` of what `run` returns.
 pub const ITEMS_MAX: usize = 32;
 
-/// What an invocation is told: when it is, and which it is. All of it is under the clock of the real-time system.
+/// Time and number of an invocation. All of it is under the clock of the real-time system.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Invocation {
@@ -85,7 +85,7 @@ pub mod outcome {
     pub const SHIFT: u32 = 8;
 }
 
-/// What the loader says of a block in `Descriptor::reserved`, for the kernel; a module says 0.
+/// Marks of the loader about a block in `Descriptor::reserved`, for the kernel; a module says 0.
 pub mod mark {
     /// It came with a code module.
     pub const LOADED: u32 = 1;
@@ -93,7 +93,7 @@ pub mod mark {
     pub const FLOATS: u32 = 2;
 }
 
-/// What an item of an interface is: one of the paper's five components, or state.
+/// Kinds of an interface's items: the paper's five components, and state.
 pub mod kind {
     pub const INPUT: u8 = 1;
     pub const OUTPUT: u8 = 2;
@@ -113,7 +113,7 @@ pub mod mode {
     pub const ASYNCHRONOUS: u8 = 2;
 }
 
-/// What else is declared of an item.
+/// Further properties that an item declares.
 pub mod flag {
     /// An input that may stay unbound: its value in the image is the constant that it then reads.
     pub const DEFAULT: u16 = 1;
@@ -148,7 +148,7 @@ pub struct Item {
     pub type_text: *const c_char,
     /// Unit, or empty where it has none or none is known.
     pub unit: *const c_char,
-    /// What it is, one line.
+    /// Description, one line.
     pub doc: *const c_char,
     /// Offset of the item's value (of a condition: its preset) in the instance; `NONE` for a condition without a value.
     pub offset: u32,
@@ -158,7 +158,7 @@ pub struct Item {
     pub address: u32,
     /// Offset in the instance of the value that a condition reported last; `NONE` for the others.
     pub report: u32,
-    /// Bytes of one element of a `SIZED` item, of one value of a `HISTORY`, else `size`; the greatest n of a `SIZE`.
+    /// Bytes of one element of a `SIZED` item, of one value of a `HISTORY`, else `size`; the maximum n of a `SIZE`.
     pub element: u32,
     /// 0, for a later version.
     pub reserved: u32,
@@ -208,7 +208,7 @@ pub struct TypeDescriptor {
     pub align: u32,
 }
 
-/// What `opengpac_module()` of a code module returns.
+/// Result of `opengpac_module()` of a code module.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Module {
@@ -221,7 +221,7 @@ pub struct Module {
     pub types: *const *const TypeDescriptor,
     /// Target that the module was compiled for, for example `x86_64-linux`.
     pub target: *const c_char,
-    /// What compiled it, for people.
+    /// Compiler that built it, for people.
     pub compiler: *const c_char,
 }
 

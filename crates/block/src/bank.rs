@@ -31,7 +31,7 @@ pub const BANK_SYMBOL: &str = "opengpac_bank_1";
 
 static BANKS: RwLock<Option<HashMap<usize, Bank>>> = RwLock::new(None);
 
-/// From now on the blocks whose entry is `run` have this bank entry; a table that was built before goes on without it. Not for the real-time path.
+/// Gives the blocks whose entry is `run` this bank entry; a table that was built before goes on without it. Not for the real-time path.
 pub fn add(run: Run, bank: Bank) {
     BANKS.write().expect("nobody panics with the lock held").get_or_insert_default().insert(run as usize, bank);
 }

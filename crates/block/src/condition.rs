@@ -18,7 +18,7 @@ impl Condition {
     pub fn report(&mut self) {
         self.reported = true;
     }
-    /// Whether this invocation has reported it.
+    /// Returns true if this invocation has reported it.
     #[inline]
     pub fn is_reported(&self) -> bool {
         self.reported
@@ -52,7 +52,7 @@ impl<T: Copy> ConditionOf<T> {
         self.value = value;
         self.reported = true;
     }
-    /// Whether this invocation has reported it.
+    /// Returns true if this invocation has reported it.
     #[inline]
     pub fn is_reported(&self) -> bool {
         self.reported

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why an invocation failed, in words.
+//! Failures of an invocation, in words.
 
-/// Why an invocation failed; it has changed nothing.
+/// Cause of a failed invocation; it has changed nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The body returned this code.
@@ -20,7 +20,7 @@ pub enum Fault {
     Signal(i32),
     /// The body did not come to its end in its time.
     Budget,
-    /// One of these (0: the time) in code of a library that may hold a lock: this process is not to be trusted any more.
+    /// One of these (0: the time) in code of a library that may hold a lock: this process cannot be trusted.
     Lost(i32),
 }
 
@@ -55,7 +55,7 @@ pub fn lost_text(signal: i32) -> String {
 pub const FLOATS_CHANGED: &str =
     "changed the floating-point state of its thread (rounding, flush-to-zero, traps or precision) or its direction flag; restore it before the body returns";
 
-/// What a block did that has made a copy of its process.
+/// Text about a block that has made a copy of its process.
 pub const CALLED_FORK: &str =
     "called fork(); the copy of the process was ended at once, since it had the devices in its hands; start programs with posix_spawn(), outside the firing";
 

@@ -2,8 +2,8 @@
 //! The floating-point control words of a thread: rounding, flushing to zero, unmasked traps, precision. A value must not depend on what
 //! another block, a module's constructor or a program has set there, so blocks compute with the standard words.
 
-/// The control words of the calling thread, as bits; sticky flags of exceptions are not part of them. Of x86-64 MXCSR and the x87 control
-/// word, of aarch64 FPCR.
+/// The control words of the calling thread, as bits; sticky flags of exceptions are not part of them. They are those of x86-64 MXCSR and
+/// the x87 control word, of aarch64 FPCR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Words(u64);
 

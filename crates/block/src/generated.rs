@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the code that the derive generates calls. Not for people: it may change with any version.
+//! Items called by the code that the derive generates. Not for people: it may change with any version.
 
 use crate::abi::{self, Descriptor, Header, Item, Module, Run, TypeDescriptor, flag};
 use crate::bank::{self, Bank};
@@ -72,7 +72,7 @@ impl<T: Type> Reported for ConditionOf<T> {
 pub trait SizeField {}
 impl SizeField for u32 {}
 
-/// What an item that is `sized` or a `history` may be.
+/// Type of an item that is `sized` or a `history`.
 pub trait Array: Type {
     type Element: Type;
     fn elements(&self) -> &[Self::Element];

@@ -84,7 +84,7 @@ macro_rules! module {
                 $crate::generated::describe_module(vec![$(<$block as $crate::FunctionBlock>::descriptor()),+], types)
             })
         }
-        /// Looks up the bank entry of a block of this code module. Whoever does not ask runs its blocks one by one.
+        /// Looks up the bank entry of a block of this code module. A caller that does not ask runs its blocks one by one.
         #[unsafe(no_mangle)]
         pub extern "C" fn opengpac_bank_1(run: $crate::abi::Run) -> ::std::option::Option<$crate::bank::Bank> {
             $crate::bank::of(run)

@@ -17,7 +17,7 @@ struct Entry {
 
 static ENTRIES: AtomicPtr<Entry> = AtomicPtr::new(core::ptr::null_mut());
 
-/// From now on panics under this entry, of a block or of its bank, are silent.
+/// Silences panics under this entry, of a block or of its bank.
 pub fn contain_entry(run: *const c_void) {
     static HOOK: Once = Once::new();
     let entry = Box::into_raw(Box::new(Entry { run, next: core::ptr::null() }));

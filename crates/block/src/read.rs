@@ -9,7 +9,7 @@ use check::check_block;
 use core::ffi::{CStr, c_char};
 pub use text::{TypeText, normalise};
 
-/// What an item is.
+/// Kind of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
     Input,
@@ -75,14 +75,14 @@ pub struct BlockFace {
     pub name: String,
     /// First sentence: what it computes.
     pub doc: String,
-    /// Where it is declared.
+    /// File of its declaration.
     pub file: String,
     pub line: u32,
     pub items: Vec<ItemFace>,
     /// Bytes of an instance.
     pub instance_size: usize,
     pub instance_align: usize,
-    /// What the kernel installs. Modules are never unloaded.
+    /// Descriptor that the kernel installs. Modules are never unloaded.
     pub descriptor: &'static Descriptor,
 }
 
@@ -112,7 +112,7 @@ impl core::fmt::Debug for Descriptor {
     }
 }
 
-/// Why a module's tables are refused.
+/// Reason why a module's tables are refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The module is of another version of the ABI.

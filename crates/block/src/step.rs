@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the author of a block writes, and what the derive adds.
+//! Interface that the author of a block writes, and that the derive completes.
 
 use crate::abi::{Descriptor, Invocation, TypeDescriptor};
 
-/// How an invocation went.
+/// Result of an invocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Outcome {

@@ -8,7 +8,7 @@ use crate::what::What;
 use core::ffi::c_void;
 use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 
-/// Why something cannot be tried.
+/// Reason why something cannot be tried.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TrialError {
     /// The block has no item of this name; these it has.
@@ -127,7 +127,7 @@ impl Trial {
         Trial { face, instance, cells, begun, period_ns: 1_000_000, time_ns: 0, reported: 0 }
     }
 
-    /// What is on trial.
+    /// Returns the interface of the block on trial.
     pub fn face(&self) -> &BlockFace {
         &self.face
     }

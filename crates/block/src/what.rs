@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a C++ exception says that left the body of a block.
+//! Text of a C++ exception that left the body of a block.
 
 use crate::abi::outcome;
 

@@ -24,7 +24,7 @@ impl Step for Lowpass {
     }
 }
 
-/// Where a body is.
+/// Position of a body.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 struct Pose {
@@ -57,7 +57,7 @@ struct Everything {
     /// a slow input
     #[input(ratio = 4, unit = "m")]
     slow: f32,
-    /// where it is
+    /// position of the body
     #[input(asynchronous, default = Pose { p: [1.0, 2.0, 3.0], yaw: 0.25, valid: true })]
     pose: Pose,
     /// shifted positions

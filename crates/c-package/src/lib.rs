@@ -10,7 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// A real-time system in this process, opaque to C.
 pub struct OpengpacSystem(api::System);
 
-/// Why the last call of this thread was refused: as text, and as JSON.
+/// Refusal of the last call of this thread: as text, and as JSON.
 struct Refused {
     text: CString,
     json: CString,
@@ -86,7 +86,7 @@ pub unsafe extern "C" fn opengpac_call(system: *mut OpengpacSystem, call: *const
     answer.map_or(std::ptr::null_mut(), |json: Json| text(&json.to_string()).into_raw())
 }
 
-/// Why the last call of this thread was refused, as text; valid until the next one.
+/// Returns why the last call of this thread was refused, as text; valid until the next one.
 #[unsafe(no_mangle)]
 pub extern "C" fn opengpac_error() -> *const c_char {
     REFUSED.with_borrow(|refused| refused.text.as_ptr())

@@ -36,7 +36,7 @@ pub struct Device<T: AsRawFd> {
 }
 
 impl<T: AsRawFd> Device<T> {
-    /// Keeps a descriptor from children that are forked from now on. Not for the real-time path.
+    /// Keeps a descriptor from children that are forked after this call. Not for the real-time path.
     pub fn new(inner: T) -> Device<T> {
         claim_process();
         open_null();

@@ -33,7 +33,7 @@ unsafe extern "C" {
     fn pthread_atfork(prepare: Handler, parent: Handler, child: Handler) -> libc::c_int;
 }
 
-/// What the word holds in the process that has claimed it.
+/// Value of the word in the process that has claimed it.
 const HERE: u32 = 1;
 
 /// The word of a process that has claimed nothing: it is nobody's child.
@@ -71,7 +71,7 @@ pub fn is_child() -> bool {
     word().load(Ordering::Relaxed) != HERE
 }
 
-/// Ends this process at once if it was forked from one that had claimed it. One load of a word in the cache otherwise.
+/// Ends this process at once if it was forked from one that had claimed it. Otherwise it costs one load of a word in the cache.
 #[inline]
 pub fn end_if_child() {
     if is_child() {

@@ -21,7 +21,7 @@ pub(crate) fn canopen(bytes: &[u8]) {
     }
 }
 
-/// What is read as a frame is written as the same one.
+/// Checks that a frame that was read is written as the same one.
 fn socket(bytes: &[u8]) {
     for piece in bytes.chunks(FRAME_LEN) {
         let Came::Frame(read) = frame::read(piece) else { continue };

@@ -29,7 +29,7 @@ pub(crate) fn control(bytes: &[u8]) {
     }
 }
 
-/// What runs behind the socket, and whose session it is.
+/// System behind the socket, and its session.
 struct Rig {
     /// Before the folder: it is stopped first.
     server: Option<Server>,
@@ -94,7 +94,8 @@ fn system() -> Arc<System> {
     Arc::new(system)
 }
 
-/// Whether the session makes it, its method, and its path. Bytes that HTTP does not carry are for `raw`; a held request is answered at the
+/// Returns whether the session makes the request, its method, and its path. Bytes that HTTP does not carry are for `raw`; a held request is answered
+/// at the
 /// end of its session only; a module is compiled, which is not what is fuzzed here.
 fn understood(head: &str) -> Option<(bool, &str, &str)> {
     let (is_ours, head) = head.strip_prefix('-').map_or((true, head), |head| (false, head));
@@ -105,7 +106,7 @@ fn understood(head: &str) -> Option<(bool, &str, &str)> {
     (is_method && is_path && !is_apart).then_some((is_ours, method, path))
 }
 
-/// What lasts, lasts one millisecond here, unless the input says how long.
+/// Shortens long requests to one millisecond, unless the input gives a time.
 fn shortened(body: &[u8]) -> Vec<u8> {
     match serde_json::from_slice(body) {
         Ok(Json::Object(mut arguments)) => {
@@ -170,7 +171,7 @@ fn pieces(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// What is before the first of these bytes, and what is behind; all of it where they do not occur.
+/// Returns the bytes before the first of these, and those behind; all of them if they do not occur.
 fn split<'a>(bytes: &'a [u8], at: &[u8]) -> (&'a [u8], &'a [u8]) {
     let place = bytes.windows(at.len()).position(|window| window == at);
     place.map_or((bytes, &[]), |place| (&bytes[..place], &bytes[place + at.len()..]))

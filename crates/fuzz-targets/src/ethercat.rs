@@ -33,7 +33,7 @@ fn line(mut bytes: &[u8]) {
     }
 }
 
-/// What is read of a message is what would be written.
+/// Checks that a message that was read is written as the same one.
 fn mailbox(bytes: &[u8]) {
     let Some(message) = coe::message(bytes) else { return };
     let read = if message.service == coe::REQUEST { coe::request(message.body) } else { coe::response(message.body) };

@@ -7,9 +7,9 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How long an answer may take: what hangs is found, what is slow is not.
+/// Time limit for an answer: it finds a call that hangs, not one that is slow.
 const ANSWER: Duration = Duration::from_secs(8);
-/// How long it is heard what subscriptions tell.
+/// Time for which the subscriptions are heard.
 const LISTEN: Duration = Duration::from_millis(4);
 
 const TEXT: u8 = 1;
@@ -17,10 +17,10 @@ const CLOSE: u8 = 8;
 const PING: u8 = 9;
 const PONG: u8 = 10;
 
-/// Where the interface listens.
+/// Path at which the interface listens.
 pub(crate) struct Socket(pub PathBuf);
 
-/// What was answered; the body is null where it was empty.
+/// Answer to a request; the body is null if it was empty.
 pub(crate) struct Answer {
     pub status: u16,
     pub body: Json,
@@ -110,7 +110,7 @@ fn framed(kind: u8, payload: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// The next frame of the server; none where nothing comes any more.
+/// Returns the next frame of the server; none after the last.
 fn received(stream: &mut UnixStream) -> Option<(u8, Vec<u8>)> {
     let mut head = [0; 2];
     stream.read_exact(&mut head).ok()?;

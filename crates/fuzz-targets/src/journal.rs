@@ -3,7 +3,7 @@
 use control::journal::ledger::Ledger;
 use control::journal::lines::{self, Line};
 
-/// What was read is written and read again as the same lines, and what they come to comes to itself.
+/// Checks that a journal that was read is written and read again as the same lines, and that their result stays itself.
 pub(crate) fn journal(bytes: &[u8]) {
     let Ok(read) = lines::read(bytes) else { return };
     let mut again = lines::text(&read.head);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What reads bytes that others wrote, one function each: a fuzzer may give it any bytes, and it neither panics nor takes for good
+//! Readers of bytes that others wrote, one function each: a fuzzer may give it any bytes, and it neither panics nor takes for good
 //! what it would say differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and change it at random.
 mod canopen;
 mod control;

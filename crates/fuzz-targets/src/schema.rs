@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whether a value is of a JSON Schema, as far as the schemas of the control interface go.
+//! Check of a value against a JSON Schema, as far as the schemas of the control interface go.
 use serde_json::{Map, Value as Json};
 
-/// What does not fit, with the way to it; nothing where all does. `root` has what references lead to.
+/// Returns what does not fit, with the path to it; none if all does. `root` has what references lead to.
 pub(crate) fn misfit(schema: &Json, value: &Json, root: &Json) -> Option<String> {
     let Json::Object(schema) = schema else {
         return (schema == &Json::Bool(false)).then(|| format!("{value} is not allowed"));

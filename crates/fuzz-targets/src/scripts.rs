@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a remote processor is told, and what it tells: frames, and the scripts and tables in them.
+//! Orders to a remote processor, and its reports: frames, and the scripts and tables in them.
 use interconnect::{Carrier, Memory, Receiver, Sender};
 use kernel::{Device, Way};
 use opengpac::abi::Descriptor;

@@ -36,7 +36,7 @@ impl Interval {
         read.unwrap_or((declared.trim(), None))
     }
 
-    /// Whether a number is within. NaN is in none.
+    /// Returns true if a number is within. NaN is in none.
     pub fn contains(&self, number: f64) -> bool {
         (self.least..=self.most).contains(&number) && !(self.is_above && number == self.least)
     }

@@ -28,7 +28,7 @@ pub enum Record<'a> {
     },
 }
 
-/// Why a file cannot be read (on).
+/// Reason why a file cannot be read (on).
 #[derive(Debug, thiserror::Error)]
 pub enum Unreadable {
     #[error("it is no MCAP file")]
@@ -48,7 +48,7 @@ pub struct Reader<R> {
     /// Where the record of the file that is being read begins, and where it ends.
     begins: u64,
     ends: u64,
-    /// What the file says of a chunk that is being entered.
+    /// Bytes of the file's chunk that is being entered.
     packed: Vec<u8>,
     /// Records of the chunk that is being read, or the fields of one beside chunks, and how far.
     content: Vec<u8>,

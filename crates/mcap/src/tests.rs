@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What was written is read; of what was cut off, a beginning; of what was damaged, nothing that was not written.
+//! Tests that a written file is read; a truncated one up to its cut; and of a damaged one nothing that was not written.
 use crate::records::{CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, MAGIC, Rest};
 use crate::sound::HEAD;
 use crate::{Reader, Record, Schema, Unreadable, Writer};
@@ -85,7 +85,7 @@ fn file(of: &[Written]) -> (Vec<u8>, Vec<Written>, Vec<(usize, usize)>) {
     (writer.into_sink(), expected, ends)
 }
 
-/// What comes out of a file until its end or until it cannot be read on, and how that was: whole, cut off, or why.
+/// Returns the messages of a file up to its end or its damage, and its state: whole, cut off, or the error.
 fn read(bytes: &[u8]) -> (Vec<Written>, Result<bool, Unreadable>) {
     let mut found = Vec::new();
     let mut reader = match Reader::new(bytes) {

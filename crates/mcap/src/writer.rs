@@ -22,11 +22,11 @@ impl Chunk {
     }
 }
 
-/// What messages of a channel look like.
+/// Form of a channel's messages.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Schema {
     pub name: String,
-    /// What `text` is: `jsonschema`, …
+    /// Language of `text`: `jsonschema`, …
     pub encoding: &'static str,
     pub text: String,
 }

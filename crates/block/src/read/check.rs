@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What must hold of a descriptor before anything installs it.
+//! Checks of a descriptor before it is installed.
 
 use super::{BlockFace, Kind, Refusal, TypeFace, TypeText, invalid};
 use crate::abi::{self, Descriptor, Header, Item};
@@ -15,7 +15,7 @@ pub(super) fn check_memory(block: &str, descriptor: &Descriptor) -> Result<(), R
     Ok(())
 }
 
-/// Where the parts of an item lie.
+/// Checks that the parts of an item lie within the instance.
 pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item: &Item, kind: Kind) -> Result<(), Refusal> {
     let bad = |what: &str| Err(invalid(block, name, what));
     let inside = |offset: u32, size: u32| offset as usize >= size_of::<Header>() && u64::from(offset) + u64::from(size) <= u64::from(descriptor.instance_size);

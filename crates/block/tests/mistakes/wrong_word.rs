@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// What it does.
+/// A block with this mistake.
 #[derive(FunctionBlock)]
 struct Block {
     /// raw
