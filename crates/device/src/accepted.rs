@@ -11,7 +11,7 @@ pub fn options_of(of: &'static Declaration) -> Vec<&'static OptionWord> {
     accepted(of).collect()
 }
 
-/// Whether it declares the option of the watchdog itself.
+/// Returns true if it declares the option of the watchdog itself.
 pub(crate) fn has_own_timeout(of: &Declaration) -> bool {
     of.options.iter().any(|word| word.name == TIMEOUT.name)
 }

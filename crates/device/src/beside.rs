@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an open driver has beside its exchange: services and counters. The code that opens a driver takes them before it goes to the thread of its
+//! Services and counters of an open driver, beside its exchange. The code that opens a driver takes them before it goes to the thread of its
 //! source, and keeps them.
 use crate::counters::Counters;
 use crate::driver::Driver;
@@ -18,14 +18,14 @@ pub struct Beside {
     counters: Option<Arc<Counters>>,
 }
 
-/// Why a service was not carried out; each in words.
+/// Reason why a service was not carried out; each in words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unserved {
     /// The driver has no such service.
     Unknown(String),
     /// An argument is missing, unknown or of another kind.
     Arguments(String),
-    /// What the device or its driver says.
+    /// Message of the device or its driver.
     Failed(String),
 }
 
@@ -55,7 +55,7 @@ impl Beside {
         served.map_err(|why| Unserved::Failed(why.message))
     }
 
-    /// What it has counted so far, by name.
+    /// Returns its counts so far, by name.
     pub fn counted(&self) -> Vec<(String, u64)> {
         let counters = self.counters.iter().flat_map(|counters| counters.all());
         counters.map(|(word, value)| (word.name.to_owned(), value)).collect()

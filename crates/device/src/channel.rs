@@ -2,7 +2,7 @@
 //! A channel of a physical device, and what it says of itself.
 use crate::types::Type;
 
-/// Which way a channel goes.
+/// Direction of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Direction {
     /// From the machine.
@@ -16,13 +16,13 @@ pub enum Direction {
 pub struct Channel {
     /// `part.channel`, for example `elbow.position`; unique in its device.
     pub name: String,
-    /// Which way it goes.
+    /// Direction of the channel.
     pub direction: Direction,
     /// C type, for example `double`.
     pub type_text: String,
     /// Unit, or empty.
     pub unit: String,
-    /// What it is, one line.
+    /// Description, one line.
     pub doc: String,
     /// Offset in the readings or in the commands.
     pub offset: usize,
@@ -35,12 +35,12 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// One that is read. [`Layout::add`](crate::Layout::add) says where it lies.
+    /// Makes a channel that is read. [`Layout::add`](crate::Layout::add) places it.
     pub fn read(name: impl Into<String>, of: Type) -> Channel {
         Channel::new(name.into(), Direction::Read, of, Vec::new())
     }
 
-    /// One that is written; its safe value is 0 unless [`Channel::safe`] says another.
+    /// Makes a channel that is written; its safe value is 0 unless [`Channel::safe`] gives another.
     pub fn write(name: impl Into<String>, of: Type) -> Channel {
         Channel::new(name.into(), Direction::Write, of, vec![0; of.len()])
     }

@@ -2,7 +2,7 @@
 //! The class of a driver.
 use std::fmt;
 
-/// Where a driver exchanges its values.
+/// Thread on which a driver exchanges its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// On the thread of its source: its reads and writes are bounded, and neither allocate nor wait.

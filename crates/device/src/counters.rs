@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a driver counts while it exchanges: frames that were lost, answers that came too late.
+//! Counters of a driver in its exchange: frames that were lost, answers that came too late.
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A counter of a driver.
@@ -39,7 +39,7 @@ macro_rules! counters {
         }
 
         impl $Count {
-            /// What each counts, in the order of the variants.
+            /// Meaning of each counter, in the order of the variants.
             $seen const WORDS: &'static [$crate::CounterWord] = &[$($crate::CounterWord { name: $name, unit: $unit, doc: $doc }),+];
         }
 
@@ -65,7 +65,7 @@ impl Counters {
         Counters { words, values: words.iter().map(|_| AtomicU64::new(0)).collect() }
     }
 
-    /// What is counted, in the order of the indices.
+    /// Returns the words of the counters, in the order of the indices.
     pub fn words(&self) -> &'static [CounterWord] {
         self.words
     }

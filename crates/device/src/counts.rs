@@ -25,7 +25,7 @@ pub struct CountsOptions {
 }
 
 impl CountsOptions {
-    /// Whether its value is a double, counts × scale + offset, rather than the counts.
+    /// Returns true if its value is a double, counts × scale + offset, rather than the counts.
     pub fn is_scaled(&self) -> bool {
         self.scale.is_some() || self.offset.is_some()
     }

@@ -11,7 +11,7 @@ use crate::shapes::Geometry;
 use crate::words::OptionWord;
 use serde_json::Value;
 
-/// What a driver does with its checked options, without a driver of it being open: it makes one, draws its machine, tries its files.
+/// Function of a driver that takes its checked options and needs no open driver: it makes one, draws its machine, tries its files.
 pub type Of<T> = fn(&Given<'_>) -> Result<T, DriverError>;
 
 /// The kind and the options of the driver that stands for another one.
@@ -25,15 +25,15 @@ pub struct Declaration {
     pub doc: &'static str,
     pub class: Class,
     pub options: &'static [OptionWord],
-    /// How its device comes and goes.
+    /// Times of its device's opening and loss.
     pub life: Life,
     /// The safe state of its device.
     pub safe_state: SafeState,
-    /// What it does off the cycle.
+    /// Services that it offers off the cycle.
     pub services: &'static [ServiceWord],
-    /// What it counts.
+    /// Its counters.
     pub counters: &'static [CounterWord],
-    /// What it may do that a program of the user alone may not, one line each with how it is given: `raw sockets: cap_net_raw`.
+    /// Rights that it needs beyond those of a program of the user, one line each with how it is given: `raw sockets: cap_net_raw`.
     pub rights: &'static [&'static str],
     /// Finds devices that it could open; none: it cannot look.
     pub scan: Option<Scan>,
@@ -43,7 +43,7 @@ pub struct Declaration {
     pub geometry: Option<Of<Option<Geometry>>>,
     /// Tries the files that its options name, so that what is wrong with one ends no process but a child.
     pub trial: Option<Of<()>>,
-    /// Which driver with which options stands for it where time is virtual; none: itself.
+    /// Driver and options that stand for it where time is virtual; none: itself.
     pub in_virtual_time: Option<StandIn>,
     /// Of one that was loaded from a file: it makes drivers, and looks for devices, in place of `open` and `scan`.
     pub loaded: Option<&'static dyn Loaded>,

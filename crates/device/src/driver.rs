@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a driver does.
+//! Interface of a driver.
 use crate::channel::Channel;
 use crate::counters::Counters;
 use crate::error::DeviceError;
@@ -8,7 +8,7 @@ use crate::services::Services;
 use std::sync::Arc;
 
 /// A driver. Its device is brought to its safe state by up to three: the driver itself ([`Driver::safe_state`]), the guard, where this process
-/// can do nothing any more ([`Driver::safe_handles`]), and the device, where nobody commands it any more ([`Driver::watchdog_ns`]).
+/// is dead ([`Driver::safe_handles`]), and the device, where no commands come ([`Driver::watchdog_ns`]).
 ///
 /// All calls but `new`-like construction come from the thread of the device's source (under the virtual clock: from
 /// the one thread of the system); `read`, `write` and `safe_state` must not allocate, lock or wait.
@@ -23,11 +23,11 @@ pub trait Driver: Send {
     /// one that is not carries its safe value.
     fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError>;
     /// Brings all outputs to their safe state now: after a fault of the source, at an emergency stop, or at the end. At an emergency stop it
-    /// takes the place of the first `write`; those behind it carry safe values, and nothing is engaged, until somebody engages a channel anew.
+    /// takes the place of the first `write`; those behind it carry safe values, and nothing is engaged, until a channel is engaged again.
     fn safe_state(&mut self);
     /// Called once at the end, off the real-time path.
     fn close(&mut self);
-    /// What brings the outputs to their safe state without this process, from `open` on. Asked once, after `open`, off the
+    /// Returns the handles that bring the outputs to their safe state without this process, from `open` on. Asked once, after `open`, off the
     /// real-time path. Default: nothing; then the outputs stay as they are when the process is lost.
     fn safe_handles(&self) -> Vec<SafeHandle> {
         Vec::new()
@@ -38,15 +38,15 @@ pub trait Driver: Send {
         None
     }
     /// When the device took the readings of the latest [`Driver::read`], on the clock of its `release_ns`: earlier than that where the device has
-    /// told nothing new. Asked after each `read`; real-time safe. Default: with the `read`.
+    /// told nothing new. Asked after each `read`; real-time safe. The default is the time of the `read`.
     fn taken_ns(&self) -> Option<i64> {
         None
     }
-    /// What carries out its declared services. Asked once, after it is made. Default: it has none.
+    /// Returns the object that carries out its declared services. Asked once, after it is made. Default: it has none.
     fn services(&self) -> Option<Arc<dyn Services>> {
         None
     }
-    /// What it counts, as it declares. Asked once, after it is made. Default: nothing.
+    /// Returns its counters, as it declares them. Asked once, after it is made. By default it has none.
     fn counters(&self) -> Option<Arc<Counters>> {
         None
     }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a driver could not be made, and why its device could not be read or written.
+//! Errors of making a driver, and of reading or writing its device.
 use crate::class::Class;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why [`open`](crate::open) failed. Each message says what to do next, where that is known.
+/// Reason why [`open`](crate::open) failed. Each message says what to do next, where that is known.
 #[derive(Debug, Error)]
 pub enum DriverError {
     /// No driver of that name.
@@ -39,7 +39,7 @@ pub enum DriverError {
     Failed(String),
 }
 
-/// Why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
+/// Reason why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
 #[derive(Debug)]
 pub struct DeviceError {
     /// For people.

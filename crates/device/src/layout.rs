@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the channels of a device lie in its readings and in its commands.
+//! Layout of a device's channels in its readings and in its commands.
 use crate::channel::{Channel, Direction};
 
 /// The channels of a driver, each behind the one before it that goes the same way.
@@ -40,7 +40,7 @@ impl Layout {
         slot
     }
 
-    /// Whether there is a channel of that name.
+    /// Returns true if there is a channel of that name.
     pub fn has(&self, name: &str) -> bool {
         self.channels.iter().any(|channel| channel.name == name)
     }

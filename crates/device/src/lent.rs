@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the program that opens drivers lends them.
+//! Interpreter and functions that a program lends to the drivers that it opens.
 use std::ffi::OsString;
 use std::sync::OnceLock;
 

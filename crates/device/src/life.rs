@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a device comes, goes, and comes to rest: what a driver declares of it, and the conformance kit measures.
+//! Times of a device's opening, loss and coming to rest: a driver declares them, and the conformance kit measures them.
 use std::fmt;
 
-/// How a device comes and goes.
+/// Times of a device's opening and loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Life {
-    /// How long [`Driver::open`](crate::Driver::open) waits for a device that is not there yet, ns; 0: it is there, or refused at once.
+    /// Time for which [`Driver::open`](crate::Driver::open) waits for a device that is not there yet, ns; 0: it is there, or refused at once.
     pub waits_ns: i64,
-    /// How long after its last answer a device that is gone is told as lost, ns, at most.
+    /// Time from the last answer of a device that is gone until its loss is reported, ns, at most.
     pub lost_within_ns: i64,
 }
 
@@ -16,7 +16,7 @@ impl Life {
     pub const IN_PLACE: Life = Life { waits_ns: 0, lost_within_ns: 0 };
 }
 
-/// What brings outputs to their safe state.
+/// Agent that brings outputs to their safe state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SafeBy {
     /// The driver, by [`Driver::safe_state`](crate::Driver::safe_state).
@@ -25,7 +25,7 @@ pub enum SafeBy {
     Guard,
     /// The device's own watchdog, which the driver sets.
     Device,
-    /// The end of the driver's process: its machine is computed there, or sees that nobody commands it any more.
+    /// The end of the driver's process: its machine is computed there, or sees that commands have ended.
     End,
 }
 
@@ -43,10 +43,10 @@ impl fmt::Display for SafeBy {
 /// The safe state of a device: what it is, what brings it about, and how soon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SafeState {
-    /// What it is, one line: `torque off`.
+    /// Description, one line: `torque off`.
     pub doc: &'static str,
     pub by: &'static [SafeBy],
-    /// How long after it is asked for it holds, ns, at most.
+    /// Time from the request until it holds, ns, at most.
     pub within_ns: i64,
 }
 

@@ -12,7 +12,7 @@ pub type Loader = fn(&Path) -> Result<Vec<&'static Declaration>, DriverError>;
 /// Each with the ending of its files.
 static LOADERS: RwLock<Vec<(&'static str, Loader)>> = RwLock::new(Vec::new());
 
-/// What loads files that end in `.ending` in this process. The first one of an ending stays.
+/// Sets the loader of files that end in `.ending` in this process. The first one of an ending stays.
 pub fn lend_loader(ending: &'static str, loader: Loader) {
     let mut loaders = LOADERS.write().unwrap_or_else(PoisonError::into_inner);
     if loaders.iter().all(|(known, _)| *known != ending) {

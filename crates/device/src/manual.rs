@@ -9,7 +9,7 @@ use crate::words::OptionWord;
 use interval::Interval;
 use serde::{Deserialize, Serialize};
 
-/// What a driver declares of itself.
+/// Declaration of a driver.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Manual {
@@ -20,16 +20,16 @@ pub struct Manual {
     /// Where it exchanges: "inline", "worker" or "process".
     pub class: String,
     pub options: Vec<OptionAbout>,
-    /// How long it waits for a device that is not there yet, ns.
+    /// Time for which it waits for a device that is not there yet, ns.
     pub waits_ns: i64,
-    /// How long after its last answer a device that is gone is told as lost, ns.
+    /// Time from the last answer of a device that is gone until its loss is reported, ns.
     pub lost_within_ns: i64,
     pub safe_state: SafeStateAbout,
     pub services: Vec<ServiceAbout>,
     pub counters: Vec<CounterAbout>,
-    /// What it may do that a program of the user alone may not.
+    /// Rights that it needs beyond those of a program of the user.
     pub rights: Vec<String>,
-    /// Whether it can look for devices.
+    /// True if it can look for devices.
     pub scans: bool,
 }
 
@@ -46,7 +46,7 @@ pub struct OptionAbout {
     /// Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Left out: every number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
-    /// What it is where it is left out, in words; null: it must be given.
+    /// Default in words; null: it must be given.
     pub default: Option<String>,
     pub doc: String,
 }
@@ -82,11 +82,11 @@ pub struct CounterAbout {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "DriverSafeState"))]
 pub struct SafeStateAbout {
-    /// What it is.
+    /// Description of the state.
     pub doc: String,
-    /// What brings it about: "driver", "guard", "device".
+    /// Agents that bring it about: "driver", "guard", "device".
     pub by: Vec<String>,
-    /// How long after it is asked for it holds, ns.
+    /// Time from the request until it holds, ns.
     pub within_ns: i64,
 }
 

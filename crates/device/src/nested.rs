@@ -41,7 +41,7 @@ pub(crate) fn path(options: &Value, error_of: impl Fn(&Value) -> Option<String>)
     text
 }
 
-/// Whether an error has the value at a path in its words.
+/// Returns true if an error has the value at a path in its words.
 fn quotes(error: &str, options: &Value, path: &[Step]) -> bool {
     match at(options, path) {
         Some(Value::String(text)) => error.contains(&format!("{text:?}")) || error.contains(&format!("`{text}`")),

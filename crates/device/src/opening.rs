@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What making a driver gives, and what makes one that came in a file.
+//! Result of making a driver, and the maker of one that came in a file.
 use crate::driver::Driver;
 use crate::error::DriverError;
 use crate::options::Given;
@@ -9,7 +9,7 @@ use serde_json::Value;
 /// A driver that has been made and not opened, and what it says of its machine: `{"parts": [Part, …], …}`; see [`Part`](crate::Part).
 pub type Opened = (Box<dyn Driver>, Value);
 
-/// What makes drivers of a declaration that was loaded: a function pointer knows no file, this does.
+/// Maker of drivers of a declaration that was loaded: a function pointer knows no file, this does.
 pub trait Loaded: Send + Sync {
     /// As [`Declaration::open`](crate::Declaration::open).
     ///

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a driver says about the parts of its machine, so that logical devices can be made for them.
+//! Parts of a driver's machine, so that logical devices can be made for them.
 use serde::{Deserialize, Serialize};
 
 /// A joint that can be commanded: its channels are `<name>.position` and `<name>.velocity`, and those of its [`Command`].
@@ -19,11 +19,11 @@ pub struct Part {
     pub home: f64,
     /// Gains that suit the inertia that moves with this joint. They mean nothing where the machine closes the loop.
     pub servo: Servo,
-    /// What the machine takes for it.
+    /// Command that the machine takes for it.
     pub command: Command,
 }
 
-/// What a joint takes from what commands it.
+/// Command that a joint takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Command {
@@ -35,7 +35,7 @@ pub enum Command {
     Position,
 }
 
-/// What stands for "no limit" in a [`Part`]: a number, so that it can be a parameter's value.
+/// Number for "no limit" in a [`Part`], so that it can be a parameter's value.
 pub const UNLIMITED: f64 = 1e6;
 
 /// Gains of a position servo at 1 kHz with bias compensation: effort = kp (setpoint - position) - kd velocity + bias.

@@ -19,7 +19,7 @@ pub(crate) struct Outside {
 }
 
 impl OptionWord {
-    /// Whether its value is a number, or a list of numbers.
+    /// Returns true if its value is a number, or a list of numbers.
     pub fn is_numeric(&self) -> bool {
         matches!(self.kind, Kind::Number | Kind::Whole) || self.kind == Kind::List && (self.range.is_some() || !self.unit.is_empty())
     }

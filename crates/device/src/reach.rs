@@ -8,7 +8,7 @@ use serde_json::Value;
 
 /// A value that reaches beyond its device.
 pub struct Reached<'v> {
-    /// Where it stands: `driver.options.path`.
+    /// Path of the option: `driver.options.path`.
     pub option: &'v str,
     /// [`Reach::File`] or [`Reach::Code`].
     pub reach: Reach,

@@ -20,7 +20,7 @@ use std::sync::{PoisonError, RwLock};
 
 static DRIVERS: RwLock<BTreeMap<&'static str, &'static Declaration>> = RwLock::new(BTreeMap::new());
 
-/// From now on [`open`] knows this driver, in this process. Again is nothing.
+/// Makes this driver known to [`open`], in this process. Again is nothing.
 ///
 /// # Errors
 /// [`DriverError::Taken`]: another driver has its name.
@@ -55,7 +55,7 @@ pub fn find(kind: &str) -> Result<&'static Declaration, DriverError> {
     })
 }
 
-/// What a description says where nothing but a guard makes the device safe once its process is gone: `true`. It is for the supervisor, which
+/// Mark `true` in a description: nothing but a guard makes the device safe once its process is gone. It is for the supervisor, which
 /// knows whether one runs there.
 pub const UNGUARDED_WITHOUT_GUARD: &str = "unguarded_without_guard";
 
@@ -94,7 +94,7 @@ pub fn open(kind: &str, options: &Value) -> Result<Opened, DriverError> {
     Ok((driver, about))
 }
 
-/// What the declaration says of each of its devices; a driver that says more of this one has the last word.
+/// Adds the declaration of each of its devices; a driver that says more of this one has the last word.
 fn tell(of: &'static Declaration, about: &mut Value) {
     let Manual { class, safe_state, services, counters, .. } = Manual::from(of);
     let told = [("class", json!(class)), ("safe_state", json!(safe_state)), ("services", json!(services)), ("counters", json!(counters))];
@@ -116,7 +116,7 @@ pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
 
 /// Bodies, joints, shapes and meshes of the machine that a driver of this kind and these options stands for; nothing where it has
 /// none. It may load the model once more and leaves the machine alone, so it may last some tenths of a second: never on the real-time
-/// path. Errors: those of [`open`], for a model that is not there any more.
+/// path. Errors: those of [`open`], for a model that is no longer there.
 pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverError> {
     let of = find(kind)?;
     of.geometry.map_or(Ok(None), |geometry| geometry(&Given::check(of.kind, options, accepted(of))?))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a driver does beside its cycle: commands with typed arguments, and the search for devices.
+//! Services of a driver beside its cycle: commands with typed arguments, and the search for devices.
 use crate::error::{DeviceError, DriverError};
 use crate::options::Given;
 use crate::words::{Kind, OptionWord};
@@ -13,13 +13,13 @@ pub struct ServiceWord {
     pub doc: &'static str,
     /// Its arguments: names, kinds, units and defaults, as options have them.
     pub arguments: &'static [OptionWord],
-    /// What it answers; none: nothing.
+    /// Kind of its answer; none: it gives none.
     pub answer: Option<Kind>,
     /// It moves the device: it is refused while an emergency stop is latched.
     pub moves: bool,
 }
 
-/// What carries out the services of an open driver. It is called from threads that are not the device's source, while the source exchanges,
+/// Services of an open driver. It is called from threads that are not the device's source, while the source exchanges,
 /// so it shares with the driver only what may wait for neither.
 pub trait Services: Send + Sync {
     /// The services of this device, where they are others than its driver declares; none: those. See [`Told`](crate::Told).
@@ -27,7 +27,7 @@ pub trait Services: Send + Sync {
         None
     }
 
-    /// Whether a service is carried out by [`Services::call_moving`] although it is not declared to move the device: its arguments decide.
+    /// Returns true if a service is carried out by [`Services::call_moving`] although it is not declared to move the device: its arguments decide.
     fn is_told_of_stops(&self, _service: &str) -> bool {
         false
     }
@@ -53,7 +53,7 @@ pub trait Services: Send + Sync {
     }
 }
 
-/// Why a service that moves its device is not carried out while an emergency stop is latched.
+/// Returns the error of a service that moves its device while an emergency stop is latched.
 pub fn under_a_stop(service: &str) -> DeviceError {
     DeviceError { message: format!("service '{service}' moves the machine, and an emergency stop is latched: remove its cause and reset it first") }
 }
@@ -61,7 +61,7 @@ pub fn under_a_stop(service: &str) -> DeviceError {
 /// A device that a search found.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Found {
-    /// What it is, one line.
+    /// Description, one line.
     pub what: String,
     /// The options that open it.
     pub options: Value,

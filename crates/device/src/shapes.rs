@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a machine looks like, for whatever draws it.
+//! Shapes of a machine, for a viewer.
 use serde::Serialize;
 
 /// Bodies of a machine for drawing. Metres; quaternions w x y z; places are those on the parent.
@@ -45,7 +45,7 @@ pub struct Joint {
     pub svv: Option<String>,
 }
 
-/// How a joint moves.
+/// Kind of a joint's motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]

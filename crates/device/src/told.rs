@@ -25,7 +25,7 @@ struct Texts {
     counters: Vec<CounterAbout>,
 }
 
-/// What was told so far. Words stay for the life of the process, so the same ones are kept once.
+/// Declarations that were read so far. Words stay for the life of the process, so the same ones are kept once.
 static KEPT: Mutex<Vec<(Texts, Told)>> = Mutex::new(Vec::new());
 
 impl Told {

@@ -54,7 +54,7 @@ impl Number {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Type {
     pub number: Number,
-    /// How many, for an array.
+    /// Number of elements of an array.
     pub elements: Option<usize>,
 }
 
@@ -72,7 +72,7 @@ impl Type {
         Type { number: Number::Double, elements: if elements == 1 { None } else { Some(elements) } }
     }
 
-    /// How many numbers it holds.
+    /// Returns the number of its elements.
     pub fn count(self) -> usize {
         self.elements.unwrap_or(1)
     }

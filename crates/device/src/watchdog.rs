@@ -47,7 +47,7 @@ pub(crate) fn watched(given: &Given<'_>, of: &Declaration) -> Result<Opened, Dri
     })
 }
 
-/// What a driver says when it finds that the device did not wait for it.
+/// Returns the message of a driver whose device did not wait for it.
 pub fn timeout_message(timeout_ns: i64) -> String {
     format!("it went to its safe state by itself: no command came for its timeout of {} ms", timeout_ns as f64 * 1e-6)
 }

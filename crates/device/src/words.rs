@@ -2,7 +2,7 @@
 //! A typed word of a declaration: an option of a driver, an argument of a service.
 use interval::Interval;
 
-/// What the value of an option is.
+/// Kind of an option's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Text,
@@ -47,7 +47,7 @@ pub struct OptionWord {
     pub kind: Kind,
     /// Unit of a number, or empty.
     pub unit: &'static str,
-    /// What it is where it is left out, in words; none: it must be given.
+    /// Default in words; none: it must be given.
     pub default: Option<&'static str>,
     /// One line.
     pub doc: &'static str,
@@ -75,12 +75,12 @@ impl Kind {
 }
 
 impl OptionWord {
-    /// One that must be given.
+    /// Makes an option that must be given.
     pub const fn needed(name: &'static str, kind: Kind, doc: &'static str) -> OptionWord {
         OptionWord { name, kind, unit: "", default: None, doc, reach: Reach::Device, range: None, inside: Inside::Nothing }
     }
 
-    /// One that may be left out; `default` says what it is then.
+    /// Makes an option that may be left out; `default` says what it is then.
     pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> OptionWord {
         OptionWord { default: Some(default), ..OptionWord::needed(name, kind, doc) }
     }

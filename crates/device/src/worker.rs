@@ -7,7 +7,7 @@ use crate::options::Given;
 use crate::words::{Kind, OptionWord};
 use std::sync::OnceLock;
 
-/// How often a worker exchanges where nothing is said, ns.
+/// Default period of a worker's exchange, ns.
 const PERIOD_NS: i64 = 10_000_000;
 
 /// Exchanges on the thread of its source instead, as under the virtual clock.
@@ -36,7 +36,7 @@ pub struct Pace {
     pub age_max_ns: i64,
     /// So do older readings, where that was asked for: a device may have told nothing new for longer than an exchange takes.
     pub taken_max_ns: Option<i64>,
-    /// How long its device may take to be there, ns.
+    /// Time that its device may take to be there, ns.
     pub waits_ns: i64,
     /// On the thread of its source: no thread has a pace of its own under the virtual clock.
     pub in_place: bool,
@@ -47,7 +47,7 @@ pub type Worker = fn(Box<dyn Driver>, Pace) -> Box<dyn Driver>;
 
 static WORKER: OnceLock<Worker> = OnceLock::new();
 
-/// What gives drivers a thread of their own in this process. The first one stays.
+/// Sets the worker that gives drivers a thread of their own in this process. The first one stays.
 pub fn lend_worker(worker: Worker) {
     WORKER.get_or_init(|| worker);
 }
