@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What drivers share above their interface, crate [`device`]: where they exchange, and how they come from files.
+//! Common parts of drivers above their interface, crate [`device`]: where they exchange, and how they come from files.
 //!
 //! | module | |
 //! |---|---|

@@ -12,7 +12,7 @@ pub(crate) struct Aged {
     /// Bytes of what the driver itself reads and writes.
     pub(crate) readings_len: usize,
     pub(crate) commands_len: usize,
-    /// How many of the channels are written.
+    /// Number of channels that are written.
     pub(crate) written: usize,
 }
 

@@ -18,21 +18,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long an exchange that runs may last when the driver is opened or closed, beside what the device may take to be there.
+/// Time that a running exchange may last when the driver is opened or closed, beside what the device may take to be there.
 const EXCHANGE: Duration = Duration::from_secs(5);
 /// Bytes before commands: when they were written, ns.
 const STAMP: usize = size_of::<i64>();
 /// Bytes before readings: when they were exchanged, and when the device took them, ns.
 const STAMPS: usize = 2 * STAMP;
 
-/// What the source and the thread share beside the buffers.
+/// State shared by the source and the thread beside the buffers.
 #[derive(Default)]
 struct Shared {
-    /// How often the outputs were to go to their safe state.
+    /// Number of times that the outputs were to go to their safe state.
     safe: AtomicU64,
     stops: AtomicBool,
     lost: AtomicBool,
-    /// Why, written before `lost`.
+    /// Cause, written before `lost`.
     why: Mutex<String>,
 }
 
@@ -208,7 +208,7 @@ struct Exchange {
     engaged: Vec<bool>,
     readings: TripleWriter,
     commands: TripleReader,
-    /// When the commands that are in force were written; none: the outputs are at rest.
+    /// Time at which the commands in force were written; none: the outputs are at rest.
     commanded_ns: Option<i64>,
     safe_done: u64,
 }

@@ -9,7 +9,7 @@ use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where a test builds; it is there as long as this.
+/// Folder in which a test builds; it is there as long as this.
 struct Folder(PathBuf);
 
 impl Folder {

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// What the device of a test does and has seen; each test has one of its own, by a number.
+/// Actions and observations of the device of a test; each test has one of its own, by a number.
 #[derive(Default)]
 struct Bench {
     exchanges: AtomicU64,

@@ -8,10 +8,10 @@ pub(super) struct Check {
     pub(super) run: fn(&Subject) -> Tried,
 }
 
-/// What a check found: it passed, or it does not apply, or the cause of its failure.
+/// Result of a check: it passed, or it does not apply, or the cause of its failure.
 pub(super) type Tried = Result<Passed, String>;
 
-/// How a check passed.
+/// Form of a passed check.
 pub(super) enum Passed {
     Yes,
     /// It says nothing about this driver: why.

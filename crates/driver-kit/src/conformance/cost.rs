@@ -24,7 +24,7 @@ const MEASURED: usize = 500;
 const LONG: Duration = Duration::from_secs(15);
 /// Processor time of one inline exchange, on average: a quarter of a cycle at 1 kHz.
 const BRIEF_NS: i64 = 250_000;
-/// What memory may grow in all: pages that are touched for the first time.
+/// Bytes that memory may grow in all: pages that are touched for the first time.
 const GROWTH: i64 = 256 << 10;
 
 /// Firings with every channel engaged and let go of, as they come in a program.

@@ -20,7 +20,7 @@ fn is_name(text: &str) -> bool {
     text.starts_with(|c: char| c.is_ascii_lowercase()) && text.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_')
 }
 
-/// What is wrong with a line; none: nothing.
+/// Returns what is wrong with a line; none: nothing.
 pub(super) fn wrong_line(text: &str) -> Option<String> {
     if text.trim().is_empty() {
         return Some("it is empty".to_owned());
@@ -42,12 +42,12 @@ pub(super) fn wrong_name<'a>(names: impl Iterator<Item = &'a str>) -> Option<Str
     (0..names.len()).find_map(at)
 }
 
-/// Whether a text is one line.
+/// Checks that a text is one line.
 pub(super) fn line(text: &str) -> Tried {
     wrong_line(text).map_or(Ok(Passed::Yes), Err)
 }
 
-/// Whether each of these names has one line.
+/// Checks that each of these names has one line.
 pub(super) fn lines<'a>(words: impl Iterator<Item = (&'a str, &'a str)>) -> Tried {
     none_of(words.filter_map(|(name, doc)| wrong_line(doc).map(|wrong| format!("'{name}': {wrong}"))))
 }
@@ -68,7 +68,7 @@ fn option_docs(subject: &Subject) -> Tried {
     lines(subject.of.options.iter().map(|word| (word.name, word.doc)))
 }
 
-/// What is wrong with the unit of an option; none: nothing.
+/// Returns what is wrong with the unit of an option; none: nothing.
 pub(super) fn wrong_unit(word: &OptionWord) -> Option<String> {
     if !word.unit.is_empty() && !matches!(word.kind, Kind::Number | Kind::Whole | Kind::List | Kind::Table) {
         return Some(format!("'{}' is no number and is in {}", word.name, word.unit));

@@ -49,7 +49,7 @@ fn commands_kept(subject: &Subject) -> Tried {
     holds(rig.commands == before, || "they are others behind it".to_owned())
 }
 
-/// Whether no part moves by more than a leap between two positions.
+/// Checks that no part moves by more than a leap between two positions.
 fn still(rig: &Rig, joints: &[super::rig::Joint], before: &[f64], what: &str) -> Tried {
     for ((joint, before), after) in joints.iter().zip(before).zip(rig.positions(joints)) {
         let most = LEAP.min((joint.speed_max * PERIOD_NS as f64 * 1e-9).max(LEAP / 10.0));

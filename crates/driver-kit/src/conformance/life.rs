@@ -21,7 +21,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "threads", sentence: "many lives leave no thread behind", run: threads_left },
 ];
 
-/// What opening may last beside what the device may take to be there: only to tell what hangs.
+/// Time that opening may last beside what the device may take to be there: it only finds a driver that hangs.
 const ALLOWANCE: Duration = Duration::from_secs(20);
 /// Of a driver whose lives are processes fewer tell as much.
 fn lives(subject: &Subject) -> usize {
@@ -100,7 +100,7 @@ fn again(subject: &Subject) -> Tried {
     Ok(Passed::Yes)
 }
 
-/// What more there is of something behind some lives.
+/// Returns how many more of something there are after some lives.
 fn left(subject: &Subject, count: fn() -> usize) -> Result<usize, String> {
     let live = || -> Result<(), String> {
         let mut rig = subject.open()?;

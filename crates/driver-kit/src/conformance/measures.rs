@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What this process has: descriptors, threads, memory; how often its thread waited or allocated.
+//! Measures of this process: descriptors, threads, memory; the waits and allocations of its thread.
 use std::ffi::CStr;
 use std::fs::File;
 use std::io::Write;
@@ -92,7 +92,7 @@ pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> 
     Ok((made, file.metadata()?.len()))
 }
 
-/// How often this thread has given up its processor to wait for something.
+/// Returns the number of times that this thread has given up its processor to wait.
 pub(crate) fn waits() -> i64 {
     // SAFETY: a struct of numbers, which the call fills.
     let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
@@ -101,7 +101,7 @@ pub(crate) fn waits() -> i64 {
     usage.ru_nvcsw
 }
 
-/// How often this thread has asked for memory, where the process was started with what counts that; none: it was not.
+/// Returns the number of times that this thread has asked for memory, if the process was started with a counter of them; none: it was not.
 pub(crate) fn allocations() -> Option<u64> {
     type Counter = unsafe extern "C" fn() -> u64;
     // SAFETY: looks a name up.

@@ -22,7 +22,7 @@ fn made(subject: &Subject) -> Tried {
     subject.made().map(|_| Passed::Yes)
 }
 
-/// That an option is refused by its name.
+/// Checks that an option is refused by its name.
 fn refused(subject: &Subject, options: &Value, name: &str) -> Result<(), String> {
     match subject.with(options) {
         Ok(_) => Err(format!("'{name}' is taken")),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the side that asks and a process of the kit say to each other.
+//! Messages between the side that asks and a process of the kit.
 use process_kit::UnixLink;
 use serde_json::Value;
 use std::os::fd::BorrowedFd;

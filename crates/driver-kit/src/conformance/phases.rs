@@ -8,7 +8,7 @@ use process_kit::UnixLink;
 use serde_json::{Value, json};
 use std::os::fd::{AsFd, BorrowedFd};
 
-/// Where a process is when it is killed.
+/// Phase of a process at which it is killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     Made,

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the kit found.
+//! Report of the kit.
 use serde_json::{Value, json};
 use std::fmt;
 
-/// What a check came to.
+/// Result of a check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
     Passed,
-    /// Why.
+    /// Cause of the failure.
     Failed(String),
-    /// Why it says nothing about this driver.
+    /// Reason why it says nothing about this driver.
     NotApplicable(String),
 }
 
@@ -17,7 +17,7 @@ pub enum Verdict {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
     pub check: String,
-    /// What holds where it passes.
+    /// Property that holds if it passes.
     pub sentence: String,
     pub verdict: Verdict,
 }
@@ -41,7 +41,7 @@ impl Verdict {
 }
 
 impl Outcome {
-    /// What is said of it, behind its name.
+    /// Returns the word and the text of its result, behind its name.
     fn said(&self) -> (&'static str, String) {
         match &self.verdict {
             Verdict::Passed => ("passed", self.sentence.clone()),

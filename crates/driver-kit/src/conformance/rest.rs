@@ -20,7 +20,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "watchdog-by", sentence: "it has a watchdog where it declares that its device goes to its safe state by itself", run: by_device },
 ];
 
-/// What a busy machine may add: only to tell what hangs.
+/// Time that a busy machine may add: it only finds a driver that hangs.
 const ALLOWANCE: Duration = Duration::from_secs(10);
 /// Rad or m in 10 firings at rest.
 const REST: f64 = 1e-3;

@@ -15,7 +15,7 @@ pub(crate) struct Joint {
     pub(crate) name: String,
     pub(crate) position: Slot,
     pub(crate) velocity: Slot,
-    /// What it takes to hold it: the effort is its bias, the goal its position.
+    /// Command that holds it: the effort is its bias, the goal its position.
     pub(crate) holds_by: Slot,
     pub(crate) command: Slot,
     pub(crate) command_index: usize,
@@ -147,7 +147,7 @@ impl Rig {
         self.release_ns = self.begun_ns + i64::try_from(self.begun.elapsed().as_nanos()).unwrap_or(i64::MAX);
     }
 
-    /// Whether the bytes behind the buffers are as they were.
+    /// Returns true if the bytes behind the buffers are as they were.
     pub(crate) fn is_whole(&self) -> bool {
         [&self.readings[self.readings_len..], &self.commands[self.commands_len..]].concat().iter().all(|byte| *byte == GUARD_BYTE)
     }

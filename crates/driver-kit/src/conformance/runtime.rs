@@ -5,11 +5,12 @@ use std::env::consts::ARCH;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What it lets pass: transfers of what is `O_NONBLOCK`. Whether one waits nevertheless is seen by how often its thread gives up its processor.
+/// Calls that it lets pass: transfers on an `O_NONBLOCK` descriptor. Whether one waits nevertheless is seen by how often its thread gives up its
+/// processor.
 const PASSES: [&str; 10] = ["read", "readv", "recv", "recvfrom", "recvmsg", "write", "writev", "send", "sendto", "sendmsg"];
 /// A part that belongs into programs alone, and stands in no library.
 const OF_PROGRAMS: &str = "rtsan_preinit.cpp.o";
-/// What stands for that part: the C library's functions are not found before it, and a program may ask for memory while it starts.
+/// Stand-in for that part: the C library's functions are not found before it, and a program may ask for memory while it starts.
 const BEGINS: &str = "void __rtsan_ensure_initialized(void);\n\
     __attribute__((constructor)) static void begin(void) { __rtsan_ensure_initialized(); }\n";
 

@@ -11,7 +11,7 @@ use process_kit::{Launch, UnixLink};
 use serde_json::{Value, json};
 use std::io::Read;
 
-/// What it comes to.
+/// Returns the result of the check.
 pub(super) fn outcome(kind: &str, options: &Value, settings: &Settings) -> Outcome {
     let verdict = match exchanged(kind, options, settings) {
         Ok(Passed::Yes) => Verdict::Passed,
@@ -56,7 +56,7 @@ fn exchanged(kind: &str, options: &Value, settings: &Settings) -> Tried {
     }
 }
 
-/// What it called, in a line: the function, and from where.
+/// Returns the call that was blamed, in a line: the function, and its caller.
 fn blamed(said: &str) -> String {
     let called = said.lines().find_map(|line| line.split_once("real-time unsafe function `")?.1.split('`').next());
     // The first is in the sanitizer.

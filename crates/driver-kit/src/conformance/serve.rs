@@ -14,10 +14,10 @@ use serde_json::{Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-/// How long who started it may take to say what to do.
+/// Time limit for the order of the process that started it.
 const ORDER: Duration = Duration::from_secs(60);
 
-/// What this process is started for: the checks of a driver, or one phase of its life to be killed in.
+/// Serves the order of this process: the checks of a driver, or one phase of its life to be killed in.
 ///
 /// # Errors
 /// For people: nobody has started it for that.

@@ -11,7 +11,7 @@ pub(crate) struct Subject {
     pub(crate) kind: String,
     pub(crate) options: Value,
     pub(crate) of: &'static Declaration,
-    /// How many exchanges the long check makes, at most.
+    /// Maximum number of exchanges of the long check.
     pub(crate) exchanges: u64,
 }
 
@@ -55,7 +55,7 @@ impl Subject {
         options
     }
 
-    /// Whether its exchange must be bounded: neither allocate nor wait.
+    /// Returns true if its exchange must be bounded: neither allocate nor wait.
     pub(crate) fn is_inline(&self) -> bool {
         self.of.class == Class::Inline
     }

@@ -12,10 +12,10 @@ use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// What came of a process of checks.
+/// End of a process of checks.
 enum Ran {
     ToItsEnd,
-    /// Whoever hears the outcomes has heard enough.
+    /// The receiver of the outcomes has heard enough.
     Enough,
     /// The process ended in the check that was begun last.
     Ended(String),

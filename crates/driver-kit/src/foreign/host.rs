@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a driver in C may ask for while it is called: its options, channels, counters. A wrong question is no crash: what is asked for is 0
+//! Functions that a driver in C may call while it is called: its options, channels, counters. A wrong question is no crash: what is asked for is 0
 //! or empty, and the call fails with what was wrong.
 use super::abi::{self, ABI, Channel as AbiChannel, Handle, Host as AbiHost, Part as AbiPart, Slot as AbiSlot};
 use device::{Channel, Command, Counters, Found, Layout, Number, Part, SafeHandle, Servo, Type, UNLIMITED};
@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use std::ffi::{CStr, CString, c_char};
 use std::os::fd::BorrowedFd;
 
-/// What one call may ask for and leave.
+/// State of one call: its inputs and results.
 #[derive(Default)]
 pub(super) struct Host<'a> {
     /// Options or arguments, defaults included.
@@ -20,23 +20,23 @@ pub(super) struct Host<'a> {
     pub(super) handles: Vec<SafeHandle>,
     pub(super) answer: Option<String>,
     pub(super) found: Vec<Found>,
-    /// What was given as text; it is there as long as this.
+    /// Texts that were given; they live as long as this.
     pub(super) texts: Vec<CString>,
     /// The first wrong question.
     pub(super) problem: Option<String>,
-    /// How many channels of each direction so far.
+    /// Number of written channels so far.
     pub(super) written: u32,
     pub(super) read: u32,
 }
 
-/// What was given over what holds where nothing is given.
+/// Returns the options that were given, over their defaults.
 pub(super) fn filled(defaults: &Map<String, Value>, given: &Value) -> Map<String, Value> {
     let given = given.as_object().into_iter().flatten();
     defaults.iter().chain(given).map(|(name, value)| (name.clone(), value.clone())).collect()
 }
 
 impl Host<'_> {
-    /// One that has what was given, over what holds where nothing is given.
+    /// Makes one with the options that were given, over their defaults.
     pub(super) fn of(defaults: &Map<String, Value>, given: &Value) -> Self {
         Host { given: filled(defaults, given), ..Host::default() }
     }
@@ -268,7 +268,7 @@ unsafe extern "C" fn part(host: *mut AbiHost, given: *const AbiPart) {
 }
 
 unsafe extern "C" fn counter(host: *mut AbiHost, name: *const c_char) -> *mut u64 {
-    /// What is counted with a name that nobody declared.
+    /// Counter for a name that is not declared.
     static NOBODY: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
     // SAFETY: see `number`.
     let (host, name) = unsafe { (of(host), abi::text(name)) };

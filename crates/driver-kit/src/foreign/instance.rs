@@ -15,7 +15,7 @@ pub(super) struct Instance {
     pub(super) of: &'static abi::Driver,
     memory: *mut c_void,
     size: Memory,
-    /// What it may have kept from `make`.
+    /// Texts that it may have kept from `make`.
     pub(super) texts: Vec<CString>,
     pub(super) counters: Arc<Counters>,
     pub(super) is_closed: AtomicBool,

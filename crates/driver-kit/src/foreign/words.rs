@@ -5,7 +5,7 @@ use device::{Class, CounterWord, Kind, Life, OptionWord, SafeBy, SafeState, Serv
 use interval::Interval;
 use serde_json::{Map, Value};
 
-/// What it declares.
+/// Declaration of a driver in C.
 pub(super) struct Words {
     pub(super) name: &'static str,
     pub(super) doc: &'static str,
