@@ -8,7 +8,7 @@ use opengpac::read::{BlockFace, TypeFace};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a backend takes.
+/// Files that a backend takes.
 #[derive(Clone, Copy, Debug)]
 pub struct Description {
     /// For a sentence that lists what can be given: `a shared object`.
@@ -19,18 +19,18 @@ pub struct Description {
 
 /// A kind of file that blocks come from. It is a constant of its folder; [`register`](crate::register) makes that of another crate known.
 pub trait Backend: Sync {
-    /// What it takes.
+    /// Returns a description of the files that it takes.
     fn describe(&self) -> Description;
 
-    /// Whether its files are sources, which are built where they are loaded.
+    /// Returns true if its files are sources, which are built where they are loaded.
     fn is_source(&self) -> bool {
         false
     }
 
-    /// Whether these bytes are a file of its kind: asked where the name of a file does not say so, and of bytes that came from another process.
+    /// Returns true if these bytes are a file of its kind: asked if the name of a file does not say so, and of bytes that came from another process.
     fn probe(&self, bytes: &[u8]) -> bool;
 
-    /// Turns a file into blocks. What may end a process is tried in a child first. Never on the real-time path.
+    /// Turns a file into blocks. What may end a process is tried in a child first. It is never called on the real-time path.
     ///
     /// # Errors
     /// Whatever is wrong with the file; this process goes on as it was.
@@ -47,7 +47,7 @@ pub trait Backend: Sync {
     fn load_bytes(&self, path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError>;
 }
 
-/// How to load.
+/// Options of loading.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     pub probe: Probe,
@@ -68,7 +68,7 @@ pub struct LoadedModule {
     pub compiler: String,
     /// Its initialisation changed the floating-point control words of the thread that loaded it; they have been restored.
     pub changed_floats: bool,
-    /// What other processes load it from: of C, C++ and Rust the shared object itself.
+    /// Bytes from which other processes load it: of C, C++ and Rust the shared object itself.
     pub bytes: Arc<[u8]>,
 }
 

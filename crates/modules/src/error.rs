@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a file gave no blocks.
+//! Reasons why a file gave no blocks.
 use crate::source::build::BuildError;
 use std::path::PathBuf;
 
-/// Why a module was refused. Nothing of it stays in the process.
+/// Reason why a module was refused. Nothing of it stays in the process.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     #[error("there is no file '{}'", path.display())]

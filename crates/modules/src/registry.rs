@@ -11,7 +11,7 @@ static ALL: [&dyn Backend; 3] = [&source::Sources, &onnx::Policies, &native::Sha
 /// Those of other crates.
 static REGISTERED: RwLock<Vec<&'static dyn Backend>> = RwLock::new(Vec::new());
 
-/// From now on [`load`] knows the files of this backend, in this process. Where two know a file, the first one takes it. Idempotent.
+/// Makes the files of this backend known to [`load`], in this process. Where two know a file, the first one takes it. Idempotent.
 pub fn register(backend: &'static dyn Backend) {
     let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
     let kind = backend.describe().kind;
@@ -20,7 +20,7 @@ pub fn register(backend: &'static dyn Backend) {
     }
 }
 
-/// What the backends of this process take.
+/// Returns the files that the backends of this process take.
 pub fn backends() -> Vec<Description> {
     all().iter().map(|backend| backend.describe()).collect()
 }

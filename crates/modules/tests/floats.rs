@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which modules can change floating-point state, and what loading one leaves behind.
+//! Modules that can change floating-point state, and what loading one leaves behind.
 #![cfg(target_arch = "x86_64")]
 mod common;
 use common::{GAIN, module};

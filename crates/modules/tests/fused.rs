@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is fused, and what is refused with its reason. That what is fused computes the same is shown by `fused.rs` of the kernel.
+//! Blocks that are fused, and those that are refused with their reason. That what is fused computes the same is shown by `fused.rs` of the kernel.
 mod common;
 use common::{folder, options, write};
 use modules::fused::{Member, NotFused, Wire, fit, fuse};

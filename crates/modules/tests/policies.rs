@@ -6,7 +6,7 @@ use common::{examples, options};
 use std::path::PathBuf;
 use std::process::Command;
 
-/// What a policy may call of the C library.
+/// Functions of the C library that a policy may call.
 const ALLOWED: [&str; 13] = ["memcpy", "memmove", "memset", "ceilf", "cosf", "erff", "floorf", "log1pf", "logf", "powf", "sinf", "sqrtf", "exp"];
 
 #[test]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a shared object says of itself, read without loading it.
+//! Properties of a shared object, read without loading it.
 use object::elf::{
     DT_JMPREL, DT_PLTRELSZ, DT_RELA, DT_RELASZ, Dyn64, EM_386, EM_AARCH64, EM_ARM, EM_PPC, EM_PPC64, EM_RISCV, EM_S390, EM_X86_64, ET_DYN, FileHeader32,
     FileHeader64, PF_W, PF_X, PT_LOAD, ProgramHeader64, Rela64,
@@ -7,14 +7,14 @@ use object::elf::{
 use object::read::elf::{Dyn as _, FileHeader, ProgramHeader as _, Rela as _};
 use object::{Endianness, LittleEndian as Little};
 
-/// Why a file cannot be loaded here.
+/// Reason why a file cannot be loaded here.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ElfError {
     Damaged(String),
     Foreign { have: String, want: String },
 }
 
-/// What this process can load.
+/// Returns the target that this process can load.
 pub fn target_here() -> &'static str {
     opengpac::generated::target()
 }
@@ -60,7 +60,7 @@ fn machine<H: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(String, 
     Ok((name, order == Endianness::Little))
 }
 
-/// What the loader reads of a file of 64 bits, little-endian: all of it lies within the file.
+/// Parts of a 64-bit, little-endian file that the loader reads: all of it lies within the file.
 pub struct Elf<'a> {
     pub(crate) bytes: &'a [u8],
     kind: u16,
@@ -117,8 +117,8 @@ impl<'a> Elf<'a> {
         })
     }
 
-    /// That the loader writes into the module's own writable memory only: a child that is killed by a wild write is one thing, one
-    /// that happens to survive it says nothing about this process.
+    /// Checks that the loader writes into the module's own writable memory only: a child that is killed by a wild write is one
+    /// thing, one that happens to survive it says nothing about this process.
     fn check_relocations(&self) -> Result<(), ElfError> {
         let unread = || damaged("its relocations cannot be read");
         for (table, size) in [(DT_RELA, DT_RELASZ), (DT_JMPREL, DT_PLTRELSZ)] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whether a module can change floating-point control words: it imports a function that does, needs a library that nobody has looked at, or
-//! has an instruction for it. What is suspected wrongly runs a little slower; what is not found here is found at the end of a firing.
+//! Test whether a module can change floating-point control words: it imports a function that does, needs an unknown library, or has an
+//! instruction for it. What is suspected wrongly runs a little slower; what is not found here is found at the end of a firing.
 use super::elf::Elf;
 use object::elf::{DT_NEEDED, DT_STRTAB};
 

@@ -20,7 +20,7 @@ use std::path::Path;
 /// The backend.
 pub(crate) struct SharedObjects;
 
-/// How each of them begins.
+/// First bytes of a file of each kind.
 const ELF: &[u8] = b"\x7fELF";
 
 impl Backend for SharedObjects {

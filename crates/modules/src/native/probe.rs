@@ -13,12 +13,12 @@ use std::time::{Duration, Instant};
 /// `[sys.executable, "-c", PYTHON_PROBE]`. It needs nothing but the standard library.
 pub const PYTHON_PROBE: &str = include_str!("probe.py");
 
-/// How the child is started: the path of the module is appended. It prints one line: `ok`, `abi N`, `nosymbol`, `noload TEXT` or
+/// Start of the child: the path of the module is appended. It prints one line: `ok`, `abi N`, `nosymbol`, `noload TEXT` or
 /// `damaged TEXT`.
 #[derive(Clone, Debug)]
 pub struct Probe {
     pub command: Vec<OsString>,
-    /// How long it may take.
+    /// Time limit of the child.
     pub limit: Duration,
 }
 
@@ -33,7 +33,7 @@ impl Default for Probe {
     }
 }
 
-/// What the child found.
+/// Finding of the child.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Finding {
     Sound,

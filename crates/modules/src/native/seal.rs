@@ -5,7 +5,7 @@
 const MARK: &[u8] = b"\nopengpac-seal:";
 const DIGITS: usize = 16;
 
-/// What the seal of a file says.
+/// Verdict on the seal of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seal {
     Absent,

@@ -2,7 +2,7 @@
 //! Instructions of x86-64, as far as their length and whether they change floating-point state: what compilers make is read one instruction after
 //! the other, so that bytes of an address or a constant are not taken for one. Bytes that are none count as one of a single byte.
 
-/// What there is at a place.
+/// Instruction at an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
     pub len: usize,

@@ -52,7 +52,7 @@ struct Block<'a> {
     meaning: &'a Meaning,
     network: &'a Network,
     items: Items,
-    /// What stands before the block: functions, constants.
+    /// Text before the block: functions, constants.
     text: String,
     body: String,
     /// Elements of the ports so far.

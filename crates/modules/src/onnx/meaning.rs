@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the numbers of a network mean: the declaration that `gpac.policy` writes into the file, compared with the network's shapes and with
+//! Meaning of a network's numbers: the declaration that `gpac.policy` writes into the file, compared with the network's shapes and with
 //! what the trainer wrote there (`metadata.rs`).
 use super::items::port_name;
 use super::network::{Network, names};
@@ -54,7 +54,7 @@ impl Term {
         self.size * self.history.max(1)
     }
 
-    /// What the trainer calls it.
+    /// Returns the trainer's name for it.
     pub fn trained_as(&self) -> &str {
         match (self.observation.as_str(), self.port.as_str()) {
             ("", "") => &self.previous,

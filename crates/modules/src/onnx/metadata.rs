@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What trainers write into the metadata of a file, read where the declaration is silent and compared where it is not.
+//! Metadata that trainers write into a file, read where the declaration is silent and compared where it is not.
 //!
 //! mjlab and the exporters of whole-body tracking for Isaac Lab write lists separated by commas: `joint_names`, `default_joint_pos`,
 //! `action_scale`, `observation_names`, `observation_history_lengths`, numbers with three decimals. `period`, `observation_units` and

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a network becomes: steps in C, constants, and buffers that share one scratch memory.
+//! Program of a network: steps in C, constants, and buffers that share one scratch memory.
 use super::value::{Content, Kind, Value};
 use std::fmt::Write;
 use std::rc::Rc;

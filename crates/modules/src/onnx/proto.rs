@@ -139,7 +139,7 @@ pub struct Dimension {
 }
 
 impl Dimension {
-    /// Whether the file leaves it open: by a symbol, by -1 or by saying nothing.
+    /// Returns true if the file leaves it open: by a symbol, by -1 or by saying nothing.
     pub fn is_open(&self) -> bool {
         !self.symbol.is_empty() || self.value <= 0
     }

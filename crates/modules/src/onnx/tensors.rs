@@ -44,7 +44,7 @@ pub fn ints(tensor: &Tensor) -> Vec<i64> {
     }
 }
 
-/// Whether the bytes of a tensor are a whole number of elements.
+/// Returns true if the bytes of a tensor are a whole number of elements.
 pub fn is_whole(tensor: &Tensor) -> bool {
     let size = match tensor.data_type {
         proto::UINT8 | proto::INT8 | proto::BOOL => 1,

@@ -133,7 +133,7 @@ pub fn each(shape: &[usize], mut visit: impl FnMut(&[usize])) {
     }
 }
 
-/// Where an element lies.
+/// Returns the offset of an element.
 pub fn offset(index: &[usize], strides: &[usize]) -> usize {
     index.iter().zip(strides).map(|(i, s)| i * s).sum()
 }

@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Why a module could not be built.
+/// Reason why a module could not be built.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
     /// The first error, at the line in the user's file.
@@ -24,7 +24,7 @@ pub enum BuildError {
     Unwritable { path: PathBuf, what: String },
 }
 
-/// How to build.
+/// Options of a build.
 #[derive(Clone, Debug, Default)]
 pub struct BuildOptions {
     /// Where the module goes; without it, beside the first source with the ending `.so`.
@@ -95,7 +95,7 @@ pub(super) struct Compiled {
     pub path: PathBuf,
     pub source: Vec<u8>,
     pub object: Vec<u8>,
-    /// What the compiler wrote about the files that it read; those in `ours` are not the user's.
+    /// Text of the compiler about the files that it read; those in `ours` are not the user's.
     pub read: String,
     pub ours: PathBuf,
 }

@@ -61,7 +61,7 @@ fn plain(message: &str) -> String {
     }
 }
 
-/// What a literal says: `\'in(\"rad\")\'` is `'in("rad")'`.
+/// Returns the content of a literal: `\'in(\"rad\")\'` is `'in("rad")'`.
 fn unescaped(literal: &str) -> String {
     let mut text = String::new();
     let mut letters = literal.chars();
@@ -81,7 +81,7 @@ fn item_line(message: &str, file: &str, from: u32) -> Option<u32> {
     u32::try_from(found.0 + 1).ok()
 }
 
-/// What the linker found missing, else the first line.
+/// Returns the symbol that the linker found missing, else the first line.
 fn linker_error(text: &str) -> String {
     let missing = text.lines().find_map(|line| line.split_once("undefined reference to ").or_else(|| line.split_once("undefined symbol: ")));
     match missing {

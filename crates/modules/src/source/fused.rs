@@ -59,12 +59,12 @@ impl Hash for Member {
     }
 }
 
-/// Why blocks are not fused, in words.
+/// Reason why blocks are not fused, in words.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct NotFused(pub String);
 
-/// Whether a block can be fused with others.
+/// Checks that a block can be fused with others.
 ///
 /// # Errors
 /// Why not.
@@ -169,7 +169,7 @@ impl Room {
         Ok(())
     }
 
-    /// What the compiler reads, macros expanded, by the file that it stands in.
+    /// Returns the text that the compiler reads, macros expanded, by the file that it stands in.
     fn lines_by_file(&self, source: &Path, texts: &[Arc<Text>]) -> Result<BTreeMap<PathBuf, Vec<String>>, NotFused> {
         let output = self.compile(source, texts).map_err(|error| failed(&error))?.arg("-E").output().map_err(|error| failed(&error))?;
         if !output.status.success() {

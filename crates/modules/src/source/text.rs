@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What blocks in C were compiled from: kept beside their code, so that it can be compiled once more with that of others.
+//! Sources from which blocks in C were compiled: kept beside their code, so that it can be compiled once more with that of others.
 
 use super::build::{BuildOptions, Compiled, is_cxx};
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
@@ -29,13 +29,13 @@ pub(crate) fn keep(run: Run, text: &Arc<Text>) {
     TEXTS.write().expect("nobody panics with the lock held").get_or_insert_default().insert(run as usize, text.clone());
 }
 
-/// What the blocks whose entry is `run` are of, where they were built here from a source.
+/// Returns the source of the blocks whose entry is `run`, if they were built here from one.
 pub(crate) fn of(run: Run) -> Option<Arc<Text>> {
     TEXTS.read().expect("nobody panics with the lock held").as_ref()?.get(&(run as usize)).cloned()
 }
 
 impl Text {
-    /// What has just been compiled.
+    /// Returns the source of what has just been compiled.
     pub(crate) fn of(Compiled { path, source, object, read, ours }: Compiled, options: &BuildOptions) -> Text {
         let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         let included = dependencies(&read).into_iter().filter(|file| *file != path && !file.starts_with(&ours));
@@ -58,7 +58,7 @@ impl Text {
         self.included.iter().find(|(file, before)| digest(file) != Some(*before)).map(|(file, _)| file.as_path())
     }
 
-    /// Whether `file` is it, or one that it includes.
+    /// Returns true if `file` is it, or one that it includes.
     pub(crate) fn includes(&self, file: &Path) -> bool {
         file == self.path || self.included.iter().any(|(own, _)| own == file)
     }

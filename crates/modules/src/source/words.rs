@@ -37,12 +37,12 @@ const LIMITS: [&str; 19] = [
 /// Words of a block's declaration and body. Items can have these names, but a body that somebody writes cannot use them.
 const OF_BLOCKS: [&str; 3] = ["in", "out", "report"];
 
-/// Whether C, one of the headers that blocks include, or the declaration of a block has another meaning for a name.
+/// Returns true if C, one of the headers that blocks include, or the declaration of a block has another meaning for a name.
 pub fn is_word_of_c(name: &str) -> bool {
     OF_BLOCKS.contains(&name) || is_taken_in_c(name)
 }
 
-/// Whether C or one of the headers that blocks include has another meaning for a name.
+/// Returns true if C or one of the headers that blocks include has another meaning for a name.
 pub(crate) fn is_taken_in_c(name: &str) -> bool {
     let is_limit = ["_MAX", "_MIN", "_BIT", "_WIDTH", "_LEN_MAX"].iter().any(|end| name.ends_with(end)) && LIMITS.iter().any(|begin| name.starts_with(begin));
     WORDS.split_whitespace().any(|word| word == name) || is_limit || name.starts_with('_') || BEGINNINGS.iter().any(|begin| name.starts_with(begin))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the tests of this crate share.
+//! Common code of the tests of this crate.
 #![allow(dead_code)] // not every test uses all of it
 
 use modules::{BuildOptions, LoadError, LoadOptions, LoadedModule, Probe, build, load};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that lay elements out anew, with more of them than they were given, and those that count.
+//! Operators that lay out elements afresh, with more of them than they were given, and those that count.
 use super::movement::{moved, place, transposed};
 use super::{Call, Made, axis};
 use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, strides};

@@ -5,7 +5,7 @@ use super::products::{packed, rows_of};
 use super::{Call, Made};
 use crate::onnx::value::{Value, each, offset, strides};
 
-/// How the kernel lies on the input: one entry for each dimension behind the channels.
+/// Position of the kernel on the input: one entry for each dimension behind the channels.
 struct Layout {
     kernel: Vec<usize>,
     step: Vec<usize>,

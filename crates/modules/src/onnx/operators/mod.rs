@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What each operator of ONNX becomes. An operator is a function from a [`Call`] to its outputs; `find` is the list of those that there are.
+//! Translation of each operator of ONNX. An operator is a function from a [`Call`] to its outputs; `find` is the list of those that there are.
 mod arrangement;
 mod contraction;
 mod convolution;
