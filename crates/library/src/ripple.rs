@@ -37,8 +37,8 @@ struct Swings {
 
 impl Ripple {
     /// Takes the value at `time_ns`. Returns the frequency, Hz, when ten periods in a row, and all for a tenth of a second, have each been at least `height` from peak to peak,
-    /// none slower than `frequency_min`, all of about one length, and none much lower than those before. Begins anew while `is_still`
-    /// is false. Off where `height` or `frequency_min` is 0.
+    /// none slower than `frequency_min`, all of about one length, and none much lower than those before. Begins again while
+    /// `is_still` is false. Off where `height` or `frequency_min` is 0.
     pub fn look(&mut self, value: f64, height: f64, frequency_min: f64, is_still: bool, time_ns: i64) -> Option<f64> {
         if !(height > 0.0 && frequency_min > 0.0 && is_still && value.is_finite()) {
             *self = Ripple::default();

@@ -25,18 +25,18 @@ impl Section {
         y
     }
 
-    /// Memory in which a constant input u has given the output y for ever.
+    /// Returns the memory in which a constant input u has always given the output y.
     pub fn at_rest(&self, u: f64, y: f64) -> Memory {
         [y - self.b0 * u, self.b2 * u - self.a2 * y]
     }
 
-    /// Whether both poles lie inside the unit circle (the triangle of Jury).
+    /// Returns true if both poles lie inside the unit circle (the triangle of Jury).
     pub fn stable(&self) -> bool {
         self.a2.abs() < 1.0 && self.a1.abs() < 1.0 + self.a2
     }
 }
 
-/// What a second-order filter lets through.
+/// Pass band of a second-order filter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Low,

@@ -27,7 +27,7 @@ pub struct Passed {
 const LATE: i64 = 2;
 
 impl Passed {
-    /// Whether so much was lost that nothing may act as if that time had been used.
+    /// Returns true if so much was lost that nothing may act as if that time had been used.
     pub fn is_gap(self) -> bool {
         self.lost_ns > LATE * self.cycle_ns
     }
@@ -72,7 +72,7 @@ impl Span {
         Passed { cycle_ns, lost_ns: elapsed_ns - cycle_ns }
     }
 
-    /// Whether there was an invocation before.
+    /// Returns true after the first invocation.
     pub fn begun(&self) -> bool {
         self.begun
     }

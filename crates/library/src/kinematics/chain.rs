@@ -20,7 +20,7 @@ pub const SLIDE: i32 = 2;
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Chain {
-    /// How many joints there are.
+    /// Number of joints.
     pub joints: i32,
     /// Of each joint: 0 does not move the tool, 1 turns, 2 slides.
     pub kind: [i32; JOINTS_MAX],
@@ -84,12 +84,12 @@ pub struct Posture {
 }
 
 impl Arm<'_> {
-    /// How many joints it has.
+    /// Returns the number of its joints.
     pub fn joints(&self) -> usize {
         self.n
     }
 
-    /// Whether a joint moves the tool.
+    /// Returns true if a joint moves the tool.
     pub fn moves(&self, joint: usize) -> bool {
         self.chain.kind[joint] != NONE
     }

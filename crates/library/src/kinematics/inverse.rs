@@ -25,7 +25,7 @@ pub struct Tolerance {
     pub position: f64,
     /// rad
     pub angle: f64,
-    /// Whether the orientation matters at all.
+    /// True if the orientation matters at all.
     pub orientation: bool,
 }
 
@@ -40,9 +40,9 @@ pub struct Ranges<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
     pub q: [f64; JOINTS_MAX],
-    /// How far the tool is from the goal, m.
+    /// Distance of the tool from the goal, m.
     pub position_error: f64,
-    /// How far it is turned from it, rad; 0 where the orientation does not matter.
+    /// Angle by which it is turned from it, rad; 0 if the orientation does not matter.
     pub angle_error: f64,
     pub reached: bool,
     /// The joint at an end of its range that would have to go further.

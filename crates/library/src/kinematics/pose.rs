@@ -6,7 +6,7 @@
 
 /// A pose as it travels between blocks: x y z (m), then the quaternion w x y z.
 pub type Numbers = [f64; 7];
-/// How far the length of a quaternion may be from 1.
+/// Tolerance of the length of a quaternion about 1.
 const LENGTH_TOLERANCE: f64 = 1e-3;
 
 /// A position and an orientation.
@@ -19,7 +19,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Where a frame is that is its own reference.
+    /// Pose of a frame that is its own reference.
     pub const IDENTITY: Pose = Pose { position: [0.0; 3], quaternion: [1.0, 0.0, 0.0, 0.0] };
 
     /// The pose of seven numbers, its quaternion made exactly of length 1; `None` where one is not finite or the length is not near 1.
@@ -41,7 +41,7 @@ impl Pose {
         add(self.position, rotate(self.quaternion, point))
     }
 
-    /// What is `inner` seen from this frame, seen from this frame's reference.
+    /// Returns the pose of `inner`, given in this frame, in this frame's reference.
     pub fn then(&self, inner: &Pose) -> Pose {
         Pose { position: self.point(inner.position), quaternion: unit(product(self.quaternion, inner.quaternion)) }
     }

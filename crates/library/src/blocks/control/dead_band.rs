@@ -13,7 +13,7 @@ pub struct DeadBand {
     /// input
     #[input]
     u: f64,
-    /// what is beyond the band
+    /// the part of the input beyond the band
     #[output(unit = "=u")]
     y: f64,
     /// half of the band

@@ -19,7 +19,7 @@ pub struct Hysteresis {
     /// high where it is active, else low
     #[output]
     y: f64,
-    /// whether it is active
+    /// true if it is active
     #[output]
     active: bool,
     /// level from which on it is active

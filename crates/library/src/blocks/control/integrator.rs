@@ -15,7 +15,7 @@ pub struct Integrator {
     /// input
     #[input]
     u: f64,
-    /// whether it goes back to its initial value
+    /// true: it goes back to its initial value
     #[input(asynchronous, default = false)]
     reset: bool,
     /// value at the beginning and after a reset

@@ -3,7 +3,7 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// The points do not rise.
 const NOT_RISING: u32 = 1;
-/// What happens beyond the ends is none of the three.
+/// The behaviour beyond the ends is none of the three.
 const UNKNOWN_ENDS: u32 = 2;
 /// The input is beyond the ends.
 const BEYOND: u32 = 3;

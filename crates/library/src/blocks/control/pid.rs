@@ -21,16 +21,16 @@ const BAD_TIME: u32 = 3;
 /// Faults: 1 the limit is below 0 or below the minimum effort; 2 there is no such anti-windup: 0 clamping, 1 back-calculation; 3 derivative_time is negative or tracking_time not above 0.
 #[derive(FunctionBlock)]
 pub struct Pid {
-    /// where it is to be
+    /// wanted value
     #[input]
     setpoint: f64,
-    /// where it is
+    /// measured value
     #[input]
     measured: f64,
-    /// what is added to the effort: the load that is known, gravity for example
+    /// addition to the effort: the load that is known, gravity for example
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     feedforward: f64,
-    /// what drives it there
+    /// effort that drives it there
     #[output]
     effort: f64,
     /// e: reference - measured
@@ -54,7 +54,7 @@ pub struct Pid {
     /// |e| is above the preset; the value is e; off where the preset is 0
     #[condition(preset = 0.0, range = "[0, inf)")]
     following_error: ConditionOf<f64>,
-    /// whether the effort is `manual_effort`
+    /// true: the effort is `manual_effort`
     #[input(asynchronous, default = false)]
     manual: bool,
     /// effort by hand, or what another controller gives
@@ -78,7 +78,7 @@ pub struct Pid {
     /// time constant with which back-calculation draws the integral back
     #[param(default = 1.0, unit = "s", range = "(0, inf)")]
     tracking_time: f64,
-    /// where the reference is
+    /// state of the reference
     #[state(opaque)]
     reference: Reference,
     /// ki ∫e dt

@@ -20,7 +20,7 @@ pub struct StateFeedback {
     /// reference r
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     reference: f64,
-    /// what acts on the plant
+    /// effort on the plant
     #[output]
     effort: f64,
     /// gain of each state

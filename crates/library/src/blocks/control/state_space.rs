@@ -27,19 +27,19 @@ pub struct StateSpace {
     /// states
     #[output(sized)]
     x: [f64; 8],
-    /// what each state (row) becomes from each state (the first n columns)
+    /// weight of each state (first n columns) in the next value of each state (row)
     #[param(default = [[0.0; 8]; 8], sized, range = "[-inf, inf)")]
     a: [[f64; 8]; 8],
-    /// what the input adds to each state
+    /// weight of the input in the next value of each state
     #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     b: [f64; 8],
-    /// what each state adds to the output
+    /// weight of each state in the output
     #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     c: [f64; 8],
-    /// what the input adds to the output
+    /// weight of the input in the output
     #[param(default = 0.0, range = "[-inf, inf)")]
     d: f64,
-    /// what the second input adds to each state
+    /// weight of the second input in the next value of each state
     #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     e: [f64; 8],
     /// states at the beginning
@@ -48,7 +48,7 @@ pub struct StateSpace {
     /// states of the next invocation
     #[state]
     next: [f64; 8],
-    /// whether it has begun
+    /// true after its first invocation
     #[state]
     begun: bool,
 }

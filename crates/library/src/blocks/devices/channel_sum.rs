@@ -9,7 +9,7 @@ pub struct ChannelSum {
     /// channel of the device
     #[device(read)]
     channel: f64,
-    /// what is added
+    /// value to add
     #[input(asynchronous, default = 0.0, unit = "=channel", range = "[-inf, inf)")]
     u: f64,
     /// the sum

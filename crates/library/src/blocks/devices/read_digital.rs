@@ -7,7 +7,7 @@ pub struct ReadDigital {
     /// channel of a physical device
     #[device(read)]
     channel: bool,
-    /// what it read at the start of the firing
+    /// reading at the start of the firing
     #[output]
     y: bool,
 }

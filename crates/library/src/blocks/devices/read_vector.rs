@@ -7,7 +7,7 @@ pub struct ReadVector {
     /// channel of a physical device
     #[device(read)]
     channel: [f64; 3],
-    /// what it read at the start of the firing
+    /// reading at the start of the firing
     #[output(unit = "=channel")]
     y: [f64; 3],
 }

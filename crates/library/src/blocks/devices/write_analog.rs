@@ -11,10 +11,10 @@ const EMPTY_RANGE: u32 = 2;
 /// Faults: 1 the value is not finite; 2 the range is empty, low is above high.
 #[derive(FunctionBlock)]
 pub struct WriteAnalog {
-    /// what to write at the end of the firing
+    /// value to write at the end of the firing
     #[input(asynchronous)]
     u: f64,
-    /// what is written
+    /// value that is written
     #[output]
     y: f64,
     /// minimum value

@@ -7,7 +7,7 @@ const NOT_FINITE: u32 = 1;
 /// Writes a device channel: channel = u; fault 1 where u is not finite, so that no device ever gets such a number.
 #[derive(FunctionBlock)]
 pub struct WriteChannel {
-    /// what to write at the end of the firing
+    /// value to write at the end of the firing
     #[input(unit = "=channel")]
     u: f64,
     /// channel of a physical device

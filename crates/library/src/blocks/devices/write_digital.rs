@@ -4,10 +4,10 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// Writes a digital device channel: channel = u, and y = u for those who want to know.
 #[derive(FunctionBlock)]
 pub struct WriteDigital {
-    /// what to write at the end of the firing
+    /// value to write at the end of the firing
     #[input(asynchronous)]
     u: bool,
-    /// what is written
+    /// value that is written
     #[output]
     y: bool,
     /// channel of a physical device

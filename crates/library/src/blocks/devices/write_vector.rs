@@ -7,7 +7,7 @@ const NOT_FINITE: u32 = 1;
 /// Writes a device channel of three numbers: channel = u; fault 1 where one is not finite, so that no device ever gets such a number.
 #[derive(FunctionBlock)]
 pub struct WriteVector {
-    /// what to write at the end of the firing
+    /// value to write at the end of the firing
     #[input(unit = "=channel")]
     u: [f64; 3],
     /// channel of a physical device

@@ -21,7 +21,7 @@ pub struct AlphaBeta {
     /// observed velocity v, per second
     #[output]
     velocity: f64,
-    /// what the measurement was off: r
+    /// error of the measurement: r
     #[output]
     residual: f64,
     /// gain of the position

@@ -34,7 +34,7 @@ pub struct Biquad {
     /// coefficient of y_(k-2)
     #[param(default = 0.0, range = "[-1, 1]")]
     a2: f64,
-    /// what is carried over
+    /// memory from one invocation to the next
     #[state]
     memory: [f64; 2],
 }

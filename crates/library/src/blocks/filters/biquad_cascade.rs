@@ -26,7 +26,7 @@ pub struct BiquadCascade {
     /// one row for each section: b0, b1, b2, 1, a1, a2
     #[param(default = [[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]; 8], sized, range = "[-inf, inf)")]
     sections: [[f64; 6]; 8],
-    /// what is carried over in each section
+    /// memory of each section from one invocation to the next
     #[state]
     memory: [[f64; 2]; 8],
 }

@@ -7,7 +7,7 @@ const BAD_WINDOW: u32 = 1;
 
 /// Moving average: y_k = (u_k + ... + u_(k-w+1)) / w over the last w invocations, or as many as there were.
 ///
-/// Summed anew each time, so rounding does not accumulate. With w a period of a disturbance it takes that disturbance out.
+/// Summed again each time, so rounding does not accumulate. With w a period of a disturbance it takes that disturbance out.
 /// Range: window 1 to 256.
 /// Faults: 1 the window is not 1 to 256 invocations.
 #[derive(FunctionBlock)]

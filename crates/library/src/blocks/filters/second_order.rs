@@ -44,7 +44,7 @@ pub struct SecondOrder {
     /// coefficients
     #[state]
     coefficients: [f64; 5],
-    /// what is carried over
+    /// memory from one invocation to the next
     #[state]
     memory: [f64; 2],
     /// first sample

@@ -27,7 +27,7 @@ pub struct TransferFunction {
     /// denominator
     #[param(default = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], sized, range = "[-inf, inf)")]
     a: [f64; 16],
-    /// what is carried over
+    /// memory from one invocation to the next
     #[state]
     memory: [f64; 16],
 }

@@ -15,7 +15,7 @@ pub struct Washout {
     /// raw signal
     #[input]
     u: f64,
-    /// what changes in it
+    /// the changing part of the input
     #[output(unit = "=u")]
     y: f64,
     /// time constant T

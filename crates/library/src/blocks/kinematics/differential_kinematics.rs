@@ -38,10 +38,10 @@ pub struct DifferentialKinematics {
     /// where the joints are to be, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// how far the tool is from the pose there
+    /// distance of the tool from the pose there
     #[output(unit = "m")]
     behind: f64,
-    /// how far it is turned from it
+    /// angle by which it is turned from it
     #[output(unit = "rad")]
     turned: f64,
     /// the arm

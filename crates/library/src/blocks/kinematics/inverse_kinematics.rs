@@ -33,13 +33,13 @@ pub struct InverseKinematics {
     /// joint positions found, rad or m
     #[output(sized)]
     q: [f64; 16],
-    /// whether the tool is at the goal there
+    /// true if the tool is at the goal there
     #[output]
     reached: bool,
-    /// how far it is from the goal
+    /// distance of the tool from the goal
     #[output(unit = "m")]
     position_error: f64,
-    /// how far it is turned from it
+    /// angle by which it is turned from it
     #[output(unit = "rad")]
     angle_error: f64,
     /// the arm
@@ -51,7 +51,7 @@ pub struct InverseKinematics {
     /// maximum angle that counts as reached
     #[param(default = 1e-6, unit = "rad", range = "(0, inf)")]
     angle_tolerance: f64,
-    /// whether the orientation of the goal matters
+    /// true: the orientation of the goal matters
     #[param(default = true)]
     orientation: bool,
     /// joint positions from which it tries, `near` the first

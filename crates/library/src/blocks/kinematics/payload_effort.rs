@@ -36,7 +36,7 @@ pub struct PayloadEffort {
     /// gravity in the frame in which poses are given, m/s^2
     #[param(default = [0.0, 0.0, -9.81], range = "[-1000, 1000]")]
     gravity: [f64; 3],
-    /// how fast the mass is taken on, kg/s
+    /// rate at which the mass is taken on, kg/s
     #[param(default = 10.0, range = "(0, inf)")]
     rate: f64,
     /// the invocation before

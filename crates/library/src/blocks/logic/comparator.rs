@@ -15,10 +15,10 @@ pub struct Comparator {
     /// input
     #[input]
     u: f64,
-    /// what it is compared with
+    /// value to compare with
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     reference: f64,
-    /// whether the input is above
+    /// true if the input is above
     #[output]
     above: bool,
     /// half of the band in which nothing changes

@@ -22,10 +22,10 @@ pub struct Counter {
     /// counted value (CV)
     #[output]
     value: i32,
-    /// whether the value has come up to the preset (QU)
+    /// true if the value has come up to the preset (QU)
     #[output]
     full: bool,
-    /// whether the value has come down to 0 (QD)
+    /// true if the value has come down to 0 (QD)
     #[output]
     empty: bool,
     /// count that is full (PV)

@@ -9,7 +9,7 @@ pub struct Flag {
     /// the flag
     #[output(asynchronous)]
     y: bool,
-    /// what it is set to
+    /// value to set it to
     #[param(default = true)]
     value: bool,
 }

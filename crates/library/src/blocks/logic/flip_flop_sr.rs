@@ -12,7 +12,7 @@ pub struct FlipFlopSr {
     /// makes q false
     #[input]
     reset: bool,
-    /// what was last set
+    /// the value that was set last
     #[output]
     q: bool,
 }

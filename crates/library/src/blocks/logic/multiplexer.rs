@@ -16,7 +16,7 @@ pub struct Multiplexer {
     /// inputs
     #[input(sized)]
     u: [f64; 16],
-    /// which one is taken, from 0
+    /// number of the input that is taken, from 0
     #[input(asynchronous, default = 0, range = "[0, 15]")]
     index: u32,
     /// the one that is taken

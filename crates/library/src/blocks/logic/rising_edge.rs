@@ -10,7 +10,7 @@ pub struct RisingEdge {
     /// input
     #[input]
     u: bool,
-    /// whether there is an edge
+    /// true at an edge
     #[output]
     y: bool,
     /// there is an edge

@@ -6,7 +6,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// Source: IEC 61131-3, SEL. From more than two: `multiplexer`.
 #[derive(FunctionBlock)]
 pub struct Selector {
-    /// whether the second input is taken
+    /// true: the second input is taken
     #[input(asynchronous)]
     select: bool,
     /// first input

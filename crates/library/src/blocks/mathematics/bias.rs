@@ -10,7 +10,7 @@ pub struct Bias {
     /// input and what is added to it
     #[output(unit = "=u")]
     y: f64,
-    /// what is added
+    /// value to add
     #[param(default = 0.0, unit = "=u", range = "[-inf, inf)")]
     b: f64,
 }

@@ -4,16 +4,16 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// Awaits a digital value: reports `done` where u = value; with `edge`, where u = value and it was not so in the invocation before.
 #[derive(FunctionBlock)]
 pub struct AwaitDigital {
-    /// what is watched
+    /// value that is watched
     #[input]
     u: bool,
     /// the latest value
     #[output]
     latest: bool,
-    /// what it is to be
+    /// value that is awaited
     #[param(default = true)]
     value: bool,
-    /// whether it must change to that: what it is at first does not count
+    /// true: it must change to that; its value at first does not count
     #[param(default = false)]
     edge: bool,
     /// it is

@@ -11,7 +11,7 @@ const NOT_FINITE: u32 = 2;
 /// Faults: 1 the range is empty, low is above high; 2 the value that is watched is not finite
 #[derive(FunctionBlock)]
 pub struct AwaitRange {
-    /// what is watched
+    /// value that is watched
     #[input]
     u: f64,
     /// the latest value

@@ -5,16 +5,16 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// does not count.
 #[derive(FunctionBlock)]
 pub struct PulseDigital {
-    /// what is written to the output; each new value drives it
+    /// value that is written to the output; each new value drives it
     #[input]
     written: bool,
     /// the pulse
     #[output]
     y: bool,
-    /// how long it is
+    /// duration of the pulse
     #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     width: f64,
-    /// what it is meanwhile
+    /// value during the pulse
     #[param(default = true)]
     value: bool,
     /// it is over

@@ -9,10 +9,10 @@ const OUT_OF_RANGE: u32 = 1;
 /// Faults: 1 the value is out of the range of the output
 #[derive(FunctionBlock)]
 pub struct SetAnalog {
-    /// what is set
+    /// value that is set
     #[output]
     y: f64,
-    /// what to set
+    /// value to set
     #[param(default = 0.0, range = "[-inf, inf)")]
     value: f64,
     /// minimum value

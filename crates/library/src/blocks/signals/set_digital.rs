@@ -4,10 +4,10 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// Sets a digital value: y = value.
 #[derive(FunctionBlock)]
 pub struct SetDigital {
-    /// what is set
+    /// value that is set
     #[output]
     y: bool,
-    /// what to set
+    /// value to set
     #[param(default = true)]
     value: bool,
 }

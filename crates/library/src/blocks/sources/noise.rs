@@ -26,7 +26,7 @@ pub struct Noise {
     /// standard deviation
     #[param(default = 1.0, range = "[0, inf)")]
     deviation: f64,
-    /// which numbers
+    /// start of the sequence of numbers
     #[param(default = 1, range = "[0, inf)")]
     seed: u64,
     /// numbers drawn

@@ -13,7 +13,7 @@ pub struct RunningStatistics {
     /// signal
     #[input]
     u: f64,
-    /// whether it begins anew with this value
+    /// true: it begins again with this value
     #[input(asynchronous, default = false)]
     reset: bool,
     /// number of values k

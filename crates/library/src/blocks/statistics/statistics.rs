@@ -7,7 +7,7 @@ const BAD_WINDOW: u32 = 1;
 /// The input is not finite.
 const NOT_FINITE: u32 = 2;
 
-/// Statistics of the last w values: mean = Σu / w, variance = Σ(u - mean)^2 / (w - 1), rms = √(Σu^2 / w), least, greatest.
+/// Statistics of the last w values: mean = Σu / w, variance = Σ(u - mean)^2 / (w - 1), rms = √(Σu^2 / w), minimum, maximum.
 ///
 /// Over as many as there were until there are w; the variance of one value is 0. Since the start: `running_statistics`. Range: window 1 to 256.
 /// Faults: 1 the window is not 1 to 256 invocations; 2 the input is not finite.
