@@ -68,7 +68,7 @@ impl CheckedVerb {
     }
 }
 
-/// What a group's ports are bound to.
+/// Binding of a group's ports.
 pub(crate) enum Given<'a> {
     /// A cell of the instance.
     Private,
@@ -92,7 +92,7 @@ pub(crate) struct Draft<'a> {
     /// Units of items that are those of others, as far as they are known: for each block (item, unit).
     pub units: Vec<Vec<(usize, String)>>,
     pub cells: Vec<PlannedCell>,
-    /// Whether a cell is no constant.
+    /// True if a cell is no constant.
     pub varies: Vec<bool>,
     pub svv_cells: HashMap<SvvId, CellIndex>,
     pub channel_cells: HashMap<(&'a str, usize), CellIndex>,

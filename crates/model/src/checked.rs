@@ -2,7 +2,7 @@
 //! A verb that was entered in a system: its definition is checked and flat, ready to be applied any number of times.
 //!
 //! Keep one for each verb, made by [`CheckedVerb::new`] when the verb (or a block or device type that it uses) is defined, and
-//! apply it with [`CheckedVerb::apply`]. [`crate::apply`] makes one anew each time.
+//! apply it with [`CheckedVerb::apply`]. [`crate::apply`] makes a new one each time.
 use crate::conditions::{self, CheckedCondition};
 use crate::configuration::Configuration;
 use crate::conformity;
@@ -45,7 +45,7 @@ pub struct CheckedVerb {
     pub(crate) conditions: Vec<CheckedCondition>,
     pub(crate) manual: bool,
     pub(crate) remarks: Vec<Remark>,
-    /// Whether a block has synchronous inputs that are no constants.
+    /// True if a block has synchronous inputs that are no constants.
     pub(crate) driven: Vec<bool>,
 }
 
@@ -86,7 +86,7 @@ impl CheckedVerb {
         if flat.refusals.is_empty() { Ok(checked) } else { Err(flat.refusals) }
     }
 
-    /// What can be told of a verb, right or wrong: the refusals are in `flat`, with the labels.
+    /// Returns what can be told of a verb, right or wrong: the refusals are in `flat`, with the labels.
     pub(crate) fn sketch<'a>(flat: &mut Flat<'a>, verb: &'a Verb) -> CheckedVerb {
         flat.is_composed = !verb.parts.is_empty();
         flat.add("", &verb.blocks, no_divides(), 1);

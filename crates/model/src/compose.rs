@@ -42,20 +42,20 @@ pub struct Step {
     pub place: Option<Place>,
 }
 
-/// When parts that run together have ended.
+/// End of parts that run together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "TogetherUntil"))]
 #[serde(rename_all = "snake_case")]
 pub enum Until {
-    /// When the first of them has.
+    /// They end when the first of them has ended.
     #[default]
     Any,
-    /// When all of them have come to a normal end.
+    /// They end when all of them have come to a normal end.
     All,
 }
 
-/// What a composed verb is made of.
+/// Definition of a composed verb.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Composition {
@@ -81,7 +81,7 @@ pub struct Composition {
     /// The initial lists of all parts are one list.
     #[serde(default)]
     pub together: bool,
-    /// When parts that run together have ended.
+    /// End of parts that run together.
     #[serde(default)]
     pub until: Until,
     #[serde(default)]

@@ -11,7 +11,7 @@ use suggest::did_you_mean;
 /// Conditions that no block reports: the system does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SystemCondition {
-    /// None of its blocks is active any more.
+    /// No block of it is active.
     Completed,
     /// Somebody halted it.
     Halted,

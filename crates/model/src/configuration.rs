@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What there is in a system when a verb is applied: hardware, code, SVVs, devices, and what is already installed.
+//! State of a system when a verb is applied: hardware, code, SVVs, devices, and what is already installed.
 //! The supervisor keeps it; the checks only read it.
 use crate::definition::{Arbitration, DeviceType, Verb};
 use crate::interface::{Interface, Mode};
@@ -61,7 +61,7 @@ pub struct Svv {
     pub unit: String,
     #[serde(default)]
     pub types: IndexMap<String, String>,
-    /// How many of its values are kept.
+    /// Number of its values that are kept.
     #[serde(default)]
     pub history: u32,
     /// The logical device it belongs to.
@@ -90,7 +90,7 @@ pub struct LogicalDevice {
     /// Parts of units that are others for this device than its type says, in order: (`rad`, `m`) of a sliding joint.
     #[serde(default)]
     pub units: Vec<(String, String)>,
-    /// What happens to a second verb that commands it, where that is not as its type says.
+    /// Arbitration of a second verb that commands it, if it is not as its type says.
     #[serde(default)]
     pub arbitration: Option<Arbitration>,
     #[serde(default)]
@@ -117,7 +117,7 @@ pub enum Rate {
     Once,
 }
 
-/// Who writes an SVV now: a port of an installed instance.
+/// Present writer of an SVV: a port of an installed instance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Writer {
     /// Verb instance, for example `joint_servo#2`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What must hold when a verb starts: values within their ranges, and requirements of its devices. The supervisor asks before it
+//! Conditions of a verb's start: values within their ranges, and requirements of its devices. The supervisor asks before it
 //! starts anything.
 use crate::configuration::Configuration;
 use crate::definition::{Bound, Verb};
@@ -28,7 +28,7 @@ pub fn asked(plan: &Plan) -> Vec<String> {
     names
 }
 
-/// What the devices do not fulfil; empty: it may start. `present` has the values of the SVVs that were asked for.
+/// Returns the unfulfilled requirements of the devices; empty: it may start. `present` has the values of the SVVs that were asked for.
 pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<String, Value>) -> Refusals {
     let is_true = |member: &PlannedMember| {
         let value = match member {

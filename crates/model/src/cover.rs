@@ -12,7 +12,7 @@ use suggest::did_you_mean;
 const SUGGESTED_MAX: usize = 200;
 
 impl<'a> Flat<'a> {
-    /// What `prefix` + `name` names; a refusal where nothing has that name.
+    /// Returns the thing that `prefix` + `name` names; a refusal if nothing has that name.
     pub fn resolve(&mut self, prefix: &str, name: &str, place: &Option<Place>) -> Option<Named> {
         let full = format!("{prefix}{name}");
         let (label, item) = match full.rsplit_once('.') {

@@ -24,19 +24,19 @@ pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of
     Some(cycle_refusal(&labels, &modes_of(&blocks[first], &relaxed), place))
 }
 
-/// How these inputs of a block are relaxed; of a block within a graph it is for that graph to say.
+/// Returns how these inputs of a block are relaxed; of a block within a graph it is for that graph to say.
 pub(crate) fn modes_of(block: &FlatBlock, items: &[usize]) -> String {
     let relaxed: Vec<String> = items.iter().map(|item| format!("'{}.{}': 'asynchronous'", block.label, block.kind.interface.items[*item].name)).collect();
     if relaxed.is_empty() || block.label.contains('.') { "modes=".to_owned() } else { format!("modes={{{}}}", relaxed.join(", ")) }
 }
 
-/// How the synchronous inputs of a block are relaxed, all of them.
+/// Returns how the synchronous inputs of a block are relaxed, all of them.
 pub(crate) fn modes_of_all(block: &FlatBlock) -> String {
     let is_synchronous = |item: &usize| block.kind.item(*item).kind == Kind::Input && block.mode(*item) == Mode::Synchronous;
     modes_of(block, &(0..block.kind.interface.items.len()).filter(is_synchronous).collect::<Vec<_>>())
 }
 
-/// How the first block of a cycle is relaxed that only its labels tell.
+/// Returns how the first block of a cycle is relaxed, of which only the labels are known.
 pub(crate) fn modes_of_first(blocks: &[FlatBlock], labels: &[&str]) -> String {
     let first = blocks.iter().find(|block| labels.first() == Some(&block.label.as_str()));
     first.map_or_else(|| "modes=".to_owned(), modes_of_all)

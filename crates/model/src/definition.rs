@@ -12,7 +12,7 @@ use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-/// What a use of a block refers to. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`.
+/// Source of a block: a subroutine or a graph. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -116,14 +116,14 @@ pub enum Bound {
     Member(String),
 }
 
-/// What must be true of each device of an object when a verb starts.
+/// Property that each device of an object must have when a verb starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Requirement {
     /// Only of devices whose parameter (or SVV) of this name, `arm.needs_home`, is true.
     #[serde(default)]
     pub when: Option<String>,
-    /// What the refusal is.
+    /// Class of the refusal.
     pub raises: Class,
     #[serde(default)]
     pub remedy: String,
@@ -293,7 +293,7 @@ pub struct Verb {
     pub ending_limit_ns: Option<i64>,
     #[serde(default)]
     pub suspend: Suspend,
-    /// What a running instance does when the programming system that started it is cut off; absent: an action is halted, the own verb
+    /// Action of a running instance when the programming system that started it is cut off; absent: an action is halted, the own verb
     /// of a logical device continues.
     #[serde(default)]
     pub if_cut_off: Option<IfCutOff>,
@@ -302,7 +302,8 @@ pub struct Verb {
 }
 
 impl Verb {
-    /// What reports and τ call the condition or output value of that key: in a composed verb what follows the label of its part.
+    /// Returns the name in reports and τ of the condition or output value of that key: in a composed verb the part of it behind the label of its
+    /// part.
     pub fn reported<'a>(&self, key: &'a str) -> &'a str {
         if self.parts.is_empty() { key } else { key.rsplit('.').next().unwrap_or(key) }
     }
@@ -318,10 +319,10 @@ impl Verb {
     }
 }
 
-/// What `ending_limit` is where a verb does not say: 10 s.
+/// Default of `ending_limit`: 10 s.
 pub const ENDING_LIMIT_NS: i64 = 10_000_000_000;
 
-/// How a verb is suspended. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`.
+/// Suspension of a verb. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -339,7 +340,7 @@ pub enum Suspend {
     Holding(Vec<Holding>),
 }
 
-/// What a running verb instance does when the programming system that started it dies or cannot be reached any more.
+/// Action of a running verb instance when the programming system that started it dies or can no longer be reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]

@@ -12,7 +12,7 @@ fn split(name: &str) -> Option<(&str, usize)> {
 }
 
 impl Flat<'_> {
-    /// What the name of an element names in a block or graph; none where `item` is no such name or there is no such port.
+    /// Returns the element of a block or graph that a name names; none if `item` is no such name or there is no such port.
     pub(crate) fn element(&mut self, labelled: Labelled, item: &str, place: &Option<Place>) -> Option<Named> {
         let (port, index) = split(item)?;
         let ports: Vec<Port> = match labelled {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a verb comes to rest: its ending list, and what suspends it.
+//! Ways in which a verb comes to rest: its ending list, and its suspension.
 use crate::conditions::CheckedCondition;
 use crate::definition::{ENDING_LIMIT_NS, Holding, Suspend, Verb};
 use crate::flatten::{Flat, Named, Port};
@@ -9,14 +9,14 @@ use crate::plan::PlannedEnding;
 use crate::refusal::{Class, Where};
 use suggest::did_you_mean;
 
-/// How a verb is suspended, with its ports resolved.
+/// Suspension of a verb, with its ports resolved.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CheckedSuspend {
     Idle,
     Hold,
     HoldLast,
     Safe,
-    /// What is set, and the condition.
+    /// Port that is set, and the condition.
     Holding(Vec<(Port, Port)>),
 }
 
@@ -62,7 +62,7 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
     PlannedEnding { list, limit_ns }
 }
 
-/// What suspends it: a bool that is stored into, and a condition that ends nothing where it may be suspended.
+/// Checks a verb's suspension: a bool that is stored into, and a condition that ends nothing where it may be suspended.
 pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) -> CheckedSuspend {
     match &verb.suspend {
         Suspend::Idle => CheckedSuspend::Idle,

@@ -9,7 +9,7 @@ use crate::written::Span;
 use indexmap::IndexMap;
 use serde::Deserialize;
 
-/// What `format` is.
+/// Value of `format`.
 pub const FORMAT: &str = "opengpac-definitions";
 
 /// The version of the form.

@@ -55,7 +55,7 @@ pub struct Group {
     pub place: Option<Place>,
 }
 
-/// Where a data object comes from.
+/// Origin of a data object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// An instantiation parameter: given at creation.
@@ -71,20 +71,20 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// Whether it can change while the verb runs.
+    /// Returns true if it can change while the verb runs.
     pub fn varies(self) -> bool {
         !matches!(self, Origin::Constant | Origin::InputOnly)
     }
 }
 
-/// What a label names.
+/// Thing that a label names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Labelled {
     Block(usize),
     Scope(usize),
 }
 
-/// What a name `label.item` names.
+/// Thing that a name `label.item` names.
 pub enum Named {
     Item(Port),
     /// A port of a graph.
@@ -304,12 +304,12 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Whether an input's mode makes it wait for its writer.
+    /// Returns true if an input's mode makes it wait for its writer.
     pub fn waits(&self, (block, item): Port) -> bool {
         self.item_kind((block, item)) == Kind::Input && self.blocks[block].mode(item) != Mode::Asynchronous
     }
 
-    /// Whether an input needs no writer: it has a constant or a default.
+    /// Returns true if an input needs no writer: it has a constant or a default.
     pub fn has_value(&self, (block, item): Port) -> bool {
         let block = &self.blocks[block];
         block.kind.item(item).has_default || block.constants.iter().any(|(at, _)| *at == item)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What somebody who starts a verb by hand is asked: its objects and instantiation parameters, then its input parameters with their
-//! types, units and ranges.
+//! Form for starting a verb by hand: its objects and instantiation parameters, then its input parameters with their types, units
+//! and ranges.
 use crate::checked::CheckedVerb;
 use crate::definition::Bound;
 use crate::flatten::Port;
@@ -9,7 +9,7 @@ use crate::parameters::{CheckedInput, Whose};
 use crate::value::Value;
 use serde::Serialize;
 
-/// What an argument of a verb is given.
+/// Kind of a verb's argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Outputs under which a machine does not stand still though nothing is commanded anew: an effort, a speed, a power.
+//! Outputs under which a machine does not stand still though nothing new is commanded: an effort, a speed, a power.
 //!
 //! A position that stays is where the machine stays; so are a temperature, a pressure, a switch. A torque that stays accelerates whatever it
 //! acts on. Such an output has an idle value, which it takes when the verb that writes it is suspended: a channel its safe value, an SVV that

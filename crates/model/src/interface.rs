@@ -16,7 +16,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// How messages call it.
+    /// Returns its name in messages.
     pub(crate) fn name(self) -> String {
         match self {
             Mode::Synchronous => "synchronous".into(),
@@ -54,7 +54,8 @@ pub struct Item {
     /// Items whose units make its own: declared as `=u`, the unit of u, or `=k.u`, that of their product. `unit` is empty then.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unit_of: Vec<String>,
-    /// The numbers that it may be, of an array each element: declared behind the unit, `rad/s (0, 10]`. Absent: any finite number.
+    /// The numbers that it may be, of an array each element: declared behind the unit, `rad/s (0, 10]`. If it is absent, any finite number is
+    /// allowed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<Range>,
     pub doc: String,
@@ -91,7 +92,7 @@ impl Item {
     }
 }
 
-/// What a block shows of itself.
+/// Interface of a block.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Interface {

@@ -23,7 +23,7 @@ impl Layout {
     }
 }
 
-/// What an item's type is before the size of its block is known.
+/// Shape of an item's type before the size of its block is known.
 #[derive(Clone, Debug)]
 pub enum Shape {
     /// A condition without a value.
@@ -169,12 +169,12 @@ fn shape(interface: &Interface, item: &Item) -> Result<Shape, Refusal> {
     }
 }
 
-/// Whether an item is a data node: a port or device that χ and ρ bind.
+/// Returns true if an item is a data node: a port or device that χ and ρ bind.
 pub fn is_data(kind: Kind) -> bool {
     matches!(kind, Kind::Input | Kind::Output | Kind::DeviceRead | Kind::DeviceWrite)
 }
 
-/// How messages call a kind of item.
+/// Returns the name of a kind of item in messages.
 pub fn kind_name(kind: Kind) -> &'static str {
     match kind {
         Kind::Input => "input",

@@ -30,7 +30,7 @@ pub enum CheckedCommand {
     Ready,
 }
 
-/// A stretch up to a wait.
+/// Section of a command list up to a wait.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedStage {
     pub commands: Vec<CheckedCommand>,

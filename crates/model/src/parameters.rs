@@ -79,7 +79,7 @@ pub(crate) fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<
     parameters
 }
 
-/// What every call takes beside the arguments of its verb, and `set` beside its values.
+/// Options of every call beside the arguments of its verb, and of `set` beside its values.
 const OPTIONS: [&str; 5] = ["time_limit", "overruns", "age_max", "every", "self"];
 
 /// Words that a call has a meaning for already: its options, and those of Python.

@@ -15,7 +15,7 @@ pub type CellIndex = usize;
 /// Index of an activation in [`Plan::activations`].
 pub type ActivationIndex = usize;
 
-/// What a cell is.
+/// Kind of a cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedCellKind"))]
@@ -47,7 +47,7 @@ pub struct PlannedCell {
     pub readers: Vec<(BlockIndex, usize)>,
 }
 
-/// What a port or device item is bound to.
+/// Binding of a port or device item.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedBinding"))]
@@ -57,7 +57,7 @@ pub enum Binding {
     Cells(Vec<CellIndex>),
 }
 
-/// How an input relates to its writer, after relaxing.
+/// Relation of an input to its writer, after relaxing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedPort"))]
@@ -96,7 +96,7 @@ pub struct PlannedBlock {
     pub place: Option<Place>,
 }
 
-/// Why an activation is due, while it is on.
+/// Reason for which an activation is due, while it is on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedDue"))]
@@ -141,7 +141,7 @@ pub enum PlannedCommand {
     Ready,
 }
 
-/// What ends a stage.
+/// End of a stage.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedWait"))]
@@ -154,14 +154,14 @@ pub enum Wait {
     Idle,
 }
 
-/// A stretch of a command list up to a wait.
+/// Section of a command list up to a wait.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedStage {
     pub commands: Vec<PlannedCommand>,
     /// `None`: the list is through; the process goes on until a condition comes or nothing is active.
     pub wait: Option<Wait>,
-    /// What is on after the commands of this stage: (activation, every).
+    /// Activations that are on after the commands of this stage: (activation, every).
     pub active: Vec<(ActivationIndex, u32)>,
 }
 
@@ -199,7 +199,7 @@ pub struct PlannedCondition {
 }
 
 impl PlannedCondition {
-    /// Whether it is a termination condition of a list.
+    /// Returns true if it is a termination condition of a list.
     pub fn holds_in(&self, list: usize) -> bool {
         self.during.is_empty() || self.during.contains(&list)
     }
@@ -228,7 +228,7 @@ pub enum Target {
     Cells(Vec<CellIndex>),
 }
 
-/// Where an input parameter's value comes from.
+/// Origin of an input parameter's value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedOrigin"))]
@@ -280,7 +280,7 @@ pub enum PlannedBound {
     },
 }
 
-/// What must be true at a start, for one device.
+/// Property that one device must have at a start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedRequirement {
@@ -313,7 +313,7 @@ pub struct PlannedOutput {
     pub target: Target,
 }
 
-/// How an end goes, resolved.
+/// Course of an end, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedEnding {
@@ -323,7 +323,7 @@ pub struct PlannedEnding {
     pub limit_ns: i64,
 }
 
-/// How the instance is suspended, resolved.
+/// Suspension of the instance, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedSuspend {
@@ -334,7 +334,7 @@ pub enum PlannedSuspend {
     Holding(Vec<PlannedHolding>),
 }
 
-/// What becomes true, and the condition (block, item) that is waited for where its block is active.
+/// Port that becomes true, and the condition (block, item) that is waited for if its block is active.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedHolding {
@@ -343,7 +343,7 @@ pub struct PlannedHolding {
 }
 
 impl PlannedSuspend {
-    /// Whether outputs that drive on take their idle values.
+    /// Returns true if outputs that drive on take their idle values.
     pub fn idles(&self) -> bool {
         matches!(self, PlannedSuspend::Idle | PlannedSuspend::Holding(_))
     }
@@ -357,7 +357,7 @@ impl PlannedSuspend {
     }
 }
 
-/// What a start claims.
+/// Object that a start claims.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedClaim"))]
@@ -390,14 +390,14 @@ pub struct Plan {
     pub initial: usize,
     pub ending: PlannedEnding,
     pub suspend: PlannedSuspend,
-    /// What it does when the programming system that started it is cut off, where its verb says so.
+    /// Action when the programming system that started it is cut off, if its verb declares one.
     pub if_cut_off: Option<IfCutOff>,
     pub conditions: Vec<PlannedCondition>,
     pub inputs: Vec<PlannedInput>,
     pub requirements: Vec<PlannedRequirement>,
     pub outputs: Vec<PlannedOutput>,
     pub claims: Vec<Claim>,
-    /// What happens where another instance holds it, claim by claim: as the logical device that it belongs to declares.
+    /// Arbitration with another instance that holds it, claim by claim: as the logical device that it belongs to declares.
     pub arbitration: Vec<Arbitration>,
     /// Logical devices that must be enabled.
     pub devices: Vec<String>,

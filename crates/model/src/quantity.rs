@@ -69,13 +69,14 @@ const PREFIXES: &[(&str, f64, f64)] = &[
     ("G", 1e9, 1.0),
 ];
 
-/// Whether a binding between these units holds: an empty one is unknown and agrees with all; two known ones must be the same
-/// unit, however written (`N.m`, `N*m`). `rad|m` is either: a port of a block that serves turning and sliding joints alike.
+/// Returns true if a binding between these units holds: an empty one is unknown and agrees with all; two known ones must be
+/// the same unit, however written (`N.m`, `N*m`). `rad|m` is either: a port of a block that serves turning and sliding
+/// joints alike.
 pub fn units_agree(a: &str, b: &str) -> bool {
     a.is_empty() || b.is_empty() || a.split('|').any(|a| b.split('|').any(|b| is_same_unit(a, b)))
 }
 
-/// Whether two units measure the same kind of quantity, `N.m` and `kN.m`.
+/// Returns true if two units measure the same kind of quantity, `N.m` and `kN.m`.
 pub(crate) fn is_same_kind(a: &str, b: &str) -> bool {
     matches!((unit(a), unit(b)), (Some(a), Some(b)) if a.dimension == b.dimension)
 }
@@ -131,7 +132,7 @@ pub fn unit_of(text: &str) -> Option<&str> {
     split(text).ok().map(|(_, unit)| unit).filter(|unit| !unit.is_empty())
 }
 
-/// What an unknown word of a unit most likely stands for: two known ones without the dot between, else the nearest.
+/// Returns the most likely meaning of an unknown word of a unit: two known ones without the dot between, else the nearest.
 fn meant(word: &str) -> String {
     let (symbol, _) = exponent(word).unwrap_or((word, 1));
     let cuts = (1..symbol.len()).filter(|at| symbol.is_char_boundary(*at));
@@ -207,7 +208,7 @@ fn split(text: &str) -> Result<(f64, &str), Refusal> {
     }
 }
 
-/// What stands between factors.
+/// Separators of factors.
 const SEPARATORS: [char; 4] = ['.', '*', '·', ' '];
 
 /// The factors of a unit.

@@ -63,7 +63,7 @@ impl Range {
         }
     }
 
-    /// Whether a number is within the range. NaN is in none.
+    /// Returns true if a number is within the range. NaN is in none.
     pub fn contains(&self, number: f64) -> bool {
         match self {
             Range::Interval(interval) => interval.contains(number),
@@ -171,7 +171,7 @@ pub(crate) fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// Whether it is a number without a unit of its own.
+/// Returns true if it is a number without a unit of its own.
 pub(crate) fn is_plain(value: &Value) -> bool {
     number(value).is_some()
 }

@@ -9,7 +9,7 @@ use crate::lists::{CheckedCommand, CheckedList};
 use crate::plan::{Remark, Wait};
 use crate::refusal::{Class, Place, Refusal, Where};
 
-/// What the lists run, and which of them are reached.
+/// Blocks and conditions of the lists, and the lists that are reached.
 struct Reach<'v> {
     verb: &'v Verb,
     lists: &'v [CheckedList],
@@ -161,7 +161,7 @@ impl Reach<'_> {
         }
     }
 
-    /// What never comes is refused; where a time limit ends the verb it is a remark.
+    /// Refuses a condition that never comes; if a time limit ends the verb it is a remark.
     fn never(&self, flat: &mut Flat<'_>, message: String, place: &Option<Place>, remedy: &str, remarks: &mut Vec<Remark>) {
         if self.timed {
             remarks.push(Remark { text: format!("{message}; only the time limit ends it"), place: place.clone() });

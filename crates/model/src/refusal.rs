@@ -3,7 +3,7 @@
 use crate::wording::printable;
 use serde::{Deserialize, Serialize};
 
-/// Where in the user's program something was defined.
+/// Source location of a definition in the user's program.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Place {
@@ -11,7 +11,7 @@ pub struct Place {
     pub line: u32,
 }
 
-/// What kind of refusal it is: the name of the Python exception class.
+/// Class of a refusal: the name of the Python exception class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Class {
@@ -58,7 +58,7 @@ pub enum Class {
     SessionLost,
     /// Too many, too large or too often.
     LimitExceeded,
-    /// What is to be recorded cannot be.
+    /// A change that has to be recorded cannot be.
     AuditFailed,
 }
 
@@ -130,7 +130,7 @@ pub struct Refusal {
     /// The next step if it is known; printed after the message, behind a semicolon.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub remedy: String,
-    /// Where to look first: the definition that is at fault.
+    /// Place to look at first: the definition that is at fault.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
     /// The parts of the definition that it is about, the first one first.
@@ -142,7 +142,7 @@ pub struct Refusal {
 pub type Refusals = Vec<Refusal>;
 
 impl Refusal {
-    /// A refusal of this class, whose message drives no terminal, whoever's words it repeats; ends, remedy and place are added by the methods below.
+    /// Makes a refusal of this class, whose message controls no terminal, whatever text it repeats; ends, remedy and place are added by the methods below.
     pub fn new(class: Class, message: impl Into<String>) -> Refusal {
         Refusal { class, message: printable(message), ends: Vec::new(), remedy: String::new(), place: None, about: Vec::new() }
     }

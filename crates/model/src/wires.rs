@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use suggest::did_you_mean;
 
-/// What is drawn: one of the two.
+/// Drawing that is checked: one of the two.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Drawing {
@@ -76,13 +76,13 @@ pub fn check_drawing(drawing: &Drawing, configuration: &Configuration) -> Result
     Ok(found)
 }
 
-/// Whether two checks have found the same: a constant is checked when it is named, and again when it is stored.
+/// Returns true if two checks have found the same: a constant is checked when it is named, and again when it is stored.
 fn is_same(one: &Refusal, other: &Refusal) -> bool {
     let is_constant = |refusal: &Refusal| refusal.message.starts_with("the constant for ");
     one.message == other.message || is_constant(one) && is_constant(other) && one.about == other.about
 }
 
-/// Why a wire cannot lead from one port to the other; nothing where it can. Which of them writes does not matter.
+/// Returns why a wire cannot lead from one port to the other; none if it can. Which of them writes does not matter.
 ///
 /// # Errors
 /// `UnknownName`: a port that is not there. `CallError`: neither a graph nor a verb, or both.
@@ -268,7 +268,7 @@ impl Sketch {
         named.next()
     }
 
-    /// What the installation would refuse with the wire, and does not without it.
+    /// Returns why the installation would refuse the wire, and does not without it.
     fn refused_wire(&self, draft: &mut Draft<'_>, from: &End, to: &End, source: Option<usize>, sink: Option<usize>) -> Option<String> {
         let object = |at: Option<usize>, end: &End| match at {
             Some(at) => self.checked.groups[at].clone(),

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is not of its form, in a sentence of ours: the reader of JSON says it in words of Rust.
+//! Sentences of ours for JSON that has another form: the reader of JSON says it in words of Rust.
 
 /// Longer pieces of what was given are cut.
 const SHOWN_MAX: usize = 80;
 
-/// What an error of `serde_json` says, in plain words and without its place in a text that nobody sees.
+/// Returns an error of `serde_json` in plain words and without its place in a text that no person sees.
 pub fn plain(error: &str) -> String {
     let text = error.split(" at line ").next().unwrap_or(error);
     if let Some((given, wanted)) = cut(text, "invalid type: ").or_else(|| cut(text, "invalid value: ")) {
@@ -52,7 +52,7 @@ fn cut<'a>(text: &'a str, begin: &str) -> Option<(&'a str, &'a str)> {
     text.strip_prefix(begin)?.rsplit_once(", expected ")
 }
 
-/// What was given.
+/// Returns the name of what was given.
 fn thing(given: &str) -> String {
     let given = match given {
         "null" => "nothing",
@@ -63,7 +63,7 @@ fn thing(given: &str) -> String {
     shown(&given.replace('`', ""))
 }
 
-/// What belongs there.
+/// Returns the name of what belongs there.
 fn kind(wanted: &str) -> String {
     let said = match wanted {
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of 0 or more",

@@ -17,10 +17,10 @@ pub use check::{BUTTONS_MAX, DEPTH_MAX, NAMES_MAX, PANELS_MAX, PLOTS_MAX, SECOND
 pub struct Workspace {
     /// Name among the workspaces of the system.
     pub name: String,
-    /// What people read; the name where it is empty.
+    /// Text for people; the name if it is empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
-    /// What it is for.
+    /// Purpose of the workspace.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub doc: String,
     /// It is a panel for operators: large buttons and values, and nothing can be changed in it.
@@ -46,7 +46,7 @@ pub struct Region {
     /// Panels in one place, of which one is seen.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tabs: Vec<Region>,
-    /// What the panel shows.
+    /// Content of the panel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub panel: Option<PanelKind>,
     /// Heading of the panel; what it shows, where it is empty.
@@ -72,7 +72,7 @@ pub struct Region {
     pub buttons: Vec<Button>,
 }
 
-/// What a panel shows.
+/// Content of a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -95,7 +95,7 @@ impl PanelKind {
     /// All of them.
     pub const ALL: [PanelKind; 6] = [PanelKind::Plot, PanelKind::Scene, PanelKind::Values, PanelKind::Verb, PanelKind::Alarms, PanelKind::Buttons];
 
-    /// How a file writes it.
+    /// Returns its word in a file.
     pub fn word(self) -> &'static str {
         match self {
             PanelKind::Plot => "plot",
@@ -114,7 +114,7 @@ impl PanelKind {
 #[serde(deny_unknown_fields)]
 pub struct ShownValue {
     pub name: String,
-    /// What people read; the name where it is empty.
+    /// Text for people; the name if it is empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
     /// The lower limit, in the unit of the value: below it the value is marked.
@@ -156,7 +156,7 @@ impl Region {
         self.inner().for_each(|region| region.panels(visit));
     }
 
-    /// What a message calls the panel: its heading, or what it shows.
+    /// Returns the panel's name in a message: its heading, or its content.
     pub fn called(&self) -> String {
         match (self.title.as_str(), self.panel) {
             ("", Some(kind)) => format!("panel '{}'", kind.word()),

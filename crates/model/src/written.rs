@@ -45,9 +45,9 @@ pub(crate) fn sets<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMa
     Ok(Sets::deserialize(deserializer)?.into_iter().map(|(name, names)| (name, names.into())).collect())
 }
 
-/// What has a short form: a text, or several.
+/// Type that has a short form: a text, or several.
 pub(crate) trait Short: DeserializeOwned {
-    /// Whether several texts may stand for it.
+    /// True if several texts may stand for it.
     const SEVERAL: bool;
     fn of(names: Vec<String>) -> Result<Self, String>;
 }
@@ -145,7 +145,7 @@ impl Short for Termination {
     }
 }
 
-/// Whether a condition raises: so, or by the name of the class, which the programming system knows.
+/// Mark of a condition that raises: a bool, or the name of the class, which the programming system knows.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -204,7 +204,7 @@ pub(crate) enum ShortCommand {
     },
 }
 
-/// What a wait waits for.
+/// End of a wait.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]

@@ -9,7 +9,7 @@ use crate::plan::{ActivationIndex, CellIndex, CellKind, Due, PlannedActivation};
 use crate::refusal::Class;
 use std::collections::HashMap;
 
-/// What blocks must share to share an activation.
+/// Properties that blocks of one activation have in common.
 #[derive(Hash, PartialEq, Eq)]
 struct Key<'a> {
     source: &'a str,
@@ -20,7 +20,7 @@ struct Key<'a> {
     is_driven: bool,
 }
 
-/// What drives one block.
+/// Drive of one block.
 #[derive(Default)]
 struct Drive {
     by: Vec<(ActivationIndex, u32)>,

@@ -13,11 +13,11 @@ pub(crate) struct On {
     /// Its own interval; absent: it is driven, or takes its trigger.
     pub every_ns: Option<u64>,
     pub budget_ns: Option<u64>,
-    /// Which tunable interval, from 1; 0: it has none. Blocks of different ones are not activated as one.
+    /// Number of the tunable interval, from 1; 0: it has none. Blocks of different ones are not activated as one.
     pub tunable: u32,
 }
 
-/// What the command lists do to the blocks.
+/// Effect of the command lists on the blocks.
 #[derive(Debug, Default)]
 pub(crate) struct Activity {
     /// For each block the stages in which it is on, ascending.

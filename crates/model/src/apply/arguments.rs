@@ -8,7 +8,7 @@ use crate::refusal::Class;
 use suggest::did_you_mean;
 
 impl<'a> Draft<'a> {
-    /// What each group is bound to.
+    /// Returns the binding of each group.
     pub fn arguments(&mut self) -> Vec<Given<'a>> {
         self.resolve_objects();
         self.refuse_unknown_arguments();

@@ -305,7 +305,7 @@ impl<'a> Draft<'a> {
         format!("bind its elements one by one: '{name}[0]', '{name}[1]'")
     }
 
-    /// Whether two ports cannot be of one data object. Where a size is not known yet the elements are compared; an SVV that is given
+    /// Returns true if two ports cannot be of one data object. Where a size is not known yet the elements are compared; an SVV that is given
     /// later may be bound to a number and to an array of one.
     fn types_differ(&self, first: Port, second: Port, origin: Origin) -> bool {
         match (self.layout(first), self.layout(second)) {
@@ -319,7 +319,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Whether a port has this type as a whole: an array of which another one, whose size is open, has one element.
+    /// Returns true if a port has this type as a whole: an array of which another one, whose size is open, has one element.
     fn is_one_of(&self, port: Port, element: &str) -> bool {
         matches!(&self.flat(port.0).kind.shapes[port.1], Shape::Fixed(layout) if layout.text == element)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a plan tells beside its blocks: input parameters, output values, claims, conditions.
+//! Parts of a plan beside its blocks: input parameters, output values, claims, conditions.
 use super::sequence::Order;
 use super::{Draft, Given};
 use crate::conformity::within_items;
@@ -162,7 +162,7 @@ impl<'a> Draft<'a> {
         PlannedOutput { name: name.to_owned(), type_text, target }
     }
 
-    /// How it is suspended: what is set then belongs to the instance alone, and no block stores into it again and again.
+    /// Plans its suspension: what is set then belongs to the instance alone, and no block stores into it again and again.
     fn suspend(&mut self, lists: &[PlannedList]) -> PlannedSuspend {
         match &self.checked.suspend {
             CheckedSuspend::Idle => PlannedSuspend::Idle,

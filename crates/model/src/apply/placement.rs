@@ -241,8 +241,7 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// Whether a pattern (`planner`, `pid.*`, `*`, a graph's label) fits a flat label.
-/// Whether a pattern fits a label within a part; no part: the whole verb.
+/// Returns true if a pattern (`planner`, `pid.*`, `*`, a graph's label) fits a flat label within a part; no part: the whole verb.
 fn fits_within(part: &str, pattern: &str, label: &str) -> bool {
     if part.is_empty() {
         fits(pattern, label)

@@ -53,7 +53,7 @@ impl Draft<'_> {
         }
     }
 
-    /// What must be true of each device.
+    /// Returns the requirements of each device.
     pub fn requirements(&self) -> Vec<PlannedRequirement> {
         let mut planned = Vec::new();
         for (name, requirement) in &self.checked.requires {

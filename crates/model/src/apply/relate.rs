@@ -164,7 +164,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// How the writer of a relation updates in each stage in which its reader is on.
+    /// Returns how the writer of a relation updates in each stage in which its reader is on.
     fn updates(&mut self, relation: &Relation, reader: usize, activity: &Activity, beats: &[Vec<Beat<'a>>]) -> Vec<Option<Beat<'a>>> {
         let on = &activity.on[reader];
         let writers = &self.cells[relation.cell].writers;
@@ -282,7 +282,7 @@ impl<'a> Draft<'a> {
         self.refuse_at(Class::SchedulingError, message, &remedy, &place, [self.drawn(second), self.drawn(first)]);
     }
 
-    /// What is written by whom, for messages.
+    /// Returns the name of a cell for messages.
     pub fn cell_text(&self, cell: CellIndex) -> String {
         match &self.cells[cell].kind {
             CellKind::Svv { name, .. } => format!("SVV '{name}'"),

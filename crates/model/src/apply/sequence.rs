@@ -99,7 +99,7 @@ impl Draft<'_> {
         lists
     }
 
-    /// What is on after each stage, every how many releases.
+    /// Returns the activations that are on after each stage, each with its number of releases.
     fn active(&self, activity: &Activity, activations: &[PlannedActivation]) -> Vec<Vec<(ActivationIndex, u32)>> {
         let mut active = vec![Vec::new(); activity.list_of.len()];
         for (index, activation) in activations.iter().enumerate() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a composed verb ends, is suspended and acts when it is cut off: as the one part does that says so; parts that come to rest each in their own way do so
-//! in the composition too. Two that say different things are a conflict.
+//! End, suspension and cut-off of a composed verb: they are as the one part declares that does; parts that come to rest each in their own way do so in the
+//! composition too. Two that say different things are a conflict.
 use super::Composing;
 use crate::definition::{Holding, Suspend};
 use crate::refusal::Class;
@@ -44,7 +44,7 @@ impl Composing<'_> {
 }
 
 impl Composing<'_> {
-    /// What the parts say of a programming system that is cut off; those that say nothing agree with any.
+    /// Joins the words of the parts about a programming system that is cut off; those without one agree with any.
     fn cut_off(&mut self) {
         let mut says: Option<usize> = None;
         for part in 0..self.parts.len() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What can be bound or given to a parameter: what two parts must agree on where they share its name.
+//! Kind of value that a parameter is bound to or given: two parts that share its name must agree on it.
 use super::part::PartOf;
 use crate::flatten::Port;
 use crate::interface::Kind;
@@ -9,7 +9,7 @@ use crate::types::Type;
 
 /// Kind, type and unit of a parameter, as its first port has them.
 pub(super) struct Form {
-    /// What is given for it.
+    /// Kind of value that is given for it.
     pub what: &'static str,
     element: String,
     /// Elements; none where the block's size says it.
@@ -19,7 +19,7 @@ pub(super) struct Form {
     pub described: String,
 }
 
-/// Why two forms are not one.
+/// Reason why two forms differ.
 pub(super) enum Differ {
     Kinds,
     Types,
@@ -49,7 +49,7 @@ pub(super) fn form(part: &PartOf<'_>, ports: &[Port], unit: &str) -> Option<Form
 }
 
 impl Form {
-    /// Why the other cannot be the same parameter, if so.
+    /// Returns why the other cannot be the same parameter, if so.
     pub fn differs(&self, other: &Form) -> Option<Differ> {
         let counts_differ = matches!((self.count, other.count), (Some(a), Some(b)) if a != b);
         if self.what != other.what {

@@ -22,7 +22,7 @@ pub(super) struct Joint {
 }
 
 impl Joint {
-    /// What the lists that are one are, in a message.
+    /// Returns the name of the joined lists in a message.
     pub fn what(&self) -> String {
         if self.name == MERGED { "initial lists".to_owned() } else { format!("lists '{}'", self.name) }
     }
@@ -99,7 +99,7 @@ impl Composing<'_> {
         }
     }
 
-    /// What a joint list goes on with where all are awaited.
+    /// Returns the commands with which a joint list goes on if all parts are awaited.
     pub fn await_all(&self, joint: &Joint) -> Vec<Command> {
         let (mut waits, mut offs): (Vec<Command>, Vec<Command>) = (Vec::new(), Vec::new());
         for &(part, list) in joint.lists.iter().filter(|_| joint.all) {

@@ -56,7 +56,7 @@ impl Composing<'_> {
         self.verb.command_lists.insert(joint.name.clone(), CommandList { commands, place: self.of.place.clone() });
     }
 
-    /// What the list ends with where the part that waits in it is `completed` by that and ends all: the blocks of the others go off.
+    /// Returns the commands that end the list if the part that waits in it is `completed` by that and ends all: the blocks of the others go off.
     fn end_with(&self, joint: &Joint, first: Option<usize>) -> Vec<Command> {
         let list_of = |part: usize| joint.lists.iter().find(|(of, _)| *of == part).map(|(_, list)| *list);
         let Some((first, list)) = first.and_then(|first| Some((first, list_of(first)?))).filter(|_| !joint.all) else { return Vec::new() };

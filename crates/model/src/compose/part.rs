@@ -39,7 +39,7 @@ impl<'a> PartOf<'a> {
         format!("part '{}' (verb '{}')", self.label, self.verb.name)
     }
 
-    /// What the parameter, object, output or condition of that name is called in the composed verb.
+    /// Returns the name in the composed verb of the parameter, object, output or condition of that name.
     pub fn own<'s>(&'s self, name: &'s str) -> &'s str {
         self.renamed.get(name).copied().unwrap_or(name)
     }
@@ -116,7 +116,7 @@ impl<'a> PartOf<'a> {
         crate::flatten::describe(&block, port.1)
     }
 
-    /// Whether a list runs a block that reports the condition; a system condition may come in any.
+    /// Returns true if a list runs a block that reports the condition; a system condition may come in any.
     pub fn can_come(&self, list: usize, name: &str) -> bool {
         let runs = |block: usize| {
             let mut commands = self.checked.lists[list].stages.iter().flat_map(|stage| &stage.commands);
@@ -127,8 +127,8 @@ impl<'a> PartOf<'a> {
         line.is_none_or(|line| line.planned.on.is_empty() || line.planned.on.iter().any(|port| runs(port.0)))
     }
 
-    /// Whether the condition, by its name in the part, is one of a list and has no transition there. What ends the ending list is no
-    /// matter of τ.
+    /// Returns true if the condition, by its name in the part, is one of a list and has no transition there. The end
+    /// of the ending list is no matter of τ.
     pub fn ends(&self, list: usize, name: &str) -> bool {
         if self.checked.ending.list == Some(list) {
             return false;
@@ -141,7 +141,7 @@ impl<'a> PartOf<'a> {
     }
 }
 
-/// Whether a flat label is `label` or lies within it.
+/// Returns true if a flat label is `label` or lies within it.
 pub(super) fn is_within(flat: &str, label: &str) -> bool {
     flat.strip_prefix(label).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }

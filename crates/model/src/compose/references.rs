@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What `rename` and `preset` name: something of one part.
+//! References of `rename` and `preset` to something of one part.
 use super::Composing;
 use super::part::PartOf;
 use crate::conditions::{LIMITS, SYSTEM};
@@ -8,7 +8,7 @@ use indexmap::IndexSet;
 use std::collections::HashMap;
 use suggest::did_you_mean;
 
-/// What a verb calls its things, by what must differ from what.
+/// Names of a verb's things, by the sets in which they must differ.
 pub(super) struct Names<'a> {
     /// Objects, instantiation parameters (`drive` of `drive.position`) and input parameters of its own.
     pub parameters: IndexSet<&'a str>,

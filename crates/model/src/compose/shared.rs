@@ -85,7 +85,7 @@ impl<'a> PartOf<'a> {
         (0..self.checked.blocks.len()).filter(move |block| is_within(&self.checked.blocks[*block].label, label))
     }
 
-    /// What a port is bound to, as the composed verb calls it.
+    /// Returns the binding of a port, by its name in the composed verb.
     fn binding(&self, port: Port) -> String {
         let Some(group) = self.checked.group(port).map(|group| &self.checked.groups[group]) else { return "nothing".to_owned() };
         match group.origin {

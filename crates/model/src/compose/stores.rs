@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What one part needs to find when it begins, and another would take away: values that ψ stores once, at the start of the whole,
-//! and values that only another verb could drive.
+//! Values that one part needs when it begins, and another would take away: those that ψ stores once, at the start of the whole,
+//! and those that only another verb could drive.
 use super::Composing;
 use super::part::PartOf;
 use crate::flatten::{Origin, Port};
@@ -85,7 +85,7 @@ impl Composing<'_> {
         })
     }
 
-    /// Whether a part begins when another has run.
+    /// Returns true if a part begins after another has run.
     fn comes_later(&self, part: usize) -> bool {
         let of = &self.parts[part];
         let own: Vec<String> = (0..of.verb.command_lists.len()).map(|list| of.list(list)).collect();
@@ -94,7 +94,7 @@ impl Composing<'_> {
 }
 
 impl PartOf<'_> {
-    /// What a port or parameter stands for, if other parts may have it too.
+    /// Returns the object of a port or parameter, if other parts may have it too.
     fn object(&self, port: Port) -> Option<Object> {
         let group = self.checked.group(port).map(|group| &self.checked.groups[group]);
         match group {

@@ -14,7 +14,7 @@ use suggest::did_you_mean;
 /// A list of a part.
 type ListOf = (usize, usize);
 
-/// How much a line says: of two that speak of one pair, the greater counts. Whether it names a condition, whether it names a list,
+/// Rank of a line: of two that speak of one pair, the higher counts. It has: whether it names a condition, whether it names a list,
 /// how few parts it names, and how far inside they are.
 type Rank = (bool, bool, Reverse<usize>, usize);
 

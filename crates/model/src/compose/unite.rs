@@ -9,7 +9,7 @@ use crate::quantity::units_agree;
 use crate::refusal::Class;
 use std::collections::HashMap;
 
-/// What a name of a composed verb's calls is.
+/// Sort of a name among a composed verb's calls.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sort {
     Object,
@@ -27,7 +27,7 @@ impl Sort {
     }
 }
 
-/// What is known of the names that are united, and the part in which each was seen first.
+/// Properties of the names that are united, and the part in which each was seen first.
 #[derive(Default)]
 struct Seen {
     sorts: HashMap<String, (Sort, usize)>,

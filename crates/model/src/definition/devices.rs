@@ -7,7 +7,7 @@ use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-/// What happens to a start that needs something of a logical device which another verb holds.
+/// Arbitration of a start that needs something of a logical device which another verb holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -31,7 +31,7 @@ pub enum Within {
     Between(Bound, Bound),
 }
 
-/// How an SVV of a logical device starts.
+/// Initial value of an SVV of a logical device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -50,7 +50,7 @@ pub struct SvvSpecification {
     pub unit: String,
     #[serde(default)]
     pub initial: Option<Initial>,
-    /// How many earlier values are kept for Python.
+    /// Number of earlier values that are kept for Python.
     #[serde(default)]
     pub history: u32,
     /// The values that the PS may store.
@@ -100,7 +100,7 @@ pub struct DeviceType {
     pub place: Option<Place>,
 }
 
-/// What an instantiation parameter or object is given.
+/// Argument of an instantiation parameter or object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]

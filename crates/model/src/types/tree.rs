@@ -17,7 +17,7 @@ pub struct TypeTree {
     pub align: usize,
 }
 
-/// What a type is made of.
+/// Form of a type.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]

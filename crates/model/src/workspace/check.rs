@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is wrong with a workspace by itself: its form, whatever system it is for.
+//! Checks of a workspace by itself: its form, whatever system it is for.
 use super::{Button, PanelKind, Region, ShownValue, Workspace};
 use crate::refusal::{Class, Refusal, Refusals};
 use std::collections::HashSet;
@@ -14,7 +14,7 @@ pub const DEPTH_MAX: usize = 8;
 pub const NAMES_MAX: usize = 64;
 /// Buttons of a panel.
 pub const BUTTONS_MAX: usize = 32;
-/// How long a plot looks back at the most, s.
+/// Maximum time that a plot looks back, s.
 pub const SECONDS_MAX: f64 = 600.0;
 /// Characters of a name, a title or a label.
 const CHARACTERS_MAX: usize = 100;

@@ -18,7 +18,7 @@ fn counting(name: &str, rest: Value) -> Value {
     counting
 }
 
-/// One that goes on to a list `back` of its own when `enough` comes, and ends there.
+/// Returns a verb that goes on to a list `back` of its own when `enough` comes, and ends there.
 fn retreating(name: &str) -> Value {
     let lists = json!({"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])});
     let transitions = json!([{"from": "start", "condition": "enough", "to": "back"}]);

@@ -14,7 +14,7 @@ fn part(name: &str, rest: Value) -> Value {
     part
 }
 
-/// What is refused of parts `a` and `b`, which may differ from the plain one, and further words of the composition.
+/// Returns the refusal of parts `a` and `b`, which may differ from the plain one, and further words of the composition.
 fn refused(a: Value, b: Value, rest: Value) -> String {
     let mut whole = json!({"name": "whole", "parts": {"a": part("first", a), "b": part("second", b)},
         "transitions": [{"from": "a", "condition": "enough", "to": "b"}], "place": {"file": "c.py", "line": 9}});

@@ -36,7 +36,7 @@ fn plan(changes: serde_json::Value) -> Result<Plan, Refusals> {
     apply_in(jointed(), verb, json!({"arguments": {"arm": {"devices": ["j1", "j2"]}}}))
 }
 
-/// What a value of an input parameter becomes.
+/// Returns the stored form of an input parameter's value.
 fn settled(plan: &Plan, input: &str, value: serde_json::Value, present: serde_json::Value) -> Result<Value, String> {
     let input = plan.inputs.iter().find(|i| i.name == input).expect("an input parameter");
     let (value, present) = (serde_json::from_value(value).expect("a value"), serde_json::from_value(present).expect("values"));

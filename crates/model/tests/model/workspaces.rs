@@ -8,7 +8,7 @@ fn of(layout: Json) -> Workspace {
     serde_json::from_value(json!({ "name": "cell", "layout": layout })).expect("of the right form")
 }
 
-/// What is wrong with a layout: message and remedy of each.
+/// Returns the errors of a layout: message and remedy of each.
 fn wrong(layout: Json) -> Vec<String> {
     let found = check_workspace(&of(layout));
     assert!(found.iter().all(|refusal| refusal.class == Class::DefinitionError && !refusal.remedy.is_empty()), "{found:?}");
