@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// The supervisor's thread may sleep as long as it lives.
 pub(crate) struct Attending {
     host: Arc<Host>,
-    /// What was rung for when it looked last.
+    /// Number of rings at the last look.
     seen: u32,
     due: [Option<i64>; 2],
     is_settled: bool,
@@ -41,7 +41,7 @@ impl Drop for Attending {
     }
 }
 
-/// What the supervisor's thread wakes up for by itself.
+/// Returns the times at which the supervisor's thread wakes up by itself.
 fn due(core: &Core) -> [Option<i64>; 2] {
     [core.next_wake(0), next_answer(core)]
 }

@@ -42,7 +42,7 @@ impl Core {
         }
     }
 
-    /// What carries movements out.
+    /// Returns the carrier of movements.
     pub fn carrier(&mut self) -> Carrier<'_> {
         Carrier {
             host: &self.host,
@@ -64,7 +64,7 @@ impl Core {
         (&mut self.observation.taps, seen)
     }
 
-    /// Makes the rings anew of the sources in which something observed has come, gone or got another writer. The sources whose tables change.
+    /// Replaces the rings of the sources in which something observed has come, gone or got another writer. The sources whose tables change.
     pub fn renew_taps(&mut self) -> Vec<SourceId> {
         let (taps, seen) = self.taps();
         taps.renew(&seen)

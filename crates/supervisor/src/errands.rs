@@ -7,10 +7,10 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
-/// Maximum number of errands, including ended ones whose answer has not been taken.
+/// Maximum number of service calls, including ended ones whose answer has not been taken.
 const ERRANDS_MAX: usize = 64;
 
-/// What is being carried out.
+/// Service calls that are being carried out.
 #[derive(Default)]
 pub(crate) struct Errands {
     last: u64,
@@ -19,7 +19,7 @@ pub(crate) struct Errands {
 
 /// A service or a search that is being carried out, until its answer is taken.
 pub(crate) struct Errand {
-    /// Who carries it out: `device 'line'`, `driver 'feetech'`.
+    /// Subject of the call: `device 'line'`, `driver 'feetech'`.
     pub of: String,
     /// `service 'home'`, `a search`.
     pub what: String,
@@ -28,7 +28,7 @@ pub(crate) struct Errand {
 }
 
 impl Errands {
-    /// Adds an errand and returns its number; where there are too many, ended ones whose answer was not taken are dropped.
+    /// Adds a service call and returns its number; if there are too many, ended ones whose answer was not taken are dropped.
     pub fn begin(&mut self, of: String, what: String) -> Result<(u64, Arc<Errand>), Refusals> {
         if self.out.len() >= ERRANDS_MAX {
             self.out.retain(|_, errand| !errand.is_over());

@@ -15,7 +15,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 thread_local! {
-    /// Whether this thread is about to stop something.
+    /// True if this thread is about to stop something.
     static STOPS: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -62,7 +62,7 @@ impl<T> Precedence<T> {
         Some(Locked { core, _turn: turn })
     }
 
-    /// Whether a thread panicked while it held the core.
+    /// Returns true if a thread panicked while it held the core.
     pub fn is_poisoned(&self) -> bool {
         self.core.is_poisoned()
     }
@@ -93,7 +93,7 @@ pub(crate) struct Changes {
 }
 
 impl Changes {
-    /// How often something has changed.
+    /// Returns the number of changes so far.
     pub fn count(&self) -> u64 {
         self.count.load(Ordering::Acquire)
     }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// What the acknowledgement of a script brings about.
+/// Consequence of the acknowledgement of a script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Ticket(pub u64);
 
@@ -34,7 +34,7 @@ impl Scripts {
         self.0.remove(&script).unwrap_or(Purpose::Nothing)
     }
 
-    /// What a script brings for this ticket is no longer waited for.
+    /// Drops the values that a script brings for this ticket.
     pub fn give_up(&mut self, asked: Ticket) {
         self.0.retain(|_, purpose| !matches!(purpose, Purpose::Read { ticket } if *ticket == asked));
     }

@@ -23,23 +23,23 @@ pub struct System {
     pub(crate) owns: bool,
 }
 
-/// What the calls and the supervisor's thread share.
+/// State shared by the calls and the supervisor's thread.
 pub(crate) struct Shared {
     pub host: Arc<Host>,
-    /// What this life of the system is known by.
+    /// Identifier of this life of the system.
     pub run: String,
     pub is_virtual: bool,
     pub definitions: Mutex<Definitions>,
     pub core: Precedence<Core>,
     /// Told after every change that a thread may wait for.
     pub changes: Changes,
-    /// What every device of the host obeys: an emergency stop sets it before it waits for anybody.
+    /// Flag that every device of the host obeys: an emergency stop sets it before it waits for anybody.
     pub stop: Arc<AtomicBool>,
     pub closing: AtomicBool,
     pub closed: AtomicBool,
     /// Where and at which priority the supervisor's thread runs: on its processor's core, above that processor's sources.
     pub post: Mutex<Post>,
-    /// Where remote processors come from.
+    /// Origin of remote processors.
     pub places: OnceLock<Arc<dyn rtp::Places>>,
     pub companions: Mutex<Companions>,
     /// Services of drivers that are being carried out.
@@ -58,7 +58,7 @@ pub(crate) struct Post {
     pub missing: Vec<String>,
 }
 
-/// How a wait ended.
+/// End of a wait.
 pub enum Waited<T> {
     Done(T),
     TimedOut,
@@ -75,12 +75,12 @@ impl System {
         &self.name
     }
 
-    /// What this life of the system is known by: another one, also of the same name, has another.
+    /// Returns the identifier of this life of the system: a later one, also of the same name, has another.
     pub fn run(&self) -> &str {
         &self.shared.run
     }
 
-    /// Whether time is a number that waits and `advance` move.
+    /// Returns true if time is a number that waits and `advance` move.
     pub fn is_virtual(&self) -> bool {
         self.shared.is_virtual
     }

@@ -93,7 +93,7 @@ impl Shared {
         }
     }
 
-    /// What shows that something has come: what kernels have told, and what threads have changed.
+    /// Returns the signs that something has come: what kernels have told, and what threads have changed.
     fn signs(&self) -> (u32, u64) {
         (self.host.rings(), self.changes.count())
     }

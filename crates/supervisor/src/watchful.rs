@@ -2,16 +2,16 @@
 //! When a wait looks by itself, without sleeping: where an answer is likely within microseconds, it comes sooner than a thread wakes up.
 //! A wait does so for a bounded time, and what it waits for never depends on it: the supervisor's thread is woken all the same.
 
-/// How long a wait looks by itself, ns: some wake-ups of a thread.
+/// Time for which a wait looks by itself, ns: some wake-ups of a thread.
 const AWAKE_NS: i64 = 60_000;
 
-/// How long before a release it wakes, ns: the wake-up of a thread by its timer.
+/// Time before a release at which it wakes, ns: the wake-up of a thread by its timer.
 const LEAD_NS: i64 = 100_000;
 
 /// The releases that it looks out for.
 const RELEASES_MAX: i64 = 2;
 
-/// What a wait expects.
+/// Event that a wait expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Watchful {
     /// An answer at once.
@@ -37,7 +37,7 @@ impl Watchful {
         (now_ns < end_ns).then_some(end_ns)
     }
 
-    /// When a wait that sleeps at `now_ns` looks by itself again; none where it does not any more.
+    /// Returns when a wait that sleeps at `now_ns` looks by itself again; none if it no longer does.
     pub fn looks_next_ns(self, begun_ns: i64, now_ns: i64) -> Option<i64> {
         let Watchful::AtRelease(period_ns) = self else { return None };
         let release_ns = now_ns.div_euclid(period_ns) * period_ns + period_ns;

@@ -45,7 +45,7 @@ fn round(rig: &Rig, at: usize) {
     seen(0);
 }
 
-/// What `rounds` rounds allocate: how often, and bytes.
+/// Returns the allocations of `rounds` rounds: their number, and bytes.
 fn work(rig: &Rig, rounds: usize) -> [usize; 2] {
     let now = || [ALLOCATIONS.load(Ordering::Relaxed), ALLOCATED.load(Ordering::Relaxed)];
     let before = now();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What there is to know of one thing by its name, and the names of all.
+//! Description of one thing by its name, and the names of all.
 use crate::calls::named::{ends_of, other_cell};
 use crate::calls::statistics::seconds;
 use crate::observation::about::{BlockAbout, InstanceAbout, Names, SvvAbout, SvvOwn};
@@ -67,7 +67,7 @@ impl System {
         })
     }
 
-    /// What there is, by kind.
+    /// Returns the names of all things, by kind.
     pub fn names(&self) -> Names {
         let definitions = self.shared.definitions();
         let core = self.shared.locked();

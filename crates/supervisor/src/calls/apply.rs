@@ -43,7 +43,7 @@ pub struct DeviceRequest {
     /// Parts of units that are others for this device than its type says, in order.
     #[serde(default)]
     pub units: Vec<(String, String)>,
-    /// What happens to a second verb that commands it, where that is not as its type says.
+    /// Arbitration of a second verb that commands it, if it is not as its type says.
     #[serde(default)]
     pub arbitration: Option<Arbitration>,
     #[serde(default)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long blocks take: what the kernels' probes have seen.
+//! Durations of blocks, as the kernels' probes have seen them.
 use crate::refuse::{refuse, unknown};
 use crate::system::{Shared, System};
 use kernel::SourceId;
@@ -10,7 +10,7 @@ use std::collections::HashMap;
 /// Maximum time of a probe. An observer asks again before it is over, so no probe is left behind for longer.
 pub const PROBE_MAX_NS: u64 = 3_600_000_000_000;
 
-/// How long the invocations of a block take, as far as a probe has measured them.
+/// Durations of a block's invocations, as far as a probe has measured them.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BlockTimes {
@@ -33,7 +33,7 @@ pub struct BlockTimes {
 }
 
 impl System {
-    /// Lets a probe visit the blocks of a source, or of all sources, one a firing, for `for_ns` of real time from now on. Several
+    /// Lets a probe visit the blocks of a source, or of all sources, one a firing, for the next `for_ns` of real time. Several
     /// observers cost no more than one. It changes nothing that is computed, and costs three readings of the clock a firing.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use crate::system::System;
 use std::sync::Arc;
 
 impl System {
-    /// Ends with the system from now on. Its number.
+    /// Adds a companion that ends with the system. Its number.
     pub fn accompany(&self, companion: Arc<dyn Companion>) -> u64 {
         let mut companions = self.shared.companions.lock().expect("nobody panics with the lock held");
         companions.last += 1;
@@ -19,7 +19,7 @@ impl System {
         self.shared.companions.lock().expect("nobody panics with the lock held").present.get(&number).cloned()
     }
 
-    /// It does not accompany the system any more.
+    /// Removes a companion.
     pub fn dismiss(&self, number: u64) {
         // Dropped outside the lock: it may take its time to end.
         let _gone = self.shared.companions.lock().expect("nobody panics with the lock held").present.remove(&number);

@@ -7,13 +7,13 @@ use model::definition::IfCutOff;
 use model::refusal::Refusals;
 
 impl System {
-    /// Whether an instance goes on when the programming system that started it is cut off. False for one that is not there.
+    /// Returns true if an instance goes on when the programming system that started it is cut off. False for one that is not there.
     pub fn continues(&self, instance: u64) -> bool {
         self.shared.locked().instances.get(&instance).is_some_and(|instance| instance.if_cut_off() == IfCutOff::Continue)
     }
 
     /// Tells that the programming system `who`, which started these instances, is cut off: each that runs follows the word
-    /// `if_cut_off` of its verb. Instances that have ended, or are not there any more, are passed over.
+    /// `if_cut_off` of its verb. Instances that have ended, or were deleted, are passed over.
     pub fn abandon(&self, instances: &[u64], who: &str) -> Result<(), Refusals> {
         self.shared.command(|core| {
             abandon(core, instances, who);
@@ -21,7 +21,7 @@ impl System {
         })
     }
 
-    /// For tests: from now on the source gets no script and acknowledges none, as if its processor were gone.
+    /// Cuts off a source, for tests: it gets no script and acknowledges none, as if its processor were gone.
     ///
     /// # Errors
     /// `UnknownName`.

@@ -22,7 +22,7 @@ impl System {
         check_drawing(drawing, &self.as_configured())
     }
 
-    /// Why two ports of a definition cannot be wired, if they cannot.
+    /// Returns why two ports of a definition cannot be wired, if they cannot.
     pub fn compatible(&self, drawing: &Drawing, from: &PortName, to: &PortName) -> Result<Option<String>, Refusals> {
         compatible(drawing, &self.as_configured(), from, to)
     }

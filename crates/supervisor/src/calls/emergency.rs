@@ -37,7 +37,7 @@ impl System {
         })
     }
 
-    /// Why the emergency stop is latched; nothing where it is not.
+    /// Returns why the emergency stop is latched; none if it is not.
     pub fn latched(&self) -> Option<String> {
         self.shared.locked().safety.emergency.reason.clone()
     }

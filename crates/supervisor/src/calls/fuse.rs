@@ -10,10 +10,10 @@ use serde::Serialize;
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
-/// How long one call goes on compiling; the caller asks again, and may leave it between.
+/// Time for which one call goes on compiling; the caller asks again, and may leave it between.
 const SLICE: Duration = Duration::from_secs(1);
 
-/// What is fused, and what is not.
+/// Groups of fused blocks, and blocks that are not fused.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Fused {
@@ -37,7 +37,7 @@ pub struct FusedGroup {
     pub blocks: Vec<String>,
     /// They run by one entry.
     pub fused: bool,
-    /// Why they have none.
+    /// Reason why they have none.
     pub why: Option<String>,
 }
 
@@ -47,7 +47,7 @@ pub struct FusedGroup {
 pub struct SingleBlock {
     /// `instance.label`.
     pub block: String,
-    /// Why it cannot be fused.
+    /// Reason why it cannot be fused.
     pub why: String,
 }
 
@@ -86,7 +86,7 @@ impl System {
         Ok(self.fused())
     }
 
-    /// What is fused, and what is not and why.
+    /// Returns the groups of fused blocks, and the blocks that are not fused, with the reason.
     pub fn fused(&self) -> Fused {
         let core = self.shared.locked();
         let fusing = &core.wiring.fusing;
@@ -128,7 +128,7 @@ fn waiting(core: &Core, among: &[(SourceId, Candidate)]) -> HashSet<Vec<Member>>
     among.iter().map(|(_, candidate)| &candidate.members).filter(|members| core.wiring.fusing.made(members).is_none()).cloned().collect()
 }
 
-/// Makes the tables anew of the sources with groups like these.
+/// Rebuilds the tables of the sources with groups like these.
 fn renew(core: &mut Core, of: impl Fn(&Candidate) -> bool) {
     let mut sources: Vec<SourceId> = candidates(core).iter().filter(|(_, candidate)| of(candidate)).map(|(source, _)| *source).collect();
     sources.dedup();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What there is in a system, in full: for a programming system that comes later and takes up what another one configured.
+//! Inventory of a system, in full: for a programming system that comes later and takes up what another one configured.
 use crate::refuse::{refuse, unknown};
 use crate::system::System;
 use device::{CounterAbout, Geometry, JointKind, SafeStateAbout, ServiceAbout};
@@ -10,7 +10,7 @@ use model::refusal::{Class, Refusals};
 use model::value::Value;
 use serde::{Deserialize, Serialize};
 
-/// What is configured: processors, interrupt sources, physical devices, logical devices and their types.
+/// Configuration: processors, interrupt sources, physical devices, logical devices and their types.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Configuration"))]
@@ -64,16 +64,16 @@ pub struct PhysicalDeviceAbout {
     /// Where its driver exchanges: "inline", "worker" or "process".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
-    /// What brings its outputs to their safe state, and how soon.
+    /// Agents that bring its outputs to their safe state, and the time that they take.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub safe_state: Option<SafeStateAbout>,
-    /// What its driver does off the cycle.
+    /// Services of its driver, off the cycle.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub services: Vec<ServiceAbout>,
-    /// What its driver counts.
+    /// Counters of its driver.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counters: Vec<CounterAbout>,
-    /// What else its driver says.
+    /// Further properties that its driver tells.
     #[serde(flatten)]
     pub more: IndexMap<String, Option<Value>>,
 }
@@ -83,8 +83,8 @@ pub struct PhysicalDeviceAbout {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DevicePart {
     pub name: String,
-    /// What else its driver says: of a joint `unit`, `range_min`, `range_max`, `effort_max`, `speed_max`, `home`, and `servo` with the gains
-    /// `kp` and `kd`. 1e6 stands for no limit.
+    /// Further properties that its driver tells: of a joint `unit`, `range_min`, `range_max`, `effort_max`, `speed_max`, `home`, and `servo`
+    /// with the gains `kp` and `kd`. 1e6 stands for no limit.
     #[serde(flatten)]
     pub more: IndexMap<String, Option<Value>>,
 }

@@ -103,8 +103,8 @@ impl Drop for System {
     }
 }
 
-/// How long the command lists that a halt at closing leads to may take, ns of the system's clock.
+/// Time limit of the command lists that a halt at closing leads to, ns of the system's clock.
 const WIND_DOWN_NS: i64 = 2_000_000_000;
 
-/// How long an orderly close may take before the kernels are stopped all the same.
+/// Time limit of an orderly close, after which the kernels are stopped all the same.
 const CLOSE_MAX: Duration = Duration::from_secs(5);

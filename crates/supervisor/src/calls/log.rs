@@ -38,7 +38,7 @@ impl System {
         result
     }
 
-    /// The name of an instance; its number where there is none any more.
+    /// Returns the name of an instance; its number if it was deleted.
     pub fn instance_name(&self, instance: u64) -> String {
         self.shared.locked().instances.get(&instance).map_or_else(|| instance.to_string(), |i| i.name.clone())
     }
@@ -69,7 +69,7 @@ impl System {
         core.observation.log.add(now_ns, kind, about, text);
     }
 
-    /// A recording has ended because its file cannot be written any more: raises an alarm.
+    /// Raises an alarm: a recording has ended because its file can no longer be written.
     pub fn recording_failed(&self, why: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a programming system calls, by subject.
+//! Calls of a programming system, by subject.
 pub(crate) mod about;
 pub(crate) mod alarms;
 pub(crate) mod apply;

@@ -48,5 +48,5 @@ impl System {
     }
 }
 
-/// How long a kernel may take to look at what it read: something that it does between two firings.
+/// Time limit for a kernel to look at what it read: something that it does between two firings.
 const LOOKED_MAX: Duration = Duration::from_secs(1);

@@ -14,12 +14,12 @@ use model::types::Type;
 
 /// A cell that is no SVV.
 pub(crate) struct NamedCell {
-    /// Where its value is made.
+    /// Source in which its value is made.
     pub source: SourceId,
     pub cell: Cell,
     /// Number and time of its last value with n of its writer's ratio output; nothing where no block writes it.
     pub stamp: Option<(Cell, u64)>,
-    /// What it is: type, unit, kind, writers, readers.
+    /// Its properties: type, unit, kind, writers, readers.
     pub about: SvvAbout,
 }
 

@@ -37,7 +37,7 @@ impl System {
     }
 }
 
-/// How long a read waits for the first reading of a device.
+/// Time for which a read waits for the first reading of a device.
 const FIRST_READING_MAX: Duration = Duration::from_secs(1);
 /// Kernels answer within a firing; longer than this means that a processor does not run.
 const READ_MAX: Duration = Duration::from_secs(5);

@@ -71,7 +71,7 @@ impl System {
 }
 
 impl Core {
-    /// When the end of an instance that has just been started may come.
+    /// Returns when the end of an instance that has just been started may come.
     fn expects(&self, instance: u64) -> Watchful {
         let Some(instance) = self.instances.get(&instance).filter(|instance| instance.ends_in_its_opening().is_none()) else { return Watchful::At };
         let periods = instance.installed.sources.iter().map(|source| self.host.period_ns(*source));

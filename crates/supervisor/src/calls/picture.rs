@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is installed, drawn out: blocks with their ports, cells with their writers and readers, command lists, conditions, τ. What a
+//! Picture of what is installed: blocks with their ports, cells with their writers and readers, command lists, conditions, τ. What a
 //! page shows of a running system as a graph and a state diagram comes from here.
 use crate::calls::named::cell_name;
 use crate::core::Core;

@@ -18,7 +18,7 @@ use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How a remote device was opened, so that it can be opened again.
+/// Kind and options of a remote device, so that it can be opened again.
 type Reopening = Option<(String, String)>;
 
 impl System {
@@ -62,7 +62,7 @@ impl System {
     }
 
     /// Starts a processor that is not a thread, and tells it what the system has so far; one that shares a process with `beside` goes there.
-    /// Nothing under the virtual clock.
+    /// Under the virtual clock it does nothing.
     fn settle_remote(&self, name: &str, supervisor: bool, location: &Location, beside: Option<&str>, bounds: Bounds) -> Result<(), Refusals> {
         if let (Location::Thread, Some(lost_after)) = (location, bounds.lost_after) {
             self.shared.guarded.bound(name, lost_after);

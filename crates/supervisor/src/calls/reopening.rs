@@ -114,7 +114,7 @@ impl System {
     }
 }
 
-/// How long a source may take to give a driver back: something that it does between two firings.
+/// Time limit for a source to give back a driver: something that it does between two firings.
 const BOUNDARY: Duration = Duration::from_secs(5);
 
 /// It was tried to open a lost device again, and it is lost still: for this reason now, not for the one before.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is asked before a verb starts: whether its devices fulfil its requirements, whether its values are within their ranges.
+//! Checks before a verb starts: its devices fulfil its requirements, and its values are within their ranges.
 //!
 //! The present values of SVVs are read at a boundary before the start; a change between that and the start is not seen.
 use crate::registry::psi::{encode, named};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Services of drivers, commands off the cycle, and searches for devices. Each is carried out on a thread of its own that holds nothing
-//! which a stop could wait for; the caller waits for its errand, in slices.
+//! which a stop could wait for; the caller waits for its answer, in slices.
 use crate::errands::{Errand, Errands};
 use crate::refuse::{refuse, unknown};
 use crate::system::{System, Waited};
@@ -13,7 +13,7 @@ use std::sync::{Arc, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 impl System {
-    /// Lets the driver of a physical device carry out a service. Returns the number of the errand, for [`System::served`]. While an emergency
+    /// Lets the driver of a physical device carry out a service. Returns the number of the call, for [`System::served`]. While an emergency
     /// stop is latched, one that moves the device is refused.
     pub fn service(&self, device: &str, service: &str, arguments: Json) -> Result<u64, Refusals> {
         let (beside, far, stop) = {
@@ -34,8 +34,8 @@ impl System {
         Ok(number)
     }
 
-    /// Looks on this host for devices that a driver could open; nothing moves. Returns the number of the errand, for [`System::served`]: its
-    /// answer is a list of what each is and the options that open it.
+    /// Looks on this host for devices that a driver could open; nothing moves. Returns the number of the search, for [`System::served`]: its
+    /// answer is a list of devices, each with the options that open it.
     pub fn scan(&self, kind: &str, options: Json) -> Result<u64, Refusals> {
         let (number, errand) = self.errands().begin(format!("driver '{kind}'"), "a search".to_owned())?;
         let kind = kind.to_owned();
@@ -72,7 +72,7 @@ impl System {
         self.shared.errands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits for the answer of an errand, for `slice` at most. It is given once.
+    /// Waits for the answer of a service call, for `slice` at most. It is given once.
     pub fn served(&self, errand: u64, slice: Duration) -> Result<Waited<Option<Value>>, Refusals> {
         let gone = || refuse(Class::InvalidState, format!("errand {errand} is over, and its answer was taken"), "ask for the service again");
         let of = self.errands().get(errand).ok_or_else(gone)?;
@@ -97,7 +97,7 @@ impl System {
     }
 }
 
-/// Carries an errand out on a thread of its own.
+/// Carries out a service call on a thread of its own.
 fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, Unserved> + Send + 'static) {
     let ends = errand.clone();
     if let Err(why) = std::thread::Builder::new().name("service".to_owned()).spawn(move || ends.end(does())) {
@@ -105,7 +105,7 @@ fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, Unserved>
     }
 }
 
-/// Whether a service moves its device, by what the driver says.
+/// Returns true if a service moves its device, as its driver declares.
 fn moves(about: &Json, service: &str) -> bool {
     about["services"].as_array().into_iter().flatten().any(|of| of["name"] == service && of["moves"] == true)
 }

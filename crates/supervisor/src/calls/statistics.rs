@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a system does: firings, overruns and jitter of every interrupt source, instances, devices, whether it is stopped or paused.
+//! Statistics of a system: firings, overruns and jitter of every interrupt source, instances, devices, whether it is stopped or paused.
 use crate::calls::block_times::{self, BlockTimes};
 use crate::observation::states::{DeviceState, InstanceState, Paused};
 use crate::registry::definitions::Definitions;
@@ -9,7 +9,7 @@ use indexmap::IndexMap;
 use model::configuration::SourceKind;
 use serde::Serialize;
 
-/// How a system does.
+/// Statistics of a system.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Statistics {
@@ -24,15 +24,15 @@ pub struct Statistics {
     pub physical_devices: IndexMap<String, PhysicalDeviceStatistics>,
     /// Processors by the process that they run in, of those that do not run in the supervisor's.
     pub processes: IndexMap<String, Vec<String>>,
-    /// Why the emergency stop is latched; null: it is not.
+    /// Cause of the latched emergency stop; null: it is not latched.
     pub emergency: Option<String>,
     pub paused: Paused,
     pub mode: Mode,
-    /// What the supervisor's thread asked of the operating system and did not get.
+    /// Rights that the supervisor's thread asked of the operating system and did not get.
     pub supervisor_rights_missing: Vec<String>,
 }
 
-/// How an interrupt source does. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first also shorter ones, the last also
+/// Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first also shorter ones, the last also
 /// longer ones.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -51,7 +51,7 @@ pub struct SourceStatistics {
     pub lost: u64,
     /// A fault stopped it.
     pub stopped: bool,
-    /// What its thread asked of the operating system and did not get.
+    /// Rights that its thread asked of the operating system and did not get.
     pub rights_missing: Vec<String>,
     #[serde(flatten)]
     pub jitter: Jitter,
@@ -60,19 +60,19 @@ pub struct SourceStatistics {
     /// Absent of a source that is being deleted.
     #[serde(flatten)]
     pub placed: Option<SourcePlace>,
-    /// Whether a probe measures its blocks now.
+    /// True while a probe measures its blocks.
     pub probed: bool,
     /// Times of the blocks that a probe has measured since they were installed.
     pub blocks: Vec<BlockTimes>,
 }
 
-/// How late firings started.
+/// Lateness of the starts of firings.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Jitter {
     /// Start of the last firing behind its release, ns.
     pub jitter_last_ns: u64,
-    /// Greatest jitter, ns.
+    /// Maximum jitter, ns.
     pub jitter_max_ns: u64,
     /// Histogram of the jitter.
     pub jitter_bins: Vec<u64>,
@@ -80,7 +80,7 @@ pub struct Jitter {
     pub jitter_median_ns: u64,
 }
 
-/// How long firings took.
+/// Durations of firings.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Durations {
@@ -107,11 +107,11 @@ pub struct SourcePlace {
     /// Of a timer, ns.
     pub period_ns: Option<u64>,
     pub priority: u8,
-    /// What its thread asked of the operating system; nothing under the virtual clock.
+    /// Rights that its thread asked of the operating system; none under the virtual clock.
     pub rights_asked: Vec<String>,
 }
 
-/// What raises an interrupt source.
+/// Kind of an interrupt source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -139,15 +139,15 @@ pub struct InstanceStatistics {
     pub running_s: f64,
 }
 
-/// How a physical device does.
+/// Statistics of a physical device.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PhysicalDeviceStatistics {
-    /// Why it is lost; null: it is not.
+    /// Cause of its loss; null: it is not lost.
     pub lost: Option<String>,
-    /// How often a command was held back by the limit of its slope.
+    /// Number of commands that were held back by the limit of their slope.
     pub slew_limited: u64,
-    /// What its driver counts, by name.
+    /// Counters of its driver, by name.
     pub counters: IndexMap<String, u64>,
 }
 

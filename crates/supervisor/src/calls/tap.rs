@@ -35,9 +35,10 @@ pub struct Tap {
 }
 
 impl System {
-    /// Observes these SVVs, by their names, and private cells of instances, by `INSTANCE:CELL`: every value that is stored from now on,
-    /// once, in order, with its number and time. It goes along where an SVV gets another writer, also in another source or on another
-    /// processor, and where an instance of that name is made anew. Refused where there is no such name.
+    /// Observes these SVVs, by their names, and private cells of instances, by `INSTANCE:CELL`: every value that is stored after this
+    /// call, once, in order, with its number and time. It goes along when an SVV gets another writer, also in another source or on
+    /// another
+    /// processor, and when an instance of that name is made again. Refused where there is no such name.
     ///
     /// Nothing that is computed changes. What one more tap costs is a copy of what it observes in each firing.
     pub fn tap(&self, names: &[String]) -> Result<Tap, Refusals> {
@@ -84,12 +85,12 @@ impl System {
 }
 
 impl Tap {
-    /// What it observes, in the order asked for.
+    /// Returns the observed channels, in the order asked for.
     pub fn channels(&self) -> &[TapChannel] {
         &self.channels
     }
 
-    /// Under the virtual clock, time waits from now on for the reader of this tap, so that nothing is lost however fast it passes.
+    /// Makes time under the virtual clock wait for the reader of this tap, so that nothing is lost however fast it passes.
     /// Time must be advanced by another thread.
     pub fn hold_time(&self) {
         if self.shared.is_virtual {

@@ -28,7 +28,7 @@ pub(crate) struct Snapshot {
     pub asked: Vec<(Ticket, Vec<Asked>)>,
     /// The sources of these.
     pub sources: Vec<SourceId>,
-    /// What needs no asking: (index, bytes, time).
+    /// Values that are known without asking a kernel: (index, bytes, time).
     pub known: Vec<(usize, Vec<u8>, i64)>,
 }
 
@@ -104,12 +104,12 @@ fn check_channel(core: &Core, name: &str) -> Result<(), Refusals> {
     Ok(())
 }
 
-/// Whether a device has been read since it was opened; remote ones do not tell.
+/// Returns true if a device has been read since it was opened; remote ones do not tell.
 fn has_reading(core: &Core, record: &PhysicalRecord) -> bool {
     record.device.standing().read.load(Ordering::Acquire) || core.remote.at(core.registry.source_name(record.source)).is_some()
 }
 
-/// Whether every channel of these that belongs to a device that is there has a reading.
+/// Returns true if every channel of these that belongs to an open device has a reading.
 pub(crate) fn are_read(core: &Core, names: &[String]) -> bool {
     let open = |name: &String| {
         let (name, svv) = core.registry.asked(name).ok()?;
@@ -144,7 +144,7 @@ pub(crate) fn taken(core: &mut Core, snapshot: &Snapshot, count: usize) -> Optio
     Some((time_ns, readings))
 }
 
-/// Why nothing has come from some of its sources: values are taken between invocations.
+/// Returns the refusal of a read that some of its sources did not answer: values are taken between invocations.
 pub(crate) fn unanswered(core: &Core, snapshot: &Snapshot) -> Refusals {
     let silent = snapshot.asked.iter().zip(&snapshot.sources).find(|((ticket, _), _)| !core.observation.reads.contains_key(ticket));
     let source = silent.map(|(_, source)| *source);
@@ -195,7 +195,7 @@ pub(crate) fn store_value(core: &mut Core, name: &str, value: &Value) -> Result<
     Ok(())
 }
 
-/// What is kept of an SVV with history.
+/// Returns the history that is kept of an SVV.
 pub(crate) fn kept(core: &Core, name: &str) -> Result<Kept, Refusals> {
     let name = core.registry.name_of(name)?;
     let svv = core.registry.svvs.get(name).ok_or_else(|| unknown("SVV", name, core.registry.svvs.keys().map(String::as_str)))?;

@@ -46,7 +46,7 @@ pub struct VerbForm {
     pub doc: String,
     /// It may be started in manual mode.
     pub manual: bool,
-    /// What an instance is made with.
+    /// Arguments with which an instance is made.
     pub arguments: Vec<FormArgument>,
     /// The values that a start may be given.
     pub inputs: Vec<FormInput>,
@@ -74,7 +74,7 @@ impl System {
         c.verbs.values().map(summary).collect()
     }
 
-    /// What a form that starts a verb needs: its arguments and input parameters, and the definition itself.
+    /// Returns what a form that starts a verb needs: its arguments and input parameters, and the definition itself.
     pub fn verb_form(&self, name: &str) -> Result<VerbForm, Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(verb) = definitions.configuration.verbs.get(name).cloned() else {

@@ -69,7 +69,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Makes the asynchronous groups of these pairs anew. What has to follow.
+    /// Makes new asynchronous groups for these pairs. What has to follow.
     pub fn reconnect(&mut self, pairs: Vec<Pair>) -> Vec<Movement> {
         self.wiring.reconnect(self.host, self.registry, pairs)
     }
@@ -106,7 +106,7 @@ impl Carrier<'_> {
         self.send(id, scripts);
     }
 
-    /// What comes behind a new table in the same script finds it in force.
+    /// Swaps the table and then carries out `ops` in the same script, under the new table.
     pub fn swap_and_go_on(&mut self, id: u64, source: SourceId, mut ops: Vec<Op>) {
         ops.insert(0, self.table_op(source));
         self.send(id, vec![(source, ops)]);
@@ -137,7 +137,7 @@ impl Carrier<'_> {
         self.send(id, by_source(stores));
     }
 
-    /// What goes to another source with a cell: (cell there, cell here).
+    /// Returns the cells that go to another source with a cell: (cell there, cell here).
     fn carried(&self, id: u64, Carried { object, from, to }: &Carried) -> Vec<(Cell, Cell)> {
         let pair = |cells: &BTreeMap<SourceId, Cell>| cells.get(from).cloned().zip(cells.get(to).cloned());
         match object {

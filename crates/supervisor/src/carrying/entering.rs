@@ -105,7 +105,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// What SVVs have in the images of those that may write them.
+    /// Makes the stamps of SVVs in the images of those that may write them.
     pub fn make_stamps(&mut self, plan: &Plan, installed: &Installed) {
         for &source in &installed.sources {
             let writes = |cell: &&PlannedCell| cell.writers.iter().any(|(block, _)| installed.block_source[*block] == source);

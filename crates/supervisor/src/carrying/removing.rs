@@ -50,7 +50,7 @@ impl Carrier<'_> {
         self.detached(movements, sources)
     }
 
-    /// Carries out movements that belong to no instance any more: tables only, without a wait for them. The sources
+    /// Carries out movements that belong to no instance: tables only, without a wait for them. The sources
     /// whose tables change.
     fn detached(&mut self, movements: Vec<Movement>, mut sources: Vec<SourceId>) -> Vec<SourceId> {
         for movement in movements {

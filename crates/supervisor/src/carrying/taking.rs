@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a start takes: the SVVs that its instance writes from now on, and the values that ψ stores.
+//! Takeover by a start: of the SVVs that its instance writes, and of the values that ψ stores.
 use crate::carrying::carrier::Carrier;
 use crate::registry::psi::stored_svvs;
 use crate::wiring::homes::first_writer;
@@ -8,7 +8,7 @@ use model::interface::Mode;
 use model::plan::{CellKind, Plan, Target};
 
 impl Carrier<'_> {
-    /// What ψ stores into an SVV is its value for images that get it later.
+    /// Keeps the values that ψ stores into SVVs, for images that get them later.
     pub fn keep_stored(&mut self, plan: &Plan, stores: &[(Target, Vec<u8>)]) {
         let now_ns = self.host.now_ns();
         for (_, name, bytes) in stored_svvs(plan, stores) {
@@ -21,7 +21,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// The SVVs that the instance writes from now on belong to its sources: connections are made anew where the writer's source changes.
+    /// Gives the SVVs that the instance writes to its sources: connections are replaced where the writer's source changes.
     pub fn take_over(&mut self, id: u64) -> Vec<Movement> {
         let instance = &self.instances[&id];
         let plan = instance.plan.clone();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Turning the followers of an SVV to its writer from now on.
+//! Turning the followers of an SVV to its new writer.
 use crate::carrying::carrier::Carrier;
 use crate::lifecycle::instance::Instance;
 use crate::wiring::connect::{Delays, HalfQueue, enter_queues, open, queues};

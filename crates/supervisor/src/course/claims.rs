@@ -13,15 +13,15 @@ use model::plan::Plan;
 use model::refusal::Refusals;
 use std::collections::BTreeSet;
 
-/// How a start gets what it needs.
+/// Result of a start's claims.
 pub(crate) enum Admission {
     Now,
-    /// When these have ended.
+    /// It begins when these have ended.
     Later(Vec<String>),
 }
 
 impl Core {
-    /// Whether a start may begin now, later, or not at all.
+    /// Decides if a start may begin now, later, or not at all.
     pub fn arbitrate(&mut self, request: &Request) -> Result<Admission, Refusals> {
         let instance = &self.instances[&request.id];
         let (plan, name) = (instance.plan.clone(), instance.name.clone());

@@ -121,7 +121,7 @@ impl Course<'_> {
     }
 }
 
-/// What a kernel can remember for waits has room for every condition.
+/// Checks that the kernel can remember every condition that is waited for.
 fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
     let waited = Verbatim { plan, installed, devices: &IndexMap::new() }.waited_for().len();
     let count = plan.conditions.len() + waited;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What time brings: limits, waits for a time, departures and rests that have had their time.
+//! Deadlines: limits, waits for a time, and the time limits of departures and rests.
 use crate::core::Core;
 use crate::course::of::Course;
 use crate::lifecycle::instance::Instance;

@@ -13,7 +13,7 @@ use model::configuration::Configuration;
 use model::refusal::Refusals;
 
 impl Core {
-    /// Starts the device's own verb instance; without one it is enabled at once. The instance, or 0.
+    /// Starts the device's own verb instance; without one it is enabled at once. Returns the instance, or 0.
     pub fn enable(&mut self, device: &str, configuration: &Configuration) -> Result<u64, Refusals> {
         let record = self.registry.logical(device)?;
         match record.state {
@@ -75,7 +75,7 @@ impl Core {
         Ok(self.registry.logical[device].state == DeviceState::Disabled)
     }
 
-    /// Halts the actions, then disables the devices: the orderly end. True when nothing runs any more. `is_late`: what τ does with
+    /// Halts the actions, then disables the devices: the orderly end. Returns true when nothing runs. `is_late`: what τ does with
     /// `halted` has had its time.
     pub fn wind_down(&mut self, is_late: bool) -> bool {
         let mut actions: Vec<u64> = (self.instances.values())
@@ -125,11 +125,11 @@ impl Course<'_> {
     }
 }
 
-/// How often limits are looked at where no event would bring them, ns.
+/// Period at which limits are looked at if no event brings them, ns.
 const WATCH_NS: i64 = 5_000_000;
 
 impl Core {
-    /// When the supervisor has to wake up at the latest.
+    /// Returns when the supervisor has to wake up at the latest.
     pub fn next_wake(&self, now_ns: i64) -> Option<i64> {
         let watches = self.instances.values().any(|i| i.state() == State::Running && i.times.limits.overruns.is_some());
         let watch = watches.then_some(now_ns + WATCH_NS);

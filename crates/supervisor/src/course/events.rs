@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the kernels tell.
+//! Events of the kernels.
 use crate::core::Core;
 use crate::course::of::Course;
 use crate::lifecycle::floats::floats_text;

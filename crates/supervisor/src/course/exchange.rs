@@ -126,7 +126,7 @@ fn untold(from: &Instance, to: &Instance) -> String {
     if labels.is_empty() { String::new() } else { format!("; the states of {} are initial", labels.join(", ")) }
 }
 
-/// What a block of the old verb takes through an input, and its type.
+/// Returns the cell that a block of the old verb takes through an input, and its type.
 fn flows_into(from: &Instance, block: usize, item: usize, source: SourceId) -> Option<(&Cell, &String)> {
     let bound = from.plan.blocks[block].bindings.iter().find(|bound| bound.item == item)?;
     let Binding::Cell(cell) = bound.binding else { return None };

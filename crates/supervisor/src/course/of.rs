@@ -2,7 +2,7 @@
 //! One verb instance in its course.
 use crate::core::Core;
 
-/// A verb instance, and the core in which it runs. A number that no instance has any more is no error: nothing happens.
+/// A verb instance, and the core in which it runs. The number of a deleted instance is no error: nothing happens.
 pub(crate) struct Course<'a> {
     pub core: &'a mut Core,
     pub id: u64,

@@ -11,7 +11,7 @@ use kernel::{Cell, SourceId, Taken};
 use model::SystemCondition;
 use model::plan::{PlannedCommand, Wait};
 
-/// How often it is looked whether a machine follows, ns.
+/// Period at which a machine is looked at that should follow, ns.
 const LOOK_NS: i64 = 1_000_000;
 
 impl Course<'_> {
@@ -159,7 +159,7 @@ impl Course<'_> {
         self.follow();
     }
 
-    /// Where the instance is now. `begins`: the list begins, also where it is the one that ran before.
+    /// Stores the position of the instance. `begins`: the list begins, also where it is the one that ran before.
     fn is_in(&mut self, list: usize, stage: usize, begins: bool) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();

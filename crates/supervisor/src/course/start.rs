@@ -19,7 +19,7 @@ use model::refusal::{Class, Refusal, Refusals};
 use model::value::Value;
 
 impl Core {
-    /// Whether what a start stands on is there: no emergency, a mode that lets it, enabled devices, sources that run.
+    /// Checks the premises of a start: no emergency, a mode that lets it, enabled devices, sources that run.
     pub fn check_start(&self, instance: &Instance) -> Result<(), Refusals> {
         self.safety.emergency.refuse("start", &instance.name)?;
         self.safety.modes.check(instance, &self.registry)?;
@@ -28,7 +28,7 @@ impl Core {
         check_devices(&self.registry, instance)
     }
 
-    /// What a start needs is free: it is claimed, and the initial list begins.
+    /// Begins a start whose needs are free: they are claimed, and the initial list begins.
     pub fn begin(&mut self, request: Request) {
         let mut movements = self.prepare(&request);
         farewell::bid(&self.remote, &self.registry, &self.instances[&request.id]);
@@ -138,7 +138,7 @@ fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
 }
 
 impl Core {
-    /// Whether a pause holds the start back.
+    /// Returns true if a pause holds the start back.
     fn is_held_back(&mut self, request: &Request) -> bool {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&request.id) else { return false };

@@ -48,7 +48,7 @@ impl Course<'_> {
         }
     }
 
-    /// What was to come to rest has done so or is no longer active, or the time for that is over: it is suspended.
+    /// Suspends an instance that has come to rest, or whose time to do so is over.
     pub fn rest_at_last(&mut self) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -59,7 +59,7 @@ impl Course<'_> {
         }
     }
 
-    /// An instance that was on its way to be suspended is not any more: it ends.
+    /// Ends the suspension of an instance that was coming to rest: it ends.
     pub fn rise(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -123,7 +123,7 @@ impl Course<'_> {
         idle.into_iter().flat_map(|(svv, value)| self.core.carrier().store_everywhere(&svv, &value)).collect()
     }
 
-    /// What it wrote into SVVs that drive on is written no more: they take their idle values.
+    /// Gives the SVVs that drive on, and that it wrote, their idle values.
     pub fn make_idle(&mut self) {
         let Some(plan) = self.core.instances.get(&self.id).map(|instance| instance.plan.clone()) else { return };
         for (svv, value) in idle_svvs(&self.core.registry, &self.core.instances, &plan) {

@@ -1,3 +1,3 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a new supervisor finds, and takes over.
+//! Takeover by a new supervisor of what it finds.
 pub(crate) mod take_over;

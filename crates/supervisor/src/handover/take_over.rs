@@ -15,10 +15,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How long starts may take to be carried out before, and kernels to answer after.
+/// Time limit for earlier starts to be carried out, and for kernels to answer after.
 const SETTLED: Duration = Duration::from_secs(5);
 
-/// What became of each process of processors.
+/// Result for each process of processors.
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TakenOver {
@@ -26,7 +26,7 @@ pub struct TakenOver {
     pub processors: Vec<OfProcessor>,
 }
 
-/// What became of one processor in a process of its own, or of those that share one.
+/// Result for one processor in a process of its own, or for those that share one.
 #[derive(Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ProcessTakenOver"))]
@@ -39,7 +39,7 @@ pub struct OfProcessor {
     pub is_adopted: bool,
     /// Blocks that go on where they were, by label.
     pub carried: Vec<String>,
-    /// Blocks that begin anew, and why.
+    /// Blocks that begin again, with the reason.
     pub anew: Vec<Anew>,
     /// Blocks that ran, and that this system has not started: they have ended.
     pub ended: Vec<String>,
@@ -47,20 +47,21 @@ pub struct OfProcessor {
     pub gap_ns: Option<i64>,
 }
 
-/// A block that begins anew.
+/// Block that begins again.
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "BlockAnew"))]
 pub struct Anew {
     /// Its label.
     pub block: String,
-    /// Why.
+    /// Reason for it.
     pub why: String,
 }
 
 impl System {
-    /// What runs in processes that lost their system goes on as this one has it, from where it is. Nothing under the virtual clock, and nothing the
-    /// second time. Refused where what ran must not go on: then that processor is as before, and those before it in the order of names are
+    /// Makes what runs in processes that lost their system go on as this one has it, from where it is. It does nothing under the virtual clock, and
+    /// nothing the second time. Refused where what ran must not go on: then that processor is as before, and those before it in the order of names
+    /// are
     /// taken over.
     pub fn take_over(&self) -> Result<TakenOver, Refusals> {
         let mut remote: Vec<Arc<Processor>> = self.shared.command(|core| {
@@ -133,7 +134,7 @@ fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<Asked> {
     asked
 }
 
-/// What differs from what was stored here went on there, and is the value now.
+/// Takes values that differ from those stored here, as they went on there, as the present ones.
 fn know_again(core: &mut Core, asked: &[Asked]) {
     let mut known: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     for (ticket, names) in asked {

@@ -13,7 +13,7 @@ pub(crate) struct Captures {
 }
 
 impl Captures {
-    /// Whether a script under way captures anything.
+    /// Returns true if a script under way captures anything.
     pub fn is_pending(&self) -> bool {
         !self.pending.is_empty()
     }
@@ -30,7 +30,7 @@ impl Captures {
         }
     }
 
-    /// No script captures anything any more.
+    /// Expects no more captures.
     pub fn expect_nothing(&mut self) {
         self.pending.clear();
     }

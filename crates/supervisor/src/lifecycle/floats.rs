@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who has changed floating-point state: blocks of a source that was stopped for it, modules that did it when they were loaded.
+//! Blocks and modules that have changed floating-point state: blocks of a source that was stopped for it, modules that did it when they were loaded.
 use crate::lifecycle::instances::Instances;
 use crate::registry::records::Registry;
 use kernel::SourceId;

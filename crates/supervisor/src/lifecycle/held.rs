@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a start needs and others hold, or wait for.
+//! Needs of a start that others hold, or wait for.
 use crate::lifecycle::instance::State;
 use crate::lifecycle::instances::{Instances, Request};
 use crate::registry::psi::stored_svvs;
@@ -16,7 +16,7 @@ pub(crate) struct Held {
 }
 
 impl Instances {
-    /// What a start needs and others hold, or (those before `place` in the queue) wait for.
+    /// Returns the needs of a start that others hold, or (those before `place` in the queue) wait for.
     pub fn held(&self, registry: &Registry, request: &Request, plan: &Plan, place: usize) -> Vec<Held> {
         let mut held: Vec<Held> = Vec::new();
         let mut look = |claim: &Claim, arbitration: Arbitration| {
@@ -47,7 +47,7 @@ impl Instances {
     }
 }
 
-/// What a start needs: all that it may write, and the SVVs that ψ stores into.
+/// Returns the needs of a start: all that it may write, and the SVVs that ψ stores into.
 fn needs<'a>(request: &'a Request, plan: &'a Plan) -> impl Iterator<Item = (Claim, Arbitration)> + 'a {
     let own = plan.claims.iter().cloned().zip(plan.arbitration.iter().copied());
     let stored = stored_svvs(plan, &request.stores).map(|(id, name, _)| Claim::Svv { id: *id, name: name.to_owned() });

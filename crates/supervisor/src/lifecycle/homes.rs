@@ -7,7 +7,7 @@ use crate::wiring::sequence::{Builder, Movement};
 use model::plan::PlannedCommand;
 
 impl Verbatim<'_> {
-    /// What a command lets write comes home before it acts; nothing where it is there already.
+    /// Brings the cells that a command lets blocks write home before it acts; does nothing if they are there already.
     pub fn bring(&self, builder: &mut Builder, command: &PlannedCommand) {
         if self.installed.homes.is_empty() {
             return;

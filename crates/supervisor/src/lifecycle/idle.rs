@@ -31,7 +31,7 @@ fn driving_channels<'a>(registry: &'a Registry, plan: &'a Plan) -> impl Iterator
 }
 
 /// SVVs that a verb writes and that drive a device on: its own verb takes them as commands, they have such a unit, and they began with 0. One that
-/// began with another value is a limit, as the greatest force of a gripper, which would drop what it holds. With their idle values.
+/// began with another value is a limit, as the maximum force of a gripper, which would drop what it holds. With their idle values.
 pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan) -> Vec<(String, Vec<u8>)> {
     let written = plan.claims.iter().filter_map(|claim| if let Claim::Svv { name, .. } = claim { Some(name) } else { None });
     let begins_at_rest = |svv: &SvvRecord| driving(&svv.unit).is_some() && svv.first.iter().all(|byte| *byte == 0);
@@ -39,7 +39,7 @@ pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan)
     written.filter(drives).map(|name| (name.clone(), registry.svvs[name].first.clone())).collect()
 }
 
-/// Whether the verb of some device reads an SVV and does not write it.
+/// Returns true if the verb of some device reads an SVV and does not write it.
 fn commands_a_device(instances: &Instances, name: &str) -> bool {
     instances.values().filter(|instance| instance.owner.is_some()).any(|instance| {
         let mut cells = instance.plan.cells.iter().filter(|cell| matches!(&cell.kind, CellKind::Svv { name: of, .. } if of == name));

@@ -40,7 +40,7 @@ impl State {
     }
 }
 
-/// How a running instance comes to stand still, where it is to be suspended.
+/// Progress of a running instance towards its suspension.
 pub(crate) enum Rest {
     /// It is not to be suspended.
     Unasked,
@@ -56,7 +56,7 @@ pub(crate) enum Life {
     /// Started, and waiting for what other instances hold.
     Queued,
     Running(Rest),
-    /// What its channels held in each source when they went safe.
+    /// Values of its channels in each source when they went safe.
     Suspended {
         held: Vec<(SourceId, Vec<u8>)>,
     },
@@ -68,7 +68,7 @@ pub(crate) enum Life {
     Ended(Box<Report>),
 }
 
-/// Why a start ends.
+/// Cause of a start's end.
 #[derive(Clone, Debug)]
 pub(crate) struct Cause {
     /// Index into the plan's conditions.
@@ -154,7 +154,7 @@ impl RunningTime {
 /// An end that is on its way.
 #[derive(Clone, Debug)]
 pub(crate) struct Departure {
-    /// What the report will say.
+    /// Cause that the report will give.
     pub cause: Cause,
     /// The ending list runs; the list that ran before it. Absent: τ has led on, and the end proper is still to come.
     pub ending_from: Option<usize>,
@@ -165,15 +165,15 @@ pub(crate) struct Departure {
 /// Intervals by label, ns.
 pub(crate) type Intervals = IndexMap<String, u64>;
 
-/// What an instance was made from: its rates are checked again from this.
+/// Origin of an instance: its rates are checked again from this.
 #[derive(Clone)]
 pub(crate) struct Origin {
     pub checked: Arc<CheckedVerb>,
     pub application: Application,
 }
 
-/// What is read at once: an output, or one element of it where a port's elements are cells of their own, for each of them lies where it is
-/// written.
+/// Piece of an output that is read at once: all of it, or one element if a port's elements are cells of their own, as each of them is
+/// where it is written.
 pub(crate) type Piece = (usize, usize);
 
 /// Stages that an instance has left in the instant in which they were entered.
@@ -184,14 +184,14 @@ pub(crate) struct Entries {
     pub lists: BTreeSet<usize>,
 }
 
-/// Where it is in its command lists.
+/// Position of an instance in its command lists.
 #[derive(Default)]
 pub(crate) struct Position {
     pub list: usize,
     pub stage: usize,
-    /// Where the sequence under way leads to.
+    /// Stage that the sequence under way leads to.
     pub target: (usize, usize),
-    /// What is on.
+    /// Activations that are on.
     pub active: Vec<(usize, u32)>,
     /// Running time at which the present wait for a time ends.
     pub wait_until_ns: Option<i64>,
@@ -211,11 +211,11 @@ pub(crate) struct Times {
     pub overruns_before: u64,
 }
 
-/// What the kernels have to do for it, one movement after the other.
+/// Work that the kernels have to do for it, one movement after the other.
 #[derive(Default)]
 pub(crate) struct Work {
     pub sequence: VecDeque<Movement>,
-    /// How many acknowledgements the present movement lacks.
+    /// Number of acknowledgements that the present movement lacks.
     pub outstanding: usize,
     /// Sources whose acknowledgement is lacking, and when they were asked.
     pub awaited: Vec<SourceId>,
@@ -227,11 +227,11 @@ pub(crate) struct Work {
     pub is_through: bool,
     /// When it is looked again whether machines follow, ns on the clock; until then nothing goes on.
     pub look_ns: Option<i64>,
-    /// What the scripts of the last movement captured.
+    /// Values that the scripts of the last movement captured.
     pub captured: Vec<(SourceId, Vec<u8>)>,
 }
 
-/// What the report of one start will say beside its condition.
+/// Findings that the report of one start will have beside its condition.
 #[derive(Default)]
 pub(crate) struct Findings {
     /// Outputs that the condition of its end returns.
@@ -242,14 +242,14 @@ pub(crate) struct Findings {
 }
 
 impl Findings {
-    /// No script captures anything any more.
+    /// Expects no more captures.
     pub fn expect_nothing(&mut self) {
         self.captures.expect_nothing();
         self.way.captures.expect_nothing();
     }
 }
 
-/// What has come in one start that leads to its end, or may.
+/// Events of one start that lead to its end, or may.
 #[derive(Default)]
 pub(crate) struct Leaving {
     /// An end that is on its way while lists still run.
@@ -262,7 +262,7 @@ pub(crate) struct Leaving {
     pub disabled: bool,
     /// A later start has aborted it: once.
     pub aborted: bool,
-    /// That one acts on all of its devices.
+    /// The later start acts on all of its devices.
     pub is_overtaken: bool,
 }
 
@@ -273,7 +273,7 @@ pub(crate) struct Instance {
     pub installed: Installed,
     /// The logical device that it keeps going.
     pub owner: Option<String>,
-    /// What it was made from.
+    /// Origin from which it was made.
     pub origin: Option<Origin>,
     /// Intervals that were set while it ran, until the next start: label → ns.
     pub tuned: Intervals,
@@ -286,7 +286,7 @@ pub(crate) struct Instance {
     pub life: Life,
     /// Number of its starts.
     pub starts: u64,
-    /// What kernel, supervisor and PS race on: the generation that this side believes in.
+    /// Generation that this side believes in: kernel, supervisor and PS race on it.
     pub generation: u32,
     pub position: Position,
     pub times: Times,
@@ -339,7 +339,7 @@ impl Instance {
         self.is_running() || self.is_suspended()
     }
 
-    /// Its end is carried out from now on.
+    /// Begins its end.
     pub fn ends(&mut self, cause: Cause) {
         self.life = Life::Ending { from: self.state(), cause };
     }
@@ -354,7 +354,7 @@ impl Instance {
         if let Life::Running(Rest::Coming { until_ns, .. }) = self.life { Some(until_ns) } else { None }
     }
 
-    /// Where it runs: how it comes to stand still from now on.
+    /// Sets how a running instance comes to be suspended.
     pub fn rests(&mut self, rest: Rest) {
         if let Life::Running(now) = &mut self.life {
             *now = rest;

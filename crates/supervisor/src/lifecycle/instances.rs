@@ -27,7 +27,7 @@ pub(crate) struct Instances {
     by_number: BTreeMap<u64, Instance>,
     /// Starts that wait for claims, in order.
     pub queue: Vec<Request>,
-    /// How many instances of each verb have been named.
+    /// Number of instances of each verb that have been named.
     named: HashMap<String, u64>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the kernels are asked to do so that an instance begins, or goes on: pure functions of what is configured and of the instance.
+//! Operations of the kernels that begin an instance, or let it go on: pure functions of what is configured and of the instance.
 use crate::lifecycle::idle::idle_channels;
 use crate::lifecycle::instance::{Instance, Life};
 use crate::lifecycle::operating::{looks, operating};
@@ -50,8 +50,8 @@ pub(crate) fn opening(registry: &Registry, instance: &Instance, stores: &[(Targe
     movements
 }
 
-/// What a start that was overtaken has not come to: everything is set back and ψ stored where that was not sent yet, and the channels
-/// are claimed; but those of a device that starts from the present, which it does not know yet.
+/// Makes up for what a start that was overtaken has not come to: everything is set back and ψ stored where that was not sent yet, and
+/// the channels are claimed; but those of a device that starts from the present, which it does not know yet.
 pub(crate) fn make_up(registry: &Registry, builder: &mut Builder, instance: &Instance) {
     if instance.position.has_entered {
         return;
@@ -161,7 +161,7 @@ fn store_cell(registry: &Registry, builder: &mut Builder, instance: &Instance, c
     }
 }
 
-/// What sets or clears the port that makes the instance come to rest.
+/// Returns the movements that set or clear the port which makes the instance come to rest.
 pub(crate) fn rest_ops(registry: &Registry, instance: &Instance, is_set: bool) -> impl IntoIterator<Item = Movement> + use<> {
     let mut builder = Builder::default();
     set_rest(registry, &mut builder, instance, is_set);

@@ -23,7 +23,7 @@ impl Verbatim<'_> {
         condition.returns.iter().flat_map(|output| (0..self.parts(*output)).map(|part| (*output, part))).collect()
     }
 
-    /// How many pieces an output has.
+    /// Returns the number of pieces of an output.
     pub fn parts(&self, output: usize) -> usize {
         if let Target::Cells(cells) = &self.plan.outputs[output].target { cells.len() } else { 1 }
     }

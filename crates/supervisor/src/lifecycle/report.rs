@@ -47,7 +47,7 @@ pub struct Report {
     pub value: Option<Value>,
     /// The cause in words.
     pub message: String,
-    /// What the conditions on its way and the last one return: of one name, the latest. Nothing for a condition that was not reported in
+    /// Output values of the conditions on its way and of the last one: of one name, the latest. Nothing for a condition that was not reported in
     /// this start.
     pub outputs: IndexMap<String, Option<Value>>,
     pub others: Vec<Other>,

@@ -12,7 +12,7 @@ use kernel::{Op, Response, Script, SourceId, Stage, Watch};
 use model::plan::{Claim, Due, Plan, PlannedCommand, Wait};
 use std::sync::Arc;
 
-/// What a condition leads to.
+/// Consequence of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Answer {
     /// To (list, stage): the next stage of the same list, or another list by τ.
@@ -37,7 +37,7 @@ const PASSED_MAX: usize = 4 * 1024;
 pub(crate) const REMEMBERED_MAX: usize = 64;
 
 impl Verbatim<'_> {
-    /// What (block, item) leads to in (list, stage): a wait takes it first, else τ, else the end. `None`: nothing (it is no
+    /// Returns the consequence of (block, item) in (list, stage): a wait takes it first, else τ, else the end. `None`: nothing (it is no
     /// termination condition there).
     pub fn answer(&self, list: usize, stage: usize, condition: Option<usize>, reported: Option<(usize, usize)>) -> Option<Answer> {
         let planned = &self.plan.lists[list];

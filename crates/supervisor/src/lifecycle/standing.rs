@@ -35,7 +35,7 @@ impl Instance {
         ORDERLY.contains(&self.plan.conditions[condition].name.as_str())
     }
 
-    /// What the report says of an end that comes now: what an orderly departure began with, unless the end is not in order itself.
+    /// Returns the cause in the report of an end that comes now: that with which an orderly departure began, unless the end is not in order itself.
     /// While the ending list runs, always what it began with.
     pub fn remembered(&mut self, cause: Cause) -> Cause {
         let Some(departure) = self.leaving.departure.clone() else { return self.as_it_began(cause) };
@@ -67,7 +67,7 @@ impl Instance {
         is_there && !self.is_in_ending() && !self.is_ending()
     }
 
-    /// What is set while the instance comes to rest, and the condition that tells that it has, where its block is active.
+    /// Returns true if something is set while the instance comes to rest, and the block whose condition tells that it has is active.
     pub fn comes_to_rest(&self) -> bool {
         self.plan.suspend.holdings().iter().any(|holding| self.is_active(holding.until.0))
     }

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// Invocations of one trial: all that they store is kept until its end.
 const TIMES_MAX: usize = 10_000_000;
 
-/// What a trial is given.
+/// Request for a trial.
 pub struct TrialRequest {
     /// Constants.
     pub values: IndexMap<String, Value>,

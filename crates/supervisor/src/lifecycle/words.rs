@@ -18,7 +18,7 @@ impl Instance {
         (!bytes.is_empty() && bytes.len() == of.size()).then(|| of.decode(bytes))
     }
 
-    /// What a block reported that no termination condition stands for now.
+    /// Returns a text about a report of a block for which no termination condition stands now.
     pub fn unwatched(&self, block: BlockId, item: u8, fault: Option<(Fault, Vec<u8>)>) -> String {
         let index = self.installed.blocks.iter().position(|b| b.id() == block);
         match &fault {
@@ -70,7 +70,7 @@ pub(crate) fn item_name(instance: &Instance, block: usize, item: u8) -> Option<S
     instance.installed.interfaces.get(block)?.items.get(usize::from(item)).map(|i| i.name.clone())
 }
 
-/// What a block's description says of a fault code: `Faults: 1 a limit is not above 0; 2 a goal is out of range.`
+/// Returns the meaning of a fault code in a block's description: `Faults: 1 a limit is not above 0; 2 a goal is out of range.`
 fn fault_meaning(doc: &str, code: u32) -> Option<&str> {
     let faults = doc.lines().find_map(|line| line.strip_prefix("Faults: "))?;
     faults.split(';').find_map(|entry| entry.trim().strip_prefix(&format!("{code} "))).map(|meaning| meaning.trim_end_matches('.'))

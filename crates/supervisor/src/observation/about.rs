@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What there is to know of one thing by its name: an SVV, a private cell, a channel, a verb instance; and the names of all.
+//! Description of one thing by its name: an SVV, a private cell, a channel, a verb instance; and the names of all.
 use crate::observation::drawn::CellKind;
 use crate::observation::states::InstanceState;
 use indexmap::{IndexMap, IndexSet};
@@ -22,7 +22,7 @@ pub struct SvvAbout {
     #[serde(rename = "type")]
     pub tree: TypeTree,
     pub unit: String,
-    /// How many of its values are kept.
+    /// Number of its values that are kept.
     pub history: u32,
     /// The logical device that it belongs to.
     pub device: Option<String>,
@@ -37,11 +37,11 @@ pub struct SvvAbout {
     pub own: Option<SvvOwn>,
 }
 
-/// What only an SVV has.
+/// Properties that only an SVV has.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvOwn {
-    /// Which one it is of those that have had its name; `NAME@ID` is this one and no other.
+    /// Number of this SVV among those that have had its name; `NAME@ID` is this one and no other.
     pub id: u32,
     /// Minimum and maximum that a programming system may write, where both are finite.
     pub within: Option<(f64, f64)>,
@@ -70,11 +70,11 @@ pub struct InstanceAbout {
     pub outputs: IndexSet<String>,
     /// The logical device whose own verb it is.
     pub owner: Option<String>,
-    /// How often it has been started.
+    /// Number of its starts.
     pub starts: u64,
     /// For how long it has run since its start, without the time that it was suspended, s.
     pub running_s: f64,
-    /// What was filled in when it was made, and what is worth knowing of it.
+    /// Arguments that were filled in when it was made, and other remarks.
     pub remarks: Vec<String>,
 }
 
@@ -123,7 +123,7 @@ pub struct ModuleAbout {
     pub blocks: Vec<Interface>,
     /// Declarations of its struct types by name.
     pub types: Option<IndexMap<String, String>>,
-    /// What is to be known of it.
+    /// Remark about the module.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }

@@ -4,7 +4,7 @@
 //! A command of the program is entered when it has its first effect on the log, or is through: only then is it known that it is not refused.
 use std::collections::VecDeque;
 
-/// How long the same command is only counted, ns of the system's clock.
+/// Time for which the same command is only counted, ns of the system's clock.
 const REPEATED_NS: i64 = 1_000_000_000;
 /// Commands that are remembered.
 const REMEMBERED_MAX: usize = 64;
@@ -16,7 +16,7 @@ struct Given {
     about: String,
     is_refused: bool,
     time_ns: i64,
-    /// How often it has come since.
+    /// Number of repetitions since.
     repeats: u64,
 }
 
@@ -25,7 +25,7 @@ struct Given {
 pub(crate) struct Commanded(VecDeque<Given>);
 
 impl Commanded {
-    /// How often a command has come since it was entered last; nothing where it is not to be entered now.
+    /// Returns the number of repetitions of a command since it was entered last; none if it is not to be entered now.
     pub fn enter(&mut self, who: &str, call: &str, about: &str, is_refused: bool, now_ns: i64) -> Option<u64> {
         let same = |given: &Given| given.who == who && given.call == call && given.about == about && given.is_refused == is_refused;
         let mut before = 0;

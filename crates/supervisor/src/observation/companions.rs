@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 /// Something that ends with the system.
 pub trait Companion: Any + Send + Sync {
-    /// The system closes: nothing moves any more, everything can still be read. Idempotent.
+    /// Notes that the system closes: nothing moves, everything can still be read. Idempotent.
     fn end(&self);
 
     /// For a caller that knows its type.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is installed, as it is drawn: the form in which `picture.rs` gives it.
+//! Form of the picture of what is installed, as `picture.rs` gives it.
 use crate::observation::states::InstanceState;
 use indexmap::IndexMap;
 use model::configuration::Rate;
@@ -23,11 +23,11 @@ pub struct InstalledInstance {
     pub state: InstanceState,
     /// The command list that runs, or ran last.
     pub list: String,
-    /// Where it is in its list: after how many waits.
+    /// Number of the wait in its list at which it is.
     pub stage: usize,
     /// The logical device whose own verb it is.
     pub owner: Option<String>,
-    /// How often it has been started.
+    /// Number of its starts.
     pub starts: u64,
     /// Its owner, or the first of the logical devices that it acts on.
     pub device: Option<String>,
@@ -42,7 +42,7 @@ pub struct InstalledInstance {
     pub course: InstalledCourse,
 }
 
-/// What a verb instance does: its command lists, and what leads from one to the next.
+/// Course of a verb instance: its command lists, and the transitions between them.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledCourse {
@@ -76,11 +76,11 @@ pub struct InstalledBlock {
     pub activation: InstalledActivation,
 }
 
-/// When a block is due.
+/// Activation of a block, and when it is due.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledActivation {
-    /// Whether it is active now.
+    /// True while it is active.
     pub on: bool,
     pub due: DueBy,
     /// Labels of the blocks that drive it.
@@ -93,7 +93,7 @@ pub struct InstalledActivation {
     pub tunable: bool,
 }
 
-/// What makes an active block due: its interval or trigger, the blocks that drive it, or values from other sources and instances.
+/// Reason for which an active block is due: its interval or trigger, the blocks that drive it, or values from other sources and instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -137,7 +137,7 @@ pub enum PortValue {
     Size(Option<u32>),
 }
 
-/// What a port is to its block.
+/// Direction of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -167,7 +167,7 @@ pub struct InstalledCell {
     pub value: Option<Value>,
 }
 
-/// What a data object is.
+/// Kind of a data object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]

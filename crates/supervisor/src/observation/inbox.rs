@@ -18,7 +18,7 @@ pub struct TapChannel {
     pub size: usize,
 }
 
-/// Where the values of one channel lie in the rows of a ring.
+/// Offset of the values of one channel in the rows of a ring.
 pub(crate) struct Field {
     pub channel: usize,
     /// Offset of its writer's stamp, and which stamp of the channel this is: another one is another writer.
@@ -39,15 +39,15 @@ pub(crate) struct Segment {
     pub taken: Arc<AtomicU64>,
 }
 
-/// What the supervisor hands to a tap.
+/// Rows that the supervisor hands to a tap.
 #[derive(Default)]
 pub(crate) struct Arrived {
     pub segments: Vec<Segment>,
     /// Values that the PS or ψ stored in an SVV that nothing writes: (channel, time, bytes).
     pub stores: Vec<(usize, i64, Vec<u8>)>,
-    /// How many of those were lost, by channel.
+    /// Number of lost values, by channel.
     pub lost: BTreeMap<usize, u64>,
-    /// What it observes since the last time, behind what it observed before.
+    /// Channels observed since the last time, behind those observed before.
     pub channels: Vec<TapChannel>,
     /// Time stands still until the tap has been read.
     pub pressed: bool,
@@ -86,5 +86,5 @@ impl Inbox {
     }
 }
 
-/// How long a step of the virtual clock waits for a tap before it looks again.
+/// Time for which a step of the virtual clock waits for a tap before it looks again.
 const PRESSED_MAX: Duration = Duration::from_millis(20);

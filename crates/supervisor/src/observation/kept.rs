@@ -12,7 +12,7 @@ type Past = (u64, i64, Vec<u8>);
 /// A value that a block stored: the source, and its row.
 type Written = (SourceId, Row);
 
-/// What is kept of an SVV at one instant.
+/// History that is kept of an SVV at one instant.
 pub(crate) struct Kept {
     pub history: usize,
     /// With the rows that each had then: what comes later is not told without what was stored before it.
@@ -29,7 +29,7 @@ impl Kept {
         values.split_off(values.len().saturating_sub(keep))
     }
 
-    /// What blocks stored, as far as it is kept, oldest first; of one instant, as it went from home to home.
+    /// Returns the values that blocks stored, as far as they are kept, oldest first; of one instant, in the order of their homes.
     fn written(&self) -> Vec<Written> {
         let rows = |(source, ring, written): &(SourceId, Arc<RowsEnd>, u64)| -> Vec<Written> {
             let mut rows = ring.reader().last(self.history + ROWS_SPARE);

@@ -31,7 +31,7 @@ pub(crate) struct Log {
     commanded: Commanded,
     /// Commands of which it is not known yet whether they are refused.
     announced: Vec<Announced>,
-    /// How many there have been.
+    /// Number of announcements so far.
     announcements: u64,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where each observed value lies now: the rings of rows that taps have in each source.
+//! Locations of observed values: the rings of rows that taps have in each source.
 //!
 //! Where a value gets another home or another writer, the source gets a new ring with its next table, and the tap a new segment; the first
 //! row of a ring is written when the table comes into force, so the tap knows that the ring before has got its last row.
@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
-/// Where a channel's values are written now.
+/// Source and offset at which a channel's values are written now.
 struct Place {
     source: SourceId,
     cell: Cell,
@@ -26,7 +26,7 @@ struct Place {
     ratio: u64,
 }
 
-/// What a ring of one source has to hold: cells in order, length of a row, and where each channel lies.
+/// Layout of a ring of one source: cells in order, length of a row, and the offset of each channel.
 #[derive(Default)]
 struct Layout {
     cells: Vec<Cell>,
@@ -47,7 +47,7 @@ impl Layout {
 /// A tap's channels, where it gets its rings, and the sources whose tables change.
 pub(crate) type Attached = (Vec<TapChannel>, Arc<Inbox>, Vec<SourceId>);
 
-/// What there is to observe.
+/// Everything that can be observed.
 pub(crate) struct Seen<'a> {
     pub registry: &'a Registry,
     pub instances: &'a Instances,
@@ -76,7 +76,7 @@ fn cell_named(instance: &Instance, name: &str) -> Option<usize> {
     instance.plan.cells.iter().position(|cell| own_name(&cell.kind) == Some(name))
 }
 
-/// What a ring holds: firings of so long a time …
+/// Size of a ring: firings of so long a time …
 const HELD_NS: u64 = 2_000_000_000;
 
 /// … and at least this number of firings; of a source without a timer, and under the virtual clock, where time waits for the tap …
@@ -119,7 +119,7 @@ impl Taps {
         self.records.values_mut().filter(|tap| tap.cells || !tap.patterns.is_empty()).for_each(|tap| widen(seen, tap));
     }
 
-    /// Makes the rings anew of the sources in which something observed has come, gone or got another writer. The sources whose tables
+    /// Replaces the rings of the sources in which something observed has come, gone or got another writer. The sources whose tables
     /// change.
     pub fn renew(&mut self, seen: &Seen<'_>) -> Vec<SourceId> {
         self.widen(seen);
@@ -175,7 +175,7 @@ fn widen(seen: &Seen<'_>, tap: &mut TapRecord) {
     tap.inbox.locked().channels.extend(found);
 }
 
-/// What a name is of: an SVV, or a cell of an instance.
+/// Returns the channel of a name: an SVV, or a cell of an instance.
 fn tap_channel(seen: &Seen<'_>, name: &str) -> Result<TapChannel, Refusals> {
     if let Some(svv) = seen.registry.svvs.get(name) {
         return Ok(TapChannel { name: name.to_owned(), type_text: svv.type_text.clone(), unit: svv.unit.clone(), size: svv.size });
@@ -193,7 +193,7 @@ fn tap_channel(seen: &Seen<'_>, name: &str) -> Result<TapChannel, Refusals> {
     Ok(TapChannel { name: name.to_owned(), type_text: cell.type_text.clone(), unit: cell.unit.clone(), size: cell.size })
 }
 
-/// What a tap observes, by source: the stamps first, each once.
+/// Returns the layouts of a tap, by source: the stamps first, each once.
 fn layouts(seen: &Seen<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, Layout> {
     let mut places: BTreeMap<SourceId, Vec<(usize, Place)>> = BTreeMap::new();
     let mut found = Found::default();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a tap gives: runs of values, made from the rows of its rings.
+//! Values of a tap: runs, made from the rows of its rings.
 use crate::observation::stamp::Stamp;
 
 /// Values of one channel, oldest first.
@@ -35,7 +35,7 @@ impl Run {
     }
 }
 
-/// What a tap gives: a run for each channel, in the order of [`Tap::channels`]. Its memory is used again by the next take.
+/// Values of a tap: a run for each channel, in the order of [`Tap::channels`]. Its memory is used again by the next take.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {
     pub runs: Vec<Run>,
@@ -54,7 +54,7 @@ impl Samples {
     }
 }
 
-/// What is known of a channel.
+/// State of a channel between two rows.
 #[derive(Default)]
 pub(crate) struct Known {
     /// The last value.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the kernel stamps the values of an activation with.
+//! Stamps of the kernel on the values of an activation.
 
-/// What the kernel stamps an activation's values with.
+/// Stamp of the kernel on an activation's values.
 pub(crate) struct Stamp {
     pub number: u64,
     pub time_ns: i64,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the supervisor keeps for observers: log, end reports, taps, snapshots.
+//! State that the supervisor keeps for observers: log, end reports, taps, snapshots.
 use crate::observation::ends::Ends;
 use crate::observation::log::Log;
 use crate::observation::taps::Taps;

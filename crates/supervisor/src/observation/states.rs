@@ -13,7 +13,7 @@ pub enum InstanceState {
     Running,
     Suspended,
     Ended,
-    /// There is no instance of that number any more.
+    /// The instance of that number was deleted.
     Deleted,
 }
 
@@ -63,7 +63,7 @@ impl DeviceState {
     }
 }
 
-/// What is paused: true: all actions; false: nothing; a list: the actions on these logical devices.
+/// Pauses in force: true: all actions; false: none; a list: the actions on these logical devices.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]

@@ -20,7 +20,7 @@ pub struct WorkspaceAbout {
     pub operator: bool,
     /// A program has shipped it: people do not change it.
     pub shipped: bool,
-    /// Another one whenever it has been changed.
+    /// Number that changes with every change.
     pub revision: u64,
 }
 

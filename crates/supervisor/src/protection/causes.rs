@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What raises an alarm: the end of a device's own verb without a command (active until the device is enabled or reset), a lost
-//! physical device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an end of
-//! another verb that is not normal (returned at once: the end is the event), a condition that names an alarm, and the programming system.
+//! Causes of alarms: the end of a device's own verb without a command (active until the device is enabled or reset), a lost physical
+//! device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an end of another
+//! verb that is not normal (returned at once: the end is the event), a condition that names an alarm, and the programming system.
 //! Ends that follow from one of these have no alarm of their own, so that one cause is one line.
 use crate::core::Core;
 use crate::lifecycle::following::TIME_LOST;
@@ -34,7 +34,7 @@ pub(crate) fn alarm_events_lost(core: &mut Core, source: &str, count: u64) {
     alarm_returns(core, "events_lost", source);
 }
 
-/// An alarm of `code` from `source` has no cause any more.
+/// Notes that an alarm of `code` from `source` has lost its cause.
 pub(crate) fn alarm_returns(core: &mut Core, code: &str, source: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.code == code && a.source == source);
@@ -46,7 +46,7 @@ pub(crate) fn alarm_emergency(core: &mut Core, source: &str, reason: &str) {
     raise(core, Raised { code: "emergency_stop", source, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Latch });
 }
 
-/// The reset: neither the emergency stop, a logical device's fault nor a lost processor is there any more.
+/// Notes the reset: the emergency stop, the faults of logical devices and the lost processors are over.
 pub(crate) fn alarm_reset(core: &mut Core) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| matches!(a.cause, Cause::Latch | Cause::Fault | Cause::Processor));
@@ -117,7 +117,7 @@ pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>
     }
 }
 
-/// Whether the supervisor ended a motion with what it declares of lost time: the fault of the joint's servo has the alarm.
+/// Returns true if the supervisor ended a motion with what it declares of lost time: the fault of the joint's servo has the alarm.
 fn is_of_a_gap(report: &Report) -> bool {
     report.condition == TIME_LOST && report.block.is_none()
 }

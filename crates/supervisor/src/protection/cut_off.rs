@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What runs when the programming system that started it is cut off: each instance follows the word `if_cut_off` of its verb.
+//! Actions when the programming system that started instances is cut off: each instance follows the word `if_cut_off` of its verb.
 use crate::core::Core;
 use crate::lifecycle::instance::Instance;
 use crate::registry::records::DeviceState;
@@ -7,7 +7,7 @@ use model::SystemCondition;
 use model::definition::IfCutOff;
 
 impl Instance {
-    /// What it does: as its verb says; else an action is halted, and what keeps a device going continues.
+    /// Returns its action: that of its verb; else an action is halted, and what keeps a device going continues.
     pub fn if_cut_off(&self) -> IfCutOff {
         self.plan.if_cut_off.unwrap_or(if self.owner.is_some() { IfCutOff::Continue } else { IfCutOff::Halt })
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Lost processors: a source that does not acknowledge a script within its bound. For verbs with blocks there `processor_lost` comes: τ
-//! leads on to a list that runs on what is left, else they end; no wait includes the source any more, until a reset.
+//! leads on to a list that runs on what is left, else they end; no wait includes the source until a reset.
 use crate::core::Core;
 use crate::lifecycle::instance::Cause;
 use crate::observation::log::Log;
@@ -39,7 +39,7 @@ fn awaited(core: &Core) -> impl Iterator<Item = (SourceId, i64)> {
     asking.flat_map(move |i| i.work.awaited.iter().map(move |source| (*source, i.work.sent_ns.saturating_add(answer_ns(core, *source)))))
 }
 
-/// When a source that is asked has to have answered.
+/// Returns the time by which the next source has to have answered.
 pub(crate) fn next_answer(core: &Core) -> Option<i64> {
     awaited(core).map(|(_, at)| at).min()
 }
@@ -64,7 +64,7 @@ fn give_up(core: &mut Core, source: SourceId) {
     processor_lost(core, source, &message);
 }
 
-/// The source does not run any more, or its processor cannot be reached.
+/// Gives up a source that no longer runs, or whose processor cannot be reached.
 pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     core.safety.ended_for_good.remove(&source);
     if !core.safety.lost.insert(source) {
@@ -98,7 +98,8 @@ pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     gone.iter().for_each(|device| mark_lost(&mut core.registry, &mut core.observation.log, device, &message, time_ns));
 }
 
-/// The source runs nothing any more until the program is started again, and its thread makes nothing safe. What its devices gave for such a case is
+/// Gives up a source that runs nothing until the program is started again, and whose thread makes nothing safe. What its devices gave for such a case
+/// is
 /// written here, as the guard would; which outputs stay as they are is told.
 pub(crate) fn give_up_for_good(core: &mut Core, source: SourceId, why: &str, time_ns: i64) {
     let commanded = core.registry.physical.iter().filter(|(_, physical)| physical.source == source && physical.device.is_commanded());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What protects: stops, pauses, limits on ages, losses, and the alarms that they raise. Above the core, below the course of an instance.
+//! Protection: stops, pauses, limits on ages, losses, and the alarms that they raise. It is above the core, and below the course of an instance.
 pub(crate) mod ages;
 pub(crate) mod causes;
 pub(crate) mod cut_off;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is defined: configuration and code, and where processors run.
+//! Definitions: configuration and code, and where processors run.
 use crate::copied::Copied;
 use crate::refuse::{refuse, unknown};
 use crate::registry::catalog::Catalog;
@@ -14,7 +14,7 @@ use model::refusal::{Class, Refusals};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// What is defined. Locked before the core where both are needed.
+/// Definitions of a system. Locked before the core where both are needed.
 #[derive(Default)]
 pub(crate) struct Definitions {
     pub configuration: Copied<Configuration>,
@@ -26,7 +26,7 @@ pub(crate) struct Definitions {
 }
 
 impl Definitions {
-    /// The checked form of a verb; made anew where a module that it may use has changed.
+    /// Returns the checked form of a verb; it is replaced when a module that it may use has changed.
     pub fn checked(&mut self, verb: &str) -> Result<Arc<CheckedVerb>, Refusals> {
         if let Some(checked) = self.checked.get(verb) {
             return Ok(checked.clone());

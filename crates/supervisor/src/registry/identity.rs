@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which SVV a name stands for. One that is made again under the name of another is another: a caller that says `NAME@NUMBER`, with the
+//! Resolution of the names of SVVs. One that is made again under the name of another is another: a caller that says `NAME@NUMBER`, with the
 //! number that `svv_about` gave as its `id`, means the one that it has seen, and never gets its successor.
 use crate::refuse::{refuse, unknown};
 use crate::registry::records::Registry;
@@ -27,7 +27,8 @@ impl Registry {
         }
     }
 
-    /// What is asked for: its name, and the SVV of that name. `DEVICE.CHANNEL@channel` is the channel, though an SVV may have its name. Errors: as
+    /// Returns the name that was asked for, and the SVV of that name. `DEVICE.CHANNEL@channel` is the channel, though an SVV may have its name.
+    /// Errors: as
     /// `name_of`.
     pub fn asked<'a>(&self, asked: &'a str) -> Result<(&'a str, Option<&SvvRecord>), Refusals> {
         if let Some(channel) = asked.strip_suffix("@channel").filter(|_| !self.svvs.contains_key(asked)) {

@@ -6,7 +6,7 @@ use rtp::Bounds;
 use serde::Deserialize;
 use std::time::Duration;
 
-/// Where a processor runs.
+/// Location of a processor.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Location {
     /// Threads of this process.
@@ -29,7 +29,7 @@ pub(crate) struct Processor {
     pub location: Location,
 }
 
-/// What a call says of the process of a processor.
+/// Process of a processor, as a call names it.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -46,7 +46,7 @@ impl Default for InProcess {
     }
 }
 
-/// How long a remote processor and its supervisor may stand still, ns, as far as it is said.
+/// Times for which a remote processor and its supervisor may stand still, ns, as far as they are set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Patience {
     /// The process is ended, and lost, where its heart stands still for so long; this process itself is made safe, and spared.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What there is: code, sources, devices, SVVs, who holds what.
+//! Registry: code, sources, devices, SVVs, holders of claims.
 pub(crate) mod catalog;
 pub(crate) mod definitions;
 pub(crate) mod download;

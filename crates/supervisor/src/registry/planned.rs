@@ -20,7 +20,7 @@ pub(crate) struct Plans(VecDeque<Planned>);
 struct Planned {
     /// Without its place, which is of the call.
     application: Application,
-    /// What it was made from: the definitions by the number of their changes, and those that write what it is bound to.
+    /// Origin of the plan: the definitions by the number of their changes, and the writers of what it is bound to.
     changes: u64,
     writers: Vec<(String, Vec<Writer>)>,
     checked: Arc<CheckedVerb>,

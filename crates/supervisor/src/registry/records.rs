@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the system has, as it runs: interrupt sources, SVVs, physical and logical devices.
+//! Records of the running system: interrupt sources, SVVs, physical and logical devices.
 use crate::refuse::unknown;
 use crate::registry::svvs::SvvRecord;
 use device::Beside;
@@ -15,14 +15,14 @@ use std::sync::Arc;
 pub(crate) struct Registry {
     /// `rtp.name` → source.
     pub sources: IndexMap<String, SourceId>,
-    /// What each source is, by number.
+    /// Specification of each source, by number.
     pub specs: Vec<SourceSpec>,
     pub svvs: IndexMap<String, SvvRecord>,
-    /// How many SVVs were made so far: each has its number for the life of the system.
+    /// Number of SVVs made so far: each has its number for the life of the system.
     pub svvs_made: u32,
     pub physical: IndexMap<String, PhysicalRecord>,
     pub logical: IndexMap<String, LogicalRecord>,
-    /// Who may write now: the instance that has claimed it.
+    /// Instance that has claimed it, and may write.
     pub claims: HashMap<Claim, u64>,
 }
 
@@ -105,8 +105,8 @@ pub(crate) struct PhysicalRecord {
     pub driver: (String, serde_json::Value),
     /// Services and counters of a driver of this process.
     pub beside: Beside,
-    /// What its driver says of itself.
+    /// Description by its driver.
     pub about: serde_json::Value,
-    /// What the log has still to say at the next enabling: that nothing brings it to its safe state when its process is gone.
+    /// Text that the log has still to say at the next enabling: that nothing brings it to its safe state when its process is gone.
     pub unguarded_news: Option<String>,
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is of the right type and makes no sense: names that no line of a log can show, sizes that no machine has.
+//! Checks of values that have the right type and make no sense: names that no line of a log can show, sizes that no machine has.
 use crate::refuse::refuse;
 use model::definition::SvvSpecification;
 use model::refusal::{Class, Refusals};
@@ -44,7 +44,7 @@ fn is_hidden(character: char) -> bool {
     character.is_control() || matches!(character, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
-/// What is asked of an SVV, whose values have `size` bytes.
+/// Checks the specification of an SVV, whose values have `size` bytes.
 pub(crate) fn svv(called: &str, asked: &SvvSpecification, size: usize) -> Result<(), Refusals> {
     check_name("the name of an SVV", called)?;
     if size > VALUE_MAX {

@@ -15,7 +15,7 @@ pub(crate) struct SvvRecord {
     pub first: Vec<u8>,
     /// Minimum and maximum value that the PS may store.
     pub within: Option<model::range::Range>,
-    /// Where it lies in each image.
+    /// Its cell in each image.
     pub cells: BTreeMap<SourceId, Cell>,
     /// Sources with a block that reads it, counted.
     pub readers: BTreeMap<SourceId, usize>,
@@ -36,28 +36,28 @@ pub(crate) struct SvvRecord {
     pub past: Past,
 }
 
-/// What is known of the earlier values of an SVV.
+/// Earlier values of an SVV.
 #[derive(Default)]
 pub(crate) struct Past {
-    /// How many earlier values Python may ask for.
+    /// Number of earlier values that Python may ask for.
     pub history: u32,
     /// The value that the PS stored last, present while there is no home.
     pub stored: Vec<u8>,
     /// The time of `stored`, ns.
     pub stored_ns: i64,
-    /// Where it has a history: the ring of its last values that blocks of each such source stored.
+    /// Rings of its history: the last values that blocks of each such source stored.
     pub rings: BTreeMap<SourceId, Arc<RowsEnd>>,
     /// Where it had its homes, oldest first, as far as its history may reach: the source, and the rows that its ring had then.
     pub stays: Arc<Stays>,
-    /// What the PS and ψ stored last, oldest first, as far as its history reaches.
+    /// Values that the PS and ψ stored last, oldest first, as far as its history reaches.
     pub stores: Arc<VecDeque<Stored>>,
 }
 
 /// The last values of an SVV that some block reads.
 pub(crate) struct WindowRecord {
-    /// How many values.
+    /// Number of values.
     pub count: u32,
-    /// Where it lies in each image.
+    /// Its window in each image.
     pub cells: BTreeMap<SourceId, Window>,
     /// Sources with a block that reads it, counted.
     pub readers: BTreeMap<SourceId, usize>,
@@ -129,7 +129,7 @@ impl SvvRecord {
         }
     }
 
-    /// Its home is in another source from now on.
+    /// Moves its home to another source.
     pub fn comes_to(&mut self, source: SourceId) {
         if let Some(ring) = self.past.rings.get(&source) {
             let written = ring.reader().written();

@@ -10,7 +10,7 @@ use kernel::{Cell, Extent, Op, SourceId, Window};
 use model::plan::{Binding, Plan};
 use std::collections::BTreeMap;
 
-/// What a plan's blocks read of a cell's history: (cell, number of values) → sources of the blocks.
+/// Returns the windows of cells' histories that a plan's blocks read: (cell, number of values) → sources of the blocks.
 pub(crate) fn asked(plan: &Plan, block_source: &[SourceId]) -> BTreeMap<(usize, u32), Vec<SourceId>> {
     let mut asked: BTreeMap<(usize, u32), Vec<SourceId>> = BTreeMap::new();
     for (index, block) in plan.blocks.iter().enumerate() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who writes an SVV now, and from which source: of the ports that may, those of the instance that has claimed it.
+//! Present writer of an SVV, and its source: of the ports that may, those of the instance that has claimed it.
 use crate::registry::records::Registry;
 use crate::registry::svvs::WriterRecord;
 use indexmap::IndexMap;
@@ -10,7 +10,7 @@ use model::plan::{CellKind, Claim, Plan};
 pub(crate) type Pair = (SourceId, SourceId);
 
 impl Registry {
-    /// Who writes an SVV now: of the instance that has claimed it the block that is on, else the first that could.
+    /// Returns the present writer of an SVV: of the instance that has claimed it the block that is on, else the first that could.
     pub fn driver_of(&self, svv: &str) -> Option<&WriterRecord> {
         let record = self.svvs.get(svv)?;
         let holder = self.claims.get(&Claim::Svv { id: record.id, name: svv.to_owned() });
@@ -18,7 +18,7 @@ impl Registry {
         held().find(|writer| Some(writer.block) == record.written_by).or_else(|| held().next()).or_else(|| record.writers.first())
     }
 
-    /// Makes `source` the home of an SVV: its cell there holds the present value from now on. The pairs that change.
+    /// Makes `source` the home of an SVV: its cell there holds the present value. The pairs that change.
     pub fn hand_over(&mut self, svv: &str, source: SourceId) -> Vec<Pair> {
         let Some(record) = self.svvs.get_mut(svv) else { return Vec::new() };
         if record.home == Some(source) {
@@ -34,7 +34,7 @@ impl Registry {
         pairs
     }
 
-    /// A block of the instance that has claimed an SVV writes it from now on; true where it was another one before.
+    /// Makes a block of the instance that has claimed an SVV its writer; returns true if it had another one before.
     pub fn writes(&mut self, svv: &str, block: BlockId) -> bool {
         self.svvs.get_mut(svv).is_some_and(|svv| svv.written_by.replace(block) != Some(block))
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What becomes of an instance on a remote processor if this process is gone.
+//! Fate of an instance on a remote processor if this process is gone.
 use crate::lifecycle::instance::Instance;
 use crate::lifecycle::stages::Verbatim;
 use crate::registry::records::Registry;
@@ -26,7 +26,7 @@ pub(crate) fn bid(remote: &Remote, registry: &Registry, instance: &Instance) {
     }
 }
 
-/// The instance has ended: nothing is to be done for it any more.
+/// Forgets an instance that has ended: nothing is left to do for it.
 pub(crate) fn forget(remote: &Remote, registry: &Registry, instance: &Instance) {
     if remote.processors.is_empty() {
         return;

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// What the guard has of this process.
+/// Guard of this process.
 #[derive(Default)]
 pub(crate) struct Guarded {
     state: Arc<State>,
@@ -25,7 +25,7 @@ struct State {
     held: Mutex<BTreeMap<String, Box<dyn Held>>>,
     /// Sources that are threads here.
     sources: Mutex<Vec<SourceId>>,
-    /// How long a processor may stand still, where that was configured.
+    /// Time for which a processor may stand still, if it was configured.
     lost_after: Mutex<BTreeMap<String, Duration>>,
     ends: AtomicBool,
 }
@@ -40,7 +40,7 @@ impl Guarded {
         locked(&self.state.sources).push(source);
     }
 
-    /// How long a processor of this process may stand still.
+    /// Sets the time for which a processor of this process may stand still.
     pub fn bound(&self, processor: &str, lost_after: Duration) {
         locked(&self.state.lost_after).insert(processor.to_owned(), lost_after);
     }

@@ -16,7 +16,7 @@ pub(crate) struct Remote {
     pub processors: IndexMap<String, Arc<Processor>>,
     /// Processes of this host but this one, as they were asked for, with the processors in each.
     pub processes: IndexMap<String, Vec<String>>,
-    /// How often each of them may get a new process.
+    /// Number of new processes that each of them may get.
     pub restarts: HashMap<String, Restarts>,
 }
 
@@ -48,7 +48,7 @@ impl Remote {
         self.processors.get(processor_of(source))
     }
 
-    /// What goes with a source when its processor is lost: the process where several share one, else the processor.
+    /// Returns the unit that is lost with a source when its processor is lost: the process if several share one, else the processor.
     pub fn lost_place(&self, source: &str) -> String {
         self.at(source).map_or(processor_of(source), |remote| remote.name()).to_owned()
     }
@@ -63,7 +63,7 @@ impl Remote {
         self.at(source).is_some_and(|own| Arc::ptr_eq(own, remote))
     }
 
-    /// Why a source is lost, in full: of which processor it is, and with which process that went.
+    /// Returns why a source is lost, in full: its processor, and the process that went with it.
     pub fn loss_of(&self, source: &str, why: &str) -> String {
         let processor = processor_of(source);
         let process = self.at(source).map(|remote| remote.name()).filter(|process| *process != processor);

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BinaryHeap, VecDeque};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// How urgent an alarm is.
+/// Urgency of an alarm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -22,7 +22,7 @@ pub enum Severity {
     Critical,
 }
 
-/// What is said of an alarm of one code.
+/// Text of an alarm of one code.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AlarmText {
@@ -49,7 +49,7 @@ pub struct Alarm {
     pub severity: Severity,
     pub active: bool,
     pub acknowledged: bool,
-    /// How often it came.
+    /// Number of times that it came.
     pub count: u64,
     /// When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own).
     pub time_ns: i64,
@@ -68,7 +68,7 @@ impl Alarm {
     }
 }
 
-/// What keeps an alarm active.
+/// Cause that keeps an alarm active.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Cause {
     /// Nothing: it was an event, or the programming system says when.
@@ -84,7 +84,7 @@ pub(crate) enum Cause {
     Processor,
 }
 
-/// What is raised, before the texts are looked up.
+/// Alarm that is raised, before the texts are looked up.
 pub(crate) struct Raised<'a> {
     pub code: &'a str,
     pub source: &'a str,
@@ -109,7 +109,7 @@ pub struct AlarmList {
     pub current: Vec<Alarm>,
     /// Those of the past, oldest first.
     pub history: Vec<Alarm>,
-    /// What is said of each code.
+    /// Text of each code.
     pub texts: IndexMap<String, AlarmText>,
     /// Alarms that had to leave before they were over, because there was no place for another.
     pub dropped: u64,
@@ -185,7 +185,7 @@ impl Alarms {
         Some(gone)
     }
 
-    /// The cause is gone, of every alarm that `of` picks. How many.
+    /// The cause is gone, of every alarm that `of` picks. Returns the number of them.
     pub fn clear(&mut self, now_ns: i64, of: impl Fn(&Alarm) -> bool) -> usize {
         let mut cleared = 0;
         for alarm in self.current.iter_mut().filter(|a| a.active && of(a)) {
@@ -196,7 +196,7 @@ impl Alarms {
         cleared
     }
 
-    /// A person has seen every alarm that `of` picks. How many.
+    /// A person has seen every alarm that `of` picks. Returns the number of them.
     pub fn acknowledge(&mut self, now_ns: i64, of: impl Fn(&Alarm) -> bool) -> usize {
         let mut seen = 0;
         for alarm in self.current.iter_mut().filter(|a| !a.acknowledged && of(a)) {
@@ -207,7 +207,7 @@ impl Alarms {
         seen
     }
 
-    /// What is returned and acknowledged is history.
+    /// Moves alarms that have returned and are acknowledged to the history.
     fn sweep(&mut self) {
         let is_over = |a: &Alarm| !a.active && a.acknowledged;
         let (over, current) = std::mem::take(&mut self.current).into_iter().partition(is_over);

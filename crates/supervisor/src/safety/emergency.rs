@@ -14,11 +14,11 @@ use std::sync::atomic::AtomicBool;
 /// The emergency stop as the supervisor keeps it.
 #[derive(Default)]
 pub(crate) struct Emergency {
-    /// Why it is latched.
+    /// Cause of the latch.
     pub reason: Option<String>,
     /// Channels that trip it.
     pub inputs: Vec<Input>,
-    /// What every device of the host obeys.
+    /// Flag that every device of the host obeys.
     pub stop: Arc<AtomicBool>,
 }
 

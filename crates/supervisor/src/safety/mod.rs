@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What stops, holds back or reports: emergency stop, pause, modes, alarms, what is lost.
+//! Stops, holds and reports: emergency stop, pause, modes, alarms, losses.
 pub(crate) mod alarms;
 pub(crate) mod emergency;
 pub(crate) mod modes;

@@ -7,7 +7,7 @@ use crate::registry::records::Registry;
 use model::refusal::{Class, Refusals};
 use serde::{Deserialize, Serialize};
 
-/// What may be started.
+/// Mode of operation: it limits what may be started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -55,7 +55,7 @@ impl Modes {
         }
     }
 
-    /// Whether the enabling switch is held, and its name.
+    /// Returns whether the enabling switch is held, and its name.
     pub fn enabling_switch(&self, registry: &Registry) -> Option<(bool, String)> {
         let (device, channel) = self.enabling.as_ref()?;
         let physical = &registry.physical[device].device;

@@ -2,14 +2,14 @@
 //! The pause of a program: every action on devices is suspended, what keeps devices going runs on, and what is started meanwhile
 //! is held back: it has its claims and its inputs, and begins when the pause is over.
 //!
-//! A pause is of the whole system or of some logical devices. What a pause suspended goes on when no pause covers it any more;
+//! A pause is of the whole system or of some logical devices. What a pause suspended goes on when no pause covers it;
 //! an instance that was suspended by a call stays suspended.
 use crate::lifecycle::instance::{Instance, Life};
 use crate::observation::states::Paused;
 use model::plan::Target;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is paused, and which instances that stopped.
+/// Pauses in force, and the instances that they stopped.
 #[derive(Default)]
 pub(crate) struct Pause {
     pub all: bool,
@@ -21,17 +21,17 @@ pub(crate) struct Pause {
 }
 
 impl Pause {
-    /// Nothing is paused any more: the emergency stop has ended it all.
+    /// Clears all pauses: the emergency stop has ended them.
     pub fn clear(&mut self) {
         (self.all, self.devices) = (false, BTreeSet::new());
     }
 
-    /// Whether it is started, but has not begun.
+    /// Returns true if it is started, but has not begun.
     pub fn is_held_back(&self, id: u64) -> bool {
         self.held_back.contains_key(&id)
     }
 
-    /// The instance has ended: no pause has suspended it any more.
+    /// Forgets that a pause suspended the instance, as it has ended.
     pub fn forget_suspended(&mut self, id: u64) {
         self.suspended.remove(&id);
     }

@@ -15,7 +15,7 @@ impl Instance {
     }
 }
 
-/// What an instance reads and writes is there: frozen readings are no present to start from.
+/// Checks that the devices that an instance reads and writes are there: frozen readings are no present to start from.
 pub(crate) fn check_devices(registry: &Registry, instance: &Instance) -> Result<(), Refusals> {
     let lost = |device: &str| registry.physical.get(device)?.lost.as_ref().map(|why| (device.to_owned(), why.clone()));
     let Some((device, why)) = instance.physical_devices().find_map(lost) else { return Ok(()) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What stops, holds back or reports, as the supervisor keeps it.
+//! State of stops, holds and reports, as the supervisor keeps it.
 use crate::safety::alarms::Alarms;
 use crate::safety::emergency::Emergency;
 use crate::safety::modes::Modes;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections between sources: the asynchronous group of each pair, and the queues of an instance's synchronous inputs.
 //!
-//! A pair has one asynchronous group, so that a firing sees one publication of each other source. It is made anew when its
+//! A pair has one asynchronous group, so that a firing sees one publication of each other source. It is replaced when its
 //! members change: the writer publishes into the new one first, then the reader turns to it. Queues belong to the instance that
-//! reads them and are never made anew, so no row is lost.
+//! reads them and are never replaced, so no row is lost.
 use crate::registry::records::Registry;
 use crate::registry::writers::Pair;
 use crate::wiring::homes::writer_for;
@@ -27,7 +27,7 @@ const QUEUE_DEPTH: usize = 16;
 /// way to where they meet has to wait as long.
 const QUEUE_DEPTH_NETWORK: usize = 256;
 
-/// Who writes a queue's member.
+/// Writer of a queue's member.
 enum Author {
     Planned(usize),
     /// Of another instance, with n of its ratio output.
@@ -125,7 +125,7 @@ fn author_ratio(plan: &Plan, cell: usize, reader: usize) -> u32 {
     }
 }
 
-/// Who writes a cell for a reader, from where.
+/// Returns the writer of a cell for a reader, and its source.
 fn author_of(
     registry: &Registry,
     plan: &Plan,
@@ -280,7 +280,7 @@ pub(crate) fn crossings(plan: &Plan, installed: &Installed) -> Vec<Crossing> {
 }
 
 impl Wiring {
-    /// Makes the asynchronous groups of these pairs anew, as SVVs and instances are now. What has to follow: the writers' new
+    /// Makes new asynchronous groups for these pairs, as SVVs and instances are now. What has to follow: the writers' new
     /// tables, then the readers' turn.
     pub fn reconnect(&mut self, host: &Host, registry: &Registry, mut pairs: Vec<Pair>) -> Vec<Movement> {
         pairs.sort();

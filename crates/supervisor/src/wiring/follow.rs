@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What drives an activation across instances: the writer of the SVV that it takes synchronously or by ratio, at the time. When another
+//! Drive of an activation across instances: the writer of the SVV that it takes synchronously or by ratio, at the time. When another
 //! instance starts to write it, its followers turn to that one; so a reader outlives its writers.
 use crate::registry::records::Registry;
 use crate::wiring::installed::{Gate, Installed};

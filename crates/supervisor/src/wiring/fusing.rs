@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which groups of blocks are fused: the entries that there are, and whether tables get them.
+//! Fused groups of blocks: the entries that there are, and whether tables get them.
 use kernel::{Block, Table};
 use modules::fused::{Member, NotFused};
 use opengpac::bank::Bank;
@@ -22,7 +22,7 @@ pub(crate) struct Candidate {
 }
 
 impl Fusing {
-    /// From now on tables get what there is, or nothing; what a compiler has refused is tried again.
+    /// Switches on or off whether tables get these entries; what a compiler has refused is tried again.
     pub fn switch(&mut self, on: bool) {
         self.is_on = on;
         self.made.retain(|_, made| made.is_ok());

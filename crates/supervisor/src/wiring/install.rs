@@ -34,7 +34,7 @@ impl Layout {
     }
 }
 
-/// What is laid out where, before the memory is there.
+/// Offsets of everything that is laid out, before the memory is there.
 struct Places {
     stamps: Vec<usize>,
     cells: Vec<Vec<(SourceId, usize)>>,
@@ -208,7 +208,7 @@ fn queued(registry: &Registry, plan: &Plan, block_source: &[SourceId]) -> HashSe
     queued
 }
 
-/// Where who writes a cell for a reader runs.
+/// Returns the source of the writer of a cell for a reader.
 fn writer_source(registry: &Registry, plan: &Plan, block_source: &[SourceId], (cell, reader): (usize, usize)) -> Option<SourceId> {
     match (writer_for(plan, cell, reader), &plan.cells[cell].kind) {
         (Some((block, _)), _) => Some(block_source[block]),

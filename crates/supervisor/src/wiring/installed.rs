@@ -42,13 +42,13 @@ pub(crate) struct Installed {
     pub after: Vec<Vec<(Cell, Cell)>>,
     /// Cells of inputs that take values one by one: (source, block, item, cell).
     pub delays: Vec<(SourceId, usize, usize, Cell)>,
-    /// Where cells lie that blocks of several sources write.
+    /// Locations of cells that blocks of several sources write.
     pub homes: Homes,
     /// Private cells that several blocks write have stamps of their own, in each image: as SVVs have.
     pub own_stamps: BTreeMap<usize, BTreeMap<SourceId, Cell>>,
     /// Windows that its blocks read.
     pub windows: Windows,
-    /// What its data-driven activations wait for.
+    /// Gates that its data-driven activations wait for.
     pub gates: Vec<Gate>,
 }
 

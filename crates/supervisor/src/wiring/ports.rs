@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a plan says of one port.
+//! Plan of one port.
 use model::interface::Mode;
 use model::plan::{Binding, Plan};
 

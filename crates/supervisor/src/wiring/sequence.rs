@@ -10,7 +10,7 @@ use model::plan::Target;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// What follows when everything before has been acknowledged.
+/// Movement that follows when everything before has been acknowledged.
 pub(crate) enum Movement {
     /// One script a source, all at once.
     Scripts(Vec<(SourceId, Vec<Op>)>),
@@ -29,7 +29,7 @@ pub(crate) enum Movement {
         ops: Vec<Op>,
         ends: bool,
     },
-    /// The same for instances that follow another writer of an SVV from now on: with what makes their activations due.
+    /// The same for instances that follow another writer of an SVV: with what makes their activations due.
     Follow {
         sources: Vec<SourceId>,
         follows: Vec<(SourceId, Op)>,
@@ -71,7 +71,7 @@ impl Movement {
     }
 }
 
-/// What is carried.
+/// Object that is carried.
 #[derive(Clone)]
 pub(crate) enum Object {
     Svv(String),
@@ -119,7 +119,7 @@ pub(crate) struct Builder {
 }
 
 impl Builder {
-    /// One that begins with cells where they are.
+    /// Makes a builder that begins with cells where they are.
     pub fn at_home(homes: Homes) -> Builder {
         Builder { homes, ..Builder::default() }
     }
@@ -133,12 +133,12 @@ impl Builder {
         put(&mut self.group, source, op);
     }
 
-    /// What comes next acts after what came so far.
+    /// Makes what follows act after what came so far.
     pub fn barrier(&mut self) {
         self.barrier = true;
     }
 
-    /// What comes next is sent when everything so far has been acknowledged, wherever it lies.
+    /// Makes what follows wait until everything so far has been acknowledged, in any source.
     pub fn divide(&mut self) {
         self.flush();
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What each source runs, as the supervisor keeps it, and the tables made from that.
+//! Blocks of each source, as the supervisor keeps them, and the tables made from that.
 use crate::registry::writers::Pair;
 use crate::wiring::fusing::{Candidate, Fusing, candidates};
 use crate::wiring::sequence::{Inlet, Serial};
@@ -60,7 +60,7 @@ pub(crate) struct SourceTable {
 /// A cell whose value travels asynchronously: over which pair, from where, to where.
 pub(crate) type Crossing = (Pair, Cell, Cell);
 
-/// What runs where, and the connections between.
+/// Blocks of each source, and the connections between sources.
 #[derive(Default)]
 pub(crate) struct Wiring {
     pub tables: BTreeMap<SourceId, SourceTable>,

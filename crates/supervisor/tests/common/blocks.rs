@@ -8,7 +8,7 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step}
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-/// What one invocation of a probe saw.
+/// Observation of one invocation of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     pub now_ns: i64,
@@ -20,7 +20,7 @@ pub struct Row {
 
 static TRACES: Mutex<Option<HashMap<i64, Vec<Row>>>> = Mutex::new(None);
 
-/// What the probes with this `trace` have seen since it was asked for last.
+/// Returns what the probes with this `trace` have seen since the last call.
 pub fn seen(trace: i64) -> Vec<Row> {
     TRACES.lock().unwrap().get_or_insert_default().remove(&trace).unwrap_or_default()
 }
@@ -36,7 +36,7 @@ pub struct Count {
     /// the count
     #[output]
     y: f64,
-    /// where it starts
+    /// first value
     #[param(default = 0.0)]
     start: f64,
     /// invocations
@@ -51,7 +51,7 @@ pub struct Count {
     /// the count is a multiple of `each`, with the count
     #[condition(preset = 0.0)]
     each: ConditionOf<f64>,
-    /// when to report
+    /// value at which it reports
     #[param(default = 0.0)]
     limit: f64,
     /// invocations ever, as a value
@@ -79,19 +79,19 @@ impl Step for Count {
 /// Leaves a trace of what it reads, and passes it on: y = u.
 #[derive(FunctionBlock)]
 pub struct Probe {
-    /// what it reads
+    /// value that it reads
     #[input]
     u: f64,
     /// the same
     #[output]
     y: f64,
-    /// which trace
+    /// number of the trace
     #[param(default = 0)]
     trace: i64,
     /// u is above `limit`
     #[condition]
     above: Condition,
-    /// when to report
+    /// value at which it reports
     #[param(default = 1e300)]
     limit: f64,
 }
@@ -110,19 +110,19 @@ impl Step for Probe {
 /// Leaves a trace of what is newest: y = u.
 #[derive(FunctionBlock)]
 pub struct Watch {
-    /// what it reads
+    /// value that it reads
     #[input(asynchronous, default = 0.0)]
     u: f64,
     /// the same
     #[output]
     y: f64,
-    /// which trace
+    /// number of the trace
     #[param(default = 0)]
     trace: i64,
     /// u is above `limit`
     #[condition]
     above: Condition,
-    /// when to report
+    /// value at which it reports
     #[param(default = 1e300)]
     limit: f64,
 }
@@ -141,13 +141,13 @@ impl Step for Watch {
 /// Leaves a trace of every fourth value: y = u.
 #[derive(FunctionBlock)]
 pub struct Fourth {
-    /// what it reads
+    /// value that it reads
     #[input(ratio = 4)]
     u: f64,
     /// the same
     #[output]
     y: f64,
-    /// which trace
+    /// number of the trace
     #[param(default = 0)]
     trace: i64,
 }
@@ -188,7 +188,7 @@ pub struct Faulty {
     /// in which invocation (from 0)
     #[param(default = 3)]
     at: u64,
-    /// how
+    /// kind of the fault
     #[param(default = 1)]
     how: u32,
     /// invocations that succeeded
@@ -246,7 +246,7 @@ pub struct Halves {
     /// the difference
     #[output]
     y: f64,
-    /// which trace
+    /// number of the trace
     #[param(default = 0)]
     trace: i64,
 }

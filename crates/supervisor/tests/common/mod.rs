@@ -27,7 +27,7 @@ pub struct Rig {
     pub system: System,
 }
 
-/// What carries connections.
+/// Carrier of connections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Link {
     Memory,

@@ -60,7 +60,7 @@ fn enable(rig: &Rig) {
     assert!(matches!(rig.system.wait_enabled("j1", Some(rig.system.now_ns() + 50 * MS), LONG).unwrap(), Waited::Done(true)));
 }
 
-/// What the servo's own trace saw: one row a ms, without a gap, each at most `stride` from the one before.
+/// Checks the servo's own trace: one row a ms, without a gap, each at most `stride` from the one before.
 fn check_trace(stride: f64) -> usize {
     let rows = seen(trace());
     for w in rows.windows(2) {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-/// What each crate may know of the house.
+/// Crates of the house that each crate may use.
 const HOUSE: &[(&str, &[&str])] = &[
     ("opengpac-derive", &[]),
     ("opengpac", &["opengpac-derive"]),
@@ -81,7 +81,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// What some crates must not know of the world.
+/// Crates of the world that some crates must not use.
 const ABSENT: &[(&str, &[&str])] = &[
     ("opengpac", &["serde", "serde_json", "libc", "libloading", "pyo3"]),
     ("model", &["libc", "libloading", "pyo3", "rtrb", "tokio"]),

@@ -195,7 +195,7 @@ impl Model {
         self.check();
     }
 
-    /// What is paused does not run, and does not move while time goes on.
+    /// Checks that what is paused does not run, and does not move while time goes on.
     fn check(&self) {
         let still: Vec<usize> = (0..3).filter(|which| self.covers(*which)).collect();
         for &which in &still {

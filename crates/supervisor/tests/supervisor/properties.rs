@@ -46,7 +46,7 @@ const BLOCKS: [(&str, &str); 4] = [("a", "t.count"), ("b", "t.count"), ("p", "t.
 
 pub const VERBS: [&str; 5] = ["waits", "faults", "executes", "ends", "rests"];
 
-/// What a verb's parameter is bound to: SVVs of nobody, of a device that queues, and of one whose later user aborts the earlier.
+/// Bindings of a verb's parameter: SVVs of nobody, of a device that queues, and of one whose later user aborts the earlier.
 pub const SVVS: [&str; 4] = ["x", "y", "queue.s", "abort.s"];
 
 /// Verbs over the same blocks: waits and cycles; transitions on a halt, a fault and a limit; executes and a list that is through; an

@@ -20,7 +20,7 @@ fn pushed(rig: &Rig, suspend: &str) -> u64 {
     rig.create(json!({"verb": "push", "arguments": {"effort": channel("effort"), "position": channel("position"), "at": {"svv": "at"}}, "placement": {"*": "rtp0.fast"}}))
 }
 
-/// How far the part moves in each of the next ms, in steps of 1 ms · 1.
+/// Returns the distances that the part moves in each of the next ms, in steps of 1 ms · 1.
 fn moves(rig: &Rig, count: usize) -> Vec<f64> {
     let mut before = rig.read("at");
     (0..count)

@@ -23,7 +23,7 @@ impl Step for ReadChannel {
 /// Drives a channel: channel = gain · u.
 #[derive(FunctionBlock)]
 pub struct Drive {
-    /// what to write
+    /// value to write
     #[input(asynchronous, default = 0.0)]
     u: f64,
     /// the channel
@@ -47,10 +47,10 @@ pub struct Ramp {
     /// come to rest
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// how far it is
+    /// distance so far
     #[output]
     y: f64,
-    /// how fast it is
+    /// speed
     #[output]
     v: f64,
     /// it rests
@@ -72,22 +72,22 @@ impl Step for Ramp {
 /// Goes from `present`, read once, towards `goal`, by `stride` an invocation: y is where it is.
 #[derive(FunctionBlock)]
 pub struct Glide {
-    /// where it begins
+    /// position at which it begins
     #[input(asynchronous)]
     present: f64,
-    /// where it goes
+    /// position to which it goes
     #[param(default = 0.0)]
     goal: f64,
-    /// where it is
+    /// present position
     #[output]
     y: f64,
-    /// how far it goes each time
+    /// distance of each step
     #[param(default = 0.001)]
     stride: f64,
     /// it has begun
     #[state]
     begun: bool,
-    /// where it is
+    /// present position
     #[state]
     at: f64,
     /// it is there
@@ -112,10 +112,10 @@ impl Step for Glide {
 /// A servo: channel = gain · (u - q).
 #[derive(FunctionBlock)]
 pub struct Follow {
-    /// where it shall be
+    /// wanted position
     #[input(asynchronous)]
     u: f64,
-    /// where it is
+    /// present position
     #[input]
     q: f64,
     /// the channel
