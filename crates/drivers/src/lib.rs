@@ -30,7 +30,7 @@ mod stream;
 mod text;
 mod ur;
 
-/// What reads bytes of a machine, for fuzzers: functions that take any, and panic where one is accepted that would be written differently.
+/// Readers of a machine's bytes, for fuzzers: functions that take any, and panic where one is accepted that would be written differently.
 #[doc(hidden)]
 pub mod any_bytes {
     pub use crate::modbus::any_bytes::modbus;
@@ -83,7 +83,7 @@ pub fn declarations() -> Vec<&'static Declaration> {
     device::declarations()
 }
 
-/// What each driver that is known here declares, by name.
+/// Returns the declaration of each driver that is known here, by name.
 pub fn manuals() -> Vec<Manual> {
     declarations().into_iter().map(Manual::from).collect()
 }
@@ -124,7 +124,7 @@ pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
     device::check(kind, options)
 }
 
-/// What the machine of a driver looks like; as [`device::geometry`].
+/// Returns the shapes of a driver's machine; as [`device::geometry`].
 ///
 /// # Errors
 /// Those of [`open`].
@@ -142,7 +142,7 @@ pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
     device::try_options(kind, options)
 }
 
-/// What stands for a driver where time is virtual; as [`device::in_virtual_time`].
+/// Returns the driver that stands for another where time is virtual; as [`device::in_virtual_time`].
 pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
     register();
     device::in_virtual_time(kind, options)
@@ -171,7 +171,7 @@ pub fn each_reach_of_service<E>(
     device::each_reach_of_service(of, service, arguments, visit)
 }
 
-/// What a process runs that was started for a driver. Returns when the driver was put away, or nobody has been connected for its time to
+/// Runs a process that was started for a driver. Returns when the driver was put away, or nobody has been connected for its time to
 /// linger.
 ///
 /// # Errors
@@ -188,7 +188,7 @@ pub fn check_conformance(kind: &str, options: &Value, settings: &Settings, hear:
     driver_kit::conformance::check(kind, options, settings, hear)
 }
 
-/// What a process runs that a driver is checked in.
+/// Runs a process in which a driver is checked.
 ///
 /// # Errors
 /// For people: nobody has started it for that.

@@ -63,7 +63,7 @@ struct Loopback {
     goal: Vec<Option<f64>>,
 }
 
-/// Where the values of one part lie.
+/// Slots of the values of one part.
 struct Slots {
     position: Slot,
     velocity: Slot,

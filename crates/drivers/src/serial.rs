@@ -21,7 +21,7 @@ pub(crate) enum Parity {
     Odd,
 }
 
-/// How a line is set: 8 data bits.
+/// Settings of a line: 8 data bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
     /// Bits per second: any number that the interface can make, not only those of a list.
@@ -38,7 +38,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// How long one byte lasts on the line: start, 8 data, parity and stop bits.
+    /// Returns the duration of one byte on the line: start, 8 data, parity and stop bits.
     pub(crate) fn byte_time(&self) -> Duration {
         let bits = 9 + u32::from(self.parity != Parity::None) + u32::from(self.stop_bits);
         Duration::from_nanos(u64::from(bits) * 1_000_000_000 / u64::from(self.baud.max(1)))
@@ -180,7 +180,7 @@ impl AsFd for SerialLine {
 /// loop that reads until nothing more comes ends, also where the other side is never silent.
 pub(crate) const OVERTIME: Duration = Duration::from_secs(2);
 
-/// Whether a deadline is over by more than [`OVERTIME`].
+/// Returns true if a deadline is over by more than [`OVERTIME`].
 pub(crate) fn is_overtime(deadline: Instant) -> bool {
     Instant::now() > deadline + OVERTIME
 }

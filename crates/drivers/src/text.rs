@@ -142,7 +142,7 @@ fn framing(options: &Options) -> Result<Framing, (&'static str, String)> {
 struct Made {
     layout: Layout,
     fields: BTreeMap<String, (Field, bool)>,
-    /// How many of the channels are written.
+    /// Number of channels that are written.
     written: usize,
     indices: BTreeMap<String, usize>,
 }

@@ -19,7 +19,7 @@ fn table(name: &str) -> std::path::PathBuf {
     scratch(name, text)
 }
 
-/// Until nothing moves any more.
+/// Waits until nothing moves.
 fn rest(machine: &mut Machine) {
     (0..40).for_each(|at| machine.read(at * 100 * MS));
 }
@@ -60,7 +60,7 @@ fn a_plant_moves_to_the_same_bits_whether_contacts_are_told_or_not() {
     });
 }
 
-/// What the plant tells of all but its contacts.
+/// Returns the values of the plant, all but its contacts.
 fn bits(machine: &Machine) -> Vec<u64> {
     ["ball.pose", "box.pose", "sensor.sensor_0", "j.position"].iter().flat_map(|name| machine.get(name)).map(f64::to_bits).collect()
 }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 
-/// What a device sends when it has its n-th request, counted from 0; it also sees all requests so far. None: it closes the connection.
+/// Answer of a device to its n-th request, counted from 0; it also sees all requests so far. None: it closes the connection.
 type Script = fn(usize, &[[u8; 12]]) -> Option<Vec<u8>>;
 
 /// A device that reads requests of 12 bytes; it ends with the test's process.

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
-/// What any wait of these tests may take: only to end a test that hangs.
+/// Time limit of any wait of these tests: it only ends a test that hangs.
 const LIMIT: Duration = Duration::from_secs(300);
 const MS: i64 = 1_000_000;
 
@@ -227,7 +227,7 @@ fn rtp(options: &Value) -> (Child, SafeHandle) {
     (child, SafeHandle { descriptor, writes: serde_json::from_slice(&writes).unwrap(), latches: true })
 }
 
-/// What the guard of the test below runs: this program, started with this test alone.
+/// Process of the guard of the test below: this program, started with this test alone.
 #[test]
 #[ignore = "the guard process of another test"]
 fn the_guard_process() {

@@ -14,7 +14,7 @@ fn main() {
     }
 }
 
-/// Sends what makes its plant safe, then commands an effort of 1 for every part, for ever.
+/// Sends the handle that makes its plant safe, then commands an effort of 1 for every part, without end.
 fn rtp() {
     let link = UnixLink::from_descriptor(inherited("link").expect("passed")).expect("a socket");
     let options = link.receive(Duration::from_secs(10)).expect("the test is there").expect("in time");

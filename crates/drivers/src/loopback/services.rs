@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What loopback parts do off the cycle. The source never waits for it: what a service leaves is taken at the next reading.
+//! Services of loopback parts off the cycle. The source never waits for it: what a service leaves is taken at the next reading.
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services, UNLIMITED};
 use serde_json::Value;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ const PLACE: [OptionWord; 2] = [
 const HOLD: [OptionWord; 1] = [OptionWord::needed("seconds", Kind::Number, "how long").unit("s").within(0.0, 60.0)];
 
 device::counters! {
-    /// What is counted.
+    /// Counters of the driver.
     pub(super) enum Count {
         Readings: "readings", "", "how often it was read";
     }
@@ -28,7 +28,7 @@ device::counters! {
 /// Bits of a NaN that no service leaves: the part stays where it is.
 const STAYS: u64 = u64::MAX;
 
-/// Where services have put parts since the last reading.
+/// Positions to which services have put parts since the last reading.
 pub(super) struct Placed {
     parts: Vec<String>,
     positions: Vec<AtomicU64>,
@@ -39,7 +39,7 @@ impl Placed {
         Arc::new(Placed { parts: parts.to_vec(), positions: parts.iter().map(|_| AtomicU64::new(STAYS)).collect() })
     }
 
-    /// Where part `index` was put; nothing where it was not. Real-time safe.
+    /// Returns the position to which part `index` was put; none if it was not. Real-time safe.
     pub fn take(&self, index: usize) -> Option<f64> {
         let place = &self.positions[index];
         if place.load(Ordering::Relaxed) == STAYS {

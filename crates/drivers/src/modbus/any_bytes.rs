@@ -19,7 +19,7 @@ static PLACES: LazyLock<Vec<Place>> = LazyLock::new(|| {
     places(channels.as_object().expect("a table"), End::Server).expect("they are right").1
 });
 
-/// What a client asks for, and stores.
+/// Requests and stores of a client.
 static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| blocks(&PLACES, 20));
 
 /// The first byte says what the others are: what a client of a server sends, an answer to a client, a frame on a serial line.

@@ -15,9 +15,9 @@ pub(super) struct Client {
     blocks: Vec<Block>,
     outputs: Vec<Output>,
     desk: Arc<Desk>,
-    /// What was read last: blocks have paces of their own.
+    /// Last readings: blocks have periods of their own.
     readings: Vec<u8>,
-    /// Whether the device is asked for mask writes: until it refuses the function.
+    /// True while the device is asked for mask writes: until it refuses the function.
     has_mask_write: bool,
 }
 

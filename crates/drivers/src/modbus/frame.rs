@@ -70,7 +70,7 @@ pub(super) fn unframed(frame: &[u8]) -> Result<(u8, &[u8]), Damaged> {
     }
 }
 
-/// How long an answer on a serial line is that begins so; none: its beginning does not say yet.
+/// Returns the length of an answer on a serial line that begins so; none: its beginning does not say yet.
 pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, Damaged> {
     let Some(function) = begins.get(1) else { return Ok(None) };
     let len = match function {

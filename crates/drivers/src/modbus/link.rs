@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 device::counters! {
-    /// What is counted.
+    /// Counters of the link.
     pub(super) enum Count {
         Requests: "requests", "", "requests sent, repeated ones included";
         Timeouts: "timeouts", "", "requests without an answer in time";
@@ -36,7 +36,7 @@ pub(super) fn address_of(text: &str) -> Result<Address, String> {
     Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
 }
 
-/// What is wrong with an answer that was damaged.
+/// Fault of a damaged answer.
 const NO_HEADER: &str = "it begins with no header of Modbus TCP";
 const NO_FUNCTION: &str = "its function code or its length is none of Modbus";
 const WRONG_SUM: &str = "its CRC is wrong; look at cable, terminating resistors, baud rate and parity";
@@ -45,7 +45,7 @@ const OTHER_REQUEST: &str = "it answers another request: its function, length or
 const MORE: &str = "it has more bytes than it says";
 const CUT_OFF: &str = "it was cut off";
 
-/// Why there is no answer.
+/// Reason why there is no answer.
 #[derive(Debug)]
 pub(super) enum Fault {
     Exception(Exception),
@@ -85,16 +85,16 @@ impl Answer {
     }
 }
 
-/// What one device is asked by; clones ask the same one.
+/// Link to one device; clones ask the same one.
 #[derive(Clone)]
 pub(super) struct Link<L = Arc<Turns<Line>>> {
     line: L,
     /// Where it is, for people.
     place: String,
     pub unit: u8,
-    /// How long an answer may take.
+    /// Time limit of an answer.
     pub answer: Duration,
-    /// How often it is asked again.
+    /// Number of repetitions of a request.
     pub retries: u32,
     pub counters: Arc<Counters>,
 }
@@ -163,7 +163,7 @@ impl Link {
         }
     }
 
-    /// Why a request failed, for people.
+    /// Returns why a request failed, for people.
     pub(super) fn error(&self, request: &Request<'_>, fault: &Fault) -> DeviceError {
         DeviceError { message: format!("unit {} at {} did not {request}: {fault}", self.unit, self.place) }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which channel lies where in the tables of a device, as a program declares it.
+//! Map of the channels in the tables of a device, as a program declares it.
 use super::pdu::Space;
 use super::value::{Form, Of, Order};
 use device::{Channel, Kind, Layout, OptionWord, Slot};
@@ -56,7 +56,7 @@ enum Byte {
     Low,
 }
 
-/// Which end of the wire the channels are of.
+/// End of the wire of the channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
     /// It asks a device.
@@ -65,12 +65,12 @@ pub(super) enum End {
     Server,
 }
 
-/// When a channel is written.
+/// Condition on which a channel is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Write {
     /// It is read.
     Never,
-    /// Where its value on the wire is another than before.
+    /// It is written when its value on the wire has changed.
     Changed,
     /// In each period.
     Each,
@@ -102,12 +102,12 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// How many registers or bits it takes.
+    /// Returns the number of registers or bits that it takes.
     pub(super) fn count(&self) -> u16 {
         self.form.registers()
     }
 
-    /// Whether it is a part of a register, whose other bits belong to other channels or to the device.
+    /// Returns true if it is a part of a register, whose other bits belong to other channels or to the device.
     pub(super) fn is_part(&self) -> bool {
         self.form.mask() != u16::MAX
     }
@@ -246,7 +246,7 @@ fn safe(asked: &Asked, form: &Form) -> Result<Vec<u8>, String> {
     }
 }
 
-/// What one request reads: a range of one table, and the channels in it.
+/// Block that one request reads: a range of one table, and the channels in it.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     pub space: Space,

@@ -25,17 +25,17 @@ impl Space {
         matches!(self, Space::Coil | Space::Discrete)
     }
 
-    /// Whether a client may write it.
+    /// Returns true if a client may write it.
     pub(super) fn is_written(self) -> bool {
         matches!(self, Space::Coil | Space::Holding)
     }
 
-    /// How many one request reads at most.
+    /// Returns the maximum number that one request reads.
     pub(super) fn read_max(self) -> u16 {
         if self.is_bits() { 2000 } else { 125 }
     }
 
-    /// How many one request writes at most.
+    /// Returns the maximum number that one request writes.
     pub(super) fn write_max(self) -> u16 {
         if self.is_bits() { 1968 } else { 123 }
     }
@@ -70,7 +70,7 @@ impl fmt::Display for Space {
     }
 }
 
-/// What a client asks.
+/// Request of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request<'a> {
     Read {
@@ -91,7 +91,7 @@ pub(super) enum Request<'a> {
         keep: u16,
         set: u16,
     },
-    /// Who the device is; from this object on.
+    /// Asks for the identity of the device, from this object on.
     Identify {
         from: u8,
     },
@@ -121,7 +121,7 @@ impl Exception {
     pub(super) const ILLEGAL_ADDRESS: Exception = Exception(2);
     pub(super) const ILLEGAL_VALUE: Exception = Exception(3);
 
-    /// Whether the same request may have another answer soon: acknowledge, busy, and a gateway that had no answer.
+    /// Returns true if the same request may have another answer soon: acknowledge, busy, and a gateway that had no answer.
     pub(super) fn passes(self) -> bool {
         matches!(self.0, 5 | 6 | 11)
     }
@@ -145,7 +145,7 @@ impl fmt::Display for Exception {
     }
 }
 
-/// Why an answer is none to the request.
+/// Reason why an answer is none to the request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NoAnswer {
     Refused(Exception),
@@ -167,7 +167,7 @@ impl Pdu {
         &self.bytes[..self.len]
     }
 
-    /// What does not fit is left out: no request of ours comes to that.
+    /// Appends bytes; those that do not fit are left out: no request of ours comes to that.
     pub(super) fn put(&mut self, more: &[u8]) {
         let end = (self.len + more.len()).min(PDU_MAX);
         self.bytes[self.len..end].copy_from_slice(&more[..end - self.len]);
@@ -213,7 +213,7 @@ impl<'a> Request<'a> {
         pdu
     }
 
-    /// What a device is asked; an exception where it is not asked rightly.
+    /// Reads a request to a device; an exception if it is malformed.
     pub(super) fn decode(pdu: &'a [u8]) -> Result<Request<'a>, Exception> {
         let (function, rest) = pdu.split_first().ok_or(Exception::ILLEGAL_FUNCTION)?;
         let word = |at: usize| rest.get(at..at + 2).map(|two| u16::from_be_bytes([two[0], two[1]])).ok_or(Exception::ILLEGAL_VALUE);
@@ -253,7 +253,7 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// What a device answers to this request: the bits or registers of a read, the objects of an identification, nothing of a write.
+    /// Returns the data of a device's answer to this request: the bits or registers of a read, the objects of an identification, nothing of a write.
     pub(super) fn answer<'b>(&self, pdu: &'b [u8]) -> Result<&'b [u8], NoAnswer> {
         let function = self.encode().bytes[0];
         match (*self, pdu) {
@@ -272,7 +272,7 @@ impl<'a> Request<'a> {
     }
 }
 
-/// What a device answers that refuses.
+/// Returns the answer of a device that refuses.
 pub(super) fn refusal(function: u8, why: Exception) -> Pdu {
     let mut pdu = Pdu::EMPTY;
     pdu.put(&[function | 0x80, why.0]);

@@ -8,7 +8,7 @@ use device::{DriverError, Found, Given};
 use serde_json::json;
 use std::time::Duration;
 
-/// How long one that is asked may take where nothing is said: a line of 247 units is looked through in 25 s.
+/// Default time limit of an answer: a line of 247 units is searched in 25 s.
 const ANSWER: Duration = Duration::from_millis(100);
 /// Over TCP, where a device may be behind a gateway.
 const ANSWER_TCP: Duration = Duration::from_millis(500);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a Modbus device does off the cycle: single registers, and who it is.
+//! Services of a Modbus device off the cycle: single registers, and its identity.
 use super::link::{Line, Link};
 use super::map::Place;
 use super::pdu::{Request, Space, objects};
@@ -83,7 +83,7 @@ impl Services for Desk {
     }
 }
 
-/// What the arguments name.
+/// Address that the arguments name.
 struct At {
     space: Space,
     address: u16,
@@ -115,7 +115,7 @@ fn wrong(message: &str) -> DeviceError {
 /// The names of the objects in the standard.
 const OBJECTS: [&str; 7] = ["vendor", "product_code", "version", "vendor_url", "product", "model", "application"];
 
-/// What the device says of itself (function 43/14).
+/// Returns the identification of the device (function 43/14).
 pub(super) fn identification(link: &Link) -> Result<Value, DeviceError> {
     let mut said = Map::new();
     let mut from = Some(0);

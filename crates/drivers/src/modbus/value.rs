@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What registers mean: numbers over one to four of them, in one of four orders, with scale and offset; single bits.
+//! Meaning of registers: numbers over one to four of them, in one of four orders, with scale and offset; single bits.
 use device::counts::Counts;
 use device::{Number, Type};
 use serde::Deserialize;
@@ -22,7 +22,7 @@ pub(super) enum Of {
 impl Of {
     pub(super) const NAMES: &'static str = "int16, uint16, int32, uint32, int64, uint64, float or double";
 
-    /// How many registers it takes.
+    /// Returns the number of registers that it takes.
     pub(super) fn registers(self) -> u16 {
         match self {
             Of::Int16 | Of::Uint16 => 1,
@@ -94,7 +94,7 @@ impl Order {
     }
 }
 
-/// How a channel lies in registers or in a bit.
+/// Form of a channel in registers or in a bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Form {
     /// A coil or a discrete input.

@@ -4,7 +4,7 @@ use super::contacts::GIVEN;
 use super::model::{Arm, Joint};
 use device::{Channel, Layout, Slot, Type};
 
-/// Where the values of an arm lie.
+/// Slots of the values of an arm.
 pub(super) struct Slots {
     /// Of each joint: position, velocity, bias, effort of the motor and its limit; effort.
     pub joints: Vec<([Slot; 5], Slot)>,

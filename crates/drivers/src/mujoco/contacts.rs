@@ -8,9 +8,9 @@ pub(super) const SENSOR: &str = "opengpac.contacts";
 const FILE: &str = ".opengpac-contacts.xml";
 /// The most that can be asked for.
 pub(super) const CONTACTS_MAX: u32 = 64;
-/// What the sensor tells of a contact: force in the contact's axes, place, normal and tangent in the world.
+/// Numbers of the sensor for a contact: force in the contact's axes, place, normal and tangent in the world.
 pub(super) const TOLD: usize = 12;
-/// What the channel has of it: place and force in the world.
+/// Numbers of the channel for a contact: place and force in the world.
 pub(super) const GIVEN: usize = 6;
 
 /// A file that includes the model at `model`, with the sensor of so many contacts, and where it has to stand: beside the model, from where the

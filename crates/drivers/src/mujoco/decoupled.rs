@@ -15,7 +15,7 @@ const SPEED_OF_FRICTION: f64 = 2e-3;
 const SPEED_OF_FRICTION_M: f64 = 2e-4;
 
 impl Plant {
-    /// Whether a joint moves by a decoupled effort.
+    /// Returns true if a joint moves by a decoupled effort.
     pub(super) fn is_decoupled(&self, j: usize) -> bool {
         !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 && self.decoupled[j].is_finite()
     }
@@ -44,12 +44,12 @@ impl Plant {
         }
     }
 
-    /// Whether a joint is a decoupled one whose motor can hold it.
+    /// Returns true if a joint is a decoupled one whose motor can hold it.
     fn is_given(&self, j: usize) -> bool {
         self.is_decoupled(j) && self.given[self.arm.joints[j].velocity]
     }
 
-    /// Whether a motor cannot give an effort.
+    /// Returns true if a motor cannot give an effort.
     fn is_beyond(&self, j: usize, effort: f64) -> bool {
         effort.abs() > self.arm.joints[j].part.effort_max
     }

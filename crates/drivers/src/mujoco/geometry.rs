@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// Groups of shapes that are shown.
 const GROUPS_SHOWN: i32 = 3;
-/// What a shape's colour is where the model does not give it one of its own.
+/// Default colour of a shape to which the model gives none of its own.
 const COLOUR_DEFAULT: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 /// `mjtGeom`, by number; a mesh without its triangles is shown as a box.
 const SHAPES: [&str; 9] = ["plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "box", "sdf"];
@@ -37,7 +37,7 @@ pub(super) fn geometry(arm: &Arm, fields: &Fields, triangles: impl FnOnce(&[i32]
     Geometry { bodies: bodies.collect(), meshes, contacts: None }
 }
 
-/// What belongs to a body, in order.
+/// Returns the items of a body, in order.
 fn of_body<T: Clone>(body: usize, all: &[(usize, T)]) -> Vec<T> {
     all.iter().filter(|(of, _)| *of == body).map(|(_, value)| value.clone()).collect()
 }

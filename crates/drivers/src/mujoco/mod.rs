@@ -75,7 +75,7 @@ struct Options {
     contacts: u32,
 }
 
-/// What the model looks like: the same model, loaded once more.
+/// Returns the shapes of the model: the same model, loaded once more.
 fn shape(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
     let options: Options = given.read()?;
     let mujoco = library::load(options.library.as_deref())?;
@@ -94,7 +94,7 @@ fn tried(given: &Given<'_>) -> Result<(), DriverError> {
     })
 }
 
-/// Loads the library and the model. The description: `{"parts": […], "tool": bool, "timestep": s}`.
+/// Loads the library and the model. The description is `{"parts": […], "tool": bool, "timestep": s}`.
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let options: Options = given.read()?;
     let mujoco = library::load(options.library.as_deref())?;

@@ -18,7 +18,7 @@ const PLACE: [OptionWord; 1] =
     [OptionWord::with_default("positions", Kind::List, "where it was at the start", "of its joints, in the order of its parts, in rad or m")
         .within(-UNLIMITED, UNLIMITED)];
 
-/// Where a service has put the arm since the last reading.
+/// Position to which a service has put the arm since the last reading.
 pub(super) struct Places {
     joints: Vec<Joint>,
     asked: Mutex<Asked>,

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// The most that one reading advances; a plant that was not read for longer stands still for the rest.
 const ADVANCE_NS_MAX: i64 = 1_000_000_000;
-/// How long a brake slows a joint down at the most: one whose weight is greater than the effort of its drive would never stand still.
+/// Maximum time for which a brake slows a joint down: one whose weight exceeds the effort of its drive would never stand still.
 const BRAKING_NS_MAX: i64 = 1_000_000_000;
 /// Steps that are made and taken back before the first firing, so that every page and branch has been used.
 const WARM_UP_STEPS: usize = 50;
@@ -171,7 +171,7 @@ impl Plant {
         }
     }
 
-    /// Closes the brake of a joint. It slows the joint down with the greatest effort of its drive, and holds it where it stands then; a joint
+    /// Closes the brake of a joint. It slows the joint down with the maximum effort of its drive, and holds it where it stands then; a joint
     /// that this effort does not stop within `BRAKING_NS_MAX` is held where it is.
     fn close_brake(&mut self, j: usize) {
         if !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 {

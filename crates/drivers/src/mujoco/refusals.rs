@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why there is no simulated arm, in words.
+//! Reasons why there is no simulated arm, in words.
 use device::DriverError;
 use std::path::Path;
 

@@ -14,7 +14,7 @@ use std::time::SystemTime;
 
 const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("trial.py"));
 pub(super) const LIMIT_S: u32 = 60;
-/// How many models that passed are remembered.
+/// Number of models that passed and are remembered.
 const PASSED_MAX: usize = 64;
 
 /// A file as it was: the library that tried it, where it is, its length and time of change.
@@ -28,7 +28,7 @@ struct Seen {
 
 static PASSED: Mutex<VecDeque<Seen>> = Mutex::new(VecDeque::new());
 
-/// What is wrong with a model, in MuJoCo's words and ours. Blocks until the child is through.
+/// Checks a model; the error is in MuJoCo's words and ours. Blocks until the child is through.
 pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
     let seen = seen(library, model);
     let passed = || PASSED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -53,7 +53,7 @@ fn seen(library: &Path, model: &Path) -> Option<Seen> {
     Some(Seen { library: library.into(), model: model.into(), len: of.len(), changed: of.modified().ok()? })
 }
 
-/// What the child found; nothing, where it did not come to try.
+/// Returns the verdict of the child; none if it did not come to try.
 fn verdict(output: &Output) -> Result<Option<bool>, String> {
     let said = String::from_utf8_lossy(&output.stdout);
     let Some(said) = said.strip_prefix("trying ") else { return Ok(None) };

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a plant is found and asked: its socket by its name, one answer to one question.
+//! Finding and asking a plant: its socket by its name, one answer to one question.
 use super::words::{Answer, Ask};
 use process_kit::{UnixLink, run_folder};
 use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How long a plant may take to make, load and describe itself.
+/// Time limit for a plant to make, load and describe itself.
 pub(super) const ANSWER: Duration = Duration::from_secs(120);
-/// How the socket of a plant begins that others find by its name.
+/// Prefix of the socket of a plant that others find by its name.
 pub(super) const SOCKET: &str = "plant-";
 /// The name of the descriptor of the first link.
 pub(super) const LINK: &str = "link";
-/// That of the link over which a driver in a process of its own is asked for services: they last, and no other word waits for them.
+/// Name of the link over which a driver in a process of its own is asked for services: they last, and no other message waits for them.
 pub(super) const SERVICES: &str = "services";
 
-/// Where the plant of that name listens.
+/// Returns the path at which the plant of that name listens.
 pub(super) fn place(name: &str) -> std::io::Result<PathBuf> {
     Ok(run_folder()?.join(format!("{SOCKET}{name}")))
 }

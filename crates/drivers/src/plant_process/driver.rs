@@ -14,9 +14,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// How long a plant may take to put itself away.
+/// Time limit for a plant to put itself away.
 const END: Duration = Duration::from_secs(5);
-/// Readings of this part of their greatest age are late.
+/// Share of their maximum age, an eighth, from which readings are late.
 const LATE: i64 = 8;
 
 /// Times after which the process counts as lost, ns.
@@ -42,7 +42,7 @@ pub(super) struct PlantProcess {
     timeout_ns: Option<i64>,
     /// Where the process says when its readings were taken, and a program reads how old they are; none: it is a machine, which says nothing.
     age: Option<Slot>,
-    /// Where others find it.
+    /// Path at which others find it.
     path: Option<PathBuf>,
     session: Option<Session>,
     services: Option<Arc<Asked>>,
@@ -56,7 +56,7 @@ struct Session {
     /// Steps of the plant at the last read, and the release at which that number was new.
     steps: u64,
     stepped_ns: Option<i64>,
-    /// How much the clock of the source is ahead of that of this host.
+    /// Lead of the source's clock over that of this host.
     ahead_ns: i64,
 }
 
@@ -258,7 +258,7 @@ impl Driver for PlantProcess {
 }
 
 impl Drop for PlantProcess {
-    /// One that was made and never opened leaves no process behind either.
+    /// Closes it, so that a driver that was made and never opened leaves no process behind either.
     fn drop(&mut self) {
         if self.child.is_some() || self.session.is_some() {
             self.close();

@@ -7,7 +7,7 @@
 //! When the process of its driver is gone, the plant goes on under the last commands, as a drive without a watchdog does; it has none unless one is
 //! asked for, so that what the guard does shows. With one it goes to its safe commands where no new group of commands comes for that long after one
 //! that claims anything. Its safe handle is a flag and safe commands in the memory that both share: the plant obeys them from
-//! its next step on, until a driver opens it anew.
+//! its next step on, until a driver opens it again.
 //!
 //! Time runs as it does on the wall; under the virtual clock the driver runs in place.
 mod asking;
@@ -91,7 +91,7 @@ fn in_place(options: &Value) -> Option<(String, Value)> {
     Some((inner.kind, inner.options))
 }
 
-/// What the machine of the inner driver looks like.
+/// Returns the shapes of the inner driver's machine.
 fn geometry(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
     let options: Options = given.read()?;
     device::geometry(&options.driver.kind, &options.driver.options)
@@ -138,7 +138,7 @@ fn found(name: &str) -> Option<Found> {
     Some(Found { what: format!("plant '{name}' of driver '{}', {} channels", made.kind, channels.len()), options })
 }
 
-/// How the plant of that name is.
+/// Returns the state of the plant of that name.
 ///
 /// # Errors
 /// There is none, in words.

@@ -57,7 +57,7 @@ struct Options {
     object: serde_json::Map<String, Value>,
 }
 
-/// Where time is virtual: the same class in this process.
+/// Returns the driver under virtual time: the same class in this process.
 fn in_place(options: &Value) -> Option<(String, Value)> {
     let options: Options = serde_json::from_value(options.clone()).ok()?;
     let mut object = options.object;

@@ -11,7 +11,7 @@
 //!
 //! Either side may write any word of it at any time: each is checked as it is read, and a word that cannot be ends the session.
 //!
-//! Nobody waits for anybody. The memory is new for each session: a driver that was cut off writes where nobody reads any more.
+//! Nobody waits for anybody. The memory is new for each session: a driver that was cut off writes where nobody reads.
 use device::{Channel, Direction};
 use interconnect::triple::{BACK_AT_FIRST, FRONT_AT_FIRST, MIDDLE_AT_FIRST, in_the_middle, is_possible};
 use interconnect::{TripleMemory, TripleReader, TripleWriter};
@@ -32,11 +32,11 @@ const TEXT: usize = FAILED + 8;
 const TEXT_MAX: usize = 4 * LINE - 8;
 /// Not 0: no commands came for the timeout of the plant.
 const TIMED_OUT: usize = 6 * LINE;
-/// How often the driver asked for the safe state.
+/// Number of times that the driver asked for the safe state.
 const RESTS: usize = 7 * LINE;
 const SAFE: usize = 8 * LINE;
 
-/// How many bytes there are of what.
+/// Sizes of the region's parts, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Shape {
     pub readings: usize,
@@ -117,7 +117,7 @@ impl Region {
         Ok(region)
     }
 
-    /// What the plant sent, by the driver.
+    /// Makes the driver's side of a region that the plant sent.
     pub fn received(descriptor: OwnedFd, shape: Shape) -> io::Result<Region> {
         Ok(Region { memory: Arc::new(SharedMemory::received(descriptor, shape.len())?), spoilt: Arc::default(), safe_group: Vec::new(), shape })
     }
@@ -134,35 +134,35 @@ impl Region {
         Shared { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.readings_start(), len: self.shape.told() }
     }
 
-    /// The two ends of the plant. Once for each region.
+    /// The two ends of the plant. They are taken once for each region.
     pub fn plant_ends(&self) -> (TripleReader<Shared>, TripleWriter<Shared>) {
         // SAFETY: the plant alone makes these ends, once, of memory that it has just made; so each buffer is where it is at first.
         unsafe { (TripleReader::in_memory(self.commands(), FRONT_AT_FIRST), TripleWriter::in_memory(self.readings(), BACK_AT_FIRST)) }
     }
 
-    /// The two ends of the driver. Once for each region.
+    /// The two ends of the driver. They are taken once for each region.
     pub fn driver_ends(&self) -> (TripleWriter<Shared>, TripleReader<Shared>) {
         // SAFETY: the plant sends the memory of a session to one driver, which makes these ends once; it has exchanged nothing before, and
         // what the plant has exchanged it has exchanged against the middle.
         unsafe { (TripleWriter::in_memory(self.commands(), BACK_AT_FIRST), TripleReader::in_memory(self.readings(), FRONT_AT_FIRST)) }
     }
 
-    /// Whether the safe commands count: also where no others can be believed.
+    /// Returns true if the safe commands count: also if no others can be believed.
     pub fn is_safe(&self) -> bool {
         self.memory.word(FLAG).load(Ordering::Acquire) != 0 || self.spoilt.load(Ordering::Relaxed)
     }
 
-    /// Whether the plant has gone to its safe commands by itself.
+    /// Returns the word that says that the plant has gone to its safe commands by itself.
     pub fn timed_out(&self) -> &AtomicU64 {
         self.memory.word(TIMED_OUT)
     }
 
-    /// How often the driver asked for the safe state, beside the commands: a command that follows does not undo it.
+    /// Returns the number of times that the driver asked for the safe state, beside the commands: a command that follows does not undo it.
     pub fn rests(&self) -> &AtomicU64 {
         self.memory.word(RESTS)
     }
 
-    /// What the guard writes: the safe commands, then the flag.
+    /// Returns the writes of the guard: the safe commands, then the flag.
     pub fn safe_writes(&self, safe_group: &[u8]) -> Vec<(u64, Vec<u8>)> {
         // Any byte of the flag but 0 will do, so it counts from the first byte that has arrived.
         vec![(SAFE as u64, safe_group.to_vec()), (FLAG as u64, vec![1; 8])]
@@ -199,7 +199,7 @@ impl Region {
         self.memory.word(FAILED).store(len as u64, Ordering::Release);
     }
 
-    /// Why the plant does not go on. Allocates only where it does not.
+    /// Returns why the plant does not go on. Allocates only where it does not.
     pub fn failure(&self) -> Option<String> {
         if self.spoilt.load(Ordering::Relaxed) {
             return Some(

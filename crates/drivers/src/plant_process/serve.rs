@@ -19,7 +19,7 @@ const LATE_STEPS_MAX: i64 = 10;
 /// Below the guard, above every kernel: a machine does not wait for software.
 const PRIORITY: i32 = 97;
 
-/// What the plant process runs. Returns when it was put away, or nobody has been connected for its time to linger.
+/// Runs the plant process. Returns when it was put away, or nobody has been connected for its time to linger.
 ///
 /// # Errors
 /// For people: it was not started by a driver.
@@ -50,7 +50,7 @@ pub fn run() -> Result<(), String> {
     }
 }
 
-/// Where it is given; a plant without it is only less punctual.
+/// Raises the priority of this thread if that is permitted; a plant without it is only less punctual.
 fn prioritise() {
     let parameter = libc::sched_param { sched_priority: PRIORITY };
     // SAFETY: this thread's own scheduling and timers.
@@ -65,11 +65,11 @@ struct Plant {
     described: Described,
     shape: Shape,
     safe_group: Vec<u8>,
-    /// Where it says when its readings were taken.
+    /// Slot of the age of its readings.
     age: Option<Slot>,
     taken: Taken,
     listener: Option<Listener>,
-    /// Who talks to it, each with a number.
+    /// Links to its clients, each with a number.
     links: Vec<(u64, UnixLink)>,
     next_link: u64,
     session: Option<Session>,
@@ -81,16 +81,16 @@ struct Plant {
     time_ns: i64,
     steps: u64,
     failed: Option<String>,
-    /// When it first obeyed the safe commands of this session.
+    /// Time at which it first obeyed the safe commands of this session.
     obeyed_ns: i64,
     /// When commands came last that claim anything; none: it was told to be at rest, or nothing in this session.
     commanded_ns: Option<i64>,
-    /// When somebody was connected last.
+    /// Time at which a client was connected last.
     seen_ns: i64,
     is_put_away: bool,
 }
 
-/// When the machine took the newest readings.
+/// Time at which the machine took the newest readings.
 struct Taken {
     /// As the driver told it, on the clock of its steps.
     told_ns: Option<i64>,
@@ -109,13 +109,13 @@ impl Taken {
     }
 }
 
-/// What it shares with the driver that has opened it.
+/// State that it shares with the driver that has opened it.
 struct Session {
     region: Region,
     commands: TripleReader<Shared>,
     readings: TripleWriter<Shared>,
     holder: u64,
-    /// How often its driver had asked for the safe state.
+    /// Number of times that its driver had asked for the safe state.
     rests: u64,
 }
 
@@ -180,7 +180,7 @@ impl Plant {
         self.driver.close();
     }
 
-    /// Whether it goes on: somebody is connected, or was so lately.
+    /// Returns true if it goes on: a client is connected, or was so lately.
     fn has_reason(&mut self) -> bool {
         if !self.links.is_empty() {
             self.seen_ns = now_ns();
@@ -309,7 +309,7 @@ impl Plant {
         answer(link, &told, &[])
     }
 
-    /// How often the driver that has opened it has asked for the safe state.
+    /// Returns the number of times that the driver that has opened it has asked for the safe state.
     fn rests(&self) -> Option<u64> {
         self.session.as_ref().map(|session| session.region.rests().load(Ordering::Acquire))
     }

@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// How often a call that waits looks whether there is a process to answer it.
+/// Period at which a call that waits looks whether there is a process to answer it.
 const LOOK: Duration = Duration::from_secs(1);
 
 pub(super) struct Asked {
     pub words: &'static [ServiceWord],
     /// None once the device is closed.
     pub link: Mutex<Option<UnixLink>>,
-    /// How often the device was brought to its safe state since it was opened.
+    /// Number of times that the device was brought to its safe state since it was opened.
     pub rests: AtomicU64,
 }
 

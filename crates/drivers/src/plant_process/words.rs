@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a driver and its plant process say to each other while nothing is in real time: one JSON text a frame.
+//! Messages between a driver and its plant process while nothing is in real time: one JSON text a frame.
 use device::{Channel, Direction, Slot};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -18,11 +18,11 @@ pub(super) enum Ask {
     State,
     /// A service of the driver, with arguments that were checked. It is carried out between two steps.
     Serve(String, Value),
-    /// One that moves the machine, where the safe state was asked for so often when it was let through.
+    /// Calls a service that moves the machine, with the number of times that the safe state had been asked for when it was let through.
     Move(String, Value, u64),
 }
 
-/// What a plant was made from.
+/// Origin of a plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Made {
     pub kind: String,
@@ -51,12 +51,12 @@ pub(super) enum Answer {
 pub(super) struct Described {
     pub made: Made,
     pub channels: Vec<ChannelText>,
-    /// What the driver says of itself.
+    /// Description by the driver.
     pub about: Value,
     pub step_ns: i64,
 }
 
-/// How a plant process is, for who watches it.
+/// State of a plant process, for a client that watches it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantState {
     /// It obeys its safe commands, and has at least one step behind it in which it did.
@@ -65,7 +65,7 @@ pub struct PlantState {
     pub obeyed_ns: i64,
     /// Steps since it was made.
     pub steps: u64,
-    /// Why it does not go on, if it does not.
+    /// Reason why it does not go on, if it does not.
     pub failed: Option<String>,
     /// The newest readings, as the channels lie.
     pub readings: Vec<u8>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a servo is met, gets its torque and loses it, and what is done for services meanwhile.
+//! Arming of a servo: it is met, gets its torque and loses it, and services are carried out meanwhile.
 use super::calibration::{Calibration, Entry};
 use super::driver::Servos;
 use super::frame::{Ask, BROADCAST, Frame};
@@ -9,7 +9,7 @@ use device::DeviceError;
 use serde_json::{Value, json};
 use std::time::{Duration, Instant};
 
-/// How long a servo may take to start anew.
+/// Time limit for a servo to restart.
 const REBOOT: Duration = Duration::from_secs(2);
 /// Of an error number: that there is something to be read.
 const ALERT: u8 = 0x80;
@@ -210,7 +210,7 @@ impl Servos {
         Ok(self.counts())
     }
 
-    /// Where each is now.
+    /// Returns the present position of each, counts.
     fn counts(&self) -> Value {
         self.joints.iter().map(|joint| (joint.wired.name.clone(), json!(joint.present.counts))).collect()
     }

@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 
 /// The most servos of one bus.
 pub(super) const SERVOS_MAX: usize = 64;
-/// How long a servo waits before it answers, at most: its register for that ends at 0.5 ms.
+/// Maximum time for which a servo waits before it answers: its register for that ends at 0.5 ms.
 const RETURN_DELAY: Duration = Duration::from_millis(1);
 
 device::counters! {
-    /// What is counted.
+    /// Counters of the bus.
     pub(super) enum Count {
         Exchanges: "exchanges", "", "exchanges in which every servo answered";
         Timeouts: "timeouts", "", "answers that did not come in time";
@@ -29,18 +29,18 @@ device::counters! {
     }
 }
 
-/// How a line is to be used.
+/// Timing of a line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Timing {
     pub(super) baud: u32,
-    /// What the adapter and the host may take beyond the time on the wire.
+    /// Time that the adapter and the host may take beyond the time on the wire.
     pub(super) latency: Duration,
     pub(super) retries: u32,
-    /// Whether the adapter gives back what it is given; none: it is tried.
+    /// True if the adapter echoes what it is given; none: it is tried.
     pub(super) echo: Option<bool>,
 }
 
-/// What a servo answered to a request of its own.
+/// Answer of a servo to a request of its own.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Answered {
     pub(super) error: u8,
@@ -105,7 +105,7 @@ impl Bus {
         Ok(())
     }
 
-    /// Whether a servo of that id is there.
+    /// Returns true if a servo of that id is there.
     pub(super) fn ping(&mut self, id: u8) -> Result<bool> {
         let len = if self.protocol == Protocol::Dynamixel { 3 } else { 0 };
         self.one(id, Ask::Ping, len).map(|answered| answered.is_some())
@@ -121,7 +121,7 @@ impl Bus {
         self.one(id, Ask::Write { address, bytes }, 0)
     }
 
-    /// Starts a servo anew; its answer is not waited for long, as it may be on its way down.
+    /// Restarts a servo; its answer is not waited for long, as it may be on its way down.
     pub(super) fn reboot(&mut self, id: u8) -> Result<()> {
         self.once(id, Ask::Reboot, &[id], &mut [false], 0, &mut |_, _| ())
     }

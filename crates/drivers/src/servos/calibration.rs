@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where the joints of an arm have their zero and their ends: a file that is in the form of lerobot's calibrations.
+//! Zeros and ends of the joints of an arm: a file that is in the form of lerobot's calibrations.
 //!
 //! A JSON table: each joint's name with `id`, `drive_mode` (1: it counts the other way), `homing_offset` (what the servo itself adds, for
 //! comparison), `range_min` and `range_max` (counts). The zero is the middle of the range, as lerobot counts degrees; where another was

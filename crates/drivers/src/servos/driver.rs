@@ -24,7 +24,7 @@ pub(super) struct Servos {
     max_speed: f64,
     /// Of the servos themselves, in their units.
     pub(super) watchdog: Option<u8>,
-    /// Which joint's was looked at last.
+    /// Index of the joint that was looked at last.
     pub(super) looked: usize,
     channels: Vec<Channel>,
     pub(super) joints: Vec<Joint>,
@@ -33,7 +33,7 @@ pub(super) struct Servos {
     pub(super) counters: Arc<Counters>,
     ids: Vec<u8>,
     done: Vec<bool>,
-    /// What a frame for several carries.
+    /// Data of a frame for several servos.
     pub(super) rows: Vec<u8>,
     written_ns: Option<i64>,
     /// Processor time of the latest write.
@@ -45,7 +45,7 @@ pub(super) struct Joint {
     pub(super) wired: Wired,
     slots: Slots,
     pub(super) present: Present,
-    /// What its latest answer says is wrong.
+    /// Error that its latest answer reports.
     error: u8,
     pub(super) has_torque: bool,
     /// rad: what it was told last.
@@ -59,7 +59,7 @@ pub(super) struct Joint {
     pub(super) seam: Option<(f64, f64)>,
 }
 
-/// Where the values of a joint lie.
+/// Slots of the values of a joint.
 struct Slots {
     position: Slot,
     velocity: Slot,
@@ -104,7 +104,7 @@ impl Servos {
         DeviceError { message: format!("servo '{name}' (id {id}) on {} {what}", self.port) }
     }
 
-    /// What a failure of the line is.
+    /// Returns the error of a failure of the line.
     pub(super) fn gone(&self, why: &std::io::Error) -> DeviceError {
         DeviceError { message: format!("{}: {why}; plug its adapter in again, then reset() and enable()", self.port) }
     }

@@ -4,7 +4,7 @@
 use super::frame::{Answer, Ask, BROADCAST, FRAME_MAX, Frame, ID_MAX, Taken};
 
 const HEAD: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
-/// What is stuffed where it would stand in a frame.
+/// Bytes that are stuffed where they would stand in a frame.
 const STUFFED: [u8; 3] = [0xff, 0xff, 0xfd];
 /// Bytes before the word: the head, the id, the length.
 const BEFORE: usize = 7;
@@ -71,7 +71,7 @@ pub(super) fn write(frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
     true
 }
 
-/// What is written behind the length of a frame.
+/// Writer of the bytes behind the length of a frame.
 struct Stuffing<'a> {
     frame: &'a mut Frame,
     last: [u8; 2],

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the two protocols of serial servos have in common: a host asks, a servo answers, and each frame says where it ends.
+//! Common form of the two protocols of serial servos: a host asks, a servo answers, and each frame says where it ends.
 
 /// The longest frame of either protocol that is sent or taken.
 pub(super) const FRAME_MAX: usize = 512;
 /// The servo that everyone is: nobody answers.
 pub(super) const BROADCAST: u8 = 0xfe;
-/// The greatest id of a servo.
+/// Maximum id of a servo.
 pub(super) const ID_MAX: u8 = 0xfc;
 
-/// What is asked for. Addresses are those of a servo's registers.
+/// Request to a servo. Addresses are those of a servo's registers.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Ask<'a> {
     Ping,
@@ -32,7 +32,7 @@ pub(super) enum Ask<'a> {
         len: u16,
         rows: &'a [u8],
     },
-    /// Dynamixel only: starts the servo anew, which forgets its hardware error.
+    /// Dynamixel only: restarts the servo, which forgets its hardware error.
     Reboot,
 }
 
@@ -40,12 +40,12 @@ pub(super) enum Ask<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Answer<'a> {
     pub(super) id: u8,
-    /// What the protocol calls error: bits of Feetech, a number and an alert bit of Dynamixel.
+    /// Error field of the protocol: bits of Feetech, a number and an alert bit of Dynamixel.
     pub(super) error: u8,
     pub(super) bytes: &'a [u8],
 }
 
-/// What the first bytes of a buffer are.
+/// Result of reading the first bytes of a buffer.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Taken<'a> {
     /// An answer of so many bytes; `None`: a frame that is no answer.
@@ -84,7 +84,7 @@ impl Frame {
         self.len = end;
     }
 
-    /// Whether everything that was appended fits.
+    /// Returns true if everything that was appended fits.
     pub(super) fn is_whole(&self) -> bool {
         self.len < FRAME_MAX
     }

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// What a goal moves at most where nothing is said, rad/s.
+/// Default of the maximum speed of a goal, rad/s.
 const SPEED: f64 = 3.0;
 
 const COMMON: [OptionWord; 8] = [
@@ -75,7 +75,7 @@ struct Servo {
     zero: Option<f64>,
 }
 
-/// What a bus is opened with.
+/// Options with which a bus is opened.
 pub(super) struct Wanted {
     pub(super) port: String,
     pub(super) timing: Timing,
@@ -97,7 +97,7 @@ pub(super) struct Wired {
     /// rad.
     pub(super) min: f64,
     pub(super) max: f64,
-    /// What the servo itself is to add; none: whatever it does.
+    /// Offset that the servo itself is to add; none: whatever it adds.
     pub(super) homing_offset: Option<i64>,
 }
 
@@ -111,10 +111,10 @@ impl Wired {
     }
 }
 
-/// What adapter and host may take where nothing is said: one of FTDI holds what came for up to 16 ms.
+/// Default of the time that adapter and host may take: one of FTDI holds what came for up to 16 ms.
 const LATENCY: Duration = Duration::from_millis(20);
 
-/// How a line is used that the options name.
+/// Returns the timing of the line that the options name.
 pub(super) fn timing(given: &Given<'_>, protocol: Protocol) -> Timing {
     let whole = |name: &str| given.value()[name].as_u64();
     let narrow = |name: &str| whole(name).and_then(|value| u32::try_from(value).ok());

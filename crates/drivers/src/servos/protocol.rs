@@ -23,7 +23,7 @@ impl Protocol {
         known && frame.is_whole()
     }
 
-    /// What a buffer begins with. `scratch` takes what was stuffed.
+    /// Reads the frame at the beginning of a buffer. `scratch` takes what was stuffed.
     pub(super) fn take<'a>(self, bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> Taken<'a> {
         match self {
             Protocol::Sts => sts::take(bytes),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What lies where in a servo, and what its numbers mean. A value is named after the maker's control table.
+//! Registers of a servo, and the meaning of their numbers. A value is named after the maker's control table.
 use super::protocol::Protocol;
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ pub(super) struct Register {
 #[derive(Debug)]
 pub(super) struct Map {
     pub(super) model: Register,
-    /// Whether writes are answered.
+    /// Register that says whether writes are answered.
     pub(super) answers: Register,
     /// Least value of `answers` with which they are.
     pub(super) answers_min: u32,
@@ -33,7 +33,7 @@ pub(super) struct Map {
     pub(super) torque: Register,
     pub(super) goal: Register,
     pub(super) error: Register,
-    /// What is read in each exchange.
+    /// Registers that are read in each exchange.
     pub(super) present: Register,
     /// The watchdog of the servo itself, where it has one.
     pub(super) watchdog: Option<Register>,
@@ -83,10 +83,10 @@ static DYNAMIXEL: Map = Map {
     bauds: &[57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600],
 };
 
-/// What a model measures of its effort.
+/// Measurement of a model's effort.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Effort {
-    /// Only its load, in thousandths of its greatest.
+    /// Only its load, in thousandths of its maximum.
     Load,
     /// Only its current; amperes a count.
     Current(f64),
@@ -97,7 +97,7 @@ pub(super) enum Effort {
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) name: &'static str,
-    /// What the servo says that it is; none: any.
+    /// Model number that the servo reports; none: any.
     pub(super) number: Option<u32>,
     pub(super) effort: Effort,
 }
@@ -127,13 +127,13 @@ static DYNAMIXEL_MODELS: [Model; 9] = [
     Model { name: "x", number: None, effort: Effort::Load },
 ];
 
-/// What a servo says of itself in each exchange.
+/// Readings of a servo in each exchange.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Present {
     pub(super) counts: f64,
     /// rad/s, before the direction.
     pub(super) velocity: f64,
-    /// 1: its greatest.
+    /// 1: its maximum.
     pub(super) load: f64,
     /// Counts of its current.
     pub(super) current: f64,
@@ -168,7 +168,7 @@ impl Model {
         }
     }
 
-    /// What a servo of that number is called.
+    /// Returns the name of a servo of that number.
     pub(super) fn called(protocol: Protocol, number: u32) -> &'static str {
         let all = Model::all(protocol);
         all.iter().find(|model| model.number == Some(number)).or(all.last()).map_or("", |model| model.name)
@@ -192,7 +192,7 @@ fn short(bytes: &[u8]) -> f64 {
 }
 
 impl Protocol {
-    /// What a servo says in its register `present`; none where bytes are missing.
+    /// Returns the readings in a servo's register `present`; none if bytes are missing.
     pub(super) fn present(self, bytes: &[u8]) -> Option<Present> {
         let field = |at: usize, len: usize| bytes.get(at..at + len);
         let one = |at: usize| field(at, 1).map(whole);

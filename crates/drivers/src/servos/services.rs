@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a bus of servos does off its cycle. A caller leaves a request, which the thread that exchanges carries out between two exchanges: the
+//! Services of a bus of servos off its cycle. A caller leaves a request, which the thread that exchanges carries out between two exchanges: the
 //! line has one speaker.
 use super::calibration::{self, Calibration};
 use device::{DeviceError, Kind, OptionWord, Reach, ServiceWord, Services};
@@ -9,7 +9,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// How long a request may wait for an exchange, and for what is asked there.
+/// Time limit for a request to wait for an exchange, and for its work there.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 const SERVO: OptionWord = OptionWord::needed("servo", Kind::Text, "name of the joint");
@@ -51,7 +51,7 @@ pub(super) const SERVICES: [ServiceWord; 5] = [
     },
 ];
 
-/// What is asked of the thread that exchanges.
+/// Request to the thread that exchanges.
 pub(super) struct Request {
     pub(super) service: String,
     pub(super) arguments: Value,
@@ -74,7 +74,7 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// What is asked for, if anything is. It does not wait.
+    /// Returns the request, if there is one. It does not wait.
     pub(super) fn take(&self) -> Option<Request> {
         self.place.try_lock().ok().and_then(|mut place| place.take())
     }

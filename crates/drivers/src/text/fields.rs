@@ -31,12 +31,12 @@ struct Asked {
     doc: String,
 }
 
-/// What a field is.
+/// Form of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Form {
     /// `value = scale * number + offset`, a double.
     Number { base: u32, scale: f64, offset: f64, decimals: Option<usize> },
-    /// Whether this word stands there.
+    /// True if this word stands there.
     When(Vec<u8>),
     /// Letters, with zeros behind them.
     Text,
@@ -47,7 +47,7 @@ pub(super) enum Form {
 pub(super) struct Field {
     pub form: Form,
     pub slot: Slot,
-    /// Whether a safe value was declared.
+    /// True if a safe value was declared.
     pub is_safe: bool,
 }
 
@@ -93,7 +93,7 @@ fn number(asked: &Asked) -> Result<Form, String> {
 }
 
 impl Field {
-    /// How many bytes at the front are a number of this field, with spaces before it and behind its sign.
+    /// Returns the number of bytes at the front that are a number of this field, with spaces before it and behind its sign.
     pub(super) fn number_in(&self, text: &[u8]) -> Option<usize> {
         let Form::Number { base, .. } = self.form else { return None };
         let spaces = |from: usize| from + text[from..].iter().take_while(|byte| **byte == b' ').count();
@@ -120,7 +120,7 @@ impl Field {
         (count > 0 && at - begins <= 40).then_some(at)
     }
 
-    /// Whether a part of a text has a place in the channel.
+    /// Returns true if a part of a text has room in the channel.
     pub(super) fn fits(&self, part: &[u8]) -> bool {
         match self.form {
             Form::Text => part.len() <= self.slot.len,

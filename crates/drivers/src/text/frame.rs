@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// The longest frame, with all that is around its text.
 pub(super) const FRAME_MAX: usize = 1024;
 
-/// How a checksum is made, over the text alone.
+/// Kind of a checksum, over the text alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Sum {
@@ -17,7 +17,7 @@ pub(super) enum Sum {
     Sum,
 }
 
-/// How it is written.
+/// Form in which it is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Written {
@@ -74,7 +74,7 @@ fn hex(digit: u8) -> Option<u8> {
     char::from(digit).to_digit(16).map(|value| value as u8)
 }
 
-/// What is around a text.
+/// Framing of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Framing {
     pub start: Vec<u8>,
@@ -84,7 +84,7 @@ pub(super) struct Framing {
     pub checksum: Option<Checksum>,
 }
 
-/// What the bytes begin with.
+/// Frame at the beginning of the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scanned<'a> {
     /// No whole frame yet.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a text says: `"ST,{weight} kg"` is letters that stand as they are, and fields between braces that are channels.
+//! Pattern of a text: `"ST,{weight} kg"` is letters that stand as they are, and fields between braces that are channels.
 //!
 //! Nothing that looks at what has come in allocates or panics.
 use super::fields::{Field, Form};
@@ -88,7 +88,7 @@ impl Pattern {
         }
     }
 
-    /// Whether a text is of this pattern; then its values are stored into `readings`, else nothing is.
+    /// Returns true if a text is of this pattern; then its values are stored into `readings`, else nothing is.
     pub(super) fn take(&self, text: &[u8], readings: &mut [u8]) -> bool {
         let is_of = self.each(text, |_, _| {});
         is_of && self.each(text, |field, part| field.store(part, readings))

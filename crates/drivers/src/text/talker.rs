@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 device::counters! {
-    /// What is counted.
+    /// Counters of the driver.
     pub(super) enum Count {
         Taken: "taken", "", "texts that were declared";
         Unmatched: "unmatched", "", "texts that none of the declared fits";
@@ -30,10 +30,10 @@ pub(super) static SERVICES: [ServiceWord; 2] = [
     ServiceWord { name: "last_text", doc: "the text that came last, whether it was declared or not", arguments: &[], answer: Some(Kind::Text), moves: false },
 ];
 
-/// How long a device may take to take a text.
+/// Time limit for a device to take a text.
 const SENDING: Duration = Duration::from_secs(1);
 
-/// What the driver shares with its services.
+/// State that the driver shares with its services.
 struct Line {
     address: Address,
     framing: Framing,
@@ -82,7 +82,7 @@ pub(super) struct Talker {
     channels: Vec<Channel>,
     line: Arc<Line>,
     reads: Vec<Order>,
-    /// What is told, each with what was sent last.
+    /// Orders that are told, each with what was sent last.
     writes: Vec<(Order, Option<Vec<u8>>)>,
     asks: Option<Vec<u8>>,
     answer: Duration,

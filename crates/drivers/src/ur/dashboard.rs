@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The dashboard of a controller: one line asks, one line answers. Never on the cycle.
+//! The dashboard of a controller: one line asks, one line answers. It is never called on the cycle.
 use device::{DeviceError, Kind, ServiceWord, Services};
 use forks::Device;
 use serde_json::Value;
@@ -7,9 +7,9 @@ use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Result, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-/// Where a controller offers its dashboard.
+/// Port of a controller's dashboard.
 pub(super) const PORT: u16 = 29999;
-/// How long it may take to answer.
+/// Time limit of an answer.
 const WITHIN: Duration = Duration::from_secs(5);
 /// The longest answer.
 const LINE_LEN_MAX: u64 = 4096;

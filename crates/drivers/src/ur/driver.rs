@@ -20,7 +20,7 @@ const DIGITAL: usize = 8;
 const SPAN_NS_MAX: i64 = 2 * CYCLE_NS;
 
 device::counters! {
-    /// What is counted.
+    /// Counters of the driver.
     pub(super) enum Count {
         Packages: "packages", "", "taken, each the newest when it was";
         Refused: "packages_refused", "", "of another form than was agreed, or with what is no number";
@@ -30,7 +30,7 @@ device::counters! {
     }
 }
 
-/// Where the values lie.
+/// Slots of the values.
 struct Slots {
     position: [Slot; JOINTS],
     velocity: [Slot; JOINTS],
@@ -83,7 +83,7 @@ impl Ur {
         (Ur { options, address, channels, slots, counters, panel, session: None, is_new: false, fresh: false, taken_ns: 0, sent_ns: 0, commanded: 0 }, parts)
     }
 
-    /// What is told next: goals no farther from those before than the maximum speed allows. The arm rests where nobody commands it.
+    /// Sends the next goals: no farther from those before than the maximum speed allows. The arm rests where nobody commands it.
     fn tell(&mut self, span_ns: i64, commands: &[u8], engaged: &[bool]) {
         let Some(session) = &mut self.session else { return };
         let goal = |i: usize| Some(self.slots.goals[i].double(commands, 0)).filter(|goal| engaged[i] && goal.is_finite());

@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 
 /// The longest message, and room for the beginning of the next.
 const INPUT_LEN: usize = 2 << 16;
-/// How often what has come in is fetched at most in one call: a controller that floods holds nobody up.
+/// Maximum number of fetches of received bytes in one call: a controller that floods holds nobody up.
 const FETCHES_MAX: usize = 4;
 
-/// Why nothing comes over a connection any more.
+/// Reason why a connection carries nothing.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Broken {
     #[error("the controller closed its connection: it was restarted, or is shutting down")]
@@ -28,7 +28,7 @@ pub(super) struct Link {
     stream: Device<TcpStream>,
     input: Box<[u8]>,
     filled: usize,
-    /// What the connection has not taken yet of a package; a package is never sent in part.
+    /// Rest of a package that the connection has not taken yet; a package is never sent in part.
     unsent: Vec<u8>,
 }
 

@@ -3,7 +3,7 @@
 //!
 //! Whatever bytes come in, decoding ends in a message or in [`Malformed`]; neither allocates.
 
-/// Where a controller offers RTDE.
+/// Port of a controller's RTDE.
 pub(super) const PORT: u16 = 30004;
 pub(super) const PROTOCOL: u16 = 2;
 const HEADER_LEN: usize = 3;
@@ -20,10 +20,10 @@ pub(super) mod kind {
     pub const PAUSE: u8 = b'P';
 }
 
-/// What came from a controller.
+/// Message of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Message<'a> {
-    /// Whether it speaks the version that was asked for.
+    /// True if it speaks the version that was asked for.
     Version(bool),
     /// Major, minor, bug fix, build.
     Controller([u32; 4]),

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a controller tells each cycle, and what it is told.
+//! Readings of a controller in each cycle, and its inputs.
 use super::rtde::{self, Fields};
 
-/// How many joints its arms have.
+/// Number of joints of its arms.
 pub(super) const JOINTS: usize = 6;
 
-/// What is asked for: name, type. [`Sample::decode`] reads them in this order.
+/// Outputs that are asked for: name, type. [`Sample::decode`] reads them in this order.
 pub(super) const OUTPUTS: [(&str, &str); 13] = [
     ("timestamp", "DOUBLE"),
     ("actual_q", "VECTOR6D"),
@@ -23,7 +23,7 @@ pub(super) const OUTPUTS: [(&str, &str); 13] = [
 ];
 const VALUES_LEN: usize = 8 + 3 * 48 + 3 * 4 + 8 + 2 * 8 + 2 * 8 + 4;
 
-/// What it is told: the upper half of the registers is for programs outside the controller, the lower one for fieldbuses.
+/// Inputs that are sent: the upper half of the registers is for programs outside the controller, the lower one for fieldbuses.
 pub(super) const INPUTS: [(&str, &str); 10] = [
     ("input_int_register_24", "INT32"),
     ("input_int_register_25", "INT32"),
@@ -54,7 +54,7 @@ pub(super) struct Sample {
     pub inputs: u64,
     pub outputs: u64,
     pub analog: [f64; 2],
-    /// What the script says of itself.
+    /// State of the script, as it reports it.
     pub script: i32,
 }
 
@@ -84,15 +84,15 @@ impl Sample {
     }
 }
 
-/// What the script is told each cycle.
+/// Inputs of the script in each cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Told {
-    /// Another one in each package: where it stays, nobody commands any more.
+    /// Heartbeat counter, incremented in every package; a constant value means that the controller is gone.
     pub beat: i32,
     /// The script's own number: it follows the goals. 0: it rests. -1: it ends.
     pub mode: i32,
     pub goals: [f64; JOINTS],
-    /// Which digital outputs are commanded, and to what.
+    /// Digital outputs that are commanded, and their values.
     pub mask: u8,
     pub levels: u8,
 }

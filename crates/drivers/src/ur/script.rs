@@ -2,15 +2,15 @@
 //! The program that runs on the controller: it follows goals, and stops the arm when none comes.
 use super::states::SILENT;
 
-/// How a controller cycle lasts on an e-series.
+/// Duration of a controller cycle on an e-series.
 pub(super) const CYCLE_NS: i64 = 2_000_000;
 
-/// What the program is made for.
+/// Parameters of the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Program {
-    /// What it says of itself while it runs, and is told to follow by: goals that were left in the registers by another one mean nothing.
+    /// Number that it reports while it runs, and by which it is told to follow: goals that were left in the registers by another one mean nothing.
     pub session: i32,
-    /// How many cycles it waits for a new beat.
+    /// Number of cycles for which it waits for a new beat.
     pub patience: i64,
     /// Of `servoj`: s, and no unit.
     pub lookahead_s: f64,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How an arm is brought to follow: connection, recipes, power, remote control, program. Off the cycle, so that it may wait.
+//! Start of an arm that is to follow: connection, recipes, power, remote control, program. Off the cycle, so that it may wait.
 use super::dashboard::Dashboard;
 use super::link::{Broken, Link};
 use super::options::Options;
@@ -13,7 +13,7 @@ use std::io::Write;
 use std::net::{IpAddr, SocketAddr, TcpStream};
 use std::time::{Duration, Instant, SystemTime};
 
-/// How long a controller that is there may take to answer.
+/// Time limit of an answer of a controller that is there.
 const ANSWER: Duration = Duration::from_secs(10);
 /// In lockstep nothing depends on how fast anybody is, so this is for who never answers.
 const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(120);
@@ -32,11 +32,11 @@ pub(super) struct Session {
     pub number: i32,
     pub sample: Sample,
     pub told: Told,
-    /// What came that was no package of the recipe.
+    /// Number of messages that were no package of the recipe.
     pub refused: u64,
-    /// How long it may take to answer.
+    /// Time limit of an answer.
     pub answer: Duration,
-    /// When the arm is to follow.
+    /// Time by which the arm is to follow.
     deadline: Instant,
 }
 
@@ -229,13 +229,13 @@ fn left(deadline: Instant) -> Duration {
     deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1))
 }
 
-/// What a request is answered with.
+/// Answer to a request.
 struct Answer {
     number: u32,
     text: String,
 }
 
-/// Why there is no connection.
+/// Reason why there is no connection.
 enum Failure {
     /// It may be there later.
     NotThere(String),

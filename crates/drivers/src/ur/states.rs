@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What keeps an arm from following, in the words of its pendant.
+//! Reasons why an arm does not follow, in the words of its pendant.
 use super::sample::Sample;
 
 const RUNNING: i32 = 7;
 const PLAYING: u32 = 2;
 const PAUSED: u32 = 4;
-/// What the script leaves when no setpoint came in time.
+/// State that the script leaves when no setpoint came in time.
 pub(super) const SILENT: i32 = -1;
 
-/// Why an arm does not move at all: its mode, or its safety system. Each says what to do.
+/// Returns why an arm does not move at all: its mode, or its safety system. Each says what to do.
 pub(super) fn hindrance(sample: &Sample) -> Option<&'static str> {
     let safety = match sample.safety {
         1 | 2 => None,
@@ -38,12 +38,12 @@ pub(super) fn hindrance(sample: &Sample) -> Option<&'static str> {
     })
 }
 
-/// Whether only power is missing, and no hand at the machine.
+/// Returns true if only power is missing, and no hand at the machine.
 pub(super) fn is_off(sample: &Sample) -> bool {
     matches!(sample.safety, 1 | 2) && matches!(sample.robot_mode, 3..=5)
 }
 
-/// Why the script does not follow, on an arm that could.
+/// Returns why the script does not follow, on an arm that could.
 pub(super) fn interruption(sample: &Sample, session: i32) -> Option<&'static str> {
     match (sample.script, sample.runtime) {
         (script, PLAYING) if script == session => None,

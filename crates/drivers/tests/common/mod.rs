@@ -19,7 +19,7 @@ impl Machine {
         machine
     }
 
-    /// One that is not open.
+    /// Makes a machine that is not open.
     pub fn made(kind: &str, options: Value) -> Machine {
         let (driver, about) = drivers::open(kind, &options).unwrap_or_else(|e| panic!("{e}"));
         let size = |direction| driver.channels().iter().filter(|c| c.direction == direction).map(|c| c.offset + c.len).max().unwrap_or(0);

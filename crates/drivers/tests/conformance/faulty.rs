@@ -5,7 +5,7 @@ use driver_kit::conformance::Report;
 use serde_json::json;
 use std::path::Path;
 
-/// What some of them have before everything else.
+/// Text that some of them have before everything else.
 const BEFORE: &str = "#define _GNU_SOURCE\n#include <pthread.h>\n#include <time.h>\n#include <unistd.h>
 __attribute__((unused)) static void *stays(void *none) { for (;;) pause(); return none; }
 __attribute__((unused)) static void begin(void) { pthread_t thread; pthread_create(&thread, 0, stays, 0); }\n";

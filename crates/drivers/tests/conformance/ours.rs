@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::TcpListener;
 use std::path::Path;
 
-/// That a driver passes every check.
+/// Checks that a driver passes every check.
 #[track_caller]
 fn passes(kind: &str, options: &Value) {
     let report = checked(kind, options);

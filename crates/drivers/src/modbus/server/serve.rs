@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 device::counters! {
-    /// What is counted.
+    /// Counters of the server.
     pub(super) enum Count {
         Requests: "requests", "", "requests answered";
         Exceptions: "exceptions", "", "requests refused";
@@ -31,7 +31,7 @@ device::counters! {
     }
 }
 
-/// What the thread shares with the driver.
+/// State that the thread shares with the driver.
 pub(super) struct Shared {
     pub tables: Mutex<Tables>,
     pub counters: Arc<Counters>,

@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     value: u16,
-    /// Whether a client may write it: it is a channel that is read here.
+    /// True if a client may write it: it is a channel that is read here.
     is_open: bool,
 }
 
-/// What lies at each declared address; nothing else is there.
+/// Cells at the declared addresses; nothing else is there.
 #[derive(Debug, Default)]
 pub(in crate::modbus) struct Tables {
     cells: BTreeMap<(Space, u16), Cell>,

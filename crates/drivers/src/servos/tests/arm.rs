@@ -309,7 +309,7 @@ fn a_calibration_is_recorded_and_read_again() {
     std::fs::remove_dir_all(&folder).expect("it is there");
 }
 
-/// Who is asked while the machine is busy with something else is missed, and found by another scan.
+/// A servo that is asked while the machine is busy with something else is missed, and found by another scan.
 #[test]
 fn a_scan_finds_ids_and_models() {
     for (protocol, model) in [(Protocol::Sts, "sts3215"), (Protocol::Dynamixel, "xl330-m288")] {
