@@ -16,7 +16,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The largest file, bytes: at that size it becomes `FILE.1`, and a new one begins.
 pub(crate) const FILE_MAX: u64 = 64 << 20;
-/// How many files of before are kept: `FILE.1` to `FILE.4`, the oldest last.
+/// Number of earlier files that are kept: `FILE.1` to `FILE.4`, the oldest last.
 const OLD_MAX: usize = 4;
 
 /// One line.
@@ -34,14 +34,14 @@ struct Line<'a> {
     outcome: &'a str,
 }
 
-/// What a line is about.
+/// Act that a line records.
 #[derive(Clone, Debug)]
 pub struct Act {
     pub caller: Caller,
     /// Name of the session; empty: none.
     pub session: String,
     pub call: String,
-    /// What it concerns, for the log: an instance, a device, an SVV.
+    /// Object of the act, for the log: an instance, a device, an SVV.
     pub about: String,
     pub arguments_sha256: String,
 }
@@ -71,7 +71,7 @@ struct Open {
     file: File,
     /// Bytes that it has.
     len: u64,
-    /// Whether the last line could be written.
+    /// True if the last line could be written.
     is_written: bool,
 }
 

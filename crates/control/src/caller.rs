@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who calls, from where, and as what: tokens, client certificates, the user of a Unix socket; the host and origin of a request.
+//! Caller of a request, its address and its role: tokens, client certificates, the user of a Unix socket; the host and origin of a request.
 use crate::failure::Failure;
 use crate::tokens::{Rejected, RunToken, Tokens, digest, now_s};
 use api::Role;
@@ -34,7 +34,7 @@ impl Peer {
     }
 }
 
-/// Who calls.
+/// Caller of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Caller {
     /// `user 1000`, `token panel`, `certificate panel`, `studio` (the token of this run), `anybody`.
@@ -43,7 +43,7 @@ pub struct Caller {
     pub from: String,
 }
 
-/// What a caller was let in by, so that it can be looked at again.
+/// Credential by which a caller was let in, so that it can be looked at again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pass {
     /// It lasts as long as the daemon: the user of a Unix socket, the token of this run, any caller where authentication is off.
@@ -54,7 +54,7 @@ pub enum Pass {
     Certificate([u8; 32]),
 }
 
-/// Who is let in.
+/// Gate that lets callers in.
 pub struct Gate {
     pub tokens: Option<Tokens>,
     /// The token that was made for this run.
@@ -75,7 +75,7 @@ impl Gate {
         Ok(self.let_in(peer, headers)?.0)
     }
 
-    /// Who calls, and by what it was let in.
+    /// Returns the caller, and the credential by which it was let in.
     pub fn let_in(&self, peer: &Peer, headers: &HeaderMap) -> Result<(Caller, Pass), Failure> {
         self.check_site(peer, headers)?;
         let from = match peer {

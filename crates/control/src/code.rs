@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which code fits: the version of the block interface and the machine that a shared object is for.
+//! Check that code fits: the version of the block interface and the machine that a shared object is for.
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde::Deserialize;
 
-/// What `PUT /v1/modules/NAME` says of its body.
+/// Name and origin that `PUT /v1/modules/NAME` gives its body.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Named {

@@ -4,7 +4,7 @@
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 
-/// Where definitions lie in the schema document.
+/// Path of definitions in the schema document.
 pub(crate) const DEFINITIONS: &str = "#/$defs/";
 
 /// Unites the definitions of what is sent and of what is answered; references in `sent` follow.

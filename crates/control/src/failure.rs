@@ -5,7 +5,7 @@ use axum::response::{IntoResponse, Response};
 use model::refusal::{Class, Refusal, Refusals};
 use serde_json::json;
 
-/// Why a request is refused. Never empty.
+/// Refusal of a request, with its reasons. The list is never empty.
 #[derive(Clone, Debug)]
 pub struct Failure {
     /// The status of the answer.

@@ -41,7 +41,7 @@ pub struct Files {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
-    /// Which of the files is meant.
+    /// Name of the file that is meant.
     pub main: String,
     /// Relative name → SHA-256.
     pub files: BTreeMap<String, String>,
@@ -78,7 +78,7 @@ impl Files {
         Ok(())
     }
 
-    /// How many bytes it has; nothing where it is not there.
+    /// Returns its size in bytes; none if it is not there.
     pub fn size(&self, sha256: &str) -> Option<u64> {
         if !is_sha256(sha256) {
             return None;
@@ -175,7 +175,7 @@ impl Drop for Files {
 
 const PREFIX: &str = "opengpac-rts-";
 
-/// Removes folders of daemons that are not running any more. Those of other users cannot be removed, and are theirs.
+/// Removes folders of daemons that have ended. Those of other users cannot be removed, and are theirs.
 fn remove_orphans(home: &Path) {
     for entry in fs::read_dir(home).into_iter().flatten().flatten() {
         let name = entry.file_name();

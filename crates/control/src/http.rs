@@ -60,7 +60,7 @@ pub fn router(service: Arc<Service>) -> Router {
         .with_state(service)
 }
 
-/// Whether a request stops something, or leads to that: a client that halts opens a session and takes command first.
+/// Returns true if a request stops something, or leads to that: a client that halts opens a session and takes command first.
 fn leads_to_a_stop(request: &Request) -> bool {
     let path = request.uri().path();
     let called = path.strip_prefix("/v1/call/").and_then(calls::find);

@@ -35,7 +35,7 @@ pub struct Journal {
     pub(crate) path: PathBuf,
     pub(crate) content: Content,
     inner: Mutex<Inner>,
-    /// That it cannot be written has been told since it last could be.
+    /// True if a failure to write was told since the last success.
     told: AtomicBool,
 }
 
@@ -48,7 +48,7 @@ pub(crate) struct Inner {
     pub(crate) instances: BTreeMap<u64, u64>,
     /// Recordings of this life of the daemon that are under way, and the names that they were begun under.
     pub(crate) recordings: BTreeMap<u64, Json>,
-    /// The last line could not be written: the whole file is written anew before anything else.
+    /// The last line could not be written: the whole file is rewritten before anything else.
     is_broken: bool,
 }
 
@@ -61,7 +61,7 @@ fn unwritable(path: &Path, why: &io::Error) -> Refusals {
 }
 
 impl Journal {
-    /// Opens the journal of a system, and writes it anew without what cancelled itself out. Also what a person is to be told.
+    /// Opens the journal of a system, and rewrites it without what cancelled itself out. Also what a person is to be told.
     /// Errors: another daemon has it; a line is damaged, of another version or another system: then nothing is touched.
     pub fn open(path: &Path, system: &str) -> Result<(Journal, Vec<String>), Refusals> {
         let shown = path.display();
@@ -103,7 +103,7 @@ impl Journal {
         Ok((Journal { path: path.to_owned(), content, inner: Mutex::new(inner), told: AtomicBool::new(false) }, told))
     }
 
-    /// Whether a call is any of its business.
+    /// Returns true if the journal records a call.
     pub fn concerns(call: &Call) -> bool {
         call.journal.recorded != Recorded::Nothing
     }
@@ -273,7 +273,7 @@ impl By {
 }
 
 impl Inner {
-    /// Writes the whole file anew where a line could not be written.
+    /// Rewrites the whole file if a line could not be written.
     fn mend(&mut self) -> io::Result<()> {
         if self.is_broken {
             self.rewrite()?;
@@ -310,7 +310,7 @@ impl Inner {
         self.instances.iter().find(|(_, live)| **live == instance).map(|(number, _)| *number)
     }
 
-    /// What an instance is in the journal: one that was made under it, or the verb of a device.
+    /// Returns the subject of an instance in the journal: one that was made under it, or the verb of a device.
     fn subject(&self, system: &System, instance: u64) -> Option<Subject> {
         self.number(instance).map(Subject::Instance).or_else(|| system.instance_about(instance).ok()?.owner.map(Subject::Device))
     }

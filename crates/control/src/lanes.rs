@@ -38,7 +38,7 @@ const STOP_THREADS: usize = 2 * STOPS_MAX;
 const COSTLY_MAX: usize = 48;
 const COSTLY_EACH_MAX: usize = 8;
 const COSTLY_THREADS: usize = 2;
-/// How much lower the priority of their threads is.
+/// Amount by which the priority of their threads is lower.
 const COSTLY_NICE: i32 = 10;
 /// Usual calls that are worked on at a time, of all callers and of one.
 const USUAL_MAX: usize = 32;
@@ -56,10 +56,10 @@ pub(crate) const SMALL: usize = 64 << 10;
 /// Threads of the runtime that serves connections, for calls: waits, scopes under the virtual clock, usual calls and the daemon's own looks.
 const SHARED_THREADS: usize = WAITS_MAX + SCOPES_MAX + USUAL_MAX + 16;
 
-/// How long a call that lasts is waited for where it came in: a firing at 1 kHz.
+/// Time for which a call that lasts is waited for where it came in: a firing at 1 kHz.
 pub(crate) const BRIEF: Duration = Duration::from_millis(1);
 
-/// What a request waits for, and where it runs.
+/// Lane in which a request waits, and where it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lane {
     /// An emergency stop: it has a thread always, and counts nowhere.
@@ -196,7 +196,7 @@ pub(crate) struct Entered {
 }
 
 impl Entered {
-    /// Runs it on a thread of its lane, when it is its turn. It keeps what it has until it is over, also where no caller waits for it any more.
+    /// Runs it on a thread of its lane, when it is its turn. It keeps what it has until it is over, also if no caller waits for it.
     pub async fn run<T: Send + 'static>(self, run: impl FnOnce() -> Result<T, Failure> + Send + 'static) -> Result<T, Failure> {
         let Entered { lanes, lane, who, share } = self;
         let turn = match lane {

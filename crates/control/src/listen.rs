@@ -22,16 +22,16 @@ use tokio::runtime::Runtime;
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
 
-/// How long headers may take to arrive, and how long a connection may be idle, of who is known.
+/// Time limit for headers to arrive, and for an idle connection, of a known caller.
 const IDLE_MAX: Duration = Duration::from_secs(60);
-/// How long the other end may take nothing of an answer.
+/// Time for which the other end may take nothing of an answer.
 const TAKE_MAX: Duration = Duration::from_secs(10);
 /// The largest headers, bytes.
 const HEADERS_BYTES_MAX: usize = 16 << 10;
-/// How long accepting rests after it failed (no descriptors left).
+/// Time for which accepting rests after it failed (no descriptors left).
 const REST: Duration = Duration::from_millis(100);
 
-/// What listens.
+/// Socket that listens.
 pub(crate) enum Listener {
     Unix(UnixListener),
     Tcp(TcpListener, Option<Arc<Tls>>),

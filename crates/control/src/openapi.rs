@@ -3,7 +3,7 @@
 use crate::definitions::{DEFINITIONS, refer};
 use serde_json::{Map, Value, json};
 
-/// Where definitions lie in an OpenAPI document.
+/// Path of definitions in an OpenAPI document.
 const COMPONENTS: &str = "#/components/schemas/";
 
 /// A path that is no call: method, path, its parameters, what it takes and answers, where `schema.rs` says so, and what it is for.

@@ -20,7 +20,7 @@ impl<S> Paced<S> {
         Paced { stream, most, stuck: None }
     }
 
-    /// What writing has come to, or that it is over.
+    /// Returns the result of a write, or the error that its time is over.
     fn paced<T>(&mut self, context: &mut Context<'_>, written: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if written.is_ready() {
             self.stuck = None;

@@ -19,7 +19,7 @@ const BYTES_MAX: u64 = 64 << 20;
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; \
     connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// What every answer with a file says besides.
+/// Headers of every answer with a file.
 const GUARDS: [(HeaderName, &str); 5] = [
     (header::CONTENT_SECURITY_POLICY, POLICY),
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
@@ -106,7 +106,7 @@ impl Asset {
     }
 }
 
-/// What a file is, by its suffix.
+/// Returns the content type of a file, by its suffix.
 fn content_type(name: &str) -> &'static str {
     match name.rsplit_once('.').map_or("", |(_, suffix)| suffix) {
         "html" => "text/html; charset=utf-8",

@@ -17,14 +17,14 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
 use supervisor::{Anew, OfProcessor, TakenOver};
 
-/// How often it is said how far it has come.
+/// Period at which progress is told.
 const SAY: Duration = Duration::from_secs(1);
-/// How long a wait goes on without a look whether it is to go on.
+/// Time for which a wait goes on without a look whether it is to go on.
 const SLICE: Duration = Duration::from_millis(50);
-/// How long a device may take until it is enabled, ns of the system's clock.
+/// Time limit for a device to be enabled, ns of the system's clock.
 const ENABLED_WITHIN_NS: i64 = 10_000_000_000;
 
-/// Who watches a daemon that starts.
+/// Watcher of a daemon that starts.
 pub trait Watcher {
     /// Something that a person should read.
     fn tell(&mut self, text: &str);
@@ -108,7 +108,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
     Ok(())
 }
 
-/// Whether a line starts something or tells of what runs.
+/// Returns true if a line starts something or tells of what runs.
 fn runs(line: &Line) -> bool {
     match line {
         Line::Call { call, of, .. } => of.is_some() && call != "create",
@@ -177,7 +177,8 @@ impl Player<'_> {
         self.failures.push(Refusal::new(Class::InvalidState, told).remedy(remedy));
     }
 
-    /// What runs in processes that lost the daemon before this one goes on as it is now here. Everything is there again, so that it finds
+    /// Takes over what runs in processes that lost the daemon before this one, so that it goes on as it is now here. Everything is there again, so
+    /// that it finds
     /// its successors; until now nothing of this system has reached a device there.
     fn take_over(&mut self) {
         match self.service.system.take_over() {
@@ -230,7 +231,7 @@ impl Player<'_> {
         Ok(arguments)
     }
 
-    /// What was made or started is found by later lines, and by the session whose it was.
+    /// Keeps what a call made or started, so that later lines find it, and the session that owned it.
     fn follow(&mut self, (call, arguments): (&str, &Map<String, Json>), of: Option<&Subject>, by: &By, result: &Json) -> Result<(), Failure> {
         match (call, of) {
             ("record", _) => {
@@ -303,7 +304,7 @@ fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) ->
     }
 }
 
-/// What has become of a processor that lost its daemon.
+/// Returns the text about a processor that lost its daemon.
 fn taken(of: &OfProcessor) -> String {
     let OfProcessor { name, processors, carried, ended, gap_ns, .. } = of;
     let what = if processors.contains(name) { format!("processor '{name}'") } else { format!("process '{name}' (processors '{}')", processors.join("', '")) };
@@ -314,7 +315,7 @@ fn taken(of: &OfProcessor) -> String {
     format!("{what} was taken over: {} blocks go on, {} have ended{held}", carried.len(), ended.len())
 }
 
-/// Whether nothing is started where the replay of this call fails: what would stop a motion is not there.
+/// Returns true if nothing is started when the replay of this call fails: a guard that would stop a motion is missing.
 fn watches(call: &str) -> bool {
     calls::find(call).is_some_and(|call| call.journal.watches)
 }

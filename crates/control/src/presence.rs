@@ -8,7 +8,7 @@ use model::refusal::Class;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How often it is looked whether a caller, whose request lasts, is still let in.
+/// Period at which a caller, whose request lasts, is checked to be still let in.
 pub(crate) const LOOK_AGAIN: Duration = Duration::from_secs(1);
 
 /// The session of a request.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How often a caller may come: a bucket each that fills with time.
+//! Rates of callers: a bucket each that fills with time.
 use crate::failure::Failure;
 use model::refusal::Class;
 use std::collections::HashMap;

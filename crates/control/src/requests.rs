@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What requests say, decoded: pure functions of bytes.
+//! Content of requests, decoded: pure functions of bytes.
 use crate::failure::Failure;
 use model::refusal::Class;
 use schemars::JsonSchema;
@@ -11,11 +11,11 @@ use std::time::Duration;
 /// The longest slice of a call that lasts.
 pub const SLICE_MAX: Duration = Duration::from_secs(1);
 
-/// What a body asks of a call.
+/// Request of a call's body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Asked {
     pub arguments: Map<String, Json>,
-    /// How long the request may last.
+    /// Time limit of the request.
     pub slice: Duration,
     /// The time of the daemon at which it was given, ms. None: its client does not say.
     pub as_of_ms: Option<u64>,
@@ -50,7 +50,7 @@ pub const BLOCKS_MAX: usize = 4_096;
 pub const NESTED_MAX: usize = 16;
 pub const VALUES_MAX: usize = 100_000;
 
-/// What a definition is made of.
+/// Extent of a definition.
 #[derive(Default)]
 struct Extent {
     blocks: usize,
@@ -110,7 +110,7 @@ pub struct OpenSession {
     /// Takes up a session of that name that is alive, as the same caller.
     #[serde(default)]
     pub take_up: bool,
-    /// What the person is called, for others to see; at most 64 characters. Left out: as before, if the session was there before.
+    /// Name of the person, for others to see; at most 64 characters. Left out: as before, if the session was there before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub person: Option<String>,
 }
@@ -145,7 +145,7 @@ pub struct TakeCommand {
     pub force: bool,
 }
 
-/// What a person is called, and what is said beside a request, characters at most.
+/// Maximum length of a person's name, and of the text beside a request, characters.
 const PERSON_MAX: usize = 64;
 const REASON_MAX: usize = 200;
 
@@ -161,10 +161,10 @@ fn said(what: &str, text: &str, most: usize) -> Result<(), Failure> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AskForCommand {
-    /// What for, for the holder to read.
+    /// Purpose, for the holder to read.
     #[serde(default)]
     pub reason: String,
-    /// How long it waits for an answer, ms, 1,000 to 600,000.
+    /// Time for which it waits for an answer, ms, 1,000 to 600,000.
     #[serde(default = "wait_ms")]
     pub wait_ms: u64,
 }
@@ -187,7 +187,7 @@ impl AskForCommand {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WithdrawRequest {
-    /// Why, for people.
+    /// Reason, for people.
     #[serde(default)]
     pub reason: String,
 }
@@ -198,7 +198,7 @@ pub struct WithdrawRequest {
 pub struct DeclineRequest {
     /// The session that asks.
     pub name: String,
-    /// Why, for people.
+    /// Reason, for people.
     #[serde(default)]
     pub reason: String,
 }
@@ -215,7 +215,7 @@ pub fn reason(given: String) -> Result<String, Failure> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HandOver {
-    /// The session that commands from now on.
+    /// Session that takes command.
     pub to: String,
 }
 
@@ -223,7 +223,7 @@ pub struct HandOver {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StreamFrame {
-    /// What is subscribed to.
+    /// Topic of the subscription.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub subscribe: Option<Topic>,
     /// The client's name of the subscription.
@@ -235,7 +235,7 @@ pub struct StreamFrame {
     /// Of `svvs` and `scope`: which.
     #[serde(default)]
     pub names: Vec<String>,
-    /// How often it is looked, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000.
+    /// Period of observation, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000.
     #[serde(default = "every_ms")]
     pub every_ms: u64,
     /// Of `svvs`: bytes in base64 instead of values.
@@ -246,7 +246,7 @@ pub struct StreamFrame {
     pub since: u64,
 }
 
-/// What a stream carries. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
+/// Topic of a stream. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
 /// has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -263,7 +263,7 @@ fn every_ms() -> u64 {
     50
 }
 
-/// What a frame wants.
+/// Request of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wanted {
     Subscribe { id: String, topic: Topic, names: Vec<String>, every: Duration, raw: bool, since: u64 },

@@ -10,10 +10,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-/// How long the rest may take to arrive.
+/// Time limit for the rest to arrive.
 const REST_TIME: Duration = Duration::from_secs(2);
 
-/// Where a body goes that is given up before its end.
+/// Destination of a body that is given up before its end.
 #[derive(Clone, Default)]
 pub(crate) struct Rest(Arc<Mutex<Option<Incoming>>>);
 

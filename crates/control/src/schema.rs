@@ -70,7 +70,7 @@ fn arguments(generator: &mut SchemaGenerator, call: &Call) -> Value {
     }
 }
 
-/// What requests are answered that are no calls.
+/// Returns the schemas of the answers to requests that are no calls.
 fn answers(of: &mut SchemaGenerator) -> Vec<(&'static str, Value)> {
     let document = || json!({ "type": "object" });
     vec![

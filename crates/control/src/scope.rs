@@ -21,7 +21,7 @@ pub(crate) const EVERY_MAX: Duration = Duration::from_secs(1);
 /// `GSC1`, the first word of every frame.
 const MAGIC: u32 = 0x4753_4331;
 
-/// Where the numbers of a value lie in its bytes.
+/// Offsets of the numbers of a value in its bytes.
 type Components = Vec<(usize, Scalar)>;
 
 /// A subscription to some channels.
@@ -65,7 +65,7 @@ impl Scope {
         })
     }
 
-    /// Whether time is a number that a program advances.
+    /// Returns true if time is a number that a program advances.
     pub fn is_virtual(&self) -> bool {
         self.is_virtual
     }
@@ -105,7 +105,7 @@ impl Scope {
         Some((frame, Slot(self.on_the_way.clone())))
     }
 
-    /// What was taken last does not reach the reader.
+    /// Counts the values taken last as lost, as they do not reach the reader.
     pub fn pass_over(&mut self) {
         for (lost, run) in self.lost.iter_mut().zip(&self.samples.runs) {
             *lost += run.len() as u64 + run.lost;

@@ -28,7 +28,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
 
-/// How the control interface is served.
+/// Options of serving the control interface.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
@@ -40,7 +40,7 @@ pub struct Options {
     pub listen: Option<String>,
     pub tls_cert: Option<PathBuf>,
     pub tls_key: Option<PathBuf>,
-    /// Who signs client certificates.
+    /// Authority that signs client certificates.
     pub client_ca: Option<PathBuf>,
     pub tokens: Option<PathBuf>,
     /// Makes a token of this role for this run: [`Server::studio`] has it.
@@ -67,7 +67,7 @@ pub struct Options {
     pub journal_strict: bool,
 }
 
-/// How often sessions are looked after.
+/// Period at which sessions are looked after.
 const LOOK: Duration = Duration::from_millis(100);
 /// After how many of these looks it is looked whether callers are still let in, and after how many it is told who gave way.
 const LOOKS_A_SECOND: u64 = 10;
@@ -90,7 +90,7 @@ fn refuse(message: impl Into<String>, remedy: &str) -> Refusals {
 /// An address, and the TLS that is spoken there.
 type Tcp = (SocketAddr, Option<Arc<Tls>>);
 
-/// What listens on TCP, checked against what an address that is not loopback needs.
+/// Returns the TCP listener, checked against what an address that is not loopback needs.
 fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
     let Some(listen) = &options.listen else {
         let alone = [("--tls-cert", options.tls_cert.is_some()), ("--tls-key", options.tls_key.is_some()), ("--client-ca", options.client_ca.is_some())];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What all requests share, and what a call does from its arguments to its answer. Nothing here is of HTTP.
+//! State shared by all requests, and the course of a call from its arguments to its answer. Nothing here is of HTTP.
 use crate::audit::{Act, Audit};
 use crate::caller::{Caller, Gate};
 use crate::calls::{self, Call};
@@ -40,7 +40,7 @@ pub struct Service {
     pub lanes: Arc<Lanes>,
     pub doors: Doors,
     pub files: Files,
-    /// What is recorded for a daemon that starts again.
+    /// Journal for a daemon that starts again.
     pub journal: Option<Journal>,
     /// The folder in which callers may record.
     pub records: Option<PathBuf>,

@@ -29,13 +29,13 @@ pub const SESSIONS_EACH_MAX: usize = 24;
 /// Reports that are kept for each.
 pub const REPORTS_MAX: usize = 256;
 
-/// What stands for the ID of a session of a daemon before this one: no ID, and not empty as that of a session that was never open.
+/// Mark in place of the ID of a session of a daemon before this one: no ID, and not empty as that of a session that was never open.
 const RESTORED: &str = "restored";
 
 struct Session {
     id: String,
     who: String,
-    /// What the person who opened it is called.
+    /// Name of the person who opened it.
     person: Option<String>,
     role: Role,
     from: String,
@@ -69,7 +69,7 @@ struct State {
 pub struct Sessions(Mutex<State>);
 
 impl Session {
-    /// One that is lost, and has nothing.
+    /// Makes a session that is lost, and has nothing.
     fn of(caller: &Caller, now: Instant) -> Session {
         Session {
             id: String::new(),
@@ -95,7 +95,7 @@ impl State {
         self.by_name.iter_mut().find(|(_, session)| session.alive && session.id == id)
     }
 
-    /// The session leaves: it neither commands nor asks for that any more.
+    /// Ends the session's command, and its requests for it.
     fn leave(&mut self, name: &str, how: &str) {
         let reason = format!("session '{name}' {how}");
         self.command.end(name, Outcome::Withdrawn, None, &reason);
@@ -224,7 +224,7 @@ impl Sessions {
         }
     }
 
-    /// Whether the session of this ID is alive.
+    /// Returns true if the session of this ID is alive.
     pub fn is_alive(&self, id: &str) -> bool {
         self.locked().of_id(id).is_some()
     }
@@ -239,7 +239,7 @@ impl Sessions {
         Ok(name)
     }
 
-    /// A connection holds the session from now on.
+    /// Notes that a connection holds the session.
     pub fn hold(&self, id: &str) {
         if let Some((_, session)) = self.locked().of_id(id) {
             session.holds += 1;
@@ -254,7 +254,7 @@ impl Sessions {
         }
     }
 
-    /// The sessions that count as lost from now on, each with its instances; who of them commanded does so no longer.
+    /// Declares sessions lost whose time is over, and returns each with its instances; one that commanded loses command.
     pub fn lose(&self, now: Instant) -> Vec<(String, Vec<u64>)> {
         let mut state = self.locked();
         let is_lost =

@@ -11,17 +11,17 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// A bounded amount of something, shared by all callers.
 pub(crate) struct Shares {
-    /// What it is, in the plural: `waits`.
+    /// Name of the thing, in the plural: `waits`.
     what: &'static str,
     all: usize,
     /// The maximum of one caller.
     each: usize,
-    /// What is kept for roles that may command and stop.
+    /// Number that is kept for roles that may command and stop.
     kept: usize,
     held: Mutex<HashMap<String, usize>>,
 }
 
-/// What one caller has, until it is dropped.
+/// Share of one caller, until it is dropped.
 pub(crate) struct Share {
     of: Arc<Shares>,
     who: String,
@@ -73,7 +73,7 @@ impl Drop for Share {
 /// Callers that are remembered before those without a turn are forgotten.
 const REMEMBERED: usize = 64;
 
-/// How many requests of one caller are worked on at a time: the others wait for their turn, and so delay only that caller.
+/// Limit of the requests of one caller that are worked on at a time: the others wait for their turn, and so delay only that caller.
 pub(crate) struct Turns {
     each: usize,
     of: Mutex<HashMap<String, Arc<Semaphore>>>,

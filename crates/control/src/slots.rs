@@ -18,19 +18,20 @@ use tokio::time::Instant;
 pub(crate) const STRANGERS_MAX: usize = 256;
 /// Those from one address.
 pub(crate) const STRANGERS_EACH_MAX: usize = 128;
-/// How long a handshake that is going on keeps its slot, whoever knocks: some round trips of a slow network, and what a busy machine needs.
+/// Time for which a handshake that is going on keeps its slot against all newcomers: some round trips of a slow network, and what a busy machine
+/// needs.
 pub(crate) const HANDSHAKE_MAX: Duration = Duration::from_secs(2);
 /// Addresses from which callers have been let in: strangers from there have as many slots, apart from all others.
 const REMEMBERED_MAX: usize = 256;
-/// How long a stranger has for its TLS handshake and its first head, and after each head until the next.
+/// Time limit of a stranger for its TLS handshake and its first head, and after each head until the next.
 pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 /// Connections of callers who are known.
 pub(crate) const KNOWN_MAX: usize = 256;
 /// Those of one caller.
 pub(crate) const KNOWN_EACH_MAX: usize = 64;
-/// How many slots of the known are kept for roles that may command and stop.
+/// Number of slots of the known that are kept for roles that may command and stop.
 pub(crate) const RESERVED: usize = 64;
-/// How many more there are for what stops, of one caller and of all.
+/// Number of further slots for requests that stop, of one caller and of all.
 const STOPS: usize = 16;
 
 /// Origins of connections that gave way which are told one by one.
@@ -45,7 +46,7 @@ enum Standing {
     Known { caller: Caller, pass: Pass, doubted: bool },
 }
 
-/// Where strangers come from.
+/// Origin of strangers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Origin {
     /// The Unix socket.
@@ -68,7 +69,7 @@ struct Table {
     held: BTreeMap<u64, Held>,
     /// Where callers who were let in have come from, with when the last one was.
     remembered: HashMap<Origin, Instant>,
-    /// How many gave way to others since it was told last, by where they came from.
+    /// Number of connections that gave way to others since it was told last, by origin.
     gave_way: HashMap<Origin, u64>,
 }
 
@@ -85,7 +86,7 @@ impl Doors {
         [&self.socket, &self.network].into_iter().for_each(|slots| slots.look_again(gate));
     }
 
-    /// Who gave way since the last time, those that were most first.
+    /// Returns the origins that gave way since the last time, those with most first.
     pub fn gave_way(&self) -> Vec<(Origin, u64)> {
         let mut gave: Vec<_> = [&self.socket, &self.network].into_iter().flat_map(|slots| std::mem::take(&mut slots.locked().gave_way)).collect();
         gave.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
@@ -261,7 +262,7 @@ impl Slot {
         }
     }
 
-    /// A request arrived on a connection that is still not authenticated: its time begins anew.
+    /// Notes that a request arrived on a connection that is still not authenticated: its time begins again.
     pub fn heard(&self) {
         if let Some(Held { standing: Standing::Stranger { until, .. }, .. }) = self.slots.locked().held.get_mut(&self.number) {
             *until = Instant::now() + STRANGER_MAX;
@@ -327,7 +328,7 @@ mod tests {
         IpAddr::from([10, 0, 0, last])
     }
 
-    /// Whether a connection is to end now.
+    /// Returns true if a connection is to end now.
     fn is_over(slot: &Slot) -> bool {
         let mut over = std::pin::pin!(slot.over());
         let mut context = std::task::Context::from_waker(std::task::Waker::noop());

@@ -24,7 +24,7 @@ fn refuse(class: Class, message: String, remedy: &str) -> Refusals {
     vec![Refusal::new(class, message).remedy(remedy)]
 }
 
-/// Listens at a path: the socket has mode 0600 before another user can reach it. A socket that is not served any more is replaced. A folder
+/// Listens at a path: the socket has mode 0600 before another user can reach it. A socket without a server is replaced. A folder
 /// that is not there is made with mode 0700; the default one must be ours, and closed to others.
 pub fn bind(path: &Path, is_default: bool) -> Result<UnixListener, Refusals> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));

@@ -25,7 +25,7 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::JoinHandle;
 
-/// What a client may name as its subprotocol; a browser needs one answered that it has named.
+/// Name that a client may give as its subprotocol; a browser needs one answered that it has named.
 const PROTOCOL: &str = "opengpac.v1";
 /// Frames that wait for a slow reader.
 const FRAMES_MAX: usize = 64;
@@ -35,7 +35,7 @@ const FRAME_MAX: usize = 64 << 10;
 const SUBSCRIPTIONS_MAX: usize = 32;
 /// Entries of the log, or ends, in one frame.
 const ENTRIES_MAX: usize = 256;
-/// How often a silent reader is asked whether it is there, and how long a frame may take to leave.
+/// Period at which a silent reader is asked whether it is there, and time limit for a frame to leave.
 const PING: Duration = Duration::from_secs(5);
 const LEAVE_MAX: Duration = Duration::from_secs(10);
 /// Period of the heartbeat of a stream. A client that hears no beat for longer knows that nothing reaches it.
@@ -85,7 +85,7 @@ pub(crate) async fn open(
     opened().unwrap_or_else(IntoResponse::into_response)
 }
 
-/// What leaves on a stream.
+/// Frame that leaves on a stream.
 enum Frame {
     Text(Box<Told>),
     /// Of a scope, with its slot until it has left.
@@ -136,7 +136,7 @@ struct Stream {
     service: Arc<Service>,
     caller: Caller,
     pass: Pass,
-    /// Whether it has a heartbeat.
+    /// True if it has a heartbeat.
     beats: bool,
 }
 

@@ -42,7 +42,7 @@ struct Kept {
     tokens: Vec<Entry>,
 }
 
-/// Why a token is none.
+/// Reason why a token is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rejected {
     Wrong,
@@ -50,7 +50,7 @@ pub enum Rejected {
     Revoked,
 }
 
-/// Which file it was when it was read.
+/// Identity of the file when it was read.
 type Version = (u64, u64, i64, i64);
 
 /// The tokens file, read again whenever it has changed.
@@ -64,7 +64,7 @@ pub struct Tokens {
 struct Read {
     version: Option<Version>,
     kept: Kept,
-    /// Why it cannot be read now.
+    /// Reason why it cannot be read now.
     trouble: Option<String>,
     told: Told,
 }
@@ -73,11 +73,11 @@ struct Read {
 #[derive(Default)]
 struct Told {
     trouble: Option<String>,
-    /// How near its end each token was, by its name and when it was made.
+    /// Stage of each token before its end, by its name and when it was made.
     ends: BTreeMap<(String, u64), Ending>,
 }
 
-/// How near its end a token is.
+/// Stage of a token before its end.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Ending {
     Week,
@@ -187,7 +187,7 @@ impl Tokens {
 /// A token that holds as long as this process serves, and lies in no file.
 pub struct RunToken {
     sha256: String,
-    /// What its holder may do.
+    /// Role of its holder.
     pub role: Role,
 }
 
@@ -198,13 +198,13 @@ impl RunToken {
         Ok((RunToken { sha256: hex(&Sha256::digest(token.as_bytes())), role }, token))
     }
 
-    /// Whether this is its text; the same time whatever is equal.
+    /// Returns true if this is its text, in the same time for any text.
     pub fn is(&self, token: &str) -> bool {
         self.sha256.as_bytes().ct_eq(hex(&Sha256::digest(token.as_bytes())).as_bytes()).into()
     }
 }
 
-/// What the file keeps of a token's text.
+/// Returns the digest that the file keeps of a token's text.
 pub(crate) fn digest(token: &str) -> [u8; 32] {
     Sha256::digest(token.as_bytes()).into()
 }
@@ -256,7 +256,7 @@ pub fn revoke(path: &Path, name: &str) -> io::Result<bool> {
     Ok(any)
 }
 
-/// What the file has.
+/// Returns the entries of the file.
 pub fn list(path: &Path) -> io::Result<Vec<Entry>> {
     Ok(load(path)?.tokens)
 }

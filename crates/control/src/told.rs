@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the text frames of a stream say.
+//! Text frames of a stream.
 use api::Snapshot;
 use model::refusal::Refusals;
 use schemars::JsonSchema;
@@ -32,7 +32,7 @@ pub(crate) struct Told {
     /// Frames, or entries, that the reader was too slow for since the last frame of this subscription.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dropped: Option<u64>,
-    /// Why the subscription ended, or the frame was refused.
+    /// Reason why the subscription ended, or the frame was refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub errors: Option<Refusals>,
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a system is, for a client that connects to it.
+//! Version of a system, for a client that connects to it.
 use crate::caller::Caller;
 use crate::code::target;
 use crate::service::Service;
@@ -7,7 +7,7 @@ use api::Role;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What answers, and as what it sees its caller.
+/// Version of the server, and the caller as it sees it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct Version {
     /// Version of OpenGPAC.
@@ -20,7 +20,7 @@ pub struct Version {
     pub target: String,
     /// Name of the real-time system.
     pub system: String,
-    /// What this life of the system is known by: a system that was started again has another, and its log and its numbers begin anew.
+    /// Identifier of this life of the system: a system that was started again has another, and its log and its numbers begin again.
     pub run: String,
     pub clock: ClockName,
     /// Role of the caller.

@@ -12,11 +12,11 @@ use std::sync::Arc;
 use tower::ServiceExt;
 
 api::calls! {
-    /// What is declared outside `api`.
+    /// Calls that are declared outside `api`.
     const EXERCISE about "exercise" = [
         /// Counts the SVVs of a pattern. Returns how many there are.
         Configure count_lamps(
-            /// What their names begin with.
+            /// Prefix of their names.
             must prefix: String,
             /// No more than these.
             may most: Option<u64>,

@@ -18,7 +18,7 @@ use model::refusal::Class;
 use serde_json::json;
 use std::time::Duration;
 
-/// How long a file may take to arrive.
+/// Time limit for a file to arrive.
 const FILE_TIME: Duration = Duration::from_secs(120);
 
 pub(super) async fn module(

@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Who commands, as every request about it is answered.
+/// Returns the holder of command, as every request about it is answered.
 fn told(service: &Service) -> Json<Value> {
     Json(json!({ "result": service.sessions.command(now()) }))
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What all requests share: their bodies, so large and so late at the most, and where they run.
+//! Common part of all requests: their bodies, with the limits of size and time, and where they run.
 use crate::caller::Caller;
 use crate::calls::BODY_MAX;
 use crate::failure::Failure;
@@ -19,7 +19,7 @@ use std::time::Duration;
 pub(super) type Shared = State<Arc<Service>>;
 pub(super) type Answer = Result<Json<Value>, Failure>;
 
-/// How long a body may take to arrive.
+/// Time limit for a body to arrive.
 pub(super) const BODY_TIME: Duration = Duration::from_secs(10);
 
 /// A body of this size at the most.

@@ -19,7 +19,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// How often a held connection looks whether its session is still there.
+/// Period at which a held connection looks whether its session is still there.
 const HOLD_LOOK: Duration = Duration::from_millis(100);
 
 /// The lane of what leads to a stop.

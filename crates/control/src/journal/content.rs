@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What calls refer to and a journal cannot hold in a line: code modules and files of models, by their SHA-256 in a folder beside it.
+//! Contents that calls refer to and a journal cannot hold in a line: code modules and files of models, by their SHA-256 in a folder beside it.
 use crate::journal::file;
 use crate::requests::is_sha256;
 use std::collections::BTreeSet;

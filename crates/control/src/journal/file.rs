@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The file of a journal: one daemon's alone, appended to with a sync after each line, written anew as a whole beside itself.
+//! File of a journal: one daemon's alone, appended to with a sync after each line, rewritten as a whole beside itself.
 use crate::journal::lines::{Head, text};
 use rustix::fs::{FallocateFlags, fallocate};
 use rustix::io::Errno;
@@ -25,7 +25,7 @@ pub struct LogFile {
     rewritten: u64,
 }
 
-/// Why a journal is not to be had.
+/// Reason why a journal cannot be had.
 #[derive(Debug)]
 pub enum Unavailable {
     /// Another daemon has it.
@@ -49,7 +49,7 @@ pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
     }
 }
 
-/// Refuses a file or folder that another user of the machine can change: whoever writes a journal commands the next start.
+/// Refuses a file or folder that another user of the machine can change: a writer of the journal commands the next start.
 fn refuse_open(path: &Path) -> io::Result<()> {
     let about = match std::fs::metadata(path) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => return Ok(()),
@@ -93,7 +93,7 @@ pub fn folder(path: &Path) -> &Path {
 }
 
 impl LogFile {
-    /// The file with these lines, written anew, under a lock that is held already.
+    /// Rewrites the file with these lines, under a lock that is held already.
     pub fn write<'a, T: Serialize + 'a>(path: &Path, lock: File, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<LogFile> {
         let (file, len) = write_whole(path, head, lines)?;
         Ok(LogFile { path: path.to_owned(), _lock: lock, file, len, reserved: len, rewritten: len })
@@ -124,14 +124,14 @@ impl LogFile {
         Ok(())
     }
 
-    /// Writes all lines anew and takes the place of what was there.
+    /// Rewrites all lines in the place of what was there.
     pub fn rewrite<'a, T: Serialize + 'a>(&mut self, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<()> {
         let (file, len) = write_whole(&self.path, head, lines)?;
         (self.file, self.len, self.reserved, self.rewritten) = (file, len, len, len);
         Ok(())
     }
 
-    /// Whether it has grown so much that most of it has probably cancelled itself out.
+    /// Returns true if it has grown so much that most of it has probably cancelled itself out.
     pub fn has_grown(&self) -> bool {
         self.len > 4 * self.rewritten.max(1 << 20)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a journal comes to: the lines that still count, without what cancelled itself out, and the order in which they are played.
+//! Sum of a journal: the lines that still count, without what cancelled itself out, and the order in which they are played.
 use crate::journal::lines::{Line, State, Subject};
 use api::Call;
 use serde_json::{Map, Value as Json};
@@ -20,7 +20,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// What these lines come to. Errors: the number of a line that goes with none before it, and why.
+    /// Makes the sum of these lines. Errors: the number of a line that goes with none before it, and why.
     pub fn of(lines: impl IntoIterator<Item = (usize, Line)>) -> Result<Ledger, (usize, String)> {
         let mut ledger = Ledger::default();
         for (at, line) in lines {
@@ -50,12 +50,12 @@ impl Ledger {
         self.kept.iter_mut().enumerate().for_each(|(index, kept)| kept.at = index + 2);
     }
 
-    /// Whether it was started and has not ended.
+    /// Returns true if it was started and has not ended.
     pub fn runs(&self, subject: &Subject) -> bool {
         self.started(subject).is_some()
     }
 
-    /// Whether it was suspended where it runs.
+    /// Returns true if it was suspended where it runs.
     pub fn is_suspended(&self, subject: &Subject) -> bool {
         self.kept.iter().any(|kept| matches!(&kept.line, Line::Became { of, state: State::Suspended } if of == subject))
     }
@@ -65,7 +65,7 @@ impl Ledger {
         self.kept.iter().filter_map(|kept| starting(&kept.line)).cloned().collect()
     }
 
-    /// Why the emergency stop is latched.
+    /// Returns why the emergency stop is latched.
     pub fn stopped(&self) -> Option<&str> {
         self.kept.iter().find_map(|kept| if let Line::Stopped { reason } = &kept.line { Some(reason.as_str()) } else { None })
     }
@@ -123,7 +123,7 @@ impl Ledger {
     }
 
     /// Leaves out instances of sessions that are gone with the daemon and that nothing is to run of: to a daemon that starts again every
-    /// session of before is lost, and those of a lost session are deleted when they have ended. How many.
+    /// session of before is lost, and those of a lost session are deleted when they have ended. Returns the number of them.
     pub fn leave_lost(&mut self) -> usize {
         let lost = |kept: &Kept| match &kept.line {
             Line::Call { call, of: Some(of), by, .. } if call == "create" && !by.session.is_empty() => Some(of.clone()),
@@ -221,7 +221,7 @@ impl Ledger {
     }
 }
 
-/// What a line starts.
+/// Returns the subject that a line starts.
 fn starting(line: &Line) -> Option<&Subject> {
     match line {
         Line::Call { call, of, .. } if call == "start" || call == "enable" => of.as_ref(),

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value as Json};
 
-/// What the first line says it is.
+/// Format in the first line.
 pub const FORMAT: &str = "opengpac journal";
 /// Version of the lines that are written and read.
 pub const VERSION: u32 = 1;
@@ -23,7 +23,7 @@ pub struct Head {
     pub system: String,
 }
 
-/// What a line is about, where that runs.
+/// Subject of a line, where that runs.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Subject {
@@ -33,7 +33,7 @@ pub enum Subject {
     Device(String),
 }
 
-/// What has become of it.
+/// State that a subject has come to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
@@ -43,7 +43,7 @@ pub enum State {
     Deleted,
 }
 
-/// Who made a call.
+/// Caller that made a call.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct By {
@@ -64,7 +64,7 @@ pub enum Line {
     /// A call that was made, as `POST /v1/call/NAME` has it.
     Call {
         call: String,
-        /// What it made or started; `instance` is not among the arguments then.
+        /// Subject that it made or started; `instance` is not among the arguments then.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         of: Option<Subject>,
         arguments: Map<String, Json>,
@@ -75,13 +75,13 @@ pub enum Line {
     },
     /// A code module that was downloaded; its bytes lie beside the journal under their SHA-256.
     Module { module: String, file: String, sha256: String, by: By },
-    /// What runs does so no longer, or again.
+    /// A running subject stopped running, or runs again.
     Became { of: Subject, state: State },
     /// The emergency stop is latched, for this reason.
     Stopped { reason: String },
     /// It is latched no longer.
     Reset {},
-    /// A session was closed in order: what it made has no owner any more, and goes on.
+    /// A session was closed in order: its subjects have no owner, and go on.
     Closed { session: String },
 }
 
@@ -95,7 +95,7 @@ pub struct Read {
     pub cut: Option<usize>,
 }
 
-/// Why a journal cannot be read.
+/// Damage for which a journal cannot be read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Damage {
     /// Counted from 1.

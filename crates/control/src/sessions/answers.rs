@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What requests about sessions are answered.
+//! Answers to requests about sessions.
 use super::command::Settled;
 use api::Role;
 use schemars::JsonSchema;
@@ -20,7 +20,7 @@ pub struct Kept {
     pub(super) told: bool,
 }
 
-/// What the answer to an opened session says.
+/// Answer to an opened session.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "OpenedSession")]
 pub struct Opened {
@@ -28,7 +28,7 @@ pub struct Opened {
     pub session: String,
     pub name: String,
     pub role: Role,
-    /// How often it has to give a sign of life, ms.
+    /// Period at which it has to give a sign of life, ms.
     pub heartbeat_ms: u64,
     /// After how long without one it counts as lost, ms.
     pub lost_after_ms: u64,
@@ -49,10 +49,10 @@ pub struct Listed {
     pub name: String,
     /// Its caller: a user, a token or a certificate.
     pub who: String,
-    /// What the person who opened it is called, where that was said.
+    /// Name of the person who opened it, if it was given.
     pub person: Option<String>,
     pub role: Role,
-    /// Where it calls from.
+    /// Address from which it calls.
     pub from: String,
     /// It has command.
     pub commands: bool,
@@ -79,14 +79,14 @@ pub struct Described {
     pub state: InstanceState,
 }
 
-/// Who commands, who asks for it, and what became of the last requests.
+/// Holder of command, those who ask for it, and the outcomes of the last requests.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Holder {
     /// Name of the session that commands; null: none does.
     pub holder: Option<String>,
     /// Its caller: a user, a token or a certificate.
     pub who: Option<String>,
-    /// What its person is called, where that was said.
+    /// Name of its person, if it was given.
     pub person: Option<String>,
     /// Requests for command that wait, oldest first.
     pub requests: Vec<Asks>,
@@ -105,9 +105,9 @@ pub struct Asks {
     /// Its caller.
     pub who: String,
     pub person: Option<String>,
-    /// What for, for people.
+    /// Purpose, for people.
     pub reason: String,
-    /// How long it still waits, ms.
+    /// Time for which it still waits, ms.
     pub left_ms: u64,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who commands, who has asked for it, and what became of that. One session commands at a time; a request for command waits in order, and
+//! Holder of command, requests for it, and their outcomes. One session commands at a time; a request for command waits in order, and
 //! ends by one of the words of [`Outcome`], each with its reason.
 //!
 //! It knows sessions by their names alone: who may ask, and who is there, the table of sessions says.
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// Requests that are over and are still told.
 pub const SETTLED_MAX: usize = 32;
 
-/// How a request for command ended.
+/// Outcome of a request for command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -57,7 +57,7 @@ pub struct Settled {
     pub outcome: Outcome,
     /// The session that granted, declined or withdrew it; null: nobody did, as where its time has passed.
     pub by: Option<String>,
-    /// Why, for people.
+    /// Reason, for people.
     pub reason: String,
 }
 

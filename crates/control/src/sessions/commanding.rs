@@ -9,7 +9,7 @@ use model::refusal::Class;
 use std::time::{Duration, Instant};
 
 impl State {
-    /// Who that is, for people: the session, and the person or else the caller.
+    /// Returns the name of a session for people: the session, and the person or else the caller.
     fn called(&self, name: &str) -> String {
         match self.by_name.get(name) {
             Some(session) => format!("session '{name}' of {}", session.person.as_deref().unwrap_or(&session.who)),
@@ -128,7 +128,7 @@ impl Sessions {
         Err(Failure::new(Class::UnknownName, format!("session '{asking}' does not ask for command"), "see the requests of GET /v1/command"))
     }
 
-    /// What a session's person is called, where that was said.
+    /// Returns the name of a session's person, if it was given.
     pub fn person(&self, name: &str) -> Option<String> {
         self.locked().by_name.get(name)?.person.clone()
     }
@@ -145,7 +145,7 @@ impl Sessions {
         self.locked().command.holder().map(str::to_owned)
     }
 
-    /// Who commands, who asks for it, and what became of the last requests.
+    /// Returns the holder of command, those who ask for it, and the outcomes of the last requests.
     pub fn command(&self, now: Instant) -> Holder {
         let mut state = self.locked();
         state.command.expire(now);

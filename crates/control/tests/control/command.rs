@@ -25,7 +25,7 @@ fn three(now: Instant) -> (Sessions, Vec<String>) {
     (sessions, ids)
 }
 
-/// How each request has ended, in order: who asked, the outcome, by whom.
+/// Returns the end of each request, in order: name, outcome, and who ended it.
 fn ends(sessions: &Sessions, now: Instant) -> Vec<(String, Outcome, Option<String>)> {
     sessions.command(now).settled.into_iter().map(|settled| (settled.name, settled.outcome, settled.by)).collect()
 }

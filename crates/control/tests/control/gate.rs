@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who is let in: hosts, origins, tokens, certificates.
+//! Tests of the gate: hosts, origins, tokens, certificates.
 use crate::rig::Folder;
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use control::tokens::{self, Rejected, Tokens};

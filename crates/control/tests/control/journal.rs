@@ -33,7 +33,7 @@ fn again(left: Folder) -> (Rig, Vec<String>) {
     (rig, told.0)
 }
 
-/// Why no daemon starts on what is left, which it leaves as it was.
+/// Returns why no daemon starts on what is left, which it leaves as it was.
 fn refused(left: &Folder, change: impl FnOnce(&mut Options), watcher: &mut Told) -> String {
     let mut options = options(left);
     change(&mut options);

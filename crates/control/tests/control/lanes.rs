@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What stops waits for nobody who looks: in one process, over the router alone.
+//! Tests that a request which stops waits for no reader: in one process, over the router alone.
 use crate::rig::{Folder, class, system};
 use axum::Router;
 use axum::body::{Body, to_bytes};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What lines come to, whatever lines they are.
+//! Tests the sum of arbitrary lines.
 use control::Role;
 use control::journal::ledger::Ledger;
 use control::journal::lines::{By, FORMAT, Head, Line, State, Subject, VERSION, read, text, withhold};

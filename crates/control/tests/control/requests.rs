@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What bodies and frames say; and that no bytes at all bring a decoder down.
+//! Tests of bodies and frames, and that no bytes at all bring a decoder down.
 use control::requests::{self, OpenSession, TakeCommand, Topic, Wanted};
 use proptest::prelude::*;
 use std::time::Duration;

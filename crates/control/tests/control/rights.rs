@@ -31,7 +31,7 @@ fn made(path: &std::path::Path) -> Vec<[String; 3]> {
     Role::ALL.into_iter().map(of).collect()
 }
 
-/// What is asked of the interface: the calls, and the other paths with their least role. `commands`: it needs command too.
+/// Returns the requests of the interface: the calls, and the other paths with their least role. `commands`: it needs command too.
 fn asked() -> Vec<(&'static str, String, Role, bool)> {
     let calls = all().map(|call| {
         let role = call.role_under(true);

@@ -2,7 +2,7 @@
 //! The committed schemas are those of the code, and what calls answer fits them.
 use serde_json::Value as Json;
 
-/// Whether a committed document is that of the code; where it is asked for, it is written first.
+/// Checks that a committed document is that of the code; if it is asked for, it is written first.
 fn is_kept(name: &str, document: &Json, remedy: &str) {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas").join(name);
     let now = serde_json::to_string_pretty(document).expect("JSON") + "\n";

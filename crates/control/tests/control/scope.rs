@@ -58,7 +58,7 @@ fn channels(rig: &Rig, session: &str, count: usize) -> Vec<String> {
     names
 }
 
-/// What came of one channel.
+/// Counts of one channel.
 #[derive(Clone, Default)]
 struct Counted {
     next: u64,

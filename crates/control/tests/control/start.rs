@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is refused before anything listens, and TLS.
+//! Tests of TLS, and of refusals before anything listens.
 use crate::rig::{Folder, Rig, receive, send, system};
 use control::{Options, Role, Server, tokens};
 use rcgen::{CertificateParams, CertifiedKey, KeyPair};
