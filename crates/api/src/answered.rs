@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a call comes to. One that lasts is made slice by slice, so that the caller can be interrupted, and says how it goes on.
+//! Result of a call. One that lasts is made slice by slice, so that the caller can be interrupted, and says how it goes on.
 use crate::wrong_form;
 use model::refusal::Refusals;
 use serde::Serialize;
 use serde_json::Value as Json;
 
-/// What a call has come to; its result as JSON, or as the text of that.
+/// Result of a call; a value as JSON, or as the text of that.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answered<O = Json> {
     /// It is over, with this result.
@@ -14,7 +14,7 @@ pub enum Answered<O = Json> {
     Waiting { call: &'static str, arguments: Json },
 }
 
-/// What the body of a call gives.
+/// Result of the body of a call.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome<T> {
     /// It is over, with this answer.

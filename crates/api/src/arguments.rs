@@ -27,7 +27,7 @@ impl Given {
         Ok(Given { call, given })
     }
 
-    /// One that must be given.
+    /// Takes an argument that must be given.
     pub fn must<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
         let value = self.given.remove(name).unwrap_or(Json::Null);
         serde_json::from_value(value).map_err(|why| {
@@ -35,7 +35,7 @@ impl Given {
         })
     }
 
-    /// One that may be left out.
+    /// Takes an argument that may be left out.
     pub fn may<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
         if self.given.contains_key(name) { self.must(name) } else { Ok(T::default()) }
     }

@@ -11,7 +11,7 @@ use serde_json::{Map, Value as Json};
 use std::time::Duration;
 use supervisor::System;
 
-/// How long a wait sleeps before it looks at its deadline again.
+/// Time for which a wait sleeps before it looks at its deadline again.
 const SLICE: Duration = Duration::from_millis(50);
 
 type Run<O> = fn(&System, &str, Duration) -> Result<Answered<O>, Refusals>;
@@ -21,13 +21,13 @@ type SchemaOf = fn(&mut SchemaGenerator) -> Schema;
 #[derive(Clone, Copy)]
 pub struct Call {
     pub name: &'static str,
-    /// What it has to do with, the heading that it is listed under.
+    /// Subject of the call, the heading that it is listed under.
     pub subject: &'static str,
-    /// What it does and returns, for people, line by line.
+    /// Description of its action and result, for people, line by line.
     pub words: &'static [&'static str],
     /// The least role that may make it.
     pub role: Role,
-    /// That it commands, and the argument that says what it is about; empty: the whole system.
+    /// Argument that names the object which the call commands; empty: the whole system. None: it does not command.
     pub commands: Option<&'static str>,
     /// The log has it too where the program that holds the system gave it.
     pub told: bool,
@@ -109,7 +109,7 @@ impl Call {
         Call { whole: Some((name, of)), ..self }
     }
 
-    /// It commands; what about, this argument says. Empty: the whole system.
+    /// It commands; what about, this argument says. An empty argument means the whole system.
     pub const fn commands(self, about: &'static str) -> Call {
         Call { commands: Some(about), ..self }
     }
@@ -206,7 +206,7 @@ impl Call {
         if is_virtual && self.lasts { self.role.max(Role::Operate) } else { self.role }
     }
 
-    /// What it does and returns, for people, on one line.
+    /// Returns the description of its action and result, for people, on one line.
     pub fn words(&self) -> String {
         self.words.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
     }
@@ -235,7 +235,7 @@ impl Call {
         properties.into_iter().map(of).collect()
     }
 
-    /// What a call that commands is about: an instance, a device, an SVV, or `system`. Nothing where the call only looks, or waits.
+    /// Returns the object of a call that commands: an instance, a device, an SVV, or `system`. Nothing where the call only looks, or waits.
     pub fn about(&self, system: &System, arguments: &Map<String, Json>) -> Option<String> {
         let argument = self.commands?;
         Some(match arguments.get(argument) {
@@ -275,7 +275,7 @@ impl Call {
 pub struct Argument {
     pub name: String,
     pub required: bool,
-    /// What it is, for people.
+    /// Description of the argument, for people.
     pub words: String,
     /// The JSON Schema of its type.
     pub schema: Json,
@@ -311,7 +311,7 @@ pub fn known(name: &str) -> Result<&'static Call, Refusals> {
     find(name).ok_or_else(none)
 }
 
-/// What a call that commands is about: an instance, a device, an SVV, or `system`. Nothing where the call only looks, or waits.
+/// Returns the object of a call that commands: an instance, a device, an SVV, or `system`. Nothing where the call only looks, or waits.
 pub fn commanded(system: &System, call: &str, arguments: &Map<String, Json>) -> Option<String> {
     find(call)?.about(system, arguments)
 }

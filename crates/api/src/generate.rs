@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is made of the declarations and checked in: the list in the C header, the page of the docs, the Python methods. A test of this
-//! crate says when one is stale, and writes them anew where `OPENGPAC_WRITE_SCHEMAS` is set.
+//! Texts that are made of the declarations and checked in: the list in the C header, the page of the docs, the Python methods. A test of this
+//! crate says when one is stale, and writes it again where `OPENGPAC_WRITE_SCHEMAS` is set.
 mod header;
 mod page;
 mod python;

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a journal makes of a call, so that a daemon that starts again knows what it was told.
+//! Treatment of a call by a journal, so that a daemon that starts again knows what it was told.
 
-/// What a journal records when a call was made.
+/// Entry of a journal for a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recorded {
     /// Nothing: it only looks, or is of this life of the daemon alone.
     Nothing,
-    /// What has become of that which runs, not the call itself.
+    /// Later outcome of what the call started, not the call itself.
     Outcome,
     /// The call, which a replay of the journal makes again.
     Call,
 }
 
-/// How a journal, and its replay, treat a call.
+/// Treatment of a call by a journal and its replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Journalled {
     pub recorded: Recorded,

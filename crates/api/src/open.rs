@@ -19,7 +19,7 @@ struct Options {
     adopt: bool,
 }
 
-/// How processes for processors are started.
+/// Start of processes for processors.
 #[derive(Deserialize)]
 struct Processes {
     /// Comes to call `places::processor`.

@@ -18,7 +18,7 @@ pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i
     }
 }
 
-/// What a wait has come to: where its slice is over, it goes on with this call.
+/// Returns the outcome of a wait: if its slice is over, it goes on with this call.
 pub(crate) fn lasting<T, U: From<T>>(waited: Waited<T>, timed_out: U, call: &'static str, arguments: impl FnOnce() -> Json) -> Outcome<U> {
     match waited {
         Waited::Done(result) => Outcome::Done(result.into()),

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is made of the declarations of calls and checked in is what they say now.
+//! Checks that the texts made of the declarations of calls and checked in are up to date.
 use std::path::Path;
 
-/// Writes the file anew where that is asked for, and compares.
+/// Writes the file again if that is asked for, and compares.
 fn compare(path: &str, now: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
     if std::env::var_os("OPENGPAC_WRITE_SCHEMAS").is_some() {

@@ -12,7 +12,7 @@ crate::calls! {
         /// Raises an alarm.
         Operate raise_alarm(
             must code: String,
-            /// Where it comes from.
+            /// Source of the alarm.
             may source: String,
             may text: String,
         ) -> (): commands("code"), told

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is of the whole cell: emergency stop, pause, modes.
+//! Calls about the whole cell: emergency stop, pause, modes.
 use crate::waits::paused as until_paused;
 use std::collections::BTreeMap;
 use supervisor::Mode;

@@ -11,22 +11,22 @@ use std::time::Duration;
 use supervisor::{InProcess, Location, Patience, PhysicalDeviceAbout, System, TakenOver};
 
 crate::calls! {
-    /// What a system is made of.
+    /// Parts that a system is made of.
     pub(super) const CONFIGURATION about "configuration" = [
         /// Makes a real-time processor.
         Configure processor(
             must name: String,
             /// The core that it is bound to.
             may core: Option<usize>,
-            /// Whether the supervisor is there; where no processor says so, it is on the first one.
+            /// true: the supervisor is there; if no processor says so, it is on the first one.
             may supervisor: bool,
             /// true: in a process of its own; a text: in the process of that name.
             may process: InProcess,
             /// A host that has joined.
             may host: Option<String>,
-            /// How long a process may stand still until it counts as lost.
+            /// Time for which a process may stand still until it counts as lost.
             may lost_after_ns: Option<u64>,
-            /// How long a process may miss its supervisor.
+            /// Time for which a process may miss its supervisor.
             may patience_ns: Option<u64>,
         ) -> (): commands("name")
             => |system| {
@@ -45,7 +45,7 @@ crate::calls! {
             may key: Option<String>,
             /// The text that a host must know to join.
             may token: Option<String>,
-            /// How far apart clocks may be.
+            /// Maximum difference of the clocks.
             may clock_limit_ns: Option<u64>,
         ) -> (): commands("endpoint"), secret(&["token"])
             => |system| {
@@ -72,7 +72,7 @@ crate::calls! {
             /// Of a timer.
             may period_ns: u64,
             must priority: u8,
-            /// What a firing takes under the virtual clock.
+            /// Cost of a firing under the virtual clock.
             may virtual_cost_ns: u64,
         ) -> (): commands("name")
             => |system| system.source(&processor, &name, source_kind(&kind, period_ns)?, priority, virtual_cost_ns);
@@ -100,7 +100,7 @@ crate::calls! {
         /// Lets the driver of a device carry out a service, off the cycle. Returns what that answers.
         Operate device_service(
             must device: String,
-            /// One that the driver declares: `configuration` lists them.
+            /// Service that the driver declares: `configuration` lists them.
             must service: String,
             /// Those of the service.
             may arguments: Option<Map<String, Json>>,

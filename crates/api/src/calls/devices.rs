@@ -18,7 +18,7 @@ crate::calls! {
         /// Waits until a device is enabled. Returns whether it is.
         Observe wait_enabled(
             must name: String,
-            /// How long at most, from now, on the system's clock.
+            /// Time limit from now, on the system's clock.
             may timeout_ns: Option<i64>,
             /// Until when at most, instead.
             may until_ns: Option<i64>,

@@ -42,7 +42,7 @@ crate::calls! {
         /// Waits until an instance has ended. Returns its end report, null after the timeout.
         Observe wait(
             must instance: u64,
-            /// How long at most, from now, on the system's clock.
+            /// Time limit from now, on the system's clock.
             may timeout_ns: Option<i64>,
             /// Until when at most, instead.
             may until_ns: Option<i64>,
@@ -55,7 +55,7 @@ crate::calls! {
         /// Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second halt is immediate. Returns its end report.
         Operate halt(
             must instance: u64,
-            /// How long at most, from now, on the system's clock.
+            /// Time limit from now, on the system's clock.
             may timeout_ns: Option<i64>,
             /// Until when at most, instead.
             may until_ns: Option<i64>,

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What there is, and how it runs.
+//! Parts of a system, and how they run.
 use crate::sure;
 use supervisor::{Entry, Geometry, Installed, Inventory, Names, Statistics, VerbForm, VerbSummary};
 
 crate::calls! {
-    /// What there is, and how it runs.
+    /// Parts of a system, and how they run.
     pub(super) const OBSERVATION about "observation" = [
         /// Returns the names of what there is.
         Observe names() -> Names

@@ -16,7 +16,7 @@ const CHUNKS_MAX: usize = 96;
 /// Columns of one channel.
 const COLUMNS_MAX: u32 = 10_000;
 
-/// What was at a time of a recording.
+/// State at a time of a recording.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedAt")]
 struct At {
@@ -48,7 +48,7 @@ struct Span {
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedTrace")]
 struct Trace {
-    /// What was stored last before the span; of each column the first value, the last, and of each number the minimum and the maximum,
+    /// Value stored last before the span; of each column the first value, the last, and of each number the minimum and the maximum,
     /// whole values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
     samples: String,
     /// Of each number, over all values of the span.

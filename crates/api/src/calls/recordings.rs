@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
 
-/// How long the end of a recording is waited for in one call: what waits for a slow disk may take longer.
+/// Time for which one call waits for the end of a recording: a slow disk may take longer.
 const END_MAX: Duration = Duration::from_millis(500);
 
 /// A recording that has begun.
@@ -40,7 +40,7 @@ crate::calls! {
             may cells: bool,
             /// Everything that comes from outside too, so that the run can be run again.
             may replay: bool,
-            /// Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so on. Not of a recording for a replay.
+            /// Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so on. A recording for a replay has none.
             may split_bytes: Option<u64>,
             /// Files that stay where the recording is split; the oldest goes. All where it is left out.
             may keep: Option<u32>,

@@ -13,7 +13,7 @@ use supervisor::{Fused, ModuleAbout, SvvRequest};
 /// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
 const PYTHON: &str = "python3";
 
-/// Why two ports cannot be wired; of one port and all others, a list.
+/// Reason why two ports cannot be wired; of one port and all others, a list.
 #[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum Wired {
@@ -22,12 +22,12 @@ enum Wired {
 }
 
 crate::calls! {
-    /// What runs there.
+    /// Software installed on a system.
     pub(super) const SOFTWARE about "software" = [
         /// Loads a code module. Returns its blocks.
         Download download(
             must path: PathBuf,
-            /// What it is called; the name of the file where it is left out.
+            /// Name of the module; by default the name of the file.
             may name: Option<String>,
             /// The interpreter that tries it in a process of its own.
             may python: Option<String>,

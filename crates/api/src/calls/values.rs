@@ -23,7 +23,7 @@ crate::calls! {
         /// Returns the last values, oldest first.
         Observe history(
             must name: String,
-            /// How many at most.
+            /// Maximum number of values.
             must count: usize,
             /// "bytes" instead of "value", as of `read`.
             may raw: bool,
