@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How long one check may take.
+/// Time limit of one check.
 const CHECK: Duration = Duration::from_secs(120);
 
 /// Checks a driver: its report as JSON. `told(check, verdict)` is called with each outcome as it comes, and ends the checks by returning False.

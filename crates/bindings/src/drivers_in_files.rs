@@ -15,7 +15,7 @@ pub fn load_drivers(py: Python<'_>, file: PathBuf) -> PyResult<String> {
     })
 }
 
-/// What is wrong with the options of a driver; none: nothing.
+/// Returns what is wrong with the options of a driver; none: nothing.
 #[pyfunction]
 pub fn check_driver(py: Python<'_>, kind: &str, options_json: &str) -> PyResult<Option<String>> {
     let options: Value = from_json(options_json)?;

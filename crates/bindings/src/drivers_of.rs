@@ -4,13 +4,13 @@ use crate::convert::{from_json, to_json};
 use model::refusal::{Class, Refusal};
 use pyo3::prelude::*;
 
-/// What each driver declares, a JSON list by name.
+/// Returns the declarations of the drivers, a JSON list by name.
 #[pyfunction]
 pub fn drivers_json() -> PyResult<String> {
     to_json(&drivers::manuals())
 }
 
-/// What a driver finds, a JSON list.
+/// Returns the devices that a driver finds, a JSON list.
 #[pyfunction]
 pub fn scan(py: Python<'_>, kind: &str, options_json: &str) -> PyResult<String> {
     let options: serde_json::Value = from_json(options_json)?;

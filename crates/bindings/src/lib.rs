@@ -22,7 +22,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use supervisor::TrialRequest;
 
-/// How long something runs without a look at signals.
+/// Time for which something runs without a look at signals.
 const SLICE: Duration = Duration::from_millis(50);
 
 #[pyfunction]

@@ -21,7 +21,7 @@ pub fn pose_rpy(pose: Numbers) -> [f64; 3] {
     read(pose).rpy()
 }
 
-/// What is `inner` in the frame `outer`, seen from where that is seen from.
+/// Returns the pose of `inner`, given in the frame `outer`, in the reference of that frame.
 #[pyfunction]
 pub fn pose_then(outer: Numbers, inner: Numbers) -> Numbers {
     read(outer).then(&read(inner)).numbers()
@@ -33,7 +33,7 @@ pub fn pose_point(frame: Numbers, point: [f64; 3]) -> [f64; 3] {
     read(frame).point(point)
 }
 
-/// What a frame is seen from, seen from it.
+/// Returns the pose of the reference of a frame, seen from the frame.
 #[pyfunction]
 pub fn pose_inverse(pose: Numbers) -> Numbers {
     read(pose).inverse().numbers()

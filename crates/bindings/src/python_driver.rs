@@ -116,7 +116,7 @@ impl PythonDriver {
     }
 }
 
-/// What an exception says; the driver's process has its traceback on its standard error.
+/// Returns the error of an exception; the driver's process has its traceback on its standard error.
 fn failed(py: Python<'_>, why: &PyErr) -> DeviceError {
     why.display(py);
     DeviceError { message: told(why) }

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
-/// How long serving goes on without looking at signals.
+/// Time for which serving goes on without looking at signals.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Hears what a daemon tells while its journal is played, and ends that where a signal's exception comes.
@@ -98,7 +98,7 @@ fn reread(py: Python<'_>, server: &Server, tell: &Py<PyAny>, rereads: &Bound<'_,
     Ok(())
 }
 
-/// Where the Unix socket of a system lies where nothing else is said.
+/// Returns the default path of a system's Unix socket.
 #[pyfunction]
 pub fn socket_path(name: &str) -> String {
     control::default_path(name).display().to_string()
