@@ -10,7 +10,7 @@ use std::io;
 
 const PERIOD_NS: i64 = 1_000_000;
 const COUNTS: f64 = 10_000.0;
-/// What a thread of real-time priority may compute without a rest, µs: one that runs away ends, and not the machine.
+/// Time that a thread of real-time priority may compute without a rest, µs: one that runs away ends, and not the machine.
 const RTTIME_US: u64 = 5_000_000;
 /// Cycles in which all axes come into operation; what counts begins behind them.
 const BEGINS: usize = 1_000;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long a frame with the process data of all drives takes there and back: `exchange INTERFACE DRIVES TIMES` prints the median in ns.
+//! Round-trip time of a frame with the process data of all drives: `exchange INTERFACE DRIVES TIMES` prints the median in ns.
 use ethercat::main_device::{Bus, Cycle, Pdos, Replied, Wanted, bring_up, open_link, take};
 use ethercat::registers::AL_CONTROL;
 use ethercat::states::State;

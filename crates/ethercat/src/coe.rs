@@ -8,7 +8,7 @@ pub use cia402::Entry;
 const MAILBOX: usize = 6;
 /// The shortest message that carries an SDO.
 pub const SDO_LEN: usize = MAILBOX + 2 + 8;
-/// Where the bytes of an SDO begin.
+/// Offset of the bytes of an SDO.
 pub const SDO_AT: usize = MAILBOX + 2;
 const COE: u8 = 3;
 
@@ -22,7 +22,7 @@ const SIZED: u8 = 1;
 const EXPEDITED: u8 = 2;
 pub const ABORT: u8 = 0x80;
 
-/// What a message says.
+/// Content of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sdo<'a> {
     /// Read this entry.

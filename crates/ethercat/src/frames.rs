@@ -10,9 +10,9 @@ pub const ETHERTYPE: u16 = 0x88A4;
 pub const FRAME_MAX: usize = 1514;
 /// The shortest frame, without its check sum.
 pub const FRAME_MIN: usize = 60;
-/// Where the datagrams begin: behind the header of Ethernet and that of EtherCAT.
+/// Offset of the datagrams: behind the header of Ethernet and that of EtherCAT.
 pub const DATAGRAMS: usize = 16;
-/// What a datagram has beside its data: header and working counter.
+/// Bytes of a datagram beside its data: header and working counter.
 pub const OVERHEAD: usize = DATAGRAM_HEADER + 2;
 const DATAGRAM_HEADER: usize = 10;
 const LEN_MASK: u16 = 0x07FF;
@@ -20,7 +20,7 @@ const MORE: u16 = 0x8000;
 /// Frames that carry datagrams, in the header of EtherCAT.
 const OF_DATAGRAMS: u16 = 0x1000;
 
-/// What a datagram asks for.
+/// Command of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Command {
@@ -71,7 +71,7 @@ impl Command {
     }
 }
 
-/// Why bytes are no frame of EtherCAT.
+/// Reason why bytes are no frame of EtherCAT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Malformed {
     Short,
@@ -80,7 +80,7 @@ pub enum Malformed {
     Command,
 }
 
-/// Where a datagram lies in its frame.
+/// Offset of a datagram in its frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Datagram {
     pub command: Command,
@@ -108,7 +108,7 @@ impl Datagram {
         &mut frame[self.data_at()..self.data_at() + self.len]
     }
 
-    /// How many subdevices did what it asks for, as it counts them.
+    /// Returns the number of subdevices that did what it asks for, as it counts them.
     pub fn working_counter(&self, frame: &[u8]) -> u16 {
         u16_at(frame, self.data_at() + self.len)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What carries frames: a network interface, or a local socket between processes that needs no rights.
+//! Carrier of frames: a network interface, or a local socket between processes that needs no rights.
 //!
 //! `eth0` is the interface of that name, with a raw socket, which needs `CAP_NET_RAW`. `local:NAME` is a socket of this machine on which an
 //! emulated segment answers.
@@ -17,7 +17,7 @@ pub struct Link {
     name: String,
 }
 
-/// What begins the name of a local socket.
+/// Prefix of the name of a local socket.
 const LOCAL: &str = "local:";
 
 impl Link {
@@ -119,7 +119,7 @@ impl Link {
         there(received)
     }
 
-    /// Sends a frame back. Nobody may be there any more, which is nobody's fault.
+    /// Sends a frame back. The receiver may be gone, which is no error.
     pub(crate) fn answer(&self, frame: &[u8], to: &Sender) {
         if !self.name.starts_with(LOCAL) {
             return drop(self.send(frame));
@@ -138,7 +138,7 @@ impl Link {
     }
 }
 
-/// Who sent a frame.
+/// Sender of a frame.
 pub(crate) struct Sender {
     address: libc::sockaddr_un,
     len: libc::socklen_t,

@@ -29,15 +29,15 @@ pub const DC_SYSTEM_TIME: u16 = 0x0910;
 pub const DC_RECEIVED_UNIT: u16 = 0x0918;
 pub const DC_OFFSET: u16 = 0x0920;
 pub const DC_DELAY: u16 = 0x0928;
-/// How far its time is from that of the reference clock: sign and magnitude, ns.
+/// Difference of its time from that of the reference clock: sign and magnitude, ns.
 pub const DC_DIFFERENCE: u16 = 0x092C;
 pub const DC_SPEED: u16 = 0x0930;
-/// Who starts SYNC0, and then whether it is on.
+/// Starter of SYNC0, and then whether it is on.
 pub const SYNC_UNIT: u16 = 0x0980;
 pub const SYNC_ACTIVATION: u16 = 0x0981;
 pub const SYNC0_START: u16 = 0x0990;
 pub const SYNC0_CYCLE: u16 = 0x09A0;
-/// Where process memory begins.
+/// Address of the process memory.
 pub const MEMORY: u16 = 0x1000;
 
 /// Bit of the features: it has a distributed clock.

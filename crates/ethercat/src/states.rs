@@ -40,7 +40,7 @@ pub fn describe(status: u16, code: u16) -> String {
     if status & ERROR == 0 { state } else { format!("{state} with error {code:#06x}, {}", code_name(code)) }
 }
 
-/// What an AL status code says.
+/// Returns the meaning of an AL status code.
 pub fn code_name(code: u16) -> &'static str {
     match code {
         0x0000 => "no error",

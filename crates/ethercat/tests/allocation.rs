@@ -31,7 +31,7 @@ static COUNTING: Counting = Counting;
 
 const AXES: usize = 8;
 
-/// What the driver allocates in so many cycles, with what is done to the segment before each.
+/// Returns the number of the driver's allocations in so many cycles, with an action on the segment before each.
 fn allocations(rig: &mut Rig, cycles: usize, mut before: impl FnMut(&Rig, usize)) -> u64 {
     let mut counted = 0;
     for cycle in 0..cycles {

@@ -15,7 +15,7 @@ const SHIFT_NS: u32 = 500_000;
 /// The clock of the host: ahead, and 20 millionths too fast.
 const AHEAD_NS: u64 = 777_000_000;
 const TOO_FAST: u64 = 50_000;
-/// How late a frame is, ns.
+/// Lateness of a frame, ns.
 const LATE_NS: u64 = 100_000;
 
 fn host_ns(true_ns: u64) -> u64 {

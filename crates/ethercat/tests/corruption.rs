@@ -53,7 +53,8 @@ fn of_a_million_changed_frames_none_is_taken() {
     assert_eq!(taken, 0);
 }
 
-/// What is not the adapter's to check: type and length, the headers of the datagrams without their interrupts, outputs, working counters.
+/// Returns the bytes that the adapter does not check: type and length, the headers of the datagrams without their interrupts, outputs, working
+/// counters.
 fn places(frame: &[u8]) -> Vec<usize> {
     let mut places: Vec<usize> = (12..16).collect();
     for (number, datagram) in datagrams(frame).unwrap().map(Result::unwrap).enumerate() {

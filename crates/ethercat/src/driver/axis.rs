@@ -59,7 +59,7 @@ impl Axis {
         &self.moved.name
     }
 
-    /// Which objects its drive is to exchange.
+    /// Returns the objects that its drive is to exchange.
     pub fn pdos(&self) -> Pdos {
         match self.pdos {
             PdosFrom::Written => {
@@ -70,7 +70,7 @@ impl Axis {
         }
     }
 
-    /// What is written to its drive in PREOP: entry, value, and whether it may be missing.
+    /// Returns the settings that are written to its drive in PREOP: entry, value, and whether it may be missing.
     pub fn settings(&self, sync0: Option<Sync0>) -> Vec<(Entry, Vec<u8>, bool)> {
         let mut settings = vec![(Entry { index: 0x6060, sub: 0 }, vec![self.mode as u8], false)];
         settings.extend(self.brake.iter().flat_map(BrakeOptions::settings).map(|(of, value)| (of, value, true)));
@@ -124,7 +124,7 @@ impl Axis {
         Ok(())
     }
 
-    /// Whether its drive exchanges what homing needs.
+    /// Returns true if its drive exchanges what homing needs.
     pub fn can_home(&self) -> bool {
         self.fields.mode.is_some() && self.fields.mode_shown.is_some()
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the driver counts.
+//! Counters of the driver.
 
 device::counters! {
-    /// What the driver counts.
+    /// Counters of the driver.
     pub(super) enum Count {
         Cycles: "cycles", "", "frames that were sent";
         Lost: "frames_lost", "", "frames that did not come back in time";

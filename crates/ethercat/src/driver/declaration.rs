@@ -87,7 +87,7 @@ fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
     Ok(found.iter().enumerate().map(|(position, contents)| tell(&interface, position, contents)).collect())
 }
 
-/// What answers at a place, and the options that would serve it: as a terminal where its EEPROM lists entries and none is a drive's.
+/// Returns the subdevice at a position, and the options that would serve it: as a terminal if its EEPROM lists entries and none is a drive's.
 fn tell(interface: &str, position: usize, contents: &Contents) -> Found {
     const CONTROL_WORD: u16 = 0x6040;
     let identity = &contents.identity;

@@ -15,9 +15,9 @@ use device::{Channel, Counters, DeviceError, Driver, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long drives may take to OP, with process data coming; and an answer off the cycle.
+/// Time limit for drives to reach OP, with process data coming; and for an answer off the cycle.
 const TO_OP: Duration = Duration::from_secs(10);
-/// How many frames tell a drive to reset its fault: some of its cycles go by meanwhile.
+/// Number of frames that tell a drive to reset its fault: some of its cycles go by meanwhile.
 const RESETS: usize = 1_000;
 const ANSWER: Duration = Duration::from_millis(200);
 /// In lockstep nothing depends on how fast a segment is: this is for one that never answers.
@@ -39,7 +39,7 @@ pub(super) struct EtherCat {
     /// Those of the axes, then those of the terminals.
     stations: Vec<Station>,
     cycle: Option<Cycle>,
-    /// How many cycles one after another brought nothing, and why the last of them did.
+    /// Number of consecutive cycles that brought nothing, and the reason of the last.
     missed: u32,
     written_ns: i64,
 }
@@ -71,7 +71,7 @@ impl EtherCat {
         EtherCat { lockstep: true, ..self }
     }
 
-    /// One that serves these terminals too.
+    /// Adds these terminals.
     pub fn with_terminals(self, terminals: Vec<Terminal>) -> EtherCat {
         EtherCat { terminals, ..self }
     }
@@ -188,7 +188,7 @@ impl EtherCat {
         self.exchange_idle(cycle)
     }
 
-    /// Why the cycles bring nothing: who does not answer, or what state it is in.
+    /// Returns why the cycles bring nothing: the subdevice that does not answer, or its state.
     fn lost(&self, replied: Replied) -> DeviceError {
         let cycles = self.missed;
         let on = &self.interface;

@@ -56,7 +56,7 @@ const ENTRY: [OptionWord; 4] = [
     OptionWord::with_default("kind", Kind::Whole, "0: a number without a sign", "its data type, as CoE numbers them").within(0.0, 255.0),
 ];
 
-/// What is asked for.
+/// Options of the driver.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Options {
@@ -174,7 +174,7 @@ pub(super) struct ChannelOptions {
 }
 
 impl ChannelOptions {
-    /// Why it cannot be a channel of this entry.
+    /// Returns why it cannot be a channel of this entry.
     pub fn problem(&self, of: &Named) -> Option<String> {
         match self.rest.keys().next() {
             Some(field) => Some(format!("has no {field}; a channel has entry, scale, offset, unit and safe")),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the driver does beside its cycle.
+//! Services of the driver beside its cycle.
 use crate::main_device::{Bus, Mailbox};
 use cia402::Entry;
 use cia402::axis::{HOME, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, is_told_of_stops};

@@ -144,7 +144,7 @@ impl Point {
         }
     }
 
-    /// What it is told: a command that is no number is its safe value.
+    /// Returns its output: a command that is no number is its safe value.
     fn told(&self, commands: &[u8]) -> u64 {
         let command = self.slot.of(commands);
         let mut wide = [0; 8];

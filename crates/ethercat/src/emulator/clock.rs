@@ -9,7 +9,7 @@ const GAIN: f64 = 200.0;
 const LEARNING: f64 = 400.0;
 /// The most by which it goes faster or slower.
 const PUSH_MAX: f64 = 1e-3;
-/// How many comparisons its shown difference is the mean of.
+/// Number of comparisons of which its shown difference is the mean.
 const SHOWN: f64 = 8.0;
 
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub struct Clock {
     local_ns: f64,
     /// True time, as far as it has gone on.
     now_ns: u64,
-    /// How much too fast its quartz is, as a part of 1.
+    /// Drift of its quartz, as a part of 1.
     drift: f64,
     learned: f64,
     push: f64,
@@ -35,7 +35,7 @@ struct Sync {
 }
 
 impl Clock {
-    /// One that is ahead of the true time, and too fast by that many millionths.
+    /// Makes a clock that is ahead of the true time, and too fast by that many millionths.
     pub fn new(ahead_ns: u64, drift_ppm: f64) -> Clock {
         Clock {
             local_ns: ahead_ns as f64,
@@ -80,7 +80,7 @@ impl Clock {
         }
     }
 
-    /// What its register says of its difference: sign and magnitude.
+    /// Returns the register of its difference: sign and magnitude.
     pub fn difference(&self) -> u32 {
         let magnitude = self.difference_ns.abs().round() as u32 & 0x7FFF_FFFF;
         magnitude | u32::from(self.difference_ns < 0.0) << 31
@@ -92,7 +92,7 @@ impl Clock {
         self.sync = usable.map(|(next_ns, cycle_ns)| Sync { next_ns, cycle_ns: cycle_ns.into() });
     }
 
-    /// How many times SYNC0 has come since it was asked.
+    /// Returns the number of SYNC0 events since the last call.
     pub fn synced(&mut self, system_ns: u64) -> u64 {
         let Some(sync) = &mut self.sync else { return 0 };
         if system_ns < sync.next_ns {

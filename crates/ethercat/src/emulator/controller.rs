@@ -21,11 +21,11 @@ pub struct Controller {
     eeprom: Vec<u8>,
     wiring: Wiring,
     pub clock: Clock,
-    /// How long a frame takes from port 1 through all that is behind it and back, ns; none: nothing is behind it.
+    /// Time of a frame from port 1 through all that is behind it and back, ns; none: nothing is behind it.
     behind_ns: Option<u64>,
 }
 
-/// Which SyncManagers guard what.
+/// SyncManagers, and what they guard.
 #[derive(Clone, Debug, Default)]
 pub struct Wiring {
     /// The first two are a mailbox.
@@ -35,7 +35,7 @@ pub struct Wiring {
     pub inputs: Vec<usize>,
 }
 
-/// What a write changed that somebody has to look after.
+/// Changes of a write that have to be looked after.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Changed {
     pub al_control: bool,
@@ -100,7 +100,7 @@ impl Controller {
         self.memory[sync_manager(manager) + 4] & 0x40 != 0
     }
 
-    /// How long outputs may stay away, ns; 0: for ever.
+    /// Returns the time for which outputs may stay away, ns; 0: without limit.
     pub fn watchdog_ns(&self) -> u64 {
         (u64::from(self.word(reg::WATCHDOG_DIVIDER)) + 2) * 40 * u64::from(self.word(reg::WATCHDOG_OUTPUTS))
     }

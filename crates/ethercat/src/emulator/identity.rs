@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an emulated subdevice says of itself, and the process data that a drive offers.
+//! Identity of an emulated subdevice, and the process data that a drive offers.
 use super::options::{DriveOptions, TerminalOptions};
 use cia402::emulated::{Access, Objects, PRODUCT, VENDOR};
 
-/// What it is.
+/// Writes its identity into its objects.
 pub fn identify(objects: &mut Objects, options: &DriveOptions, serial: u32) {
     use Access::Constant;
     // By CiA 402, or a modular device.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How an emulated subdevice is asked for.
+//! Options of an emulated subdevice.
 use serde::Deserialize;
 
 /// A drive of the line.
@@ -11,7 +11,7 @@ pub struct DriveOptions {
     /// Where its axis stands at the start, counts.
     #[serde(default)]
     pub position: i32,
-    /// Whether it has a watchdog of its outputs; left out: yes.
+    /// True if it has a watchdog of its outputs; left out: yes.
     pub watchdog: Option<bool>,
     /// Where the switches at the ends of its machine are, counts; left out: it has none.
     pub limits: Option<[f64; 2]>,
@@ -24,10 +24,10 @@ pub struct DriveOptions {
     pub alias: u16,
     /// It is no drive, but a terminal with these channels.
     pub terminal: Option<TerminalOptions>,
-    /// How much too fast its clock is, millionths.
+    /// Drift of its clock, millionths; positive: it is too fast.
     #[serde(default)]
     pub clock_ppm: f64,
-    /// How long a frame takes from the one before it to this one, ns; left out: 350.
+    /// Time of a frame from the one before it to this one, ns; left out: 350.
     pub cable_ns: Option<u64>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What answers in the mailbox of an emulated subdevice.
+//! Mailbox server of an emulated subdevice.
 use crate::coe::{self, Entry, Sdo};
 use cia402::emulated::Objects;
 

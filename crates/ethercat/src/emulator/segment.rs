@@ -6,7 +6,7 @@ use crate::frames::{self, Command, Datagram, Malformed};
 use crate::states::State;
 use serde::Serialize;
 
-/// What a segment counted.
+/// Counts of a segment.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Counts {
     pub frames: u64,
@@ -70,7 +70,7 @@ impl Segment {
         self.subdevices.iter_mut().filter(|subdevice| subdevice.is_on).for_each(|subdevice| subdevice.go_on(now_ns, None));
     }
 
-    /// How many subdevices a frame reaches: one without voltage ends the line as a cut cable does.
+    /// Returns the number of subdevices that a frame reaches: one without voltage ends the line as a cut cable does.
     fn reached(&self) -> usize {
         let off = self.subdevices.iter().position(|subdevice| !subdevice.is_on).unwrap_or(self.subdevices.len());
         off.min(self.cut_at)
@@ -162,7 +162,7 @@ impl Segment {
         }
     }
 
-    /// What the outputs of a terminal carry; none: it is no terminal.
+    /// Returns the outputs of a terminal; none: it is no terminal.
     pub fn carried(&self, position: usize) -> Option<Vec<i64>> {
         self.subdevices.get(position)?.terminal().map(|terminal| terminal.carried())
     }
@@ -172,7 +172,7 @@ impl Segment {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.number(index))
     }
 
-    /// What the clock of a drive and its SYNC0 have been.
+    /// Returns the history of a drive's clock and its SYNC0.
     pub fn synced(&self, position: usize) -> Synced {
         self.subdevices.get(position).map(Subdevice::synced).unwrap_or_default()
     }

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How soon a server notices that it is to stop.
+/// Time within which a server notices that it is to stop.
 const NOTICE: Duration = Duration::from_millis(50);
 /// Above the sources of a system.
 const PRIORITY: i32 = 90;
@@ -40,7 +40,7 @@ pub fn serve_at(interface: &str, segment: Segment, time: impl FnMut() -> u64 + S
     serve_by(interface, segment, time, Idle::Stands)
 }
 
-/// What the time of a segment does while no frame comes.
+/// Course of a segment's time while no frame comes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Idle {
     /// Drives notice that nobody commands them, as real ones do.
@@ -94,7 +94,7 @@ struct Options {
     drives: Vec<DriveOptions>,
 }
 
-/// What can be done to a segment, a line each.
+/// Order to a segment, a line each.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 enum Order {
@@ -110,8 +110,8 @@ enum Order {
     Show,
 }
 
-/// What a process runs that is a segment: its options are the first line of its input, `{"interface": "veth1", "drives": [{"name": "x"}]}`;
-/// then each line is an order, `{"do": "cut", "position": 1}`, answered by a line that shows the segment. It ends with its input.
+/// Runs a process that is a segment: its options are the first line of its input, `{"interface": "veth1", "drives": [{"name": "x"}]}`; then
+/// each line is an order, `{"do": "cut", "position": 1}`, answered by a line that shows the segment. It ends with its input.
 ///
 /// # Errors
 /// For people.

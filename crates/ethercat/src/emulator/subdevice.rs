@@ -12,7 +12,7 @@ use crate::sii::{self, Contents, Identity, SyncManager};
 use crate::states::{ERROR, State};
 use cia402::emulated::{Drive, Mapped, Objects, PRODUCT, VENDOR};
 
-/// Where its mailboxes and its process data lie.
+/// Addresses of its mailboxes.
 const MAILBOXES: [u16; 2] = [0x1000, 0x1080];
 const OUTPUTS: u16 = 0x1100;
 const INPUTS: u16 = 0x1180;
@@ -30,14 +30,14 @@ const INPUTS_WRONG: u16 = 0x001E;
 const NO_SYNC: u16 = 0x002D;
 const SYNC_WRONG: u16 = 0x0030;
 
-/// What SYNC0 and the clock of a drive have been.
+/// History of SYNC0 and the clock of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Synced {
-    /// How long a frame takes to it from the reference clock, as a main device wrote it, ns.
+    /// Delay of a frame from the reference clock, as a main device wrote it, ns.
     pub delay_ns: u32,
-    /// How far its time is from that of the reference clock, ns.
+    /// Difference of its time from that of the reference clock, ns.
     pub difference_ns: i64,
-    /// How often SYNC0 came in OP, and how often without new outputs.
+    /// Number of SYNC0 events in OP, and of those without new outputs.
     pub sync0: u64,
     pub missed: u64,
     /// The shortest and the longest time that new outputs were there before SYNC0, ns.
@@ -45,7 +45,7 @@ pub struct Synced {
     pub margin_ns_max: u64,
 }
 
-/// What is behind the controller.
+/// Application behind the controller.
 enum Application {
     Drive(Drive),
     Terminal(Terminal),
@@ -61,7 +61,7 @@ pub struct Subdevice {
     sdo: SdoServer,
     reply: [u8; MAILBOX_LEN],
     state: State,
-    /// What a drive exchanges.
+    /// Objects that a drive exchanges.
     outputs: Vec<Mapped>,
     inputs: Vec<Mapped>,
     written_ns: u64,
@@ -173,14 +173,14 @@ impl Subdevice {
         }
     }
 
-    /// Which of its ports have a neighbour.
+    /// Sets the ports that have a neighbour.
     pub fn set_links(&mut self, is_last: bool) {
         // Its application runs; communication on port 0 and, unless it is the last, on port 1; the others are closed.
         let links = if is_last { 0x0010 | 0x0200 | 0x0400 } else { 0x0030 | 0x0200 | 0x0800 };
         self.controller.set_word(reg::DL_STATUS, 0x0001 | links | 0x1000 | 0x4000);
     }
 
-    /// How long a frame takes to it from the one before it, ns.
+    /// Returns the time of a frame from the one before it, ns.
     pub fn cable_ns(&self) -> u64 {
         self.options.cable_ns.unwrap_or(350)
     }
@@ -251,7 +251,7 @@ impl Subdevice {
         }
     }
 
-    /// Whether outputs that stay away end its operation.
+    /// Returns true if outputs that stay away end its operation.
     fn is_watched(&self) -> bool {
         self.controller.wiring().outputs.iter().any(|manager| self.controller.is_watched(*manager))
     }
@@ -435,7 +435,7 @@ impl Subdevice {
     }
 }
 
-/// What its EEPROM says, and which of its SyncManagers guard what.
+/// Returns the contents of its EEPROM, and the SyncManagers with what they guard.
 fn contents(options: &DriveOptions, serial: u32, application: &Application) -> (Contents, Wiring) {
     // A main device may take subdevices of one product to exchange the same.
     let product = options.terminal.as_ref().map_or(PRODUCT, TerminalOptions::product);

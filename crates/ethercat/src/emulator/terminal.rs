@@ -10,10 +10,10 @@ const BOOL: u8 = 1;
 const INTEGER16: u8 = 3;
 /// Channels to a byte.
 const IN_A_BYTE: usize = 8;
-/// Bytes of an analog input: status, then value. Of an analog output.
+/// Bytes of an analog input: status, then value. Bytes of an analog output.
 const ANALOG_INPUT: usize = 4;
 const ANALOG_OUTPUT: usize = 2;
-/// Where digital outputs and inputs lie in the memory of a controller without a mailbox.
+/// Addresses of digital outputs and inputs in the memory of a controller without a mailbox.
 const DIGITAL_OUTPUTS: u16 = 0x0F00;
 const DIGITAL_INPUTS: u16 = 0x1000;
 
@@ -46,7 +46,7 @@ impl Terminal {
         outputs.chain(inputs).collect()
     }
 
-    /// What its EEPROM lists: what it sends, and what it is sent.
+    /// Returns the PDOs that its EEPROM lists: those that it sends, and those that it receives.
     pub fn pdos(&self) -> (Vec<Pdo>, Vec<Pdo>) {
         let of = &self.options;
         let entry = |index, sub, bits, kind, name: &str| PdoEntry { of: Entry { index, sub }, bits, kind, name: name.into() };
@@ -101,7 +101,7 @@ impl Terminal {
         }
     }
 
-    /// What its outputs carry.
+    /// Returns its outputs.
     pub fn carried(&self) -> Vec<i64> {
         if self.options.has_objects() {
             return self.outputs.chunks_exact(ANALOG_OUTPUT).map(|counts| i16::from_le_bytes([counts[0], counts[1]]).into()).collect();
@@ -125,7 +125,7 @@ impl Terminal {
         self.outputs.len()
     }
 
-    /// Nobody commands it any more.
+    /// Loses its controller: its outputs go to 0.
     pub fn lose_communication(&mut self) {
         self.outputs.fill(0);
     }

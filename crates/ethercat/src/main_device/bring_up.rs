@@ -15,7 +15,7 @@ const WATCHDOG_DIVIDER: u16 = 2498;
 const FMMU_READS: u8 = 1;
 const FMMU_WRITES: u8 = 2;
 
-/// Which objects a subdevice exchanges.
+/// Objects that a subdevice exchanges.
 #[derive(Clone, Debug)]
 pub enum Pdos {
     /// Those that it has.
@@ -37,17 +37,17 @@ pub struct Station {
     pub is_synced: bool,
 }
 
-/// What is wanted of a subdevice.
+/// Settings that are wanted of a subdevice.
 pub struct Wanted<'a> {
     pub position: usize,
     pub pdos: &'a Pdos,
     /// Objects that are written in PREOP: entry and value. One that the subdevice does not have is left out where it may be.
     pub settings: &'a [(Entry, Vec<u8>, bool)],
-    /// Whether it takes its outputs with SYNC0, where there are clocks.
+    /// True if it takes its outputs with SYNC0, where there are clocks.
     pub is_synced: bool,
 }
 
-/// What was brought up: the subdevices in the order in which they were wanted, and how many bytes of outputs and inputs all have.
+/// Line that was brought up: the subdevices in the order in which they were wanted, and the bytes of outputs and inputs of all.
 pub struct Line {
     pub stations: Vec<Station>,
     pub outputs: usize,

@@ -5,12 +5,12 @@ use crate::link::Link;
 use std::io::ErrorKind;
 use std::time::{Duration, Instant};
 
-/// How long an answer is waited for before the frame is sent again, and how often it is.
+/// Time for which an answer is waited for before the frame is sent again, and number of tries.
 const TRY: Duration = Duration::from_millis(200);
 const TRIES: usize = 10;
 /// Indices of the frames off the cycle: those of the cycle are below. Both see each other's answers on the same interface.
 pub const OFF_CYCLE: u8 = 0x80;
-/// Where the frames come from: an address that no adapter has.
+/// Source address of the frames: one that no adapter has.
 pub const SOURCE: [u8; 6] = [0x10, 0x47, 0x50, 0x41, 0x43, 0x01];
 
 /// A segment, as it is reached off the cycle.
@@ -21,7 +21,7 @@ pub struct Bus {
     index: u8,
 }
 
-/// What came back: data and working counter.
+/// Answer to a frame: data and working counter.
 pub struct Answer {
     pub data: Vec<u8>,
     pub counter: u16,

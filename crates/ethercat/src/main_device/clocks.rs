@@ -10,14 +10,14 @@ use super::subdevices::Subdevice;
 use crate::frames::{self, Command, u16_at, u32_at};
 use crate::registers as reg;
 
-/// How often SYNC0 comes, and how long after the multiples of that time.
+/// Period of SYNC0, and its shift from the multiples of that time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sync0 {
     pub cycle_ns: u32,
     pub shift_ns: u32,
 }
 
-/// What the clocks of a line are set by: SYNC0, and the time of this host in ns.
+/// Setting of the clocks of a line: SYNC0, and the time of this host in ns.
 pub struct Clocks<'a> {
     pub sync0: Sync0,
     pub now_ns: &'a dyn Fn() -> u64,
@@ -27,11 +27,11 @@ pub struct Clocks<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reference {
     pub station: u16,
-    /// What its time counts on its way through the line: itself and those that take it.
+    /// Working counter of its time on its way through the line: itself and those that take it.
     pub counted: u16,
 }
 
-/// How often delays are measured, and how often the time passes before SYNC0 begins.
+/// Number of measurements of the delays, and of passes of the time before SYNC0 begins.
 const MEASURED: usize = 8;
 const PASSES: usize = 500;
 /// Resets the filters of a clock.

@@ -8,7 +8,7 @@ use crate::link::Link;
 use crate::registers as reg;
 use crate::states::State;
 
-/// How many frames are looked at in one reading: those of services come by too.
+/// Number of frames that one reading looks at: those of services come by too.
 const LOOKED_AT: usize = 32;
 
 /// The frame, as it is sent and as it came back.
@@ -45,16 +45,16 @@ struct Time {
     reference_ns: u32,
 }
 
-/// What the distributed clocks are.
+/// State of the distributed clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Timing {
     /// The maximum difference of an axis from the reference clock, ns.
     pub difference_ns: u32,
-    /// How far the reference clock was from what it was told last, ns.
+    /// Difference of the reference clock from what it was told last, ns.
     pub reference_ns: i32,
 }
 
-/// Why a frame is not the answer to the one that was sent.
+/// Reason why a frame is not the answer to the one that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
     Malformed(Malformed),
@@ -64,7 +64,7 @@ pub enum Refused {
     Changed,
 }
 
-/// What came back for the frame that was sent.
+/// Answer to the frame that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Replied {
     /// All did what they should; the inputs are new.
@@ -114,8 +114,8 @@ impl Cycle {
         self.process.data(&self.newest[..])
     }
 
-    /// Sends the frame, with the time of this host where there are clocks that are to follow it. An answer to the one before it does not
-    /// count any more.
+    /// Sends the frame, with the time of this host where there are clocks that are to follow it. An answer to the one before it no
+    /// longer counts.
     ///
     /// # Errors
     /// The interface is down.
@@ -170,7 +170,8 @@ impl Cycle {
         }
     }
 
-    /// Whether a frame is the answer to the one that was sent, with the same datagrams and the same outputs, and whether all did what they should.
+    /// Checks that a frame is the answer to the one that was sent, with the same datagrams and the same outputs, and returns whether all did what
+    /// they should.
     ///
     /// # Errors
     /// Why it is not. A turned bit in the inputs is seen by the check sum of Ethernet alone, which the adapter checks.
@@ -205,12 +206,12 @@ impl Cycle {
         (of.working_counter(&self.newest[..]) == 1).then(|| (u16_at(data, 0), u16_at(data, 4)))
     }
 
-    /// Whether every subdevice was in this state, without an error, as the last frame had it.
+    /// Returns true if every subdevice was in this state, without an error, as the last frame had it.
     pub fn all_are_in(&self, state: State) -> bool {
         (0..self.states.len()).all(|of| self.state(of).is_some_and(|(status, _)| status == state as u16))
     }
 
-    /// What the distributed clocks are; none: there are none.
+    /// Returns the state of the distributed clocks; none: there are none.
     pub fn timing(&self) -> Option<Timing> {
         self.time.as_ref().map(|time| Timing {
             difference_ns: time.differences_ns.iter().copied().max().unwrap_or(0),
@@ -218,7 +219,7 @@ impl Cycle {
         })
     }
 
-    /// Whether the reference clock has come to a time that is less than 2 s away.
+    /// Returns true if the reference clock has come to a time that is less than 2 s away.
     pub fn has_come(&self, to_ns: u64) -> bool {
         self.time.as_ref().is_none_or(|time| time.reference_ns.wrapping_sub(to_ns as u32) as i32 >= 0)
     }
@@ -247,7 +248,7 @@ impl Time {
         [&self.follow, &self.pass, &self.difference]
     }
 
-    /// Whether the reference clock took the time that it was told, and all others its own.
+    /// Returns true if the reference clock took the time that it was told, and all others its own.
     fn is_whole(&self, sent: &[u8], frame: &[u8]) -> bool {
         let is_told = sent[self.follow.at] != Command::Nop as u8;
         self.follow.working_counter(frame) == u16::from(is_told)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long a frame takes from the reference clock to each subdevice, from the times at which one frame came in at their ports.
+//! Delays of a frame from the reference clock to each subdevice, from the times at which one frame came in at their ports.
 //!
 //! A frame passes the open ports of a subdevice in the order 0, 3, 1, 2 and leaves by the one by which it came. What it took between two
 //! ports is the way through all that hangs on the second one and back; less the way through the subdevice there it is twice the cable
 //! between both, which is assumed to be as long there as back.
 
-/// What the ports of a subdevice say of one frame.
+/// Times of one frame at the ports of a subdevice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ports {
     pub has_clock: bool,
@@ -61,7 +61,7 @@ pub fn delays(line: &[Ports]) -> Vec<Option<u32>> {
     delays
 }
 
-/// That of a subdevice that hangs on a port of another one.
+/// Returns the delay of a subdevice that hangs on a port of another one.
 fn delay(before: &Ports, before_ns: u32, port: usize, ports: &Ports) -> u32 {
     let previous = before.passed().take_while(|of| *of != port).last().unwrap_or(0);
     let cable = before.between(previous, port).saturating_sub(ports.through()) / 2;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which objects a subdevice exchanges in each cycle, and where they lie.
+//! Mapping of the objects that a subdevice exchanges in each cycle.
 use super::bus::Bus;
 use super::sdo::Mailbox;
 use super::subdevices::Subdevice;

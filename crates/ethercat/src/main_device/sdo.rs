@@ -7,7 +7,7 @@ use crate::sii::SyncManager;
 use cia402::abort_name;
 use std::time::{Duration, Instant};
 
-/// How long a subdevice may think about an answer.
+/// Time limit for a subdevice to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 const LONGEST: usize = 1 << 20;
 /// Each answer is that long at most.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who is on a segment, and how each is brought from one state to the next.
+//! Subdevices on a segment, and their changes of state.
 use super::bus::Bus;
 use super::sdo::Mailbox;
 use crate::frames::{self, Command, u16_at};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// Station address of the first one.
 const FIRST_STATION: u16 = 0x1001;
-/// How long a change of state may last.
+/// Time limit of a change of state.
 const CHANGE: Duration = Duration::from_secs(10);
 const EEPROM_PATIENCE: Duration = Duration::from_secs(2);
 /// More are not looked for.
@@ -24,7 +24,7 @@ pub struct Subdevice {
     pub contents: Contents,
 }
 
-/// Which of them to speak of.
+/// Address of the subdevices that are meant.
 #[derive(Clone, Copy)]
 enum Which {
     Position(usize),
@@ -32,7 +32,7 @@ enum Which {
 }
 
 impl Subdevice {
-    /// How it is called in errors.
+    /// Returns its name in errors.
     pub fn title(&self) -> String {
         format!("subdevice {} '{}'", self.position, self.contents.identity.name)
     }
@@ -79,7 +79,7 @@ impl Subdevice {
     }
 }
 
-/// What is on the line, in its order; nothing is changed. The EEPROMs are read.
+/// Returns the subdevices on the line, in its order; nothing is changed. The EEPROMs are read.
 ///
 /// # Errors
 /// For people: nothing answers, or an EEPROM cannot be read.

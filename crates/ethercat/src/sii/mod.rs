@@ -16,7 +16,7 @@ const OUTPUTS: u16 = 51;
 const END: u16 = 0xFFFF;
 const GENERAL_LEN: usize = 32;
 
-/// What a subdevice says of itself.
+/// Identity of a subdevice.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Identity {
     pub vendor: u32,
@@ -39,7 +39,7 @@ pub struct SyncManager {
     pub kind: u8,
 }
 
-/// What an EEPROM holds, as far as a main device needs it.
+/// Contents of an EEPROM, as far as a main device needs them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Contents {
     pub identity: Identity,
@@ -86,7 +86,7 @@ pub fn parse(bytes: &[u8]) -> Option<Contents> {
     Some(contents)
 }
 
-/// How many bytes of an EEPROM are known to be needed, when this much of it was read; none: it is read.
+/// Returns the number of bytes of an EEPROM that are known to be needed, when this much of it was read; none: it is read.
 pub fn wanted(bytes: &[u8]) -> Option<usize> {
     let mut at = FIXED;
     loop {

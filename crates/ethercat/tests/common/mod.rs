@@ -14,7 +14,7 @@ pub const PERIOD_NS: i64 = 1_000_000;
 pub const LONG: Duration = Duration::from_secs(300);
 pub const SWITCH_ON_DISABLED: u16 = 0x40;
 pub const OPERATION_ENABLED: u16 = 0x27;
-/// What a frame takes on the way to the segment, beside what the test says.
+/// Time of a frame on the way to the segment, beside that of the test.
 const FRAME_NS: u64 = 10_000;
 
 /// A segment, and the driver that has it open.
@@ -156,13 +156,13 @@ impl Rig {
         counters.all().find(|(word, _)| word.name == name).expect("a counter").1
     }
 
-    /// A driver made anew, as a reset of the device makes one.
+    /// Makes a new driver, as a reset of the device does.
     pub fn reset(&mut self) {
         self.driver.close();
         self.driver = opened(&self.options);
     }
 
-    /// Opens the driver anew, as a reset of the device does; returns why that is refused.
+    /// Opens a new driver, as a reset of the device does; returns why that is refused.
     pub fn is_refused(&mut self) -> String {
         self.driver.close();
         let (mut driver, _) = device::open("ethercat", &self.options).expect("made");
