@@ -20,7 +20,7 @@ pub struct Client {
     answer: Duration,
 }
 
-/// Why an object was not read or written.
+/// Reason why an object was not read or written.
 #[derive(Debug)]
 pub enum Refused {
     /// The node does not answer.

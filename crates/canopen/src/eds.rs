@@ -4,7 +4,7 @@ use crate::pdo::Word;
 use cia402::Entry;
 use std::collections::BTreeMap;
 
-/// What a file says of a device.
+/// Description of a device in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Eds {
     /// As its object 0x1018 says them; none: the file does not.
@@ -36,7 +36,7 @@ const ARRAY: u32 = 8;
 const RECORD: u32 = 9;
 
 impl DataType {
-    /// How long a number of it is; none: it is a text, a domain, or of another length.
+    /// Returns the bits of a number of it; none: it is a text, a domain, or of another length.
     pub fn bits(self) -> Option<u64> {
         match self.0 {
             1 | 2 | 5 => Some(8),

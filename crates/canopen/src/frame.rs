@@ -23,7 +23,7 @@ pub struct Frame {
     data: [u8; 8],
 }
 
-/// What comes from a socket.
+/// Frame or error from a socket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Came {
     Frame(Frame),

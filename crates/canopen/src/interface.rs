@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where a bus is. `can0` is an interface of SocketCAN, `local:NAME` a local socket on which an emulated bus answers, `emulated:NAME` an emulated
+//! Interface of a bus. `can0` is an interface of SocketCAN, `local:NAME` a local socket on which an emulated bus answers, `emulated:NAME` an emulated
 //! bus of this process, `emulated` one of its own.
 use crate::emulator::{Bus, NodeOptions, Shared, Within, published};
 use crate::link::{Link, Socket};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 const EMULATED: &str = "emulated";
 
-/// Where a bus is.
+/// Interface of a bus.
 #[derive(Clone)]
 pub enum Interface {
     Named(String),
@@ -17,7 +17,7 @@ pub enum Interface {
 }
 
 impl Interface {
-    /// What the name of an interface means. An emulated bus of its own has these nodes.
+    /// Returns the interface of a name. An emulated bus of its own has these nodes.
     pub fn of(interface: &str, nodes: impl FnOnce() -> Vec<NodeOptions>) -> Interface {
         if interface == EMULATED { Interface::Own(Shared::new(Bus::new(&nodes()))) } else { Interface::Named(interface.to_owned()) }
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a frame says that comes from a node, by CiA 301's predefined connection set.
+//! Messages in the frames of a node, by CiA 301's predefined connection set.
 use crate::frame::Frame;
 use crate::nmt::NodeState;
 
-/// What a node says.
+/// Message of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message<'a> {
     /// Something is wrong with it, or (code 0) no longer.
@@ -45,7 +45,7 @@ pub fn read(frame: &Frame) -> Option<Message<'_>> {
     }
 }
 
-/// What an emergency's code says, in the classes of CiA 301; a drive's own are named by `cia402`.
+/// Returns the meaning of an emergency's code, in the classes of CiA 301; a drive's own are named by `cia402`.
 pub fn emergency_name(code: u16) -> &'static str {
     match code {
         0x8110 => "CAN overrun: messages were lost",

@@ -34,7 +34,7 @@ impl fmt::Display for NodeState {
     }
 }
 
-/// What a node is told to do.
+/// Command to a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     Start = 1,
@@ -52,7 +52,7 @@ impl Command {
         (Command::Reset, "reset"),
         (Command::ResetCommunication, "reset_communication"),
     ];
-    /// What they are called.
+    /// Names of the commands.
     pub const NAMES: &'static str = "start, stop, pre_operational, reset or reset_communication";
 
     pub fn of(code: u8) -> Option<Command> {
@@ -74,7 +74,7 @@ pub fn heartbeat(node: u8, state: NodeState) -> Frame {
     Frame::new(0x700 + u16::from(node), &[state as u8])
 }
 
-/// What synchronous process data wait for.
+/// Returns the frame that synchronous process data wait for.
 pub fn sync() -> Frame {
     Frame::new(0x080, &[])
 }

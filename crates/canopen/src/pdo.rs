@@ -37,7 +37,7 @@ pub fn target(mode: Mode) -> Word {
     }
 }
 
-/// What the controller sends to a drive: PDO 1, and PDO 2 where it serves a brake.
+/// Returns the PDOs that the controller sends to a drive: PDO 1, and PDO 2 if it serves a brake.
 pub fn outputs(mode: Mode, brake: Option<Word>) -> Pdos {
     let mut pdos = Pdos::default();
     pdos[0].words = vec![CONTROL, target(mode), MODE];
@@ -45,7 +45,7 @@ pub fn outputs(mode: Mode, brake: Option<Word>) -> Pdos {
     pdos
 }
 
-/// What a drive sends: PDO 1 and 2.
+/// Returns the PDOs that a drive sends: PDO 1 and 2.
 pub fn inputs() -> Pdos {
     let mut pdos = Pdos::default();
     pdos[0].words = vec![STATUS, POSITION, TORQUE];
@@ -53,7 +53,7 @@ pub fn inputs() -> Pdos {
     pdos
 }
 
-/// Whether a drive may lack it.
+/// Returns true if a drive may lack it.
 pub fn is_optional(word: Word) -> bool {
     matches!(word, TORQUE | VELOCITY | ERROR | MODE | MODE_SHOWN)
 }
@@ -73,7 +73,7 @@ impl Pdo {
         self.words.is_empty()
     }
 
-    /// Where an object begins; none: it is not there.
+    /// Returns the offset of an object; none: it is not there.
     pub fn at(&self, of: Word) -> Option<usize> {
         let place = self.words.iter().position(|word| *word == of)?;
         Some(self.words[..place].iter().map(|word| len(*word)).sum())

@@ -22,7 +22,7 @@ pub struct Transfer {
 #[derive(Debug)]
 enum Doing {
     Upload,
-    /// What came so far, and how much was promised.
+    /// An upload, with the bytes so far and the number that was promised.
     Uploading(Vec<u8>, Option<usize>),
     Download(Vec<u8>),
     /// The value, and how many bytes of it are on their way.
@@ -30,7 +30,7 @@ enum Doing {
     Over,
 }
 
-/// What an answer brings.
+/// Result of an answer.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Answered {
     /// The transfer goes on with this request.

@@ -20,7 +20,7 @@ impl Random {
     }
 }
 
-/// Whether a frame is the process data of node 5, as it was configured: 8 bytes.
+/// Returns true if a frame is the process data of node 5, as it was configured: 8 bytes.
 fn is_taken(bytes: &[u8]) -> bool {
     let Came::Frame(frame) = frame::read(bytes) else { return false };
     matches!(message::read(&frame), Some(Message::Pdo { node: 5, number: 1, bytes }) if bytes.len() == 8)

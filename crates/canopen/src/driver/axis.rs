@@ -25,7 +25,7 @@ impl Axis {
         Axis { told: moved.commander.tell_idle(), moved, mode: of.mode.mode(), brake: of.brake, error: 0, emergency: 0 }
     }
 
-    /// What the controller sends to its drive.
+    /// Returns the PDOs that the controller sends to its drive.
     pub fn outputs(&self) -> pdo::Pdos {
         pdo::outputs(self.mode, self.brake_word())
     }
@@ -34,12 +34,12 @@ impl Axis {
         self.brake.map(|brake| brake.object().mapped(32))
     }
 
-    /// What is written to its drive before it operates, each if it has it.
+    /// Returns the settings that are written to its drive before it operates, each if it has it.
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         self.brake.iter().flat_map(BrakeOptions::settings).collect()
     }
 
-    /// Whether an object must be exchanged.
+    /// Returns true if an object must be exchanged.
     pub fn needs(&self, word: Word) -> bool {
         !pdo::is_optional(word)
     }
@@ -61,13 +61,13 @@ impl Axis {
         }
     }
 
-    /// Takes an emergency; code 0: nothing is wrong any more.
+    /// Takes an emergency; code 0: the error is gone.
     pub fn heed(&mut self, code: u16) {
         self.emergency = code;
         self.moved.measured.error = self.code();
     }
 
-    /// What is wrong with it, as far as it says.
+    /// Returns its error code, as far as it reports one.
     fn code(&self) -> u16 {
         if self.error != 0 { self.error } else { self.emergency }
     }
@@ -82,7 +82,7 @@ impl Axis {
         self.told = self.moved.commander.tell_idle();
     }
 
-    /// What an object carries that it is told.
+    /// Returns the value of an object that it is told.
     pub fn carried(&self, word: Word) -> u32 {
         self.in_words(&self.told, word)
     }

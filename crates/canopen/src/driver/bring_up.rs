@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a node is told before it exchanges process data.
+//! Settings of a node before it exchanges process data.
 use super::options::PdosFrom;
 use super::station::{Station, What};
 use crate::client::{Client, Refused};
@@ -13,15 +13,15 @@ const UNUSED: u32 = 0x8000_0000;
 const NOT_ASKED_FOR: u32 = 0x4000_0000;
 /// Transmission with each SYNC.
 const EACH_SYNC: u8 = 1;
-/// What a drive does without its controller (0x6007): a quick stop.
+/// Action of a drive without its controller (0x6007): a quick stop.
 const QUICK_STOP: i16 = 3;
-/// What a module does without its controller (0x1029): it stops, and its outputs have their error values.
+/// Action of a module without its controller (0x1029): it stops, and its outputs have their error values.
 const STOPS: u8 = 2;
 /// Profiles, in the lower half of a node's type.
 const DRIVES: u32 = 402;
 const MODULES: u32 = 401;
 
-/// What all nodes of a bus are told.
+/// Settings of all nodes of a bus.
 pub struct Terms {
     pub own_node: u8,
     pub timeout_ns: i64,
@@ -29,7 +29,7 @@ pub struct Terms {
     pub cycle_ns: i64,
 }
 
-/// Which way PDOs go: their parameters, their mappings, and the identifier of the first.
+/// Direction of PDOs: their parameters, their mappings, and the identifier of the first.
 #[derive(Clone, Copy)]
 struct Way {
     parameters: u16,
@@ -107,7 +107,7 @@ fn shortened(value: &[u8]) -> Option<[u8; 2]> {
     Some(i16::try_from(whole).ok()?.to_le_bytes())
 }
 
-/// What the EDS file of a node says cannot be mapped is not asked for.
+/// Leaves out objects that, by the EDS file of a node, cannot be mapped.
 fn leave_out(station: &mut Station) -> Result<(), String> {
     let Some(eds) = station.eds.clone() else { return Ok(()) };
     let cannot = |word: &pdo::Word| eds.object(pdo::entry(*word)).is_none_or(|object| !object.is_mappable);
@@ -207,7 +207,7 @@ impl Told<'_> {
         Ok(())
     }
 
-    /// How long a cycle is, where the drive wants to know it.
+    /// Tells the drive the duration of a cycle, if it takes it.
     fn pace(&mut self, terms: &Terms) -> Result<(), String> {
         let micros = (terms.cycle_ns / 1000) as u32;
         self.try_write(0x1006, 0, &micros.to_le_bytes())?;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the driver counts.
+//! Counters of the driver.
 
 device::counters! {
-    /// What the driver counts.
+    /// Counters of the driver.
     pub(super) enum Count {
         Cycles: "cycles", "", "SYNCs that were sent";
         Lost: "frames_lost", "", "process data that a node did not send by the next cycle";

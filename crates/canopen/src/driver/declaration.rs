@@ -123,7 +123,7 @@ struct Where {
     interface: Option<String>,
 }
 
-/// How long a node may take to say what it is.
+/// Time limit for a node to identify itself.
 const ANSWER: Duration = Duration::from_millis(300);
 /// Profile of modules, in the lower half of a node's type.
 const MODULES: u32 = 401;

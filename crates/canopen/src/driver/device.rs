@@ -19,11 +19,11 @@ use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// What the cycle hears: emergencies, process data, heartbeats.
+/// Messages that the cycle hears: emergencies, process data, heartbeats.
 const HEARD: [(u16, u16); 6] = [(0x080, 0x780), (0x180, 0x780), (0x280, 0x780), (0x380, 0x780), (0x480, 0x780), (0x700, 0x780)];
 /// Frames that a cycle takes at most: the rest is for the next.
 const TAKEN_MAX: usize = 1024;
-/// How long nodes may take to send their first process data, and one cycle off the clock.
+/// Time limit for nodes to send their first process data, and one cycle off the clock.
 const TO_OPERATION: Duration = Duration::from_secs(5);
 const ANSWER: Duration = Duration::from_millis(100);
 /// An object, from a node that may be busy with its storage.
@@ -171,7 +171,7 @@ impl CanOpen {
         }
     }
 
-    /// What the adapter says about the bus.
+    /// Notes what the adapter reports about the bus.
     fn note(&mut self, classes: u32, controller: u8) {
         if classes & frame::BUS_OFF != 0 {
             self.is_bus_off = true;
@@ -206,7 +206,7 @@ impl CanOpen {
         }
     }
 
-    /// What is wrong with the bus or a node, at this cycle.
+    /// Returns what is wrong with the bus or a node, at this cycle.
     fn lost(&mut self, now_ns: i64) -> Option<String> {
         if self.is_bus_off {
             return Some(

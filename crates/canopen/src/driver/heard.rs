@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Whether a node is there: what was heard of it, and when.
+//! Presence of a node: what was heard of it, and when.
 use crate::nmt::NodeState;
 
 /// Heartbeats that may be missed one after another.
 const BEATS_MAX: i64 = 3;
 
-/// What was heard of a node.
+/// Signs of life of a node.
 #[derive(Default)]
 pub struct Heard {
     /// None: nothing yet.
@@ -15,11 +15,11 @@ pub struct Heard {
     /// Cycles one after another without them.
     pub cycles: u32,
     beats: i64,
-    /// It has left operation, or started anew.
+    /// It has left operation, or restarted.
     left: Option<NodeState>,
 }
 
-/// What is wrong.
+/// Missing sign of life.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Missing {
     Beats,
@@ -28,7 +28,7 @@ pub enum Missing {
 }
 
 impl Heard {
-    /// From now on it is expected.
+    /// Starts to expect its signs of life.
     pub fn expect(&mut self) {
         *self = Heard::default();
     }

@@ -11,12 +11,12 @@ const DIGITAL_INPUTS: u16 = 0x6000;
 const DIGITAL_OUTPUTS: u16 = 0x6200;
 const ANALOG_INPUTS: u16 = 0x6401;
 const ANALOG_OUTPUTS: u16 = 0x6411;
-/// Which outputs have an error value where the controller is gone, and that value; analog ones as 32 bits with a sign.
+/// Objects of the outputs that have an error value if the controller is gone, and that value; analog ones as 32 bits with a sign.
 const DIGITAL_ERROR_MODE: u16 = 0x6206;
 const DIGITAL_ERROR_VALUE: u16 = 0x6207;
 const ANALOG_ERROR_MODE: u16 = 0x6443;
 const ANALOG_ERROR_VALUE: u16 = 0x6444;
-/// How many analog values a PDO carries.
+/// Number of analog values in a PDO.
 const ANALOG_IN_ONE: usize = 4;
 
 /// The place of a channel in the process data, and the meaning of its counts.
@@ -71,12 +71,12 @@ impl Module {
         Module { inputs, outputs, error, emergency: 0 }
     }
 
-    /// What it sends: digital inputs in PDO 1, analog ones in the others.
+    /// Returns the PDOs that it sends: digital inputs in PDO 1, analog ones in the others.
     pub fn inputs(&self) -> Pdos {
         pdos(self.inputs.iter().map(|input| input.wired.word))
     }
 
-    /// What it is sent.
+    /// Returns the PDOs that it receives.
     pub fn outputs(&self) -> Pdos {
         pdos(self.outputs.iter().map(|output| output.wired.word))
     }
@@ -97,7 +97,7 @@ impl Module {
         })
     }
 
-    /// What is written before it operates, each if it has it: the values of its outputs where its controller is gone.
+    /// Returns the settings that are written before it operates, each if it has it: the values of its outputs if its controller is gone.
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         let mut settings = Vec::new();
         let mut words: Vec<Word> = self.outputs.iter().map(|output| output.wired.word).collect();
@@ -157,7 +157,7 @@ impl Module {
         self.outputs.iter_mut().for_each(|output| output.told = output.safe);
     }
 
-    /// What an object carries that it is told.
+    /// Returns the value of an object that it is told.
     pub fn carried(&self, word: Word) -> u32 {
         self.joined(word, |output| output.told)
     }

@@ -13,7 +13,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Where nothing is said.
+/// Default timeout.
 const TIMEOUT_NS: i64 = 100_000_000;
 const CYCLE_NS: i64 = 10_000_000;
 pub const HEARTBEAT_NS: i64 = 100_000_000;
@@ -50,7 +50,7 @@ pub struct Options {
     /// The watchdog of the nodes.
     pub timeout_ns: i64,
     pub cycle_ns: i64,
-    /// How often a node says that it is there.
+    /// Period of a node's heartbeat.
     pub heartbeat_ns: i64,
     pub lost_after: u32,
     pub own_node: u8,
@@ -63,7 +63,7 @@ pub struct AxisOptions {
     pub axis: axis::AxisOptions,
     /// Its number on the bus.
     pub node: u8,
-    /// Whether the drive is to watch for this controller.
+    /// True if the drive is to watch for this controller.
     pub watchdog: Option<bool>,
     #[serde(default)]
     pub pdos: PdosFrom,
@@ -73,7 +73,7 @@ pub struct AxisOptions {
     rest: Map<String, Value>,
 }
 
-/// What says which objects a node exchanges.
+/// Source of the objects that a node exchanges.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum PdosFrom {

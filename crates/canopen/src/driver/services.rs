@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the driver does beside its cycle: objects of its nodes, network management, faults, homing.
+//! Services of the driver beside its cycle: objects of its nodes, network management, faults, homing.
 use crate::client::Client;
 use crate::eds::Eds;
 use crate::nmt::Command;

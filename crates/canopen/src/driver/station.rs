@@ -15,7 +15,7 @@ use std::sync::Arc;
 const RECEIVED: u16 = 0x200;
 const NEXT: u16 = 0x100;
 
-/// What stands behind a node.
+/// Device behind a node.
 pub enum What {
     Axis(Box<Axis>),
     Module(Module),
@@ -69,7 +69,7 @@ impl Station {
         format!("node {} ({})", self.node, self.what())
     }
 
-    /// What its services need of it: name, title in errors, scale.
+    /// Returns what its services need of it: name, title in errors, scale.
     pub fn beside(&self) -> (String, String, Scale) {
         let scale = match &self.what {
             What::Axis(axis) => axis.moved.commander.scale(),
@@ -78,7 +78,7 @@ impl Station {
         (self.name.clone(), format!("{} (node {})", self.what(), self.node), scale)
     }
 
-    /// Begins anew: it is to exchange all that it could, and nothing was heard of it.
+    /// Begins again: it is to exchange all that it could, and nothing was heard of it.
     pub fn expect(&mut self) {
         (self.inputs, self.outputs) = match &self.what {
             What::Axis(axis) => (pdo::inputs(), axis.outputs()),
@@ -87,7 +87,7 @@ impl Station {
         self.heard.expect();
     }
 
-    /// Whether an object must be exchanged.
+    /// Returns true if an object must be exchanged.
     pub fn needs(&self, word: Word) -> bool {
         match &self.what {
             What::Axis(axis) => axis.needs(word),
@@ -95,7 +95,7 @@ impl Station {
         }
     }
 
-    /// Whether the process data of this number say that it has heard the SYNC: those with the status word, or the first that a module sends.
+    /// Returns true if the process data of this number show that it has heard the SYNC: those with the status word, or the first that a module sends.
     fn is_answer(&self, number: usize) -> bool {
         match self.what {
             What::Axis(_) => self.inputs[number].at(pdo::STATUS).is_some(),
@@ -103,7 +103,7 @@ impl Station {
         }
     }
 
-    /// Whether it answers a SYNC at all: a module that has only outputs does not.
+    /// Returns true if it answers a SYNC at all: a module that has only outputs does not.
     pub fn answers(&self) -> bool {
         self.inputs.iter().any(|pdo| !pdo.is_empty())
     }
@@ -122,7 +122,7 @@ impl Station {
         true
     }
 
-    /// Takes an emergency; code 0: nothing is wrong any more.
+    /// Takes an emergency; code 0: the error is gone.
     pub fn heed(&mut self, code: u16) {
         match &mut self.what {
             What::Axis(axis) => axis.heed(code),
@@ -138,7 +138,7 @@ impl Station {
         }
     }
 
-    /// Why it cannot do what it is engaged for.
+    /// Returns why it cannot do what it is engaged for.
     pub fn fault(&self) -> Option<String> {
         match &self.what {
             What::Axis(axis) => axis.moved.fault(),
@@ -161,7 +161,7 @@ impl Station {
         }
     }
 
-    /// Whether its drive exchanges what homing needs.
+    /// Returns true if its drive exchanges what homing needs.
     pub fn can_home(&self) -> bool {
         let has = |pdos: &Pdos, word| pdos.iter().any(|pdo| pdo.at(word).is_some());
         has(&self.outputs, pdo::MODE) && has(&self.inputs, pdo::MODE_SHOWN)
@@ -175,7 +175,7 @@ impl Station {
         }
     }
 
-    /// Comes to rest: an axis until nobody engages it any more.
+    /// Comes to rest: an axis until it is no longer engaged.
     pub fn stop(&mut self) {
         if let What::Axis(axis) = &mut self.what {
             axis.moved.commander.stop();

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 pub struct Bus {
     nodes: Vec<Node>,
     said: VecDeque<[u8; FRAME_LEN]>,
-    /// How many frames to come are lost, or spoiled.
+    /// Number of coming frames that are lost, or spoiled.
     lose: u64,
     spoil: u64,
     frames: u64,
@@ -102,7 +102,7 @@ impl Bus {
         self.find(node).map_or_else(String::new, |node| if node.is_on { node.state().to_string() } else { "off".to_owned() })
     }
 
-    /// What a terminal of a module is: `input`, `output`, `analog_input` or `analog_output`, counted from 0; none: there is none such.
+    /// Returns the value of a terminal of a module: `input`, `output`, `analog_input` or `analog_output`, counted from 0; none: there is none such.
     pub fn terminal(&mut self, node: u8, what: &str, number: u8) -> Option<i64> {
         self.find(node).and_then(|node| node.terminal(what, number))
     }
@@ -114,7 +114,7 @@ impl Bus {
         }
     }
 
-    /// How it is, for people and tests.
+    /// Returns its state, for people and tests.
     pub fn show(&mut self) -> Value {
         let (modules, drives): (Vec<&Node>, Vec<&Node>) = self.nodes.iter().partition(|node| node.is_module());
         let state = |node: &Node| if node.is_on { node.state().to_string() } else { "off".to_owned() };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an emulated node moves or switches.
+//! Machine of an emulated node: a drive or a module.
 use super::terminals::Switched;
 use cia402::emulated::{Drive, Objects};
 
@@ -17,7 +17,7 @@ impl Machine {
         }
     }
 
-    /// What it does when its controller is gone.
+    /// Acts as it does when its controller is gone.
     pub fn lose_communication(&mut self, objects: &mut Objects) {
         match self {
             Machine::Drive(drive) => drive.lose_communication(objects),
@@ -40,7 +40,7 @@ impl Machine {
         }
     }
 
-    /// What is wrong with it.
+    /// Returns its error.
     pub fn error(&self, objects: &Objects) -> u16 {
         match self {
             Machine::Drive(_) => objects.find(cia402::Entry { index: 0x603F, sub: 0 }).map_or(0, |at| objects.number(at)) as u16,

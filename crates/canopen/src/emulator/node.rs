@@ -39,7 +39,7 @@ struct Pdo {
     id: u16,
     is_synchronous: bool,
     mapped: Vec<Mapped>,
-    /// What came and waits for the next SYNC.
+    /// Data that came and wait for the next SYNC.
     waiting: Option<[u8; 8]>,
 }
 
@@ -100,7 +100,7 @@ impl Node {
         matches!(self.machine, Machine::Module(_))
     }
 
-    /// What a terminal of a module is; none: it has none such.
+    /// Returns the value of a terminal of a module; none: it has none such.
     pub fn terminal(&self, what: &str, number: u8) -> Option<i64> {
         let (of, bit) = terminal(what, number)?;
         let value = self.objects.number(self.objects.find(of).ok()?);

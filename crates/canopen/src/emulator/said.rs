@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How an emulated node is asked for, and what it says.
+//! Options of an emulated node, and its messages.
 use crate::frame::{FRAME_LEN, Frame};
 use serde::Deserialize;
 use std::collections::VecDeque;
 
-/// How an emulated node is: a drive, or a module of inputs and outputs.
+/// Options of an emulated node: a drive, or a module of inputs and outputs.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NodeOptions {
@@ -14,7 +14,7 @@ pub struct NodeOptions {
     /// Counts: where its axis stands at the start.
     #[serde(default)]
     pub position: i32,
-    /// Whether it heeds the heartbeat of its controller; left out: it does.
+    /// True if it heeds the heartbeat of its controller; left out: it does.
     pub watchdog: Option<bool>,
     /// Where the switches at the ends of its machine are, counts; left out: it has none.
     pub limits: Option<[f64; 2]>,
@@ -39,10 +39,10 @@ pub struct Terminals {
     pub short_error_values: bool,
 }
 
-/// What its nodes say and nobody has taken yet, at most.
+/// Maximum number of messages of its nodes that have not been taken yet.
 pub(super) const SAID_MAX: usize = 4096;
 
-/// What nodes say, on its way to the line.
+/// Messages of nodes, on their way to the line.
 pub(super) struct Out<'a> {
     pub said: &'a mut VecDeque<[u8; FRAME_LEN]>,
     pub lose: &'a mut u64,

@@ -13,9 +13,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How soon time goes on where no controller tells it, and a server notices that it is to stop.
+/// Period at which time goes on if no controller tells it, and at which a server notices that it is to stop.
 const NOTICE_MS: i32 = 10;
-/// How long an end that has asked for something may take to listen.
+/// Time limit for an end that has asked for something to listen.
 const LISTENS: Duration = Duration::from_secs(1);
 /// For so long after a controller has told its time, that counts and no other.
 const TOLD: Duration = Duration::from_millis(200);
@@ -158,7 +158,7 @@ struct Options {
     nodes: Vec<NodeOptions>,
 }
 
-/// What can be done to a bus, a line each.
+/// Order to a bus, a line each.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 enum Order {
@@ -172,9 +172,9 @@ enum Order {
     Show,
 }
 
-/// What a process runs that is a bus: its options are the first line of its input,
-/// `{"interface": "local:x", "nodes": [{"name": "x", "node": 1}]}`; then each line is an order, `{"do": "power", "node": 1, "on": false}`,
-/// answered by a line that shows the bus. It ends with its input.
+/// Runs a process that is a bus: its options are the first line of its input, `{"interface": "local:x", "nodes": [{"name": "x", "node":
+/// 1}]}`; then each line is an order, `{"do": "power", "node": 1, "on": false}`, answered by a line that shows the bus. It ends with its
+/// input.
 ///
 /// # Errors
 /// For people.

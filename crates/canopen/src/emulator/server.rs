@@ -28,7 +28,7 @@ enum Doing {
     Nothing,
     /// The value, and how much of it was sent.
     Upload(Entry, Vec<u8>, usize),
-    /// What came, and how much is to come.
+    /// A download, with the bytes that came and the number still to come.
     Download(Entry, Vec<u8>, usize),
 }
 

@@ -4,7 +4,7 @@ use super::said::Terminals;
 use cia402::Entry;
 use cia402::emulated::{Access, Handle, Objects};
 
-/// What a module switches.
+/// Terminals that a module switches.
 #[derive(Default)]
 pub(super) struct Switched {
     outputs: Vec<Output>,
@@ -14,7 +14,7 @@ pub(super) struct Switched {
 /// An object of outputs, and what it is where the controller is gone.
 struct Output {
     at: Handle,
-    /// Which of its bits have an error value; of an analog one: whether it has one.
+    /// Mask of its bits that have an error value; of an analog one: whether it has one.
     mode: Handle,
     value: Handle,
     is_digital: bool,

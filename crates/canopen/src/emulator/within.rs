@@ -53,7 +53,7 @@ impl Shared {
 }
 
 impl Inner {
-    /// What was sent from outside.
+    /// Takes the frames that were sent from outside.
     fn admit(&mut self) {
         let mut bytes = [0; FRAME_LEN];
         while let Some(len) = self.outside.as_ref().and_then(|outside| outside.recv(&mut bytes).ok()) {

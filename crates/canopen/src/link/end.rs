@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What an end of a bus does.
+//! End of a bus.
 use crate::frame::{Came, Frame};
 use std::io;
 use std::os::fd::OwnedFd;
 use std::time::Duration;
 
-/// What begins the name of a local socket.
+/// Prefix of the name of a local socket.
 pub const LOCAL: &str = "local:";
 
-/// Whether an end hears an identifier: each pair is one with the bits that count of it; none: it hears all.
+/// Returns true if an end hears an identifier: each pair is one with the bits that count of it; none: it hears all.
 pub fn hears(heard: &[(u16, u16)], id: u16) -> bool {
     heard.is_empty() || heard.iter().any(|(of, mask)| id & mask == of & mask)
 }

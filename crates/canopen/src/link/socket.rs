@@ -9,7 +9,7 @@ use std::mem::{size_of, size_of_val, zeroed};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::time::{Duration, Instant};
 
-/// How long an emulated bus may take to answer everything.
+/// Time limit for an emulated bus to answer everything.
 const SETTLES: Duration = Duration::from_secs(10);
 /// Room of the socket for frames that came, bytes.
 const ROOM: libc::c_int = 1 << 20;
@@ -19,7 +19,7 @@ pub struct Socket {
     socket: Device<OwnedFd>,
     is_local: bool,
     overflowed: u32,
-    /// What came while the bus was being settled: nothing is lost by that.
+    /// Frames that came while the bus was being settled: nothing is lost by that.
     kept: std::collections::VecDeque<Came>,
 }
 
@@ -216,13 +216,13 @@ fn check(returned: i32) -> io::Result<i32> {
     if returned < 0 { Err(io::Error::last_os_error()) } else { Ok(returned) }
 }
 
-/// What tells an emulated bus that an end is there, and what it hears: never as long as a frame or a time.
+/// Returns the message that tells an emulated bus of an end, and of what it hears: never as long as a frame or a time.
 fn wish(heard: &[(u16, u16)]) -> Vec<u8> {
     let pairs = heard.iter().flat_map(|(id, mask)| [id.to_ne_bytes(), mask.to_ne_bytes()].concat());
     [0].into_iter().chain(pairs).collect()
 }
 
-/// What an end that is new hears; none: this is no such message.
+/// Returns the identifiers that a new end hears; none: this is no such message.
 pub fn wishes(bytes: &[u8]) -> Option<Vec<(u16, u16)>> {
     let (pairs, rest) = bytes.get(1..)?.as_chunks::<4>();
     let heard = pairs.iter().map(|[a, b, c, d]| (u16::from_ne_bytes([*a, *b]), u16::from_ne_bytes([*c, *d])));

@@ -143,7 +143,7 @@ impl Rig {
         opened(&self.interface, &axes, &self.more).map(|mut driver| driver.close())
     }
 
-    /// A driver made anew, as a reset of the device makes one.
+    /// Makes a new driver, as a reset of the device does.
     pub fn reset(&mut self) {
         self.driver.close();
         self.driver = opened(&self.interface, &self.axes, &self.more).expect("opened again");
