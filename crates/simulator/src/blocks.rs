@@ -10,7 +10,7 @@ use std::cell::RefCell;
 /// Numbers of invocations in a code.
 const NUMBERS: i64 = 1 << 20;
 
-/// What invocation `number` of the start with `tag` stores.
+/// Returns the value that invocation `number` of the start with `tag` stores.
 pub fn code(tag: i64, number: u64) -> f64 {
     (tag * NUMBERS + (number as i64 % NUMBERS)) as f64
 }
@@ -23,11 +23,11 @@ pub fn decode(value: f64) -> Option<(i64, u64)> {
 }
 
 thread_local! {
-    /// What blocks have seen that must not be.
+    /// Observations of blocks that must not be.
     static WRONG: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
 }
 
-/// What blocks of this thread's world have seen that must not be, since it was asked for last.
+/// Returns what blocks of this thread's world have seen that must not be, since the last call.
 pub fn wrong() -> Vec<String> {
     WRONG.take()
 }
@@ -64,7 +64,7 @@ pub struct Pair {
     /// its negative
     #[output]
     b: f64,
-    /// which start
+    /// number of the start
     #[param(default = 1)]
     tag: i64,
 }
@@ -86,7 +86,7 @@ pub struct Reporter {
     /// its negative
     #[output]
     b: f64,
-    /// which start
+    /// number of the start
     #[param(default = 1)]
     tag: i64,
     /// at which multiples; 0 for never
@@ -124,13 +124,13 @@ pub struct Faulty {
     /// its negative
     #[output]
     b: f64,
-    /// which start
+    /// number of the start
     #[param(default = 1)]
     tag: i64,
     /// in which invocation
     #[param(default = 1_000_000)]
     at: u64,
-    /// how
+    /// kind of the fault
     #[param(default = 1)]
     how: u32,
 }
@@ -159,7 +159,7 @@ pub struct Many {
     /// the code
     #[output]
     y: [f64; MANY],
-    /// which start
+    /// number of the start
     #[param(default = 1)]
     tag: i64,
 }
@@ -186,7 +186,7 @@ pub struct Newest {
     /// the first
     #[output]
     y: f64,
-    /// what it read last
+    /// value of the last invocation
     #[state]
     last: f64,
 }
@@ -211,7 +211,7 @@ pub struct Each {
     /// the first
     #[output]
     y: f64,
-    /// what it read last
+    /// value of the last invocation
     #[state]
     last: f64,
 }
@@ -236,7 +236,7 @@ pub struct Third {
     /// the first
     #[output]
     y: f64,
-    /// what it read last
+    /// value of the last invocation
     #[state]
     last: f64,
 }
@@ -276,7 +276,7 @@ pub struct Drive {
     /// the channel
     #[device(write)]
     channel: f64,
-    /// which start
+    /// number of the start
     #[param(default = 1)]
     tag: i64,
 }
@@ -291,16 +291,16 @@ impl Step for Drive {
 /// The servo of a logical device: passes on what is commanded, and what is sensed.
 #[derive(FunctionBlock)]
 pub struct Servo {
-    /// what is commanded
+    /// commanded value
     #[input(asynchronous, default = 0.0)]
     u: f64,
-    /// what is read
+    /// value of the sensor channel
     #[device(read)]
     sensor: f64,
-    /// what is written
+    /// value for the actuator channel
     #[device(write)]
     actuator: f64,
-    /// what is sensed
+    /// sensed value
     #[output]
     sensed: f64,
 }

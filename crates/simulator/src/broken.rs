@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a run is ended with: an invariant that does not hold.
+//! End of a run: an invariant that does not hold.
 use model::refusal::Refusals;
 
 /// An invariant that does not hold.

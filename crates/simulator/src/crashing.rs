@@ -17,7 +17,7 @@ pub struct Crash {
     /// its negative
     #[output]
     b: f64,
-    /// which start
+    /// number of the start
     #[param(default = 1)]
     tag: i64,
     /// in which invocation
@@ -44,7 +44,7 @@ pub struct Torn {
     /// the code
     #[output]
     y: [f64; MANY],
-    /// which start
+    /// number of the start
     #[param(default = 1)]
     tag: i64,
     /// in which invocation
@@ -53,7 +53,7 @@ pub struct Torn {
 }
 
 impl Step for Torn {
-    /// What its entry below does instead.
+    /// Stores what its entry below does not.
     fn step(&mut self, invocation: &opengpac::Invocation) -> Outcome {
         self.y = [code(self.tag, invocation.number); MANY];
         Outcome::Done

@@ -24,7 +24,7 @@ const OBSERVERS: usize = 6;
 /// A stop is answered within so long of the interface's clock.
 const BOUND: Duration = Duration::from_millis(20);
 
-/// Whether a seed is of this kind.
+/// Returns true if a seed is of this kind.
 pub fn is_of(seed: u64) -> bool {
     seed % EACH == EACH - 1
 }

@@ -7,7 +7,7 @@ use crate::program::{JOINT, MS};
 use crate::world::World;
 use serde_json::json;
 
-/// How long what was halted twice may take, ms of the system's clock: what comes to rest first has its own limit.
+/// Time limit of an instance that was halted twice, ms of the system's clock: one that comes to rest first has its own limit.
 const END_MS: i64 = 200;
 
 pub fn finale(world: &mut World) -> Result<Vec<String>, Broken> {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What must hold after each operation.
+//! Invariants after each operation.
 use crate::blocks::{MANY, decode, is_whole, wrong};
 use crate::broken::{Broken, broken, text};
 use crate::plant::{self, safe};
@@ -75,7 +75,7 @@ fn reports(world: &mut World) -> Result<(), Broken> {
     Ok(())
 }
 
-/// What blocks have read.
+/// Checks what blocks have read.
 fn blocks() -> Result<(), Broken> {
     match wrong().into_iter().next() {
         Some(text) => broken("atomic publication", text),
@@ -110,7 +110,7 @@ fn writes(world: &mut World) -> Result<(), Broken> {
     Ok(())
 }
 
-/// How long after an end something may still go on: nothing, but that a firing with a cost comes to its end first.
+/// Returns the time after an end for which something may still go on: none, but a firing with a cost comes to its end first.
 pub fn grace_ns(program: &Program) -> i64 {
     match program.max_cost_ns() {
         0 => 0,
@@ -118,7 +118,7 @@ pub fn grace_ns(program: &Program) -> i64 {
     }
 }
 
-/// Outputs that nobody claims any more are safe, and all of them after an emergency stop.
+/// Checks that outputs without a claim are safe, and all of them after an emergency stop.
 fn outputs(world: &mut World) -> Result<(), Broken> {
     let now_ns = world.system.now_ns();
     let is_latched = world.system.latched().is_some();

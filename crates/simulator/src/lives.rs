@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What must be true of each verb instance, as far as it follows from what was asked and what the log says.
+//! Expectation of each verb instance, as far as it follows from what was asked and what the log says.
 use std::collections::HashMap;
 
 /// Something that an instance takes for itself.
@@ -36,7 +36,7 @@ pub struct Life {
     pub is_deleted: bool,
     /// It waits for its turn.
     pub is_queued: bool,
-    /// What the log said of it is gone: one that the world did not make is followed no more.
+    /// True if its lines of the log are gone: an instance that the world did not make is followed no more.
     pub is_lost: bool,
     /// End reports.
     pub reports: u64,
@@ -130,7 +130,7 @@ impl Lives {
         }
     }
 
-    /// What two that run both have claimed.
+    /// Returns the claim that two running instances share.
     pub fn shared_claim(&self) -> Option<String> {
         let running: Vec<(&String, &Life)> = self.of.iter().filter(|(_, life)| life.runs()).collect();
         for (index, (name, life)) in running.iter().enumerate() {

@@ -37,7 +37,7 @@ pub fn counts() -> (i64, u64, u64) {
     COUNTS.get()
 }
 
-/// What the system does in `of`, its allocations counted.
+/// Runs `of`, and counts its allocations.
 pub fn counted<T>(work: &mut u64, of: impl FnOnce() -> T) -> T {
     let before = counts().1;
     let result = of();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What callers, time and misfortune do to a world. An operation names what it is about by numbers that are taken modulo what there is,
+//! Operations of callers, time and misfortune on a world. An operation names what it is about by numbers that are taken modulo what there is,
 //! so that a list of operations still means something when some of them are left out.
 use crate::seed::Numbers;
 
@@ -42,7 +42,7 @@ pub enum What {
     Hit,
     /// A programming system is cut off.
     Abandon,
-    /// What one instance does again and again costs what it cost.
+    /// The same work of one instance, again and again, costs what it cost.
     Churn,
 }
 

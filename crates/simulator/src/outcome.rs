@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a seed came to.
+//! Outcome of a seed.
 use crate::broken::Broken;
 
 /// An invariant that did not hold, with everything that happened before.
@@ -12,7 +12,7 @@ pub struct Failure {
     pub story: Vec<String>,
 }
 
-/// What a seed came to.
+/// Outcome of a seed.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     pub failure: Option<Failure>,

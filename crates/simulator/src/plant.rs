@@ -22,32 +22,32 @@ pub fn safe(index: usize) -> f64 {
     -10.0 - index as f64
 }
 
-/// What was written at one time: (value, whether somebody claims the channel) of each.
+/// Outputs written at one time: (value, whether the channel is claimed) of each.
 #[derive(Clone, Debug)]
 pub struct Write {
     pub time_ns: i64,
     pub outputs: Vec<(f64, bool)>,
 }
 
-/// What has happened to the plant, and what will.
+/// Past and future of the plant.
 #[derive(Default)]
 pub struct Ledger {
     pub writes: Vec<Write>,
-    /// What its outputs are now.
+    /// Present outputs.
     pub outputs: Vec<f64>,
-    /// From now on every read fails.
+    /// True if every read fails.
     pub fails: bool,
-    /// What its gate reads.
+    /// Reading of its gate.
     pub gate: f64,
     /// The process of its driver stands still or is gone: what it writes does not come here.
     pub is_cut: bool,
-    /// How often it was opened and closed.
+    /// Number of times that it was opened and closed.
     pub opened: usize,
     pub closed: usize,
 }
 
 impl Ledger {
-    /// What a guard does with safe handles, or a driver with its own.
+    /// Acts as a guard with safe handles, or a driver with its own.
     pub fn make_safe(&mut self) {
         self.outputs.iter_mut().enumerate().for_each(|(index, output)| *output = safe(index));
     }

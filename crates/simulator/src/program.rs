@@ -34,7 +34,7 @@ pub struct Source {
     pub cost_ns: i64,
 }
 
-/// What a parameter of a verb is bound to, with what it takes for itself.
+/// Kind of a parameter's binding, with what it claims.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// One of the pairs, written: parameters `<name>.a` and `<name>.b`.
@@ -60,7 +60,7 @@ pub struct Verb {
     pub name: String,
     pub definition: Json,
     pub parameters: Vec<Parameter>,
-    /// Where each block can run: label → source.
+    /// Sources on which each block can run: label → source.
     pub placement: Vec<(String, usize)>,
     /// It has a block of the module that crashes.
     pub crashes: bool,
@@ -68,7 +68,7 @@ pub struct Verb {
     pub inputs: Vec<(&'static str, u64)>,
 }
 
-/// What carries connections.
+/// Carrier of connections.
 #[derive(Clone, Copy, Debug)]
 pub enum Carrier {
     Memory,
@@ -81,10 +81,10 @@ pub struct Program {
     pub sources: Vec<Source>,
     pub clock_seed: u64,
     pub carrier: Carrier,
-    /// Which source serves the plant, and how many outputs it has; the last is the joint's.
+    /// Source that serves the plant, and number of its outputs; the last is the joint's.
     pub plant: (usize, usize),
     pub verbs: Vec<Verb>,
-    /// How many of the verbs are defined at the beginning.
+    /// Number of verbs that are defined at the beginning.
     pub begins_with: usize,
 }
 

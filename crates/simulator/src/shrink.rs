@@ -3,7 +3,7 @@
 use crate::outcome::Failure;
 use crate::run::run;
 
-/// How many runs a shrinking may take.
+/// Maximum number of runs of a shrinking.
 const RUNS: usize = 2_000;
 
 /// The smallest failure that is found.

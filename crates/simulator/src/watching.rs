@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who watches whom, by the rules of [`guard::watch`], under the virtual clock: the process that drives the plant, its guard, and the
-//! supervisor's watcher. Each can be killed or stand still; the plant's outputs must be safe soon after, as long as somebody is left.
+//! Watchers of processes, by the rules of [`guard::watch`], under the virtual clock: the process that drives the plant, its guard,
+//! and the supervisor's watcher. Each can be killed or stand still; the plant's outputs must be safe soon after, as long as somebody
+//! is left.
 //!
 //! The process is seen from the plant: while it stands still or is gone, nothing that it writes comes there, and its heart does not beat.
 use crate::broken::{Broken, broken};
@@ -11,7 +12,7 @@ use std::time::Duration;
 
 /// Between two beats, and two looks.
 const BEAT_NS: i64 = 20 * MS;
-/// How long the heart of a processor that nobody watches has patience.
+/// Patience of the heart of a processor that is not watched.
 const PATIENCE: Duration = Duration::from_millis(2_000);
 /// Of the supervisor for the guard.
 const OF_GUARD: Bounds = Bounds { silent_ns: 1_000 * MS, stopped_ns: 100 * MS };
@@ -205,7 +206,7 @@ impl Watching {
         Ok(())
     }
 
-    /// A person brings the process back, and everybody who was killed; hearts begin anew.
+    /// Brings back the process, and all that were killed, as a person does; hearts begin again.
     pub fn mend(&mut self, plant: &Shared, now_ns: i64) {
         *self = Watching::new();
         self.next_ns = (now_ns / BEAT_NS + 1) * BEAT_NS;

@@ -38,13 +38,13 @@ pub struct World {
     pub draw: Numbers,
     pub watching: Watching,
     message: Option<Message>,
-    /// How many verbs were tried; which of them there are.
+    /// Number of verbs that were tried; those that there are.
     tried: usize,
     defined: Vec<usize>,
     pending: [Option<Pending>; CALLERS],
     last_tag: i64,
     last_name: usize,
-    /// Where the log and the end reports were read up to.
+    /// Positions up to which the log and the end reports were read.
     pub log_read: u64,
     pub ends_read: u64,
     /// Until when each source stands still.
@@ -55,9 +55,9 @@ pub struct World {
     hearts_ns: i64,
     /// Allocations of the system in calls.
     pub work: u64,
-    /// How it was made.
+    /// Story of its making.
     pub story: Vec<String>,
-    /// How many calls were accepted, how many refused.
+    /// Number of accepted and of refused calls.
     pub counts: (usize, usize),
 }
 

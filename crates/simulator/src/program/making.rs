@@ -142,7 +142,7 @@ impl Making<'_> {
         }
     }
 
-    /// One that reads what a producer of this verb stores, or what somebody else does.
+    /// Adds a block that reads what a producer of this verb stores, or what another verb does.
     fn reader(&mut self, parts: &mut Parts, index: usize) {
         let label = format!("r{index}");
         let producers: Vec<(String, usize, bool)> =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What callers do with verb instances: made, started, waited for, halted, deleted.
+//! Calls about verb instances: made, started, waited for, halted, deleted.
 use super::{INSTANCES, Pending, World};
 use crate::broken::{Broken, broken, text};
 use crate::lives::{Claim, Life};
@@ -39,7 +39,7 @@ impl World {
         format!("{words}: {answer}")
     }
 
-    /// What the parameters of a verb are bound to, and what that claims.
+    /// Returns the arguments of a verb's parameters, and what they claim.
     fn arguments(&self, verb: &Verb, index: usize, draw: &mut Numbers) -> (Map<String, Json>, Life) {
         let (mut arguments, mut life) = (Map::new(), Life { verb: index, ..Life::default() });
         let pools = Program::pairs();
@@ -127,7 +127,7 @@ impl World {
         Ok(words)
     }
 
-    /// Why a refusal of a start has no reason; nothing where it has one.
+    /// Returns why a refusal of a start is unfounded; none if it has a reason.
     fn unfounded(&self, name: &str, refusals: &Refusals, before: &str, conflict: Option<String>) -> Option<String> {
         let life = &self.lives.of[name];
         let statistics = || self.system.statistics();
