@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How long a value takes from a host to another, beside bare zenoh with the same bytes, in turns, in one run. One JSON line a row.
+//! Time of a value from a host to another, beside bare zenoh with the same bytes, in turns, in one run. Each row is one JSON line.
 //!
 //!     bench ROUNDS
 //!

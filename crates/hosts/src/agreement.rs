@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How far another host's clocks are from this one's, from pings.
+//! Offset of another host's clocks from this one's, from pings.
 //!
 //! A ping that left at t0 and whose answer came at t3, answered at t1 of the other clock, says: offset t1 − (t0 + t3) / 2, wrong by at
 //! most (t3 − t0) / 2, whatever the two ways took. The ping with the smallest round trip of a window says most; what the clocks may
@@ -8,15 +8,15 @@ use std::collections::VecDeque;
 
 /// Pings that are looked at.
 const WINDOW: usize = 64;
-/// How much two crystals may drift apart, parts per million.
+/// Maximum drift between two crystals, parts per million.
 const DRIFT_PPM: i64 = 50;
 
-/// How far another host's clocks are from this one's.
+/// Offset of another host's clocks from this one's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClockOffset {
     /// The other's CLOCK_MONOTONIC minus this one's, ns: what published times are converted by. It may be days: it starts at boot.
     pub clock_offset_ns: i64,
-    /// How much that may be wrong, ns.
+    /// Maximum error of the offset, ns.
     pub uncertainty_ns: i64,
     /// The other's CLOCK_REALTIME minus this one's, ns, as uncertain: what PTP or NTP keeps small.
     pub wall_offset_ns: i64,
@@ -28,7 +28,7 @@ impl ClockOffset {
         ClockOffset { clock_offset_ns: -self.clock_offset_ns, wall_offset_ns: -self.wall_offset_ns, ..self }
     }
 
-    /// What a limit is held against: the uncertainty, or the offset of the clocks that should agree, whichever is more.
+    /// Returns the figure that a limit is compared with: the uncertainty, or the offset of the clocks that should agree, whichever is more.
     pub fn worst_ns(&self) -> i64 {
         self.uncertainty_ns.max(self.wall_offset_ns.saturating_abs())
     }
@@ -39,7 +39,7 @@ impl ClockOffset {
 pub struct ClockReport {
     /// The other host.
     pub host: String,
-    /// What was measured.
+    /// Result of the measurement.
     pub offset: ClockOffset,
     /// The limit, ns.
     pub limit_ns: i64,
@@ -83,7 +83,7 @@ impl Agreement {
         self.pings.push_back(ping);
     }
 
-    /// What the pings say; none before the first.
+    /// Returns the offset by the pings; none before the first.
     pub(crate) fn offset(&self) -> Option<ClockOffset> {
         let newest_ns = self.pings.back()?.came_ns;
         let uncertainty_ns = |ping: &Ping| ping.round_trip_ns() / 2 + 1 + (newest_ns - ping.came_ns) * DRIFT_PPM / 1_000_000;

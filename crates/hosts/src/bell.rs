@@ -17,7 +17,7 @@ const _: () = assert!(WORDS == 64, "one word says which words have news");
 
 pub(crate) struct Bell {
     rung: Box<[AtomicU64; WORDS]>,
-    /// Which words of `rung` have news.
+    /// Words of `rung` that have news.
     news: AtomicU64,
     state: AtomicU32,
 }
@@ -41,7 +41,7 @@ impl Bell {
         }
     }
 
-    /// Sleeps until it rings, at most `limit`. Only the bridge.
+    /// Sleeps until it rings, at most `limit`. The bridge alone calls it.
     pub(crate) fn wait(&self, limit: Duration) {
         if self.state.compare_exchange(QUIET, SLEEPS, Ordering::AcqRel, Ordering::Acquire).is_ok() {
             futex_wait(&self.state, SLEEPS, limit);
@@ -50,7 +50,7 @@ impl Bell {
         self.state.swap(QUIET, Ordering::AcqRel);
     }
 
-    /// The slots that rang since the last call, after [`wait`](Self::wait). Only the bridge.
+    /// The slots that rang since the last call, after [`wait`](Self::wait). The bridge alone calls it.
     pub(crate) fn take(&self, mut each: impl FnMut(usize)) {
         let mut news = self.news.swap(0, Ordering::AcqRel);
         while news != 0 {

@@ -14,13 +14,13 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How often what is due is looked for, ns.
+/// Period at which due work is looked for, ns.
 const TICK_NS: i64 = 10_000_000;
-/// How often a joined host asks what time it is, ns.
+/// Period at which a joined host asks for the time, ns.
 const PING_NS: i64 = 100_000_000;
 /// Pings at the start come at every tick.
 const QUICK_PINGS: usize = 16;
-/// How long the last frames may take when a host goes.
+/// Time limit for the last frames when a host goes.
 const GOODBYE: Duration = Duration::from_secs(1);
 
 /// Everything of a host but its thread.
@@ -36,7 +36,7 @@ pub(crate) struct Core {
     pub(crate) slots: Slots,
     peers: Mutex<Peers>,
     peers_changed: Condvar,
-    /// Where control packets to each host go.
+    /// Outlets of the control packets to each host.
     outlets: Mutex<HashMap<u64, Arc<dyn Outlet>>>,
     subscriptions: Mutex<Vec<Subscription>>,
     whole_again: AtomicBool,

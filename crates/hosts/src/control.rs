@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What hosts say to each other beside values and commands: who they are, what time it is, that they go. All little-endian; eight
+//! Messages between hosts beside values and commands: their identity, the time, their leave. All little-endian; eight
 //! bytes of checksum, one that says which, then its fields; a text is four bytes of length and UTF-8.
 use crate::agreement::ClockOffset;
 use crate::secret::{DRAWN_LEN, PROOF_LEN};
@@ -19,7 +19,7 @@ pub(crate) enum Control {
     Welcome { id: u64, name: String, target: String, proof: [u8; PROOF_LEN] },
     /// It is not.
     Refusal { reason: String },
-    /// What time is it? With what the asking host knows already: the listener's clocks minus its own.
+    /// Asks for the time. With what the asking host knows already: the listener's clocks minus its own.
     Ping { from: u64, left_ns: i64, left_wall_ns: i64, offset: Option<ClockOffset> },
     /// The time of the answering host.
     Pong { from: u64, left_ns: i64, left_wall_ns: i64, answered_ns: i64, answered_wall_ns: i64 },
@@ -27,7 +27,7 @@ pub(crate) enum Control {
     Bye { from: u64 },
 }
 
-/// What a host says of itself before it is let in.
+/// Identity of a host before it is let in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Hello {
     pub(crate) protocol: u32,
@@ -37,7 +37,7 @@ pub(crate) struct Hello {
     pub(crate) id: u64,
     pub(crate) name: String,
     pub(crate) target: String,
-    /// Who listens is to show by it that it has the secret.
+    /// Number by which the listener is to show that it has the secret.
     pub(crate) drawn: [u8; DRAWN_LEN],
 }
 

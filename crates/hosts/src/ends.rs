@@ -20,7 +20,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Rows of a connection that may be on their way at least, beside those that wait at the reader.
 const WINDOW_MIN: usize = 64;
-/// How long a writing end that was dropped is kept, to get its last values over, ns.
+/// Time for which a writing end that was dropped is kept, to get its last values over, ns.
 const LINGER_NS: i64 = 5_000_000_000;
 
 /// Rows of a connection that may be on their way: as many as may wait at the reader, so that a network, or a thread of it, that is held up loses no
@@ -33,9 +33,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What both sides of an end in this process share.
+/// State shared by both sides of an end in this process.
 struct Shared {
-    /// How many rows the writer may have pushed; how many the reader has popped.
+    /// Number of rows that the writer may have pushed; number that the reader has popped.
     count: AtomicU64,
     /// The real-time end is dropped.
     gone: AtomicBool,
@@ -358,7 +358,7 @@ impl Drop for HostReceiver {
     }
 }
 
-/// What a packet says of this connection; none where it is damaged or of another one.
+/// Reads a packet of this connection; none if it is damaged or of another one.
 fn parse(bytes: &[u8], connection: u64) -> Option<Repr<'_>> {
     let repr = Repr::parse(Packet::new_checked(bytes).ok()?).ok()?;
     (repr.connection == connection).then_some(repr)

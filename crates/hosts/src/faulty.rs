@@ -5,7 +5,7 @@ use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgen
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What a wire does to packets. Probabilities are from 0 to 1, each drawn for each packet.
+/// Faults of a wire. Probabilities are from 0 to 1, each drawn for each packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WireFaults {
     /// Probability that a packet is lost.
@@ -48,7 +48,7 @@ impl Faulty {
         Faulty { wire, state: Arc::new(Mutex::new(State { faults, random: seed })) }
     }
 
-    /// Changes the faults from now on.
+    /// Changes the faults.
     pub fn set(&self, faults: WireFaults) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).faults = faults;
     }

@@ -17,12 +17,12 @@ use std::sync::mpsc;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
-/// What this build is for.
+/// Target of this build.
 pub const TARGET: &str = env!("OPENGPAC_TARGET");
 
 /// Answers to pings that a joining host waits for: until then it does not know what time it is.
 const PINGS_TO_JOIN: usize = 4;
-/// How often a joining host says hello, ms.
+/// Period at which a joining host says hello, ms.
 const HELLO_MS: u64 = 100;
 
 /// A host's part in a system of several. A clone is the same; the last one to be dropped says goodbye.
@@ -124,7 +124,7 @@ impl Hosts {
         Ok(Box::new(link))
     }
 
-    /// What the system's times count from, ns on this host's CLOCK_MONOTONIC: until it is told, 0.
+    /// Sets the origin of the system's times, ns on this host's CLOCK_MONOTONIC: until it is told, 0.
     pub fn set_epoch(&self, epoch_ns: i64) {
         self.0.core.time.set_epoch(epoch_ns);
     }
@@ -134,7 +134,7 @@ impl Hosts {
         self.0.core.time.here_ns(listener_ns)
     }
 
-    /// How far another host's clocks are from this one's; none for a host that is not known or not measured yet.
+    /// Returns the offset of another host's clocks from this one's; none for a host that is not known or not measured yet.
     pub fn clock_offset(&self, host: &str) -> Option<ClockOffset> {
         let peers = self.0.core.peers();
         peers.id(host).and_then(|id| peers.offset(id))
@@ -181,7 +181,7 @@ impl Ends for Hosts {
     }
 }
 
-/// The wire of a host that listens: zenoh. For [`Hosts::listen_over`], with something between.
+/// The wire of a host that listens: zenoh. [`Hosts::listen_over`] takes it, with something between.
 ///
 /// # Errors
 /// As for [`Hosts::listen`].
@@ -189,7 +189,7 @@ pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Network>, Refused> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Listens)?))
 }
 
-/// The wire of a host that joins: zenoh. For [`Hosts::join_over`], with something between.
+/// The wire of a host that joins: zenoh. [`Hosts::join_over`] takes it, with something between.
 ///
 /// # Errors
 /// As for [`Hosts::join`].

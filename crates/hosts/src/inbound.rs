@@ -7,7 +7,7 @@ use interconnect::message::packet::{Content, Repr};
 
 /// After how long without an answer the room is told again, and a reader to whom nothing came asks again, ns.
 const ASK_NS: i64 = 50_000_000;
-/// How often a reader asks at least, after it has asked in vain again and again, ns.
+/// Maximum period at which a reader asks, after it has asked in vain again and again, ns.
 const ASK_NS_MAX: i64 = 1_000_000_000;
 
 pub(crate) struct Inbound {
@@ -17,9 +17,9 @@ pub(crate) struct Inbound {
     /// An answer is owed: to a group; to this many rows.
     group_owed: bool,
     rows_owed: u64,
-    /// What was last told of the room, and when.
+    /// Room that was told last, and the time.
     told: (u64, i64),
-    /// When the reader asks for what there is; none once something came.
+    /// Time at which the reader asks for the present state; none once something came.
     ask_ns: Option<i64>,
     ask_interval_ns: i64,
 }

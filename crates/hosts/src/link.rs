@@ -21,7 +21,7 @@ const WINDOW: usize = 32;
 const DEPTH: usize = 1024;
 /// A frame is no larger: what would be kept for a peer that never ends one is bounded.
 const FRAME_BYTES_MAX: usize = 1 << 28;
-/// How long a dropped link is kept, to get its last frames over, ns.
+/// Time for which a dropped link is kept, to get its last frames over, ns.
 const LINGER_NS: i64 = 5_000_000_000;
 
 /// A part goes on.
@@ -42,11 +42,11 @@ pub(crate) struct LinkState {
     room: Condvar,
     inbox: Mutex<Inbox>,
     arrived: Condvar,
-    /// Nothing can be sent any more: closed on either side, or the other host is gone.
+    /// True if nothing can be sent: closed on either side, or the other host is gone.
     closed: AtomicBool,
     /// The other host is gone.
     lost: AtomicBool,
-    /// Nobody holds this side any more.
+    /// True if this side was dropped.
     dropped: AtomicBool,
     /// One frame at a time.
     sending: Mutex<()>,
@@ -161,7 +161,7 @@ impl LinkState {
         Ok(())
     }
 
-    /// Nothing is sent any more: wakes who waits for room. True for the first to shut it.
+    /// Ends sending, and wakes threads that wait for room. True for the first to shut it.
     fn shut(&self) -> bool {
         let first = !self.closed.swap(true, Ordering::AcqRel);
         // Who has looked and not yet waits holds the lock: it must not miss this.
@@ -252,7 +252,7 @@ impl Served for LinkState {
     }
 }
 
-/// What a program holds of a link. Dropping it closes the link.
+/// Handle of a program on a link. Dropping it closes the link.
 pub(crate) struct HostLink(pub(crate) Arc<LinkState>);
 
 impl Link for HostLink {

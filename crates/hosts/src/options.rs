@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a host says when it listens or joins.
+//! Options of a host that listens or joins.
 use crate::agreement::ClockReport;
 use crate::endpoint::{Endpoint, Scheme};
 use crate::refused::Refused;
@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What is called when clocks agree no longer as well as asked for, and when they do again.
+/// Function that is called when clocks no longer agree as well as asked for, and when they do again.
 pub type ClockWatch = Arc<dyn Fn(&ClockReport) + Send + Sync>;
 
-/// How a host takes part in a real-time system.
+/// Options of a host's part in a real-time system.
 #[derive(Clone)]
 pub struct Options {
     /// The real-time system: letters, digits, `-`, `_` and `.`, at most 64.
@@ -20,15 +20,15 @@ pub struct Options {
     pub name: String,
     /// Where to listen, or where the other listens: `tcp/HOST:PORT` or `tls/HOST:PORT`.
     pub endpoint: String,
-    /// Who is let in.
+    /// Security: the hosts that are let in.
     pub security: Security,
     /// The version of the block interface that code modules of this build have.
     pub abi_version: u32,
-    /// How long a host may be silent until it counts as gone: its links are closed then. Default 5 s.
+    /// Time for which a host may be silent until it counts as gone: its links are closed then. The default is 5 s.
     pub silent_max: Duration,
-    /// How long [`Hosts::join`](crate::Hosts::join) tries. Default 10 s.
+    /// Time for which [`Hosts::join`](crate::Hosts::join) tries. The default is 10 s.
     pub join_max: Duration,
-    /// How well clocks are to agree, ns; none for no limit, the default.
+    /// Limit of the difference of clocks, ns; none for no limit, the default.
     pub clock_limit_ns: Option<i64>,
     /// Told when the limit is passed, in either direction.
     pub clock_watch: Option<ClockWatch>,
@@ -67,7 +67,7 @@ impl Options {
     }
 }
 
-/// Who is let in. The key file of a certificate must be readable by its owner only.
+/// Security: the hosts that are let in. The key file of a certificate must be readable by its owner only.
 #[derive(Clone)]
 pub enum Security {
     /// Programs of this host that have a secret, which never travels: each side shows that it has it. Only for loopback addresses,
@@ -113,7 +113,7 @@ impl Security {
         self.files().try_for_each(|(what, path, secret)| check_file(what, path, secret))
     }
 
-    /// What both sides of a plain connection know.
+    /// Returns the secret that both sides of a plain connection know.
     pub(crate) fn secret(&self) -> Option<&str> {
         match self {
             Security::Loopback { secret } => Some(secret),

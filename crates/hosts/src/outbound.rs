@@ -28,7 +28,7 @@ pub(crate) struct Outbound {
     again_until: u64,
 }
 
-/// When something is sent again.
+/// Time at which something is sent again.
 struct Due {
     /// None where all of it is known to have arrived.
     at_ns: Option<i64>,
@@ -84,7 +84,7 @@ impl Outbound {
         self.end.has_room()
     }
 
-    /// How many rows may have been pushed in all, as far as is known.
+    /// Returns the number of rows that may have been pushed in all, as far as is known.
     pub(crate) fn room_until(&self) -> u64 {
         self.end.room_until()
     }

@@ -12,13 +12,13 @@ pub(crate) const PARTITION_NS: i64 = 350_000_000;
 pub struct Peer {
     /// Its name.
     pub name: String,
-    /// What it is built for, as `x86_64-unknown-linux-gnu`: which code modules it can load.
+    /// Target of its build, as `x86_64-unknown-linux-gnu`: it decides which code modules it can load.
     pub target: String,
-    /// How long it has been silent, ns.
+    /// Time for which it has been silent, ns.
     pub silent_ns: i64,
     /// True where that is longer than it may be: its links are closed.
     pub gone: bool,
-    /// How far its clocks are from this host's; none before the first measurement.
+    /// Offset of its clocks from this host's; none before the first measurement.
     pub offset: Option<ClockOffset>,
 }
 
@@ -51,7 +51,7 @@ pub(crate) struct Peers {
     known: Vec<Known>,
 }
 
-/// What a word from another host means.
+/// Meaning of a message from another host.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Heard {
     /// It was silent: everything is sent again.

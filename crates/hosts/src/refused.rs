@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a host does not listen, join or make an end.
+//! Reasons why a host does not listen, join or make an end.
 use std::path::PathBuf;
 
-/// Why a host does not take part. Nothing was started.
+/// Reason why a host does not take part. Nothing was started.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
     /// Not a form of endpoint.
@@ -40,12 +40,12 @@ pub enum Refused {
     /// A token that could be guessed, or none.
     #[error("the token is too weak; use 16 characters or more, without white space")]
     WeakToken,
-    /// What one side needs and was not given.
+    /// One side lacks something that it needs.
     #[error("a token alone does not do to {purpose}; give {needed} too")]
     TokenAlone {
         /// To listen or to join.
         purpose: &'static str,
-        /// What is missing.
+        /// Thing that is missing.
         needed: &'static str,
     },
     /// A file that cannot be used.
@@ -53,9 +53,9 @@ pub enum Refused {
     File {
         /// Authority, certificate, private key.
         what: &'static str,
-        /// Where.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Reason of the failure.
         reason: String,
     },
     /// The network, or the other side's security, says no.
@@ -63,7 +63,7 @@ pub enum Refused {
     NoWay {
         /// As it was given.
         endpoint: String,
-        /// What was said.
+        /// Answer of the other side.
         reason: String,
     },
     /// Nobody answered at the endpoint.
@@ -73,7 +73,7 @@ pub enum Refused {
         system: String,
         /// As it was given.
         endpoint: String,
-        /// How long it was tried.
+        /// Time for which it was tried, s.
         seconds: u64,
     },
     /// The listening side said no.

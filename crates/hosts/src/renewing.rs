@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The wire that is zenoh, on a session that is made anew where it has lost its way for good. A joining session looks for its way again by
+//! The wire that is zenoh, on a session that is replaced if it has lost its way for good. A joining session looks for its way again by
 //! itself, except where the new one breaks in the instant in which it was made: zenoh (1.10) has not noted by then whom it belongs to, and tries no
 //! more. From outside that looks like a long cut, so every long cut is ended with a new session.
 use crate::endpoint::Endpoint;
@@ -16,11 +16,12 @@ use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::{Session, Wait};
 
-/// How often is looked whether there is a way.
+/// Period at which the way is checked.
 const LOOK: Duration = Duration::from_secs(1);
-/// Looks in a row that find none, until the session is made anew: longer than a session that looks for its way itself takes, where there is one.
+/// Number of checks in a row that find none, until the session is replaced: longer than a session that looks for its way itself takes, if there is
+/// one.
 const LOOKS_MAX: u32 = 5;
-/// How long a new session may look for a way. Closing the host may have to wait as long.
+/// Time limit for a new session to find a way. Closing the host may have to wait as long.
 const RENEWAL: Duration = Duration::from_secs(2);
 
 /// A way between hosts over zenoh.
@@ -32,7 +33,7 @@ pub(crate) struct ZenohWire {
 
 struct Shared {
     open: RwLock<Open>,
-    /// What packets of a key are given to.
+    /// Subscribers to packets of a key.
     subscribed: Mutex<Vec<Weak<Subscribed>>>,
 }
 
@@ -116,7 +117,7 @@ impl Shared {
         }
     }
 
-    /// Everything goes over this session from now on.
+    /// Replaces the session: everything goes over this one.
     fn renew(&self, session: Session) {
         let before = {
             let mut open = self.open.write().unwrap_or_else(PoisonError::into_inner);

@@ -69,12 +69,12 @@ pub(crate) fn drawn<const N: usize>() -> std::io::Result<[u8; N]> {
     Ok(bytes)
 }
 
-/// What who listens at `port` answers to a number that was drawn, if it has the secret.
+/// Returns the answer of the listener at `port` to a number that was drawn, if it has the secret.
 pub(crate) fn proof(secret: &str, drawn: &[u8; DRAWN_LEN], port: u16, joins: u64) -> [u8; PROOF_LEN] {
     keyed(secret, drawn, port, joins).finalize().into_bytes().into()
 }
 
-/// Whether an answer shows that; in a time that does not tell how much of it is right.
+/// Returns true if an answer shows that; in a time that does not tell how much of it is right.
 pub(crate) fn is_proof(secret: &str, drawn: &[u8; DRAWN_LEN], port: u16, joins: u64, answer: &[u8; PROOF_LEN]) -> bool {
     keyed(secret, drawn, port, joins).verify_slice(answer).is_ok()
 }

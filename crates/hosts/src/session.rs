@@ -9,21 +9,21 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use zenoh::{Config, Session, Wait};
 
-/// Which side of a session.
+/// Side of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     Listens,
     Joins,
 }
 
-/// After how long without a word a way is given up and made anew, ms.
+/// Silence after which a way is given up and replaced, ms.
 const LEASE_MS: u32 = 2_000;
 /// After how long an attempt to make a way is given up, ms.
 const OPEN_MS: u32 = 1_000;
 /// The name of all who have the token.
 const USER: &str = "opengpac";
 
-/// What else it may be where nobody lets in who joins on loopback.
+/// Another explanation if nobody lets in a host that joins on loopback.
 const ANOTHER_SECRET: &str = "; if a system listens there, it is another user's: what joins it then needs the token that it was given to listen with";
 
 /// Opens a session: of a joining side where the listening one lets it in.
@@ -110,7 +110,7 @@ fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)
     })
 }
 
-/// What the joining side shows: not itself, but what follows from it and a number that the listening side draws.
+/// Returns the credentials of the joining side: not the secret itself, but what follows from it and a number that the listening side draws.
 fn shown(secret: &str) -> [(&'static str, String); 2] {
     [("transport/auth/usrpwd/user", format!("{USER:?}")), ("transport/auth/usrpwd/password", format!("{secret:?}"))]
 }

@@ -4,7 +4,7 @@ use crate::bell::SLOTS;
 use interconnect::EndError;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What the bridge does for an end or a link. Times are of the host's CLOCK_MONOTONIC.
+/// Work of the bridge for an end or a link. Times are of the host's CLOCK_MONOTONIC.
 pub(crate) trait Served: Send + Sync {
     /// The real-time end rang.
     fn rung(&self, now_ns: i64);
@@ -49,7 +49,7 @@ impl Slots {
         self.all().get(slot).cloned().flatten()
     }
 
-    /// Calls every slot; one for which that is false is free from now on.
+    /// Calls every slot; one for which that is false becomes free.
     pub(crate) fn keep(&self, each: impl Fn(&dyn Served) -> bool) {
         let served: Vec<_> = self.all().iter().cloned().enumerate().collect();
         for (slot, served) in served.into_iter().filter_map(|(slot, served)| Some((slot, served?))) {

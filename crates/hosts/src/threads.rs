@@ -5,7 +5,8 @@ use std::sync::Once;
 
 /// Where zenoh looks its threads up, once in a process.
 const VARIABLE: &str = "ZENOH_RUNTIME";
-/// What reads, writes and accepts takes turns on one thread. Left to itself zenoh (1.10) reads and writes the same TLS stream on two threads
+/// Setting by which reading, writing and accepting take turns on one thread. Left to itself zenoh (1.10) reads and writes the same TLS stream on two
+/// threads
 /// at once, which the stream does not allow, and memory was damaged so under load: eclipse-zenoh/zenoh, issue 2557.
 const ONE: &str = "(rx: (worker_threads: 1), tx: (handover: rx), acc: (handover: rx))";
 

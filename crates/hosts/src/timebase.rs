@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicI64, Ordering};
 
 pub(crate) struct Timebase {
     clocks: Clocks,
-    /// What the system's times count from, on this host's CLOCK_MONOTONIC.
+    /// Origin of the system's times, on this host's CLOCK_MONOTONIC.
     epoch_ns: AtomicI64,
     /// The listening host's CLOCK_MONOTONIC minus this one's.
     offset_ns: AtomicI64,

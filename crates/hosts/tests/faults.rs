@@ -110,7 +110,7 @@ fn flow_under(a: &Hosts, b: &Hosts, proxy: &Proxy, faults: &[Fault]) {
     assert!(proxy.faults() > 0, "the proxy has done something");
 }
 
-/// What TCP lets through: it is late, or ends.
+/// Tests that TCP lets through late data or an end only.
 #[test]
 fn no_fault_of_tcp_reaches_a_reader() {
     let (a, endpoint) = listening("stream");
@@ -119,7 +119,7 @@ fn no_fault_of_tcp_reaches_a_reader() {
     flow_under(&a, &b, &proxy, &[Fault::Delay, Fault::Cut, Fault::Delay]);
 }
 
-/// What only a machine between two hosts can do. The way between hosts is TLS, which finds it; the stream is made anew. (On the plain
+/// Tests a fault that only a machine between two hosts can make. The way between hosts is TLS, which finds it; the stream is replaced. (On the plain
 /// stream of loopback zenoh's own words would be changed, which it trusts.)
 #[test]
 fn no_changed_byte_between_hosts_reaches_a_reader() {

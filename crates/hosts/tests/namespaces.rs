@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// How long a host may be silent: what the probes have.
+/// Time for which a host may be silent: that of the probes.
 const SILENT_S: u64 = 5;
 
 /// A switch, and hosts around it, each in a namespace of its own: host k has the address 10.99.0.k.
@@ -133,7 +133,7 @@ impl Probe {
         (value, rows)
     }
 
-    /// Whether what comes on a connection is fresh, its newest value, and its rows.
+    /// Returns whether a connection is fresh, its newest value, and its rows.
     fn asked(&mut self, connection: u64) -> (bool, u64, u64) {
         self.tell(&format!("at {connection}"));
         let line = self.hears("at ");

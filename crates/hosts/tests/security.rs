@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Who is let in, and what is refused before anything starts.
+//! Tests of security: hosts that are let in, and refusals before anything starts.
 mod common;
 use common::*;
 use hosts::{Hosts, Options, Refused, Security, wire_to_listen};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the tests of hosts share: addresses, certificates, and waiting for what happens in real time.
+//! Common code of the tests of hosts: addresses, certificates, and waiting for what happens in real time.
 #![allow(dead_code, reason = "each test uses its part")]
 mod authority;
 pub use authority::Authority;
@@ -13,7 +13,7 @@ pub const LONG: Duration = Duration::from_secs(300);
 
 pub const SPEC: ConnectionSpec = ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 16, queue_row_len: 16, queue_depth: 4 };
 
-/// What the hosts of the tests know.
+/// Secret of the hosts of the tests.
 pub const SECRET: &str = "the-secret-of-the-tests";
 
 pub fn loopback() -> Security {

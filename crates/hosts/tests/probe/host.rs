@@ -17,12 +17,12 @@ const SPEC: ConnectionSpec = ConnectionSpec { writer: 0, reader: 1, asynchronous
 const PERIOD: Duration = Duration::from_millis(5);
 const STALE: Duration = Duration::from_millis(300);
 
-/// What was read on a connection: the newest value, and rows.
+/// Values read on a connection: the newest value, and rows.
 #[derive(Default)]
 struct Seen {
     value: AtomicU64,
     rows: AtomicU64,
-    /// Whether the newest value came just now.
+    /// True if the newest value came just now.
     is_fresh: AtomicBool,
 }
 

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// What is done to pieces of the stream, as they are read: to every one, or to one in eight.
+/// Fault of pieces of the stream, as they are read: of every one, or of one in eight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Each comes 5 ms later.
     Delay,
-    /// None passes any more until the fault ends; then all do.
+    /// None passes until the fault ends; then all do.
     Stall,
     /// The streams are cut, and new ones as long as the fault lasts.
     Cut,
@@ -68,7 +68,7 @@ impl Proxy {
         }
     }
 
-    /// How often it did something to the stream.
+    /// Returns the number of faults of the stream so far.
     pub fn faults(&self) -> u64 {
         self.state.faults.load(Ordering::Relaxed)
     }
