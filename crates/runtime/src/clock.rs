@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The one clock of a real-time system: monotonic, or virtual.
 
-/// Which clock a host lives by.
+/// Clock of a host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockKind {
     /// CLOCK_MONOTONIC; every source is a thread.

@@ -3,7 +3,7 @@
 //!
 //! The supervisor builds tables and scripts of blocks, cells and connections as for a source of its own; these objects are only kept
 //! there. [`Writer`] gives each of them a number when a script names it for the first time, and describes it once; [`Reader`] makes it
-//! where the source runs. What is not referenced any more is dropped on both sides. Memory is sent as it is before anything
+//! where the source runs. What is no longer referenced is dropped on both sides. Memory is sent as it is before anything
 //! runs; addresses never travel: each side has its own.
 //!
 //! Whatever the bytes are, [`Reader`] makes an error of what does not fit together, and touches nothing outside what it made.
@@ -31,7 +31,7 @@ pub struct CodeName {
     pub block: String,
 }
 
-/// When an activation is due.
+/// Rule by which an activation is due.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum DueAs {
     Interval,
@@ -47,7 +47,7 @@ struct MemberAs {
     ratio: u32,
 }
 
-/// How a connection is called, and what it is.
+/// Name of a connection, and its properties.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct WayAs {
     number: u64,
@@ -157,7 +157,7 @@ enum Made {
         kind: Number,
         raises: SourceId,
     },
-    /// Objects that are not referenced any more.
+    /// Objects that are no longer referenced.
     Forget {
         numbers: Vec<u64>,
     },

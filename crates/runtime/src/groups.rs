@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which blocks can be fused: those of C sources that stand behind each other in a table, where one reads what another has just stored.
+//! Groups of blocks that can be fused: those of C sources that stand behind each other in a table, where one reads what another has just stored.
 use kernel::{Block, Cell};
 use modules::fused::{FUSED_MAX, Member, Wire, fit};
 use opengpac::abi::{Item, flag, kind, mode};

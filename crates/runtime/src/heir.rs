@@ -11,7 +11,7 @@ use kernel::{Device, Service, View};
 use std::mem;
 use std::sync::Arc;
 
-/// What an heir sees of the device that it is to take over.
+/// View that an heir has of the device that it is to take over.
 struct Looks {
     of: Arc<Device>,
     /// Empty while it goes back.
@@ -63,7 +63,7 @@ fn show(device: &mut Device) {
     *device.seen().view.lock().expect("nobody panics with the lock held") = Some(receiver);
 }
 
-/// One that is to take over `of`: it reads what that reads, and writes nothing until [`Op::Inherit`](kernel::Op::Inherit). Where it is
+/// Makes the heir of `of`: it reads what that reads, and writes nothing until [`Op::Inherit`](kernel::Op::Inherit). Where it is
 /// dropped before that, nothing has been.
 ///
 /// # Errors

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the sources of a host take over from those of one that ran before in this process: which block goes on where which other one
-//! stopped. Paired off the real-time path, by label and face; carried out between two firings by [`Op::Inherit`](kernel::Op::Inherit).
+//! Heritage of a host's sources from those of one that ran before in this process: each block goes on where another one stopped.
+//! Paired off the real-time path, by label and face; carried out between two firings by [`Op::Inherit`](kernel::Op::Inherit).
 use crate::heir;
 use kernel::phase::Paced;
 use kernel::{Activation, Block, Cell, Device, Inheritance, Process, SourceId, Table, View};
@@ -11,7 +11,7 @@ use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// What the table of a source has in force.
+/// State in force of a source's table.
 #[derive(Clone)]
 pub struct Holding {
     source: SourceId,
@@ -27,7 +27,7 @@ struct Held {
 }
 
 impl Holding {
-    /// What `table` has in force once it is that of `source`.
+    /// Returns the state in force of `table` once it is that of `source`.
     pub fn of(table: &Table, source: SourceId) -> Holding {
         let held = |step: &kernel::table::ColdStep| {
             let (process, activation) = (table.processes[step.process as usize].clone(), table.activations[step.slot as usize].clone());
@@ -47,14 +47,14 @@ impl Holding {
     }
 }
 
-/// What one source takes over.
+/// Heritage of one source.
 pub struct Heritage {
     passes: Vec<Pass>,
     /// The verb instances of its blocks, each with that before and the source where it ran.
     times: Vec<(Arc<Process>, Arc<Process>, SourceId)>,
     devices: Vec<Arc<Device>>,
     ahead_ns: i64,
-    /// What another thread is to free. Never locked: a script is shared, this is not.
+    /// Views that another thread is to free. Never locked: a script is shared, this is not.
     left: Mutex<Vec<Box<dyn View>>>,
     is_done: Arc<AtomicBool>,
 }
@@ -63,11 +63,11 @@ struct Pass {
     to: Arc<Block>,
     from: Arc<Block>,
     copies: Vec<(Cell, Cell)>,
-    /// Where it is the first of its activation that goes on.
+    /// Activation, if the block is the first of it that goes on.
     activation: Option<Arc<Activation>>,
 }
 
-/// Which blocks of a source go on, and which begin anew and why.
+/// Blocks of a source that go on, and those that begin again, with the reason.
 #[derive(Debug, Default)]
 pub struct Passed {
     /// Labels.
@@ -77,7 +77,8 @@ pub struct Passed {
 }
 
 impl Heritage {
-    /// What the source of `to` takes over from sources that have ended when it is carried out. `ahead_ns`: how much the clock of their host is
+    /// Returns what the source of `to` takes over from sources that have ended when it is carried out. `ahead_ns`: how much the clock of their host
+    /// is
     /// ahead of that of this one.
     pub fn between(to: &Holding, before: &[Holding], ahead_ns: i64) -> (Heritage, Passed) {
         let known: HashMap<&str, (&Held, SourceId)> =
@@ -156,7 +157,7 @@ impl Inheritance for Heritage {
     }
 }
 
-/// What makes `to` go on where `from` stopped: parameters, states, outputs and what its items are bound to. Errors: where the two
+/// Returns the copies that make `to` go on where `from` stopped: parameters, states, outputs and what its items are bound to. Errors: where the two
 /// faces differ, how, in words.
 fn copies(to: &Block, from: &Block) -> Result<Vec<(Cell, Cell)>, String> {
     let (items, others) = (to.items(), from.items());

@@ -43,9 +43,9 @@ pub struct Host {
     plays: AtomicBool,
     /// Of sources that are recorded or played.
     tapes: Mutex<HashMap<SourceId, Arc<SourceTape>>>,
-    /// Where the next sources say which block runs.
+    /// Memory in which the next sources note which block runs.
     black_box: Mutex<Option<BlackBox>>,
-    /// Monotonic: when the host was made. Zero under the virtual clock.
+    /// Monotonic: when the host was made. It is zero under the virtual clock.
     pub(crate) epoch_ns: i64,
     /// Virtual: now.
     now_ns: AtomicI64,
@@ -92,7 +92,8 @@ impl Host {
         Host::since(clock, carrier, monotonic_ns())
     }
 
-    /// The same with an epoch of its own, ns of CLOCK_MONOTONIC: that of the host whose sources some of these are. Nothing under the virtual clock.
+    /// The same with an epoch of its own, ns of CLOCK_MONOTONIC: that of the host whose sources some of these are. Under the virtual clock the epoch
+    /// has no effect.
     pub fn since(clock: ClockKind, carrier: Box<dyn Carrier>, epoch_ns: i64) -> Host {
         containment::install();
         let (epoch_ns, executor) = match clock {
@@ -124,7 +125,7 @@ impl Host {
         host
     }
 
-    /// Makes a record from now on, so that the run can be run again. `names`: how code is called there. None where there are sources already,
+    /// Starts a record, so that the run can be run again. `names`: how code is called there. None where there are sources already,
     /// or a record.
     pub fn record(&self, names: CodeNames) -> Option<Arc<Trace>> {
         let sources = self.sources();
@@ -179,14 +180,14 @@ impl Host {
         Ok(id)
     }
 
-    /// How long timers of this host may stand still before what they command is made safe, and lost: 2 s where nobody says. Of several bounds
+    /// Sets the time for which timers of this host may stand still before what they command is made safe, and lost: 2 s by default. Of several bounds
     /// the longest holds.
     pub fn allow_standstill(&self, bound: Duration) {
         self.shared.allow_standstill(i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX));
     }
 
-    /// From now on sources say in `memory` which step runs, one behind the other in the order in which they are made, each in
-    /// [`BLACK_BOX_LEN`] bytes: so that it can be read when this process is gone. Sources that find no room there keep it in memory of their own.
+    /// Makes new sources note in `memory` which step runs, one behind the other in the order in which they are made, each in [`BLACK_BOX_LEN`]
+    /// bytes: so that it can be read when this process is gone. Sources that find no room there keep it in memory of their own.
     ///
     /// # Safety
     /// The memory is zero, starts on a cache line, stays as long as the process, and nothing else writes there.
@@ -220,7 +221,7 @@ impl Host {
         self.executor().with_kernel(source.0 as usize, then)
     }
 
-    /// Virtual: true where so much is requested at this instant that one request more is refused. Never under the monotonic clock.
+    /// Virtual: true where so much is requested at this instant that one request more is refused. It is never true under the monotonic clock.
     pub fn is_full(&self) -> bool {
         self.executor.as_ref().is_some_and(|executor| executor.lock().expect("nobody panics with the lock held").is_full())
     }
@@ -319,7 +320,7 @@ impl Host {
         executor.lock().expect("nobody panics with the lock held")
     }
 
-    /// Where a source is recorded or played.
+    /// Returns the tape of a source that is recorded or played.
     pub(crate) fn tape(&self, source: SourceId) -> Option<Arc<SourceTape>> {
         self.tapes.lock().expect("nobody panics with the lock held").get(&source).cloned()
     }
@@ -354,7 +355,7 @@ fn join(source: Option<&Source>, thread: JoinHandle<()>) {
     drop(thread.join());
 }
 
-/// How often it looks whether a thread has ended.
+/// Period at which it looks whether a thread has ended.
 const JOIN_LOOKS: std::time::Duration = std::time::Duration::from_micros(200);
 
 impl Drop for Host {

@@ -32,7 +32,7 @@ const ROWS_MAX: usize = 4096;
 #[derive(Default)]
 pub(crate) struct Relays(Mutex<Option<Arc<Thread>>>);
 
-/// What the thread shares with those that connect.
+/// State that the thread shares with those that connect.
 #[derive(Default)]
 pub(crate) struct Thread {
     bell: Bell,

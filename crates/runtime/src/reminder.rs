@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a source told while a caller attends in the supervisor's place ([`Host::attend`](crate::Host::attend)) waits for that caller, which
-//! has no priority: the source, which has one, reminds the supervisor where the caller has not come to look.
+//! Reminder of the supervisor: what a source told while a caller attends in the supervisor's place ([`Host::attend`](crate::Host::attend))
+//! waits for that caller, which has no priority; the source, which has one, reminds the supervisor if the caller has not come to look.
 use kernel::bell::Bell;
 
-/// How long the caller has, ns.
+/// Time that the caller has, ns.
 const REMIND_NS: i64 = 1_000_000;
 
 /// Of one source.

@@ -8,7 +8,7 @@
 use interconnect::{ConnectionSpec, EndError, Receiver, Sender};
 use kernel::{BlockId, BlockTimes, RemoteWord, Script, SourceId, Statistics};
 
-/// What runs remote sources. All calls come from ordinary threads; none waits longer than the link to it lives.
+/// Host of remote sources. All calls come from ordinary threads; none waits longer than the link to it lives.
 pub trait Remote: RemoteWord {
     /// Hands a script to a source there. Its acknowledgement comes back by [`Host::tell`](crate::Host::tell).
     fn submit(&self, source: SourceId, script: Box<Script>);
@@ -25,10 +25,10 @@ pub trait Remote: RemoteWord {
     /// [`Host::probe`](crate::Host::probe), there.
     fn probe(&self, source: SourceId, for_ns: u64);
 
-    /// How long the invocations of a block there took, as it told last.
+    /// Returns the durations of the invocations of a block there, as it told last.
     fn block_times(&self, block: BlockId) -> BlockTimes;
 
-    /// A process whose sources lie in several places is in this stage from now on: what is reported there belongs to it.
+    /// Enters a stage of a process whose sources lie in several places: later reports there belong to it.
     fn enter(&self, process: u64, stage: u16, generation: u32);
 
     /// Sets or clears the flag that every write of a device there obeys.

@@ -5,7 +5,7 @@ use kernel::{Device, DeviceCall};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// How a device stands, as its processor tells it.
+/// State of a device, as its processor tells it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct DeviceState {
     /// It failed.
@@ -17,13 +17,13 @@ pub struct DeviceState {
 }
 
 impl DeviceState {
-    /// How `device` stands.
+    /// Returns the state of `device`.
     pub fn of(device: &Device) -> DeviceState {
         let channels = (0..device.channels().len()).map(|channel| (device.asks(channel), device.asked(channel), device.slew_limited(channel)));
         DeviceState { lost: device.is_lost(), channels: channels.collect(), forgotten: device.standing().forgotten.load(Ordering::Acquire) }
     }
 
-    /// `device`, a remote one, stands so from now on.
+    /// Stores this state in `device`, a remote one.
     pub fn report(&self, device: &Device) {
         let standing = device.standing();
         standing.lost.store(self.lost, Ordering::Release);
@@ -57,7 +57,7 @@ pub fn recorded(name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, Devic
     Device::open(name, Box::new(Unreached(channels)), 0)
 }
 
-/// A remote one has been opened anew: nothing is known of it, and it is asked again for what it was asked for before.
+/// Notes that a remote device has been opened again: nothing is known of it, and it is asked again for what it was asked for before.
 pub fn renew(device: &Device) {
     let standing = device.standing();
     standing.lost.store(false, Ordering::Release);

@@ -19,9 +19,9 @@ pub(crate) struct RemoteSources {
     processes: Mutex<HashMap<u64, Reaching>>,
     /// Number of them that were referenced at the last search.
     held: AtomicUsize,
-    /// What came from there: (order among the events of the host, event).
+    /// Events that came from there: (order among the events of the host, event).
     told: Mutex<VecDeque<(u64, Event)>>,
-    /// What is told before everything else, because it belongs before an event that was taken already.
+    /// Events that are told before everything else, because they belong before an event that was taken already.
     first: Mutex<VecDeque<Event>>,
     /// Connections from place to place that go through here.
     pub(crate) relays: Relays,
@@ -43,7 +43,7 @@ impl RemoteSources {
         if self.is_any() { locked(&self.first).pop_front() } else { None }
     }
 
-    /// What came from remote sources before the event `serial` was made here.
+    /// Takes an event of remote sources that came before the event `serial` was made here.
     pub(crate) fn take_told(&self, serial: Option<u64>) -> Option<Event> {
         if !self.is_any() {
             return None;
@@ -64,7 +64,7 @@ impl RemoteSources {
         self.is_any.store(true, Ordering::Release);
     }
 
-    /// Who runs a source; none where that is this host.
+    /// Returns the host of a source; none if that is this host.
     pub(crate) fn of(&self, source: SourceId) -> Option<Arc<dyn Remote>> {
         if !self.is_any() {
             return None;
@@ -111,7 +111,7 @@ impl RemoteSources {
         process
     }
 
-    /// What is told before everything else, because it belongs before an event that was taken already.
+    /// Adds events that are told before everything else, because they belong before an event that was taken already.
     pub(crate) fn tell_first(&self, events: impl IntoIterator<Item = Event>) {
         locked(&self.first).extend(events);
     }
@@ -120,7 +120,7 @@ impl RemoteSources {
         locked(&self.processes).get(&id)?.process.upgrade()
     }
 
-    /// Where kernels tell what comes of a process that is spread.
+    /// Returns the hosts whose kernels serve a process that is spread.
     pub(crate) fn places(&self, id: u64) -> Vec<Arc<dyn Remote>> {
         locked(&self.processes).get(&id).map(|reaching| reaching.places.clone()).unwrap_or_default()
     }
@@ -129,7 +129,7 @@ impl RemoteSources {
 /// Below this number of processes it does not search for unreferenced ones.
 const PROCESSES_MIN: usize = 256;
 
-/// Whether both are one place.
+/// Returns true if both are one place.
 pub(crate) fn is_same(one: &Option<Arc<dyn Remote>>, other: &Option<Arc<dyn Remote>>) -> bool {
     match (one, other) {
         (Some(one), Some(other)) => Arc::ptr_eq(one, other),

@@ -46,7 +46,7 @@ impl Renewal {
         (Renewal { device: device.clone(), by: Some(empty), is_open: false, is_done }, retired)
     }
 
-    /// Lets the driver of `fresh`, which must have no other user, serve the device from now on.
+    /// Lets the driver of `fresh`, which must have no other user, serve the device.
     ///
     /// # Errors
     /// Its channels are others, in words.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a source's thread asks of the operating system: priority, core, locked memory. Where something is not given, the source
+//! Rights that a source's thread asks of the operating system: priority, core, locked memory. Where something is not given, the source
 //! works all the same, only later; what was not given is said in one line.
 use kernel::SourceSpec;
 use process_kit::may_lock_all;

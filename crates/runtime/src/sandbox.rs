@@ -14,7 +14,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often its watchdog looks.
+/// Period at which its watchdog looks.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
 /// Time of one call: that of a firing under the virtual clock.
@@ -35,7 +35,7 @@ impl Sandbox {
     }
 
     /// The same for a block whose body is run by the interpreter of this process. It has no budget: a call that was ended there would keep
-    /// the interpreter's lock for ever.
+    /// the interpreter's lock without end.
     pub fn interpreted() -> Sandbox {
         Sandbox::with_budget(i64::MAX)
     }

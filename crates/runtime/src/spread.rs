@@ -8,7 +8,7 @@ use kernel::{Event, Home, Op, Process, Reaction, Script, SourceId};
 use std::sync::Arc;
 
 impl RemoteSources {
-    /// What a script does to processes that reach over several places is told to the others of these.
+    /// Tells the other places of a process that is spread what a script does to it.
     pub(crate) fn announce(&self, source: SourceId, script: &Script) {
         if !self.is_any() {
             return;
@@ -99,7 +99,7 @@ impl Server for Here {
     }
 }
 
-/// What a script does to the word of a process.
+/// Effect of a script on the word of a process.
 enum Step {
     Enter(u16, u32),
     Advance(u32, u16, u16),

@@ -11,7 +11,7 @@ use std::hint::spin_loop;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 
-/// How long before a release a thread that has a core of its own, and the rights, wakes and spins.
+/// Time before a release at which a thread that has a core of its own, and the rights, wakes and spins.
 const SPIN_NS: i64 = 30_000;
 
 /// A source with a shorter period sleeps only: spinning would take a good part of the core.

@@ -31,18 +31,18 @@ pub enum Entry {
         /// Its channels.
         channels: Vec<Channel>,
     },
-    /// A script that was handed to a source. It is carried out where a stretch says so.
+    /// A script that was handed to a source. It is carried out where a segment says so.
     Script {
-        /// Its number in stretches.
+        /// Its number in segments.
         number: u64,
         /// The source.
         source: SourceId,
         /// The script, and what it names for the first time.
         parcel: Parcel,
     },
-    /// What happened in a source.
+    /// Segment of a source.
     Stretch(SourceId, Stretch),
-    /// Where the value of an SVV lies in the image of a source.
+    /// Cell of an SVV in the image of a source.
     Named {
         /// The source.
         source: SourceId,
@@ -59,7 +59,7 @@ pub enum Entry {
     Broken(String),
 }
 
-/// How a block's code is called where the record is run.
+/// Names of blocks' code where the record is run.
 pub type CodeNames = Box<dyn Fn(&Block) -> Option<CodeName> + Send>;
 
 /// The record of a host that is being made.
@@ -110,7 +110,7 @@ impl Trace {
         self.ways.fetch_add(1, Ordering::Relaxed)
     }
 
-    /// A script is on its way to `source`; its number in stretches.
+    /// Notes that a script is on its way to `source`; returns its number in segments.
     pub(crate) fn script(&self, source: SourceId, script: &Script) -> u64 {
         let mut scripts = locked(&self.scripts);
         let Scripts { writer, names, last, entries, is_broken, is_abandoned } = &mut *scripts;
@@ -149,7 +149,7 @@ impl Trace {
         }
     }
 
-    /// Takes what has come since the last call. By one thread, often enough: what finds no room is lost, and counted in the next stretch.
+    /// Takes what has come since the last call. One thread calls it, often enough: what finds no room is lost, and counted in the next segment.
     pub fn take(&self, out: &mut Vec<Entry>) {
         self.gather();
         out.extend(locked(&self.scripts).entries.drain(..));
@@ -162,7 +162,7 @@ impl Trace {
         scripts.entries.clear();
     }
 
-    /// Puts the stretches that wait behind the scripts that they may name: under the virtual clock after every firing, so that none is lost
+    /// Puts the segments that wait behind the scripts that they may name: under the virtual clock after every firing, so that none is lost
     /// however fast time goes.
     pub(crate) fn gather(&self) {
         // Held all the time: two who gather would mix the order of a source.

@@ -38,11 +38,11 @@ pub(crate) struct Virtual {
     seed: Cell<u64>,
     /// The last instant, and how many requests were served in it.
     instant: Cell<(i64, u32)>,
-    /// How far the clock may go now.
+    /// Time up to which the clock may go now.
     limit_ns: Cell<i64>,
     /// The latest end of a firing with a cost.
     busy_until_ns: Cell<i64>,
-    /// How many firings stand.
+    /// Number of firings that stand.
     standing: Cell<usize>,
 }
 
@@ -53,7 +53,7 @@ struct Member {
     next: Cell<u64>,
     fires: Cell<bool>,
     standing: Cell<Option<Standing>>,
-    /// What a firing that stands has stored, to be put into the image at its end.
+    /// Values that a firing that stands has stored, to be put into the image at its end.
     unseen: RefCell<Vec<Stored>>,
 }
 
@@ -139,7 +139,7 @@ impl Virtual {
         sources.iter().filter(|other| !other.yields_to(member)).filter_map(|other| Some(other.standing.get()?.end_ns)).max()
     }
 
-    /// When the first firing that stands is over.
+    /// Returns when the first firing that stands is over.
     #[allow(clippy::vec_box, reason = "see `sources`")]
     fn first_end_ns(&self, sources: &[Box<Member>]) -> i64 {
         if self.standing.get() == 0 {
@@ -282,7 +282,7 @@ impl Virtual {
     }
 }
 
-/// What is in every cell that the steps of a table store to.
+/// Returns the values of all cells that the steps of a table store to.
 fn stored(table: &Table) -> Vec<Stored> {
     let outputs = table.steps.iter().filter_map(|step| step.block.as_ref()).flat_map(|block| block.stores()).map(|(_, cell)| cell);
     let copied = table.copies.iter().flat_map(|copies| &copies.1).map(|(_, to)| to);

@@ -32,7 +32,7 @@ impl Watchdog {
         Watchdog { shared, sources: RwLock::default(), closing: AtomicBool::new(false), wait: Mutex::default(), closed: Condvar::new() }
     }
 
-    /// One that takes no signal cannot be ended, and one whose thread is gone makes nothing safe. A process that was started for its processors ends
+    /// A thread that takes no signal cannot be ended, and one that is gone makes nothing safe. A process that was started for its processors ends
     /// with it, and its guard makes its outputs safe.
     fn look(&self, source: &Source, now_ns: i64) {
         // In this order: who is told to close may be gone.

@@ -35,13 +35,13 @@ impl Step for Gain {
 /// PID: y = kp e + sum of ki e + kd times the change of e, with e = setpoint - u.
 #[derive(FunctionBlock)]
 pub struct Pid {
-    /// where it is
+    /// present position
     #[input]
     u: f64,
     /// effort
     #[output]
     y: f64,
-    /// where it is to be
+    /// wanted position
     #[param(default = 0.5)]
     setpoint: f64,
     /// proportional gain
@@ -53,7 +53,7 @@ pub struct Pid {
     /// derivative gain, invocations
     #[param(default = 0.1)]
     kd: f64,
-    /// greatest effort either way
+    /// maximum effort either way
     #[param(default = 10.0)]
     limit: f64,
     /// sum of ki e

@@ -75,7 +75,7 @@ fn by_kernel() -> f64 {
     median((0..VALUES).map(|place| MARKS[place].load(Ordering::Relaxed) as f64))
 }
 
-/// What a careful person would write by hand: a word with the value, a counter, a futex on it.
+/// Word that a careful person would write by hand: a word with the value, a counter, a futex on it.
 #[derive(Default)]
 struct Word {
     sent_ns: AtomicI64,

@@ -17,7 +17,7 @@ const WORK: usize = 250_000;
 const BURSTS: usize = 4;
 const KINDS: [&str; 4] = ["gain", "pid", "lowpass", "limit"];
 
-/// How the blocks are bound.
+/// Shape of the bindings between blocks.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Each reads what the one before it writes.
@@ -26,7 +26,7 @@ pub enum Shape {
     Independent,
 }
 
-/// What is measured.
+/// Program that is measured.
 struct Program<'a> {
     name: &'a str,
     shape: Shape,

@@ -56,7 +56,7 @@ fn not_taken() {
     .print();
 }
 
-/// Median, 99th percentile, greatest.
+/// Returns the median, the 99th percentile and the maximum.
 fn spread(mut samples: Vec<f64>) -> [f64; 3] {
     samples.sort_by(f64::total_cmp);
     let at = |share: f64| samples[((samples.len() - 1) as f64 * share) as usize].max(1.0);

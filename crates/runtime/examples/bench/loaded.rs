@@ -8,7 +8,7 @@ use std::ffi::{CStr, CString, c_char, c_long, c_uchar, c_void};
 type New = unsafe extern "C" fn(c_long, *const c_uchar, *const u32, *const u32, c_long) -> *mut c_void;
 type Cycles = unsafe extern "C" fn(*mut c_void, c_long) -> i64;
 
-/// What was loaded.
+/// Result of the load.
 pub struct Loaded {
     new: New,
     free: unsafe extern "C" fn(*mut c_void),

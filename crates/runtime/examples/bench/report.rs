@@ -6,14 +6,14 @@ pub struct Line<'a> {
     /// Its group, as `--only` names it.
     pub row: &'a str,
     pub what: String,
-    /// What the kernel took, in words with a unit.
+    /// Time of the kernel, in words with a unit.
     pub ours: String,
-    /// What it is compared with, and what that took; empty for none.
+    /// Peer, and its time; empty for none.
     pub peer: String,
     /// The figure that the bar is for, and how it is shown.
     pub value: f64,
     pub shown: String,
-    /// The greatest value that holds; none where `DESIGN.md` has no bar.
+    /// Maximum that is allowed; none if `DESIGN.md` has no bar.
     pub bar: Option<f64>,
     pub bar_text: &'a str,
     pub note: String,

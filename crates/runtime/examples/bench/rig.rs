@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the rows stand on: a host, sources on a pinned core, tables of blocks, bursts of firings.
+//! Rig of the rows: a host, sources on a pinned core, tables of blocks, bursts of firings.
 use crate::blocks::{FIRST_NS, LAST_NS, LEFT};
 use kernel::*;
 use opengpac::abi::{Descriptor, Item, kind};

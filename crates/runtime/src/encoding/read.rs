@@ -15,7 +15,7 @@ use std::any::Any;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// What a reader stands on: the code, the devices and the connections of the place where the sources run.
+/// Surroundings of a reader: the code, the devices and the connections of the place where the sources run.
 pub trait Ground {
     /// The code of a block, and what keeps it loaded.
     fn code(&self, name: &CodeName) -> Option<(&'static Descriptor, Arc<dyn Any + Send + Sync>)>;
@@ -114,7 +114,7 @@ impl Reader {
         self.objects.values().filter_map(|object| if let Object::Edge(edge) = object { Some(edge.raises) } else { None })
     }
 
-    /// How many objects there are.
+    /// Returns the number of objects.
     pub fn len(&self) -> usize {
         self.objects.len()
     }

@@ -17,7 +17,7 @@ pub struct Writer {
     inbounds: HashMap<u64, Weak<Inbound>>,
     rings: HashMap<u64, Weak<RowsEnd>>,
     last: u64,
-    /// How many were known when it was looked through last.
+    /// Number of objects that were known at the last sweep.
     swept: usize,
     made: Vec<Made>,
     /// Devices that were named for the first time.
@@ -35,7 +35,7 @@ struct Known {
 /// Below this number of objects it does not search for unreferenced ones.
 const SWEEP_MIN: usize = 256;
 
-/// How the writer calls the code of a block.
+/// Names by which the writer calls the code of a block.
 pub type Names<'a> = &'a dyn Fn(&Block) -> Option<CodeName>;
 
 impl Writer {
@@ -52,7 +52,7 @@ impl Writer {
         mem::take(&mut self.devices)
     }
 
-    /// How the other side calls a cell; where it lies in an extent that is named for the first time, from the next parcel on.
+    /// Returns the other side's name of a cell: its place in an extent, which is named from the next parcel on if it is new.
     pub fn place(&mut self, cell: &Cell) -> CellAt {
         self.cell(cell)
     }
@@ -67,7 +67,7 @@ impl Writer {
         self.rings.get(&number)?.upgrade()
     }
 
-    /// How many objects the other side has.
+    /// Returns the number of objects of the other side.
     pub fn len(&self) -> usize {
         self.known.len()
     }
@@ -77,7 +77,7 @@ impl Writer {
         self.known.is_empty()
     }
 
-    /// Tells the other side, once in a while, to drop what is not referenced here any more.
+    /// Tells the other side, once in a while, to drop what is no longer referenced here.
     fn sweep(&mut self) {
         if self.known.len() < SWEEP_MIN.max(2 * self.swept) {
             return;

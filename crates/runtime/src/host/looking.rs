@@ -3,7 +3,7 @@
 use super::*;
 
 impl Host {
-    /// The next event, if there is one. For the supervisor alone. Events come in the order in which they were made, over all
+    /// The next event, if there is one. The supervisor alone calls it. Events come in the order in which they were made, over all
     /// sources; a script's acknowledgement is one of them.
     pub fn poll(&self) -> Option<Event> {
         if let Some(event) = self.remote_sources.pop_first() {
@@ -43,7 +43,7 @@ impl Host {
         Some(if is_gone { Event::Ended { source: source.id, time_ns } } else { Event::Deaf { source: source.id, time_ns } })
     }
 
-    /// Monotonic: waits until an event is there, `unpark` was called, or the time has come. Not on a real-time path of a source.
+    /// Monotonic: waits until an event is there, `unpark` was called, or the time has come. It is not called on a real-time path of a source.
     /// Call it when `poll` has given nothing. Under the virtual clock it returns at once.
     pub fn park(&self, until_ns: Option<i64>) {
         if self.executor.is_none() {
@@ -51,8 +51,8 @@ impl Host {
         }
     }
 
-    /// How often the supervisor was rung for so far: read before `poll` and whatever else is looked at, and given to
-    /// [`Host::park_since`], so that nothing that comes meanwhile is slept through, no matter who else polls.
+    /// Returns the number of rings for the supervisor so far: read before `poll` and whatever else is looked at, and
+    /// given to [`Host::park_since`], so that nothing that comes meanwhile is slept through, even if others poll too.
     pub fn rings(&self) -> u32 {
         self.shared.supervisor.rings()
     }
@@ -132,7 +132,7 @@ impl Host {
         self.source(source).statistics()
     }
 
-    /// From now on, and for `for_ns` at least, the probe visits the blocks of a source, one a firing. Of several probes
+    /// Makes the probe visit the blocks of a source for `for_ns` at least, one a firing. Of several probes
     /// the latest end holds.
     pub fn probe(&self, source: SourceId, for_ns: u64) {
         if let Some(remote) = self.remote(source) {
@@ -142,12 +142,12 @@ impl Host {
         self.source(source).probe_until_ns.fetch_max(until_ns, Ordering::Relaxed);
     }
 
-    /// Whether the probe was asked to visit the blocks of a source now.
+    /// Returns true if the probe was asked to visit the blocks of a source now.
     pub fn probes(&self, source: SourceId) -> bool {
         self.source(source).probe_until_ns.load(Ordering::Relaxed) > monotonic_ns()
     }
 
-    /// How long the invocations of a block in `source` took, as far as they were visited.
+    /// Returns the durations of the invocations of a block in `source`, as far as they were visited.
     pub fn block_times(&self, source: SourceId, block: &kernel::Block) -> BlockTimes {
         match self.remote(source) {
             Some(remote) => remote.block_times(block.id()),

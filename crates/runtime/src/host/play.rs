@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Running a record again: a host under the virtual clock whose sources do what is recorded of them, stretch by stretch.
+//! Running a record again: a host under the virtual clock whose sources do what is recorded of them, segment by segment.
 use crate::host::Host;
 use crate::trace::Taped;
 use crate::trace::tape::{SourceTape, Stretch};
@@ -14,14 +14,14 @@ use kernel::{Block, Cell, Nowhere, Script, SourceId, Way};
 use opengpac::abi;
 use std::ffi::CStr;
 
-/// How a stretch went the second time.
+/// Result of a segment that was run again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Played {
     /// Digest of everything that the source's blocks had stored when it was over.
     pub digest: u64,
     /// A fault stopped the source in it.
     pub stopped: bool,
-    /// What the source asked for and the record has not, or the other way round: it went another way.
+    /// Difference between the requests of the source and the record: it went another way.
     pub differs: Option<String>,
 }
 
@@ -34,7 +34,7 @@ pub struct Change {
     pub port: String,
     /// Its C type.
     pub type_text: String,
-    /// What is stored.
+    /// Bytes that are stored.
     pub bytes: Vec<u8>,
 }
 
@@ -53,7 +53,7 @@ impl Host {
         Box::new(Unread(vec![0; way.spec.asynchronous_len], vec![0; way.spec.queue_row_len]))
     }
 
-    /// Does again what a stretch of `source` says. `script`: the one that it carries out. Of a host that plays ([`Host::playing`]).
+    /// Runs a segment of `source` again. `script`: the one that it carries out. Of a host that plays ([`Host::playing`]).
     pub fn play(&self, source: SourceId, stretch: &Stretch, script: Option<Box<Script>>) -> Played {
         self.set_now(stretch.time_ns);
         let script = script.map(|mut script| {
@@ -70,7 +70,7 @@ impl Host {
         self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).any(|block| block.writes(cell)))
     }
 
-    /// What the blocks of `source` have stored, in the order of a firing.
+    /// Returns what the blocks of `source` have stored, in the order of a firing.
     pub fn stored(&self, source: SourceId) -> Vec<Change> {
         self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).flat_map(|block| stored(block)).collect())
     }
@@ -116,7 +116,7 @@ fn play(kernel: &mut Kernel, tape: Option<&SourceTape>, stretch: &Stretch, scrip
     Played { digest: kernel.digest(), stopped: kernel.stopped, differs: tape.differs() }
 }
 
-/// What the outputs and device channels of a block hold.
+/// Returns the values of the outputs and device channels of a block.
 fn stored(block: &Block) -> impl Iterator<Item = Change> {
     let change = |(item, cell): (&abi::Item, &Cell)| Change {
         block: block.name().to_owned(),

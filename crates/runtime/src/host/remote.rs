@@ -23,7 +23,7 @@ impl Host {
         self.reserve(spec)
     }
 
-    /// Who runs a remote source; none where that is this host.
+    /// Returns the host of a remote source; none if that is this host.
     pub(crate) fn remote(&self, source: SourceId) -> Option<Arc<dyn Remote>> {
         self.remote_sources.of(source)
     }
@@ -83,7 +83,7 @@ impl Host {
         (End { end: sender, way: to_here(from) }, End { end: Box::new(Nowhere::keeping(kept())), way: to_here(to) })
     }
 
-    /// How far apart two sources lie.
+    /// Returns the distance between two sources.
     pub fn reach(&self, writer: SourceId, reader: SourceId) -> Reach {
         let (from, to) = (self.remote(writer), self.remote(reader));
         match (&from, &to) {
@@ -100,7 +100,7 @@ impl Host {
         Nowhere::of(&way.spec)
     }
 
-    /// What raises a source when a row has come to it from a remote source; off the real-time path.
+    /// Returns the function that raises a source when a row has come to it from a remote source; off the real-time path.
     pub fn raiser_of(&self, reader: SourceId) -> Box<dyn Fn() + Send + Sync> {
         let (source, epoch_ns) = (self.sources().get(reader.0 as usize).cloned(), self.epoch_ns);
         // The commander may name a source that does not exist: then none is raised.
@@ -135,7 +135,7 @@ impl Host {
         Ok(())
     }
 
-    /// What came from remote sources: one of the events, in order.
+    /// Adds an event of a remote source: one of the events, in order.
     pub fn tell(&self, event: Event) {
         let serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
         self.remote_sources.told(serial, event);

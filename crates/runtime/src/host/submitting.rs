@@ -4,7 +4,8 @@ use super::*;
 
 impl Host {
     /// Hands a script to a source; carried out between two firings, in the order of submission, at once if the source is idle
-    /// (it is woken). Acknowledged by `Event::Done`. Any thread. Under the virtual clock it is carried out before this returns, but where a
+    /// (it is woken). Acknowledged by `Event::Done`. Any thread may call it. Under the virtual clock it is carried out before this returns, but where
+    /// a
     /// firing with a cost is not over there: then at its end.
     pub fn submit(&self, source: SourceId, script: Box<Script>) {
         self.put(source, script, true);

@@ -8,14 +8,14 @@ use std::cell::UnsafeCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What happened in a source between two moments at which others could see it.
+/// Segment of a record: what happened in a source between two moments at which others could see it.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Stretch {
-    /// What it is about.
+    /// Subject of the segment.
     pub occasion: Occasion,
-    /// Place among the stretches of all sources: in this order they were over.
+    /// Place among the segments of all sources: in this order they were over.
     pub serial: u64,
-    /// Stretches of this source before it that found no room: 0 in a whole record.
+    /// Segments of this source before it that found no room: 0 in a whole record.
     pub lost: u64,
     /// Number of the firing; of a script, of the last one before it.
     pub number: u64,
@@ -63,7 +63,7 @@ impl Ask {
     }
 }
 
-/// Bytes of answers that one stretch can have, and bytes that may wait for their taker.
+/// Bytes of answers that one segment can have, and bytes that may wait for their taker.
 const ANSWERS_MAX: usize = 1 << 20;
 const WAITING_MAX: usize = 1 << 23;
 
@@ -81,7 +81,7 @@ enum Side {
 }
 
 struct Recording {
-    /// The head of the stretch, then its answers.
+    /// The head of the segment, then its answers.
     bytes: Vec<u8>,
     overflowed: bool,
     lost: u64,
@@ -97,11 +97,11 @@ struct Playing {
     differs: Option<String>,
 }
 
-/// The end of a tape from which stretches are taken, off the real-time path.
+/// The end of a tape from which segments are taken, off the real-time path.
 pub struct Taker(Consumer<u8>);
 
 impl SourceTape {
-    /// One that records; `serials` is that of all sources.
+    /// Makes a tape that records; `serials` is that of all sources.
     pub fn recording(serials: Arc<AtomicU64>) -> (Arc<SourceTape>, Taker) {
         let (out, taken) = RingBuffer::new(WAITING_MAX);
         // Touched: no page fault later.
@@ -110,7 +110,7 @@ impl SourceTape {
         (Arc::new(SourceTape(UnsafeCell::new(side))), Taker(taken))
     }
 
-    /// One that plays.
+    /// Makes a tape that plays.
     pub fn playing() -> Arc<SourceTape> {
         Arc::new(SourceTape(UnsafeCell::new(Side::Plays(Playing::default()))))
     }
@@ -121,7 +121,7 @@ impl SourceTape {
         unsafe { &mut *self.0.get() }
     }
 
-    /// Playing: the answers of the next stretch.
+    /// Loads the answers of the next segment; playing.
     pub fn load(&self, answers: &[u8]) {
         if let Side::Plays(side) = self.side() {
             *side = Playing { answers: answers.to_vec(), at: 0, differs: None };
@@ -297,7 +297,7 @@ impl Playing {
 const HEAD_LEN: usize = 64;
 
 impl Taker {
-    /// The next stretch, if one waits.
+    /// Takes the next segment, if one waits.
     pub fn take(&mut self) -> Option<Stretch> {
         let mut head = [0; HEAD_LEN];
         self.0.pop_entire_slice(&mut head).ok()?;
