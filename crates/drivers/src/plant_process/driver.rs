@@ -16,7 +16,7 @@ use std::time::Duration;
 
 /// Time limit for a plant to put itself away.
 const END: Duration = Duration::from_secs(5);
-/// Share of their maximum age, an eighth, from which readings are late.
+/// Divisor of the silence after which the process counts as lost: readings after an eighth of it are late.
 const LATE: i64 = 8;
 
 /// Times after which the process counts as lost, ns.
