@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a new supervisor took over from one that was lost: the answer of `System.take_over`."""
+"""Takeover by a new supervisor from one that was lost: the answer of `System.take_over`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 
 @dataclass(frozen=True)
 class TakenProcessor:
-    """What became of one processor in a process of its own, or of those that share one.
+    """Result for one processor in a process of its own, or for those that share one.
 
     `name` is that of the processor, or of the process that may be shared, `processors` are those in it. `adopted`: its process had lost
     its system, and what ran there goes on; else it was started for this system. `carried` are the blocks that go on where they were
-    (`instance.block`), `anew` those that begin anew, each with the reason, `ended` those that ran and that this system has not
+    (`instance.block`), `anew` those that begin again, each with the reason, `ended` those that ran and that this system has not
     started. `gap` is the longest time for which a device was not written, in s; None where none was.
     """
 
@@ -40,7 +40,7 @@ class TakenProcessor:
 
 @dataclass(frozen=True)
 class TakenOver:
-    """What `System.take_over` did, for each process of processors; it prints as a text."""
+    """Result of `System.take_over`, for each process of processors; it prints as a text."""
 
     processors: tuple[TakenProcessor, ...]
 
@@ -50,7 +50,7 @@ class TakenOver:
         return tuple(name for of in self.processors if of.adopted for name in of.processors)
 
     def __getitem__(self, name: str) -> TakenProcessor:
-        """What became of the processor of that name, and of those that share its process."""
+        """Returns the result for the processor of that name, and for those that share its process."""
         for of in self.processors:
             if name in (of.name, *of.processors):
                 return of

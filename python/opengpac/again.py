@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a program makes twice under one name, as a cell of a notebook that is run again: the same thing where it is asked for equally."""
+"""Things made twice under one name, as by a cell of a notebook that is run again: the same thing if it is asked for equally."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ VOWELS = "aeiouS"
 
 
 class Made:
-    """What was made in a system, each thing under its kind and name, with what it was asked to be."""
+    """Things made in a system, each under its kind and name, with what it was asked to be."""
 
     def __init__(self) -> None:
         self._things: dict[tuple[str, str], tuple[dict[str, Any], Any]] = {}
@@ -31,7 +31,7 @@ class Made:
         return self._things.get((kind, name), (None, None))[1]
 
     def equal(self, kind: str, name: str, asked: Mapping[str, Any]) -> bool:
-        """Whether a thing was made that was asked for equally. Refused with `InUse` where it is another, naming what differs."""
+        """Returns whether a thing was made that was asked for equally. Refused with `InUse` where it is another, naming what differs."""
         known = self._things.get((kind, name))
         if known is None:
             return False
@@ -42,6 +42,6 @@ class Made:
 
 
 def differences(was: Mapping[str, Any], asked: Mapping[str, Any]) -> str:
-    """What differs between two askings, with both values; empty where nothing does."""
+    """Returns the differences between two askings, with both values; empty if there are none."""
     told = [f"its {word.replace('_', ' ')} is {was.get(word)!r}, not {value!r}" for word, value in asked.items() if was.get(word) != value]
     return ", ".join(told)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What verbs and devices are applied to: SVVs, channels and parts of physical devices, logical devices and groups of them."""
+"""Arguments of verbs and devices: SVVs, channels and parts of physical devices, logical devices and groups of them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SEVERAL = {"svv": "svvs", "device": "devices"}
 
 
 class Argument:
-    """What an instantiation parameter or an object of a verb may be given; it belongs to one `system`."""
+    """Argument of an instantiation parameter or an object of a verb; it belongs to one `system`."""
 
     system: Any
 
@@ -26,7 +26,7 @@ class Argument:
 
 
 def argument_json(given: Any, what: str) -> dict[str, Any]:
-    """What an instantiation parameter or object is given, as the model takes it; `what` it is, for a refusal."""
+    """Returns the argument of an instantiation parameter or object, as the model takes it; `what` it is, for a refusal."""
     if isinstance(given, Argument):
         return given._argument()
     if isinstance(given, list | tuple) and given and all(isinstance(each, Argument) for each in given):

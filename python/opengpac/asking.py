@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a call is made: a name and the JSON text of its arguments, however the system is reached."""
+"""Form of a call: a name and the JSON text of its arguments, however the system is reached."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class Block(Shown, FunctionBlock):
 
     @property
     def _own_interval(self) -> str:
-        """What messages say before `period_ns`."""
+        """Returns the text of messages before `period_ns`."""
         return f"block '{self.name.rpartition('.')[2]}' takes steps of"
 
     def _instead(self, name: str) -> str:
@@ -160,7 +160,7 @@ class Block(Shown, FunctionBlock):
         return trial.run(self, steps, every, given)
 
     def source_json(self) -> dict[str, Any]:
-        """What the model calls it."""
+        """Returns the model's name of it."""
         return {"subroutine": self.name}
 
     def __repr__(self) -> str:

@@ -122,5 +122,5 @@ def _named(statement: ast.AST, word: str, message: str) -> Iterator[ast.expr | a
 
 
 def _speaks_of(message: str, keyword: str | None) -> bool:
-    """Whether a message names an argument: `the condition 'done' …` speaks of `conditions=`."""
+    """Returns whether a message names an argument: `the condition 'done' …` speaks of `conditions=`."""
     return keyword is not None and keyword.removesuffix("s").replace("_", " ") in message

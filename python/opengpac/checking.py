@@ -17,7 +17,7 @@ from .mistakes import Broken
 
 @dataclass
 class Findings:
-    """What a check found: the verbs that were planned, what was filled in for them, and what is wrong."""
+    """Findings of a check: the verbs that were planned, what was filled in for them, and what is wrong."""
 
     planned: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
@@ -34,7 +34,7 @@ _findings: Findings | None = None
 
 
 def active() -> bool:
-    """Whether a program is being checked."""
+    """Returns whether a program is being checked."""
     return _findings is not None
 
 
@@ -50,7 +50,7 @@ def recorded(file: str) -> tuple[Any, dict[str, Any]] | None:
 
 
 def found() -> Findings:
-    """What the present check has found so far, to be added to; that of no check is forgotten."""
+    """Returns the findings of the present check so far, to be added to; those of no check are forgotten."""
     return _findings if _findings is not None else Findings()
 
 

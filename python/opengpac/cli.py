@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _is_cut() -> bool:
-    """Whether standard output is closed; then what is printed goes nowhere from here on."""
+    """Returns whether standard output is closed; then what is printed goes nowhere from here on."""
     poll = select.poll()
     poll.register(sys.stdout.fileno(), select.POLLOUT)
     cut = any(event & select.POLLERR for _, event in poll.poll(0))
@@ -158,7 +158,7 @@ def _check(given: argparse.Namespace) -> int:
 
 
 def _broken(findings: Findings, certain: bool) -> list[str]:
-    """What is said of exceptions of Python's own: of those that a run would raise too, or of the others."""
+    """Returns the texts about exceptions of Python's own: of those that a run would raise too, or of the others."""
     from .carets import shown
 
     return [shown(error, error.kind) for error in findings.broken if error.certain == certain]

@@ -28,7 +28,7 @@ _LOOK = 0.01
 
 @all_taking
 class Commanded(Observed):
-    """What acts on all of a `System`."""
+    """Commands that act on all of a `System`."""
 
     virtual: bool
     svv: Callable[..., SVV[Any]]
@@ -64,7 +64,7 @@ class Commanded(Observed):
     def reset(self, within: Quantity | None = None) -> dict[str, str]:
         """Takes back an emergency stop, and opens lost devices again. Everything stays disabled, nothing goes on.
 
-        Returns the physical devices that are lost still, each with why; nothing is lost any more where that is empty.
+        Returns the physical devices that are lost still, each with the reason; if that is empty, none is.
 
         Refused while a cause is present, naming it (`EmergencyStopped`): at once, or where none has gone `within` that time.
         """
@@ -104,7 +104,7 @@ class Commanded(Observed):
 
     @property
     def paused(self) -> bool | list[str]:
-        """Whether the program is paused, or the names of the devices that are."""
+        """True if the program is paused, or the names of the devices that are."""
         return self.statistics["paused"]
 
     @property
@@ -136,7 +136,7 @@ class Commanded(Observed):
 
     @property
     def alarms(self) -> Alarms:
-        """What a person has to know of: active or not yet acknowledged."""
+        """Alarms that a person has to know of: active or not yet acknowledged."""
         return Alarms(cast("System", self))
 
     @property

@@ -46,7 +46,7 @@ class _Step:
 
 @dataclass(frozen=True)
 class Composition:
-    """What a composed verb is made of, as it was written."""
+    """Parts of a composed verb, as it was written."""
 
     name: str
     parts: Mapping[str, AnyVerb]
@@ -125,7 +125,7 @@ class ComposedVerb(Verb[..., Report]):
         refuse(DefinitionError, f"'{self.name}' is composed, and raising() is of one verb", "let its parts raise: retract.raising(Jammed)")
 
     def reported(self, key: str) -> str:
-        """What reports call the line `key` of the tables of conditions and outputs."""
+        """Returns the name in reports of the line `key` of the tables of conditions and outputs."""
         return key.rsplit(".", 1)[-1]
 
     def _blocks_of_parts(self) -> None:
@@ -169,7 +169,7 @@ class ComposedVerb(Verb[..., Report]):
         )
 
     def _awaited(self, line: Mapping[str, Any]) -> Iterable[type[Terminated]]:
-        """What parts raise that end a list together: those whose own list a system condition leads to with it."""
+        """Returns what parts raise that end a list together: those whose own list a system condition leads to with it."""
         for condition in (c for (begins, c), to in self.transitions.items() if begins == "start" and [to] == line["during"]):
             for part in self._parts.values():
                 begins = part.initial or next(iter(part.command_lists), "")

@@ -116,7 +116,7 @@ def _say(addresses: list[str], page: str | None) -> None:
 
 
 def _studio(given: argparse.Namespace) -> dict[str, Any]:
-    """What is served of the studio: the page where there is a port and it was built, a token of this run where that is asked for."""
+    """Returns what is served of the studio: the page if there is a port and it was built, a token of this run if that is asked for."""
     if given.studio_role is not None and not given.studio:
         refuse(CallError, "--studio-role is given and no page has a token", "add --studio")
     page = None if given.page is None else Path(given.page)

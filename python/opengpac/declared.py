@@ -43,7 +43,7 @@ class Declared(metaclass=_Whole):
         object.__setattr__(self, name, value)
 
     def _takes(self, name: str) -> bool:
-        """Whether an assignment of that name means something."""
+        """Returns whether an assignment of that name means something."""
         kind = type(self)
         if name in kind._settable:
             return True
@@ -65,11 +65,11 @@ class Declared(metaclass=_Whole):
         refuse(CallError, f"{what} has no member '{name}'", remedy)
 
     def _instead(self, name: str) -> str:
-        """What to write instead of that assignment, where it is known."""
+        """Returns what to write instead of that assignment, if it is known."""
         return ""
 
     def _called(self) -> str:
-        """What it is, in a message: `system 'cell'`."""
+        """Returns its name in a message: `system 'cell'`."""
         return f"{type(self).__name__.lower()} '{getattr(self, 'name', '')}'"
 
 
@@ -78,6 +78,6 @@ def _packaged(kind: type) -> bool:
 
 
 def _of_user(kind: type, name: str) -> bool:
-    """Whether a class outside this package declares it: by a value, or by an annotation alone."""
+    """Returns whether a class outside this package declares it: by a value, or by an annotation alone."""
     own = [base for base in kind.__mro__ if not _packaged(base) and base is not object]
     return any((name in vars(base) and not inspect.isroutine(vars(base)[name])) or name in inspect.get_annotations(base) for base in own)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What some blocks ask of who uses them: the only interval at which they are activated, the order of joints at their ports, a processor
-of their own. Each says so in attributes of its `Block`; nothing here knows what made it."""
+"""Demands of some blocks on their users: the only interval at which they are activated, the order of joints at their ports, a processor of
+their own. Each says so in attributes of its `Block`; nothing here knows what made it."""
 
 from __future__ import annotations
 

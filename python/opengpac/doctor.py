@@ -28,7 +28,7 @@ _SHARED_MIN = 256 << 20
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found about one thing, and what to change."""
+    """Finding about one thing, and what to change."""
 
     state: Literal["ok", "better", "missing"]
     """`missing`: a right or a part without which sources run late; `better`: it works, and could work better."""
@@ -44,7 +44,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Latency:
-    """How late a timer of 1 ms fired behind its releases."""
+    """Lateness of a timer of 1 ms behind its releases."""
 
     core: int | None
     """Of a pinned processor, whose timers sleep until shortly before a release and then spin; None: of one that is not, which sleeps."""
@@ -63,14 +63,14 @@ class Latency:
 
 @dataclass(frozen=True)
 class Examination:
-    """What `opengpac doctor` says of a machine."""
+    """Examination of a machine by `opengpac doctor`."""
 
     findings: tuple[Finding, ...]
     latencies: tuple[Latency, ...] = ()
 
     @property
     def fit(self) -> bool:
-        """Whether nothing is missing."""
+        """True if nothing is missing."""
         return all(finding.state != "missing" for finding in self.findings)
 
     def __str__(self) -> str:
@@ -112,7 +112,7 @@ def examine(seconds: float = 2.0, root: str | Path = "/", tell: Callable[[str], 
 
 
 def _looked_at(root: Path) -> Iterator[Finding]:
-    """What the operating system says of itself; nothing where it does not say."""
+    """Yields the findings in what the operating system says of itself; none if it says nothing."""
     cpus = root / "sys/devices/system/cpu"
     yield _kernel(root)
     yield from _governors(cpus)

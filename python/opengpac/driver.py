@@ -72,7 +72,7 @@ _KIND_NAMES: dict[type | None, str] = {str: "text", int: "whole", float: "number
 
 
 class _Named:
-    """What a class declares: it has the name that the class gives it."""
+    """Member that a class declares: it has the name that the class gives it."""
 
     name = ""
 
@@ -178,7 +178,7 @@ class Part(_Named):
 
 
 class PartValues:
-    """What a joint is told and tells: `position`, `velocity`, and `goal` or `bias` and `effort`, as its `part` declares.
+    """Values of a joint: `position`, `velocity`, and `goal` or `bias` and `effort`, as its `part` declares.
 
     `engaged` says whether a verb commands it; the motor of a joint that is not is to be off, or to hold.
     """
@@ -197,7 +197,7 @@ class PartValues:
 
 
 class Counter(_Named):
-    """What a driver counts; made by `counter`. On the object it is the number so far."""
+    """Counter of a driver; made by `counter`. On the object it is the number so far."""
 
     def __init__(self, doc: str, unit: str) -> None:
         self.doc, self.unit = doc, unit
@@ -312,8 +312,8 @@ def part(
 
 
 def counter(doc: str, *, unit: str = "") -> Any:
-    """What a driver counts, `damaged = counter("answers with a wrong check sum")`: 0 at first, and `exchange` adds to it. Programs find it
-    in `device.counters`, `statistics` and `opengpac top`."""
+    """Declares a counter of a driver, `damaged = counter("answers with a wrong check sum")`: 0 at first, and `exchange` adds to it.
+    Programs find it in `device.counters`, `statistics` and `opengpac top`."""
     return Counter(doc, unit)
 
 
@@ -365,7 +365,7 @@ class Driver:
 
     @classmethod
     def members(cls, kind: type[Any]) -> Mapping[str, Any]:
-        """What the class and its bases declare of that kind, by name."""
+        """Returns the members of that kind that the class and its bases declare, by name."""
         return {n: m for base in reversed(cls.__mro__) for n, m in vars(base).items() if isinstance(m, kind)}
 
     @classmethod
@@ -413,7 +413,7 @@ def place_of(driver: Driver, channel: Channel) -> tuple[dict[str, Any], str]:
 
 
 def services_of(kind: type[Driver]) -> dict[str, Service]:
-    """What programs call off the cycle, by name."""
+    """Returns the services that programs call off the cycle, by name."""
     found = {n: getattr(m, "service", None) for base in reversed(kind.__mro__) for n, m in vars(base).items()}
     return {name: made for name, made in found.items() if isinstance(made, Service)}
 
@@ -442,7 +442,7 @@ def _scans(kind: type[Driver]) -> bool:
 
 
 def about(kind: type[Driver]) -> dict[str, Any]:
-    """What a driver declares, as manuals have it: `doc`, `options`, `services`, `counters`, `parts`, `scans`."""
+    """Returns the declaration of a driver, as manuals have it: `doc`, `options`, `services`, `counters`, `parts`, `scans`."""
     return {
         "doc": (inspect.getdoc(kind) or "").partition("\n")[0].rstrip("."),
         "options": [option.about(name, _annotated(kind, name)) for name, option in kind.members(_Option).items()],

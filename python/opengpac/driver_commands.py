@@ -57,7 +57,7 @@ def _scan(given: argparse.Namespace) -> int:
 
 
 def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
-    """What is found on the host of a daemon. It takes no command from the session that has it."""
+    """Returns the devices found on the host of a daemon. It takes no command from the session that has it."""
     session = open_session(url_of(given.on, None), f"devices-scan-{os.getpid()}", token=given.token, command=False)
     try:
         return searched(on_host_of(Remote(session)), given.kind, where)

@@ -65,7 +65,7 @@ def _wait_for(name: str, patience_s: float) -> None:
 
 
 def _is_left(pid: int, program: int) -> bool:
-    """Whether a process lives, and the program that started it does not."""
+    """Returns whether a process lives, and the program that started it does not."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text()
     except OSError:

@@ -44,7 +44,7 @@ class Exchange:
 
     @property
     def beside(self) -> str:
-        """What it has beside its channels, as JSON: services, counters, parts."""
+        """Returns its parts beside its channels, as JSON: services, counters, parts."""
         told = about(self._kind)
         return json.dumps({name: told[name] for name in ("services", "counters", "parts") if told[name]})
 
@@ -67,7 +67,7 @@ class Exchange:
         self._readings = bytearray(readings_len)
 
     def open(self) -> None:
-        """Opens the device; in a process of its own, when no process that was left behind has it any more."""
+        """Opens the device; in a process of its own, when no process that was left behind still has it."""
         with self._busy:
             if driver_handover.is_process:
                 self._sign = driver_handover.taken_over(self._device)
@@ -119,7 +119,7 @@ class Exchange:
 
 
 def _age_of(told: Any) -> float | None:
-    """How old readings are, s, by what `exchange` returned. Refused: it says nothing that this could be."""
+    """Returns the age of readings, s, by what `exchange` returned. Refused: it says nothing that this could be."""
     if told is None:
         return 0.0
     if told is NOTHING_NEW:

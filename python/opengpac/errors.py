@@ -24,7 +24,7 @@ class End(NamedTuple):
 
 
 class Error(Exception):
-    """What OpenGPAC refuses. `message`, `remedy`, `ends`, `place` (file and line in your program) say what, why and where.
+    """Refusal by OpenGPAC. `message`, `remedy`, `ends`, `place` (file and line in your program) say what, why and where.
 
     `where` has the parts of a definition that it is about, as an editor draws them: `{"block": "filter", "port": "u"}`.
     """
@@ -207,7 +207,7 @@ class Terminated(Error):
         return _again, (type(self), self.args, {**self.__dict__, "objects": {}})
 
     def explanation(self) -> str:
-        """What the condition means here, for the end of the message; a class of its own may say it."""
+        """Returns the meaning of the condition here, for the end of the message; a class of its own may say it."""
         return ""
 
 
@@ -219,7 +219,7 @@ def _again(kind: type[Error], args: tuple[Any, ...], state: Mapping[str, Any]) -
 
 
 def gone(error: Error) -> str:
-    """Why something cannot show what it is now: for its `repr`, which never raises."""
+    """Returns why something cannot show what it is now: for its `repr`, which never raises."""
     return "deleted" if isinstance(error, UnknownName) else error.message
 
 

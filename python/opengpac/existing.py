@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What exists in a system already, made by any program: instances, devices, sources, by name."""
+"""Objects that exist in a system already, made by any program: instances, devices, sources, by name."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a graph shows of itself, as a subroutine does: ports with types and modes, devices, conditions, parameters."""
+"""Interface of a graph, as a subroutine has one: ports with types and modes, devices, conditions, parameters."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class GraphPort(list[str]):
 
     @property
     def item(self) -> Item:
-        """What it is, as a block's port would say it."""
+        """Returns its item, as a block's port would have it."""
         found = [item_of(self.graph, port) for port in self]
         first = next((item for item in found if item.kind == "output"), found[0])
         return _renamed(first, self.name, self.graph.modes.get(self.name))

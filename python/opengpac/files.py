@@ -25,12 +25,12 @@ def path_of(given: Any, what: str) -> Path:
 
 
 def is_source(path: Path) -> bool:
-    """Whether its ending says that it is built where it is loaded: C or C++. The core knows which endings do."""
+    """Returns whether its ending says that it is built where it is loaded: C or C++. The core knows which endings do."""
     return path.suffix.removeprefix(".") in _native.source_endings()
 
 
 def there(path: Path) -> bool:
-    """Whether there is such a file; of a path that no file could have there is none."""
+    """Returns whether there is such a file; of a path that no file could have there is none."""
     try:
         return path.exists()
     except (OSError, ValueError):
@@ -95,7 +95,7 @@ XML_DEPTH_MAX = 200
 
 
 def is_too_deep(root: ElementTree.Element) -> bool:
-    """Whether the elements of a file are nested deeper than any model's: they would be written by as many calls within each other."""
+    """Returns whether the elements of a file are nested deeper than any model's: as many nested calls would write them."""
     left = [(root, 1)]
     while left:
         element, depth = left.pop()

@@ -137,7 +137,7 @@ def _call(name: str, *more: ast.expr) -> ast.Call:
 
 
 def _names(statement: ast.stmt) -> list[str]:
-    """What a statement binds, itself."""
+    """Returns the names that a statement itself binds."""
     match statement:
         case ast.ClassDef() | ast.FunctionDef() | ast.AsyncFunctionDef():
             return [statement.name]

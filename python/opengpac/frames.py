@@ -124,11 +124,11 @@ class Pose:
         return matrix
 
     def inverse(self) -> Pose:
-        """What it is seen from, seen from it."""
+        """Returns the pose of its reference, seen from it."""
         return self._made(_native.pose_inverse(self._numbers))
 
     def distance(self, other: Pose) -> float:
-        """How far the other is, m."""
+        """Returns the distance of the other, m."""
         return _native.pose_between(self._numbers, other._numbers)[0]
 
     def angle(self, other: Pose) -> float:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What public calls are given: a value of another type than the call's signature says is refused in words, before anything happens.
+"""Checks the arguments of public calls: a value of another type than the signature says is refused in words, before anything happens.
 
 The signature is the rule, so that nothing is written twice. What it cannot say, ranges and the like, each call looks at itself.
 """

@@ -203,7 +203,7 @@ class Graph(Pictured, FunctionBlock):
         return graph_svg(self)
 
     def source_json(self) -> dict[str, Any]:
-        """What the model calls it as a block of something."""
+        """Returns the model's name of it as a block of something."""
         return {"graph": self.json()}
 
     def json(self) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def options(
     token: str | None = None,
     clock_limit: Quantity | None = None,
 ) -> dict[str, Any]:
-    """How a host listens or joins, as the core is told."""
+    """Returns the options by which a host listens or joins, as the core takes them."""
     files = {"authority": authority, "certificate": certificate, "key": key}
     given: dict[str, Any] = {what: str(Path(file).expanduser().absolute()) for what, file in files.items() if file is not None}
     if token is not None:

@@ -70,7 +70,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
 
     @property
     def done(self) -> bool:
-        """Whether its latest start has ended."""
+        """True if its latest start has ended."""
         return self.state in ("ended", "deleted")
 
     @property

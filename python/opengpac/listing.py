@@ -29,7 +29,7 @@ class VerbEntry(NamedTuple):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """What its line has."""
+        """Returns the headings of its line."""
         return ("verb", "kind", "shape", "what it is for")
 
     def row(self) -> tuple[str, ...]:
@@ -53,7 +53,7 @@ class InstanceEntry(NamedTuple):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """What its line has."""
+        """Returns the headings of its line."""
         return ("instance", "state", "list", "what it does")
 
     def row(self) -> tuple[str, ...]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `opengpac check` makes of an exception of Python's own: a mistake that every run would make too, or one that may be owed to the
+"""Judgement of `opengpac check` on an exception of Python's own: a mistake that every run would make too, or one that may be owed to the
 values which stand in for those of a run.
 """
 
@@ -58,7 +58,7 @@ def _message(error: Exception) -> str:
 
 
 def _is_certain(error: Exception) -> bool:
-    """Whether no value of a run could have avoided it."""
+    """Returns whether no value of a run could have avoided it."""
     if isinstance(error, SyntaxError | NameError | ImportError):
         return True
     if isinstance(error, AttributeError):

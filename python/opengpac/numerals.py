@@ -39,7 +39,7 @@ def number(value: Any) -> Any:
 
 
 def rows(value: Any) -> Any:
-    """What has dimensions as lists of numbers: an array, a tensor, a table of pandas; anything else as it is."""
+    """Returns an object with dimensions as lists of numbers: an array, a tensor, a table of pandas; anything else as it is."""
     if getattr(value, "ndim", 0) > 0:
         if callable(getattr(value, "tolist", None)):
             return value.tolist()
@@ -49,7 +49,7 @@ def rows(value: Any) -> Any:
 
 
 def range_of(given: Any, what: str) -> str | list[float | str] | None:
-    """A range as the model takes it: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. None for none."""
+    """A range as the model takes it: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. Without a range it returns None."""
     if given is None or isinstance(given, str):
         return given
     listed = rows(given)
@@ -61,5 +61,5 @@ def range_of(given: Any, what: str) -> str | list[float | str] | None:
 
 
 def is_number(value: Any) -> bool:
-    """Whether it is a plain number. Truth values are none."""
+    """Returns whether it is a plain number. Truth values are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)

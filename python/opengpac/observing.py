@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @all_taking
 class Observed(Shown):
-    """What `System` shows of itself."""
+    """Observation of a `System`."""
 
     name: str
     closed: bool
@@ -47,13 +47,13 @@ class Observed(Shown):
 
     @property
     def fused(self) -> Fused:
-        """Which blocks are fused, and which are not and why: see `fuse`. A notebook shows tables."""
+        """Blocks that are fused, and those that are not, with the reason: see `fuse`. A notebook shows tables."""
         with refusals:
             return Fused(self._alive().fused())
 
     @property
     def names(self) -> Names:
-        """What there is: processors, sources, devices, SVVs, verbs, modules, instances."""
+        """Names of everything: processors, sources, devices, SVVs, verbs, modules, instances."""
         with refusals:
             return Names(self._alive().names())
 
@@ -100,7 +100,7 @@ class Observed(Shown):
         split: int | str | None = None,
         keep: int | None = None,
     ) -> Recording:
-        """Records into a new MCAP file from now on: every value of SVVs, conditions, transitions, ends, commands, timing.
+        """Starts a record in a new MCAP file: every value of SVVs, conditions, transitions, ends, commands, timing.
 
         `svvs` names them, `["arm.*", "force"]`, all by default, those too that are made later; `cells=True` takes the private cells
         of verb instances too. It ends with `stop()`, as a context manager, or with the system; what could not be written is counted in
@@ -117,7 +117,7 @@ class Observed(Shown):
         return begin(self, path, svvs, cells=cells, replay=replay, split=split, keep=keep)
 
     def block_times(self, source: Source | None = None, *, during: Quantity = "60 s") -> Table:
-        """How long each block takes: a probe visits one block a firing, `during` so much real time from now on (an hour at most).
+        """Measures how long each block takes: a probe visits one block a firing, `during` so much real time (an hour at most).
 
         The table has what was seen so far, so look again after a while. It costs three readings of the clock a firing and changes
         nothing that is computed; under the virtual clock the times are real ones too. `source`: only its blocks.
@@ -129,7 +129,7 @@ class Observed(Shown):
         return self.statistics.blocks(None if source is None else source.name)
 
     def top(self) -> Tables:
-        """What `opengpac top` shows, once: processors and sources with their load, blocks by time, verbs, devices, alarms."""
+        """Returns once what `opengpac top` shows: processors and sources with their load, blocks by time, verbs, devices, alarms."""
         from .top.board import board
         from .top.look import Look
 

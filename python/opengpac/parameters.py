@@ -38,7 +38,7 @@ class InputParameter:
 
     @property
     def has_default(self) -> bool:
-        """Whether a default was given here."""
+        """True if a default was given here."""
         return self.default is not absent
 
     def json(self) -> dict[str, Any]:
@@ -50,7 +50,7 @@ class InputParameter:
         }  # fmt: skip
 
     def value(self, given: Any, objects: Mapping[str, Any], what: str = "the value") -> Any:
-        """What a call gives, as the model takes it. `what` it is the value of, for a refusal."""
+        """Returns the value that a call gives, as the model takes it. `what` it is the value of, for a refusal."""
         return plain(self.form(given, objects) if self.form is not None else given, what)
 
     def of_object(self, name: str, objects: Mapping[str, Any]) -> Any:
@@ -95,7 +95,7 @@ def input(
 
 @dataclass(frozen=True)
 class Requirement:
-    """What must be true of the devices of an object when a verb starts; made by `required`."""
+    """Property that the devices of an object must have when a verb starts; made by `required`."""
 
     raises: type[Error]
     when: str | None
@@ -135,7 +135,7 @@ def input_of(given: Any) -> InputParameter:
 
 @dataclass(frozen=True)
 class Object:
-    """What logical devices a verb acts on: one of a type, or several."""
+    """Logical devices that a verb acts on: one of a type, or several."""
 
     device_type: type[LogicalDevice]
     each: bool = False

@@ -52,7 +52,7 @@ class Channel(Declared, Argument):
 
     @property
     def _asked(self) -> str:
-        """What it is asked for by: an SVV may have its name. Refused where its device was deleted and another has its name."""
+        """Name by which it is asked for: an SVV may have its name. Refused where its device was deleted and another has its name."""
         self.device._here()
         return f"{self.full_name}@channel"
 
@@ -181,7 +181,7 @@ class PhysicalDevice(_Channels):
 
     @property
     def counters(self) -> dict[str, int]:
-        """What its driver has counted so far, by name: lost frames, late answers. 0 for what a remote processor has not told yet."""
+        """Counts of its driver so far, by name: lost frames, late answers. 0 for those that a remote processor has not told yet."""
         self._here()
         known = self.system.statistics["physical_devices"].get(self.name)
         if known is None:

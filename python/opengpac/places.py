@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where in your program something was defined: the file and line that errors name."""
+"""Source location of a definition in your program: the file and line that errors name."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Place(NamedTuple):
 
 
 def packaged(place: Place) -> bool:
-    """Whether that is a line of this package: then the line of your program that led there says more."""
+    """Returns whether that is a line of this package: then the line of your program that led there says more."""
     return place.file.startswith(_PACKAGE)
 
 
@@ -44,12 +44,12 @@ def _inside(frame: FrameType) -> bool:
 
 @functools.lru_cache(1024)
 def _whose(file: str) -> tuple[bool, bool]:
-    """Whether a file is of this package, and whether it is Python's own. Asked in each call, of the same files."""
+    """Returns whether a file is of this package, and whether it is Python's own. Asked in each call, of the same files."""
     return file.startswith(_PACKAGE), file.startswith("<frozen") or _is_of_python(file)
 
 
 def _is_of_python(file: str) -> bool:
-    """Whether a file is one of Python's own: `contextlib` and `functools` stand between a program and what it calls."""
+    """Returns whether a file is one of Python's own: `contextlib` and `functools` stand between a program and what it calls."""
     return file.startswith(_PYTHON) and not file.startswith(_INSTALLED)
 
 

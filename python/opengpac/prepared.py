@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the calls of a verb have in common, worked out in the first of them: which argument is which, and the words of the request.
+"""Common part of the calls of a verb, worked out in the first of them: which argument is which, and the words of the request.
 
 Whether what a call is given is still there, and in which system, is asked in each call.
 """
@@ -37,14 +37,14 @@ class Prepared:
 
     @staticmethod
     def of(verb: Verb[..., Any]) -> Prepared:
-        """That of a verb, made at its first call."""
+        """Returns the prepared call of a verb, made at its first call."""
         prepared: Prepared | None = verb.__dict__.get("_prepared")
         if prepared is None:
             prepared = verb._prepared = Prepared()
         return prepared
 
     def bound(self, verb: Verb[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> dict[str, Any]:
-        """What each parameter of a call is given. Raises `TypeError` as a signature does."""
+        """Returns the argument of each parameter of a call. Raises `TypeError` as a signature does."""
         shape = (len(args), *kwargs)
         places = self._shapes.get(shape)
         if places is None:

@@ -29,5 +29,5 @@ def command_with_package(entry: str) -> list[str]:
 
 
 def processes_json() -> dict[str, object]:
-    """How processors get processes, as a system is told."""
+    """Returns how processors get processes, as a system is told."""
     return {"command": command("run_processor"), "guard": command("run_guard"), "replay": command("run_replay"), "python": sys.executable}

@@ -23,7 +23,7 @@ def add_to(parser: argparse.ArgumentParser, **of_program: Any) -> None:
 
 
 def beside(program: str) -> None:
-    """What lies beside the program can be imported, as in Python."""
+    """Makes modules beside the program importable, as in Python."""
     sys.path.insert(0, str(Path(program).absolute().parent))
 
 
@@ -36,7 +36,7 @@ def run(given: argparse.Namespace, name: str = "__main__") -> dict[str, Any]:
 
 
 def _note_options_behind(given: argparse.Namespace) -> None:
-    """What stands behind the program is the program's, where it has the same options as the command too: says so."""
+    """Notes that options behind the program are the program's, if it has the same as the command."""
     behind = {word.split("=", 1)[0] for word in given.arguments}
     for action in given._command._actions:
         meant = behind.intersection(action.option_strings)
@@ -46,7 +46,7 @@ def _note_options_behind(given: argparse.Namespace) -> None:
 
 
 class Watcher:
-    """What a command does with the systems of the program that it runs."""
+    """Actions of a command on the systems of the program that it runs."""
 
     def made(self, system: System) -> None:
         """The program has made a system; nothing is configured yet."""

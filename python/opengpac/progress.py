@@ -17,7 +17,7 @@ SLICE_NS = 100_000_000
 
 
 def wanted(asked: bool | None) -> bool:
-    """Whether to show it: as the system was told, else by `OPENGPAC_PROGRESS`, else in a terminal only."""
+    """Returns whether to show it: as the system was told, else by `OPENGPAC_PROGRESS`, else in a terminal only."""
     if asked is not None:
         return asked
     told = os.environ.get("OPENGPAC_PROGRESS")

@@ -19,7 +19,7 @@ Quantity: TypeAlias = float | int | str
 
 
 def is_duration(text: str) -> bool:
-    """Whether the text reads as a time, `"20 ms"`.
+    """Returns whether the text reads as a time, `"20 ms"`.
 
     >>> is_duration("20 ms"), is_duration("near.done")
     (True, False)

@@ -13,7 +13,7 @@ from .calls import Calls
 
 
 class RealTimeSystem(Calls):
-    """What the package asks of a real-time system."""
+    """Calls of the package to a real-time system."""
 
     __slots__ = ()
 
@@ -40,7 +40,7 @@ class RealTimeSystem(Calls):
         raise NotImplementedError
 
     def ended_fd(self) -> int:
-        """A descriptor that becomes readable when an instance has ended (monotonic clock), for event loops. Drain with os.read(fd, 8)."""
+        """Returns a descriptor that becomes readable when an instance has ended (monotonic clock), for event loops: drain it with os.read(fd, 8)."""
         raise NotImplementedError
 
     def close(self) -> None:

@@ -70,7 +70,7 @@ class Recording:
 
     @property
     def running(self) -> bool:
-        """Whether it goes on. It ends before the disk is full: `failure` says so."""
+        """True while it goes on. It ends before the disk is full: `failure` says so."""
         return self._summary["running"]
 
     @property
@@ -95,7 +95,7 @@ class Recording:
 
     @property
     def failure(self) -> str | None:
-        """Why nothing more could be written; None while all is well."""
+        """Reason why nothing more could be written; None while all is well."""
         return self._summary["failure"]
 
     def __enter__(self) -> Self:

@@ -54,7 +54,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Replay:
-    """How far a recorded run was run again, and what was found. Made by `gpac.replay`."""
+    """Result of running a record again: how far it went, and what was found. Made by `gpac.replay`."""
 
     stopped: Literal["end", "condition", "time", "difference", "unplayable"]
     """Why it went no further: the record ended, `until` holds, `to` has come, a value differs, or the record does not have what follows."""

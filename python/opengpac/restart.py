@@ -52,7 +52,7 @@ def _checksum(content: Any) -> str:
 
 
 class Restored:
-    """What a restart file holds for devices that are still to be made, and what could not be given back."""
+    """Contents of a restart file for devices that are still to be made, and what could not be given back."""
 
     def __init__(self, path: Path, content: Mapping[str, Any]) -> None:
         self.path = path
@@ -60,7 +60,7 @@ class Restored:
         self.left_over: list[str] = []
 
     def apply(self, device: LogicalDevice) -> None:
-        """Gives a device that was just made what it had; what its type does not know any more is left over, and said."""
+        """Gives a device that was just made what it had; what its type no longer knows is left over, and said."""
         kept = self.devices.pop(device.name, None)
         if kept is None:
             return

@@ -86,7 +86,7 @@ def _documented(about: Mapping[str, Any]) -> str:
 
 
 class Services(Shown):
-    """What the driver of a physical device does off the cycle: `device.services.home(joint="elbow")`."""
+    """Services of a physical device's driver off the cycle: `device.services.home(joint="elbow")`."""
 
     def __init__(self, device: PhysicalDevice) -> None:
         self._device = device

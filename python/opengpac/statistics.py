@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a system says of itself, as dictionaries and lists that show as tables."""
+"""Statistics of a system, as dictionaries and lists that show as tables."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Statistics(dict[str, Any], Shown):
         return Table("devices", ["device", "state"], rows, looks)
 
     def counters(self) -> Table:
-        """What the drivers of physical devices count: lost frames, late answers."""
+        """Returns the counters of the drivers of physical devices: lost frames, late answers."""
         rows = [(name, *counter) for name, p in self["physical_devices"].items() for counter in p.get("counters", {}).items()]
         return Table("counters of drivers", ["device", "counter", "value"], rows)
 
@@ -72,7 +72,7 @@ class Statistics(dict[str, Any], Shown):
 
 
 class Names(dict[str, Any], Shown):
-    """What there is, by kind."""
+    """Names of everything in a system, by kind."""
 
     def _table(self) -> Table:
         listed = {kind: [found] if isinstance(found, str) else found for kind, found in self.items() if found}
@@ -85,7 +85,7 @@ def _short(name: Any) -> str:
 
 
 class Fused(dict[str, Any], Shown):
-    """Which blocks are fused, and which are not and why: see `System.fuse`.
+    """Blocks that are fused, and those that are not, with the reason: see `System.fuse`.
 
     `on`; `waiting`, how many groups nobody has compiled so far; `groups`, each with its `source`, its `blocks`, whether they are `fused`,
     and `why` not; `single`, each `block` that cannot be fused, and `why`.

@@ -50,7 +50,7 @@ class Studio:
 
     @property
     def closed(self) -> bool:
-        """Whether it was stopped."""
+        """True if it was stopped."""
         return not self.url
 
     def stop(self) -> None:
@@ -131,7 +131,7 @@ def of_daemon(system: Observed) -> Studio:
 
 
 def _has_screen() -> bool:
-    """Whether a browser could show something: on a machine without a screen it would be one of texts, in the program's terminal."""
+    """Returns whether a browser could show something: on a machine without a screen it would be one of texts, in the program's terminal."""
     return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a verb is suspended: it idles, it holds, its channels go safe, or it comes to rest first; and what it does when it is cut off."""
+"""Suspension of a verb: it idles, it holds, its channels go safe, or it comes to rest first; and its action when it is cut off."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .given import taking
 
 @dataclass(frozen=True)
 class Holding:
-    """How a verb comes to rest before it is suspended; made by `gpac.holding`, with the same `set` and `until`."""
+    """Rest that a verb comes to before it is suspended; made by `gpac.holding`, with the same `set` and `until`."""
 
     set: tuple[str, ...]
     until: tuple[str, ...]

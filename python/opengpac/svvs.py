@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class Predicate:
-    """What a comparison of an SVV with a value says now: `cell.advance(until=joint.sensed > 1.0)` asks it after each firing.
+    """Comparison of an SVV with a value: `cell.advance(until=joint.sensed > 1.0)` asks it after each firing.
 
     Made by comparing an SVV; `&`, `|` and `~` join predicates.
     """
@@ -61,7 +61,7 @@ class SVV(Shown, Declared, Argument, Generic[T]):
     its numbers are in `unit`. What is stored may be a text with a unit, `"30 deg"`, where the type is a number. `number` counts the
     publications from 0, `time` is in s of the system's clock. `history[-100:]` is a structured array, shape (n,), of the last values
     with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`, is a predicate for `cell.advance(until=...)`. It stands for the
-    SVV that it was made for: one that is made again under the name of a deleted one is another, and has to be taken anew.
+    SVV that it was made for: one that is made again under the name of a deleted one is another, and has to be taken again.
 
     Storing raises `ValueRefused` for another shape and for a number that is not finite, `UnitMismatch`, `OutOfRange` outside
     `within`, and `SecondWriter` while a verb instance writes it; everything raises `UnknownName` once it is deleted.
@@ -93,7 +93,7 @@ class SVV(Shown, Declared, Argument, Generic[T]):
         return {"svv": self._named()}
 
     def _is_there(self) -> bool:
-        """Whether it has not been deleted; another of its name does not count."""
+        """Returns whether it has not been deleted; another of its name does not count."""
         try:
             with refusals:
                 self.system._alive().svv_about(self._asked)

@@ -223,7 +223,7 @@ class System(Commanded, Timed, Declared):
             self._alive().listen(**given)
 
     def take_over(self) -> TakenOver:
-        """What runs in processes that lost their system goes on as this one has it now, from where it is.
+        """Takes over what runs in processes that lost their system: it goes on as this one has it now, from where it is.
 
         For a system made with `adopt=True`, when everything is there again: processors, sources, devices, verbs, and what keeps devices
         going has been started. Until then nothing of this system reaches a device that runs there. Blocks of the same label and
@@ -345,7 +345,7 @@ class System(Commanded, Timed, Declared):
 
     @property
     def left_over(self) -> list[str]:
-        """What a restart file held that could not be given back, in words."""
+        """Contents of a restart file that could not be given back, in words."""
         return [] if self._restored is None else [*self._restored.left_over]
 
     def close(self) -> None:

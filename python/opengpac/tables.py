@@ -38,7 +38,7 @@ class Table:
         self.looks = given + [""] * (len(self.rows) - len(given))
 
     def numeric(self, column: int) -> bool:
-        """Whether it stands to the right: it holds numbers, with units or without."""
+        """Returns whether it stands to the right: it holds numbers, with units or without."""
         cells = [row[column] for row in self.rows]
         return any(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
 
@@ -104,7 +104,7 @@ class Tables:
 
 
 class Shown:
-    """What is a table in a notebook and where `rich` prints it. Its `repr` stays what it is."""
+    """Object that is a table in a notebook and where `rich` prints it. Its `repr` stays what it is."""
 
     def _table(self) -> Table | Tables | None:
         """Its table; None where there is none now."""

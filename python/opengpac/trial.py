@@ -24,7 +24,7 @@ _TIMES_MAX = 10_000_000
 
 
 class Trial:
-    """What a block did: an array of values for each output, `conditions` as (invocation, name, value or None), `fault` or None."""
+    """Result of a block's trial: an array of values for each output, `conditions` as (invocation, name, value or None), `fault` or None."""
 
     def __init__(self, block: str, result: Mapping[str, Any]) -> None:
         outputs = result.get("outputs", result)
@@ -48,7 +48,7 @@ class Trial:
 
 
 def _depth(item: Item) -> int:
-    """How many dimensions one value has: `double[6]` has one."""
+    """Returns the number of dimensions of one value: `double[6]` has one."""
     return item.type.count("[")
 
 

@@ -91,7 +91,7 @@ def to_json(value: Any, what: str = "the value") -> str:
 
 
 def lively(value: Any) -> Any:
-    """What a value in JSON is in Python: a list of numbers is an array.
+    """Returns the Python form of a value in JSON: a list of numbers is an array.
 
     >>> lively([1.0, 2.0])
     array([1., 2.])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a verb is for people: its table of lists and conditions, its picture, its text."""
+"""Description of a verb for people: its table of lists and conditions, its picture, its text."""
 
 from __future__ import annotations
 
@@ -39,11 +39,11 @@ class VerbTables(Pictured):
 
     @property
     def simple(self) -> bool:
-        """Whether it has one command list only."""
+        """True if it has one command list only."""
         return len(self.command_lists) == 1
 
     def reported(self, key: str) -> str:
-        """What reports call a line of the tables of conditions and outputs: its key; in a composed verb without the part's label."""
+        """Returns the name in reports of a line of the tables of conditions and outputs: its key, without the part's label."""
         return key
 
     def termination(self, condition: str, command_list: str) -> Termination | None:

@@ -290,7 +290,7 @@ class Verb(VerbTables, Declared, Generic[P, R]):
 
     @functools.cached_property
     def has_modules(self) -> bool:
-        """Whether blocks of it are of code modules of the component data base."""
+        """True if blocks of it are of code modules of the component data base."""
         return bool(modules_of(self.blocks.values()))
 
     @functools.cached_property
@@ -300,7 +300,7 @@ class Verb(VerbTables, Declared, Generic[P, R]):
 
     @functools.cached_property
     def has_ordered_ports(self) -> bool:
-        """Whether a block of it takes variables of joints in one order only."""
+        """True if a block of it takes variables of joints in one order only."""
         return any(isinstance(use.block, Block) and use.block.names for use in self.blocks.values())
 
     def json(self) -> dict[str, Any]:
@@ -371,7 +371,7 @@ class Verb(VerbTables, Declared, Generic[P, R]):
 
 
 def eval_annotation(text: str, function: Any) -> Any:
-    """What a return annotation means where the function was defined; None if it cannot be told."""
+    """Returns the meaning of a return annotation where the function was defined; None if it cannot be told."""
     names = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **getattr(function, "__gpac_locals__", {})}
     try:
         return eval(text, names)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a definition file defines, by name."""
+"""Contents of a definition file, by name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .trees import Definition, Tree
 
 
 class DefinitionFile(Mapping[str, Any]):
-    """What a file defines: `shapes["smooth"]` or `shapes.smooth` is a graph, a verb that can be called, or a device type.
+    """Contents of a definition file: `shapes["smooth"]` or `shapes.smooth` is a graph, a verb that can be called, or a device type.
 
     Made by `gpac.load`. Raises `UnknownName` for a name that the file does not define. `description` is the file's, `path` where it is,
     `modules` its code modules: name → file.

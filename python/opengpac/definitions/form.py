@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether a tree has the form of a file with definitions: the committed schema, which is made from the model's types, says it.
+"""Check that a tree has the form of a file with definitions: the committed schema, which is made from the model's types, says it.
 
 Only what that schema uses of JSON Schema is known here.
 """
@@ -31,7 +31,7 @@ def schema() -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Finding:
-    """What is wrong at a path of the tree."""
+    """Fault at a path of the tree."""
 
     kind: type[Error]
     path: Path
@@ -171,7 +171,7 @@ def _flat(variants: list[Schema]) -> Iterator[Schema]:
 
 
 def _tagged(value: dict[str, Any], of: Schema) -> bool:
-    """Whether a property with one possible value has that one."""
+    """Returns whether a property with one possible value has that one."""
     return any(
         "const" in inner and value.get(name) == inner["const"]
         for name, inner in of.get("properties", {}).items()
@@ -222,6 +222,6 @@ def _wrong_kind(value: Any, kinds: list[str], path: Path) -> Finding:
 
 
 def _at(path: Path) -> str:
-    """How messages call a part of the file: `verbs.move.command_lists.start[2]`."""
+    """Returns the name in messages of a part of the file: `verbs.move.command_lists.start[2]`."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
     return f"'{text.lstrip('.')}'" if text else "the file"

@@ -12,7 +12,7 @@ from .positions import Path, line_at
 
 
 class Origin:
-    """Where in a file a definition stands."""
+    """Location of a definition in a file."""
 
     def __init__(self, file: str, lines: dict[Path, int], path: Path) -> None:
         self.file, self._lines, self.path = file, lines, path

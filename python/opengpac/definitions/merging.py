@@ -41,7 +41,7 @@ def _table(document: tomlkit.TOMLDocument, kind: str) -> Any:
 
 
 def _holds(text: str, trees: Mapping[str, Mapping[str, Tree]]) -> bool:
-    """Whether the text says what it is to say."""
+    """Returns whether the text says what it is to say."""
     try:
         found = tomllib.loads(text)
         return all(long(kind, key, found[kind][key]) == long(kind, key, new) for kind, known in trees.items() for key, new in known.items())
@@ -91,7 +91,7 @@ def _put(node: Any, at: int, old: Any, new: Any) -> None:
 
 
 def _alike(present: Any, old: Any, new: Any) -> bool:
-    """Whether a table can be changed key by key: it is written in the form that the short one has."""
+    """Returns whether a table can be changed key by key: it is written in the form that the short one has."""
     return isinstance(present, MutableMapping) and isinstance(old, dict) and isinstance(new, dict) and {*old} <= {*present}
 
 

@@ -28,7 +28,7 @@ def name_of(of: Any, what: str) -> str:
 
 
 class Names:
-    """What a program gives for names in a file, and what the package has itself."""
+    """Objects that a program gives for names in a file, and those of the package itself."""
 
     def __init__(self, given: Given, base: type | None) -> None:
         named = given.items() if isinstance(given, Mapping) else ((None, of) for of in given or ())
@@ -40,13 +40,13 @@ class Names:
                 self._known[key] = of
 
     def find(self, name: str) -> Any | None:
-        """What has that name, if anything has."""
+        """Returns the object of that name, if there is one."""
         short = name.rpartition(":")[2]
         found = self._known.get(name, self._known.get(short))
         return found if found is not None else self._own(name)
 
     def remedy(self, name: str, argument: str) -> str:
-        """What to do where nothing has that name."""
+        """Returns what to do if nothing has that name."""
         near = did_you_mean(name.rpartition(":")[2], [*self._known, *self._shown()])
         give = f"give it: gpac.load(…, {argument}={{'{name}': …}})"
         return f"{near} or {give}" if near.startswith("did you mean") else give
@@ -71,6 +71,6 @@ class Names:
         return found if self._fits(found) and self._is_own(found, path) else None
 
     def _is_own(self, of: Any, path: str) -> bool:
-        """Whether it is of this package, and, of functions, of those that make values for motions."""
+        """Returns whether it is of this package, and, of functions, of those that make values for motions."""
         home = f"{_PACKAGE}.motion." if self._base is None else f"{_PACKAGE}."
         return of.__module__.startswith(home) and of.__qualname__ == path

@@ -17,7 +17,7 @@ from .positions import Path, line_at
 
 
 def is_toml(file: File) -> bool:
-    """Whether it is TOML, by its ending."""
+    """Returns whether it is TOML, by its ending."""
     if file.suffix not in (".toml", ".json"):
         raise FileFailed(
             f"the file '{file}' is neither TOML nor JSON", remedy="give it the ending .toml or .json", place=Place(str(file), 1)

@@ -83,7 +83,7 @@ def read_file(path: str | os.PathLike[str], *, stand_in: bool = False, **given: 
 
 
 class _Skipped(Exception):
-    """What this needs is wrong, and that has been said."""
+    """Raised when something that this needs is wrong, and that has been said."""
 
 
 class _Reading:

@@ -24,7 +24,7 @@ Look = Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]]
 
 
 class Manual(Shown):
-    """What a driver declares: `kind`, `doc`, `class_`, `options`, `safe_state`, `services`, `counters`, `rights`, `scans`."""
+    """Declaration of a driver: `kind`, `doc`, `class_`, `options`, `safe_state`, `services`, `counters`, `rights`, `scans`."""
 
     def __init__(self, about: Mapping[str, Any], source: str | None = None) -> None:
         self.about = about
@@ -119,7 +119,7 @@ def list() -> Manuals:
 
 
 def show(kind: str) -> Manual:
-    """What a driver declares: options with units and defaults, class, safe state, services, counters, rights.
+    """Returns the declaration of a driver: options with units and defaults, class, safe state, services, counters, rights.
 
     `kind` may also be a file: of a driver in Python, `"thermometer.py"` or `"package.module:Class"`, or one that `gpac.drivers.load` takes,
     `"conveyor.c"`. A file with several drivers has a manual each: `manuals` gives all of them.
@@ -143,7 +143,7 @@ def manuals(kind: str) -> Manuals:
 
 
 def is_file(kind: str) -> bool:
-    """Whether this says where a driver is, and not which of those that are known, `name@/its/file.so` of one that was loaded among them."""
+    """Returns whether this is the file of a driver, not the kind of a known one, `name@/its/file.so` of one that was loaded among them."""
     name, _, kept = kind.partition("@")
     if os.sep not in name and Path(kept).is_absolute():
         return False
@@ -206,7 +206,7 @@ def on_host_of(system: Any) -> Look:
 
 
 def searched(look: Look, kind: str | None, options: Mapping[str, Any]) -> Found:
-    """What drivers find by this way to let one look: all that can, where no kind is given."""
+    """Returns the devices that drivers find by this way to let one look: of all that can, if no kind is given."""
     kinds = [manual.kind for manual in list() if manual.scans] if kind is None else [kind]
     found: builtins.list[dict[str, Any]] = []
     problems: dict[str, str] = {}

@@ -89,7 +89,7 @@ class Subject:
         return times
 
     def value(self, channel: Channel) -> Any:
-        """What a channel has on the object."""
+        """Returns the value of a channel on the object."""
         values, name = place_of(self.driver, channel)
         return values[name]
 

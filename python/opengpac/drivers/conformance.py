@@ -175,7 +175,7 @@ def _option(text: str) -> tuple[str, Any]:
 
 
 def _counting(folder: Path) -> str | None:
-    """What counts allocations; None where no compiler makes it."""
+    """Returns the library that counts allocations; None where no compiler makes it."""
     source = folder / "counting.c"
     source.write_text(_native.counting_text())
     try:

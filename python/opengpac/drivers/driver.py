@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a driver is before it is opened: its kind and its options."""
+"""Description of a driver before it is opened: its kind and its options."""
 
 from __future__ import annotations
 

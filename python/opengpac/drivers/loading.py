@@ -155,7 +155,7 @@ def _kept(file: Path) -> Path:
 
 
 def _declared(kept: Path, file: Path) -> list[dict[str, Any]]:
-    """What the drivers of a shared object declare; its code runs in a process of its own before it runs here."""
+    """Returns the declarations of the drivers of a shared object; its code runs in a process of its own before it runs here."""
     command = [*processes.command("run_driver_trial"), str(kept)]
     try:
         tried = subprocess.run(command, capture_output=True, timeout=_TRIAL_SECONDS, stdin=subprocess.DEVNULL, check=False)

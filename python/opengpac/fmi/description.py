@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an FMU says of itself: `modelDescription.xml` of FMI 2 and 3, as far as a co-simulation needs it."""
+"""Description of an FMU: `modelDescription.xml` of FMI 2 and 3, as far as a co-simulation needs it."""
 
 from __future__ import annotations
 

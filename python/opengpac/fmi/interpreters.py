@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which FMUs cannot run on a real-time thread: those with an interpreter inside."""
+"""Check for FMUs that cannot run on a real-time thread: those with an interpreter inside."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SCRIPTS = {".py": "Python", ".jar": "Java", ".class": "Java", ".jl": "Julia", "
 
 
 def interpreter_in(fmu: Description) -> str:
-    """What interprets in an FMU, or nothing: told by the libraries of its binary, by its tool, and by scripts in its resources."""
+    """Returns the interpreter in an FMU, or nothing: told by the libraries of its binary, by its tool, and by scripts in its resources."""
     with opened(fmu.file) as archive:
         found = _INTERPRETER.search(archive.read(fmu.binary))
     if found is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which variables of an FMU are ports and parameters of its block, by which names and with which units."""
+"""Ports and parameters of an FMU's block: its variables, with their names and units."""
 
 from __future__ import annotations
 

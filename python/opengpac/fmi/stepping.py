@@ -20,7 +20,7 @@ class _Callbacks(Structure):
 
 
 class Whole(NamedTuple):
-    """How a variable is known to the FMU: its reference, group of functions, elements (0: a scalar)."""
+    """Identity of a variable for the FMU: its reference, group of functions, elements (0: a scalar)."""
 
     reference: int
     group: str

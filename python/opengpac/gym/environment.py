@@ -32,7 +32,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
     of the system, to which a number is added.
 
     `reset` ends the verbs of the task, disables its devices, puts simulated arms back, and begins again: every verb instance with the
-    initial state of its blocks, every action 0. Nothing is installed anew. `options` take the place of what the task begins with. An
+    initial state of its blocks, every action 0. Nothing is installed again. `options` take the place of what the task begins with. An
     episode whose verb ends by itself is terminated; `info["ended"]` has its condition.
 
     Raises `DefinitionError`, `TypeMismatch` and `UnitMismatch` where terms and ports do not fit, with both.
@@ -159,7 +159,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
 def side_by_side(
     count: int, make: Callable[[], Environment], *, autoreset: AutoresetMode = AutoresetMode.SAME_STEP
 ) -> SyncVectorEnv[Any, Any]:
-    """That many environments in this process, each with a system of its own, as one vector environment of Gymnasium.
+    """Makes that many environments in this process, each with a system of its own, as one vector environment of Gymnasium.
 
     `make` makes one. `autoreset` says when one whose episode is over begins the next: in the same step unless told otherwise.
     """

@@ -91,7 +91,7 @@ class Observed(Side):
         self._rows = []
 
     def of(self, numbers: np.ndarray, action: np.ndarray) -> np.ndarray:
-        """What the network gets: of the ports' numbers, and its action before."""
+        """Returns the network's input: from the ports' numbers, and its action before."""
         now = [action if place is None else numbers[place] for place in self._where]
         first = not self._rows
         for at, (term, values) in enumerate(zip(self.terms, now, strict=True)):
@@ -117,7 +117,7 @@ class Acted(Side):
         self.space = spaces.Box(np.minimum(*ends).astype(np.float32), np.maximum(*ends).astype(np.float32), dtype=np.float32)
 
     def stores(self, action: np.ndarray) -> list[tuple[str, list[float]]]:
-        """What goes to each SVV for an action."""
+        """Returns the values of each SVV for an action."""
         numbers = np.minimum(np.maximum(action.astype(float) * self.scale + self.offset, self.low), self.high).tolist()
         return [(name, numbers[place]) for name, place in self._places]
 
@@ -138,7 +138,7 @@ class Observations:
             observed.begin()
 
     def of(self, numbers: np.ndarray, action: np.ndarray) -> Any:
-        """What the network gets."""
+        """Returns the network's input."""
         if self._one:
             return self._one.of(numbers, action)
         return {name: observed.of(numbers, action) for name, observed in self._several.items()}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an environment is told of the system that was set up for it."""
+"""Description of the system that was set up for an environment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Begin = Callable[[np.random.Generator], Mapping[str, Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """What an environment is told of a system: made by the function that sets it up.
+    """Task of an environment: made by the function that sets up its system.
 
     `ports` are what is observed, acted on and rewarded, by the names that terms have: an SVV, or a list of SVVs of one number each,
     `[joint.sensed for joint in arm]`. `devices` are enabled at each reset, and `instances`, verb instances that were made by

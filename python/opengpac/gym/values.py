@@ -17,7 +17,7 @@ Variables = SVV[Any] | Sequence[SVV[Any]]
 
 
 class Values(dict[str, Any]):
-    """What the ports of an environment's task have at the end of a step, by name: numbers and arrays, in their units.
+    """Values of the ports of an environment's task at the end of a step, by name: numbers and arrays, in their units.
 
     `time` is the time since the start of the episode, in s; `steps` how many steps that were.
     """
@@ -64,12 +64,12 @@ class Ports:
         return (len(variables),) if several else variables[0].dtype.shape
 
     def size(self, name: str) -> int:
-        """How many numbers it has."""
+        """Returns the number of its elements."""
         place = self._places[name][0]
         return place.stop - place.start
 
     def where(self, name: str, why: str) -> slice:
-        """Where its numbers lie in what `read` gives. `why` says who asks."""
+        """Returns the slice of its numbers in the result of `read`. `why` says who asks."""
         if name not in self._places:
             refuse(DefinitionError, f"{why} '{name}' is no port of the task", did_you_mean(name, self._places))
         return self._places[name][0]

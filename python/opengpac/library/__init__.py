@@ -76,12 +76,12 @@ def add(path: str | os.PathLike[str] | ModuleType, name: str | None = None) -> F
 
 
 def problems() -> Sequence[Problem]:
-    """What was found but could not be taken up, and why: files that cannot be built, packages that cannot be imported, names that clash."""
+    """Returns what could not be taken up, and why: files that cannot be built, packages that cannot be imported, names that clash."""
     return CATALOGUE.problems()
 
 
 def refresh() -> None:
-    """Reads files and packages anew when next something is asked for: after an edit, in a notebook."""
+    """Makes the next request read files and packages again: after an edit, in a notebook."""
     CATALOGUE.refresh()
 
 

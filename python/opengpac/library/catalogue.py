@@ -36,7 +36,7 @@ class Catalogue:
         return self._components
 
     def problems(self) -> list[Problem]:
-        """What could not be taken up."""
+        """Returns what could not be taken up."""
         self.components()
         return self._problems
 
@@ -121,7 +121,7 @@ class Catalogue:
 
 
 def _clash(new: Component, other: Component) -> bool:
-    """Whether a name would no longer say which of the two is meant; a verb or graph of each origin is told by its origin."""
+    """Returns whether a name would no longer say which of the two is meant; a verb or graph of each origin is told by its origin."""
     same = new.short_name == other.short_name
     return new.name == other.name or (same and other.kind == "block" and (new.kind == "block" or other.origin == "library"))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the component data base holds: components, what was found, and what could not be taken up."""
+"""Contents of the component data base: components, what was found, and what could not be taken up."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a manual gives to try a block: lines of Python that run as they stand, the last of which is the trial."""
+"""Lines of a manual to try a block: Python that runs as it stands, and ends with the trial."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def standard() -> Iterator[Entry]:
 
 
 def of_packages() -> Iterator[Entry]:
-    """What installed packages add through the entry point group."""
+    """Yields what installed packages add through the entry point group."""
     points = {(point.name, point.value): point for point in entry_points(group=GROUP)}
     for _, point in sorted(points.items()):
         yield from of_entry_point(point)
@@ -73,7 +73,7 @@ def of_entry_point(point: EntryPoint) -> Iterator[Entry]:
 
 
 def of_thing(given: Any, origin: str, what: str) -> Iterator[Entry]:
-    """What a module or path holds."""
+    """Yields the components of a module or path."""
     if isinstance(given, ModuleType):
         yield from members(given, origin, origin)
         for folder in getattr(given, "__path__", []):
@@ -92,7 +92,7 @@ def user_folders() -> list[Path]:
 
 
 def of_users() -> Iterator[Entry]:
-    """What lies in the user's folders."""
+    """Yields the components in the user's folders."""
     for folder in user_folders():
         yield from of_path(folder, folder.absolute().name)
 
@@ -111,7 +111,7 @@ def of_path(path: Path, origin: str) -> Iterator[Entry]:
 
 
 def _is_code(file: Path) -> bool:
-    """Whether a file of a folder is meant as a code module: C or C++ with `opengpac.h`, or a shared object that is not Python's own."""
+    """Returns whether a file of a folder is a code module: C or C++ with `opengpac.h`, or a shared object that is not Python's own."""
     if is_source(file):
         return "opengpac.h" in file.read_text(errors="replace")
     return file.suffix == ".so" and ".abi3" not in file.name and ".cpython" not in file.name
@@ -136,7 +136,7 @@ def _workshop() -> Path:
 
 
 def _built(file: Path) -> Path:
-    """A source file, built once for all systems of this process; a file that is read again is built anew, under another name."""
+    """Builds a source file once for all systems of this process; a file that is read again is built again, under another name."""
     built = _workshop() / f"{file.stem}-{next(_builds)}.so"
     with refusals:
         _native.build([str(file)], str(built))

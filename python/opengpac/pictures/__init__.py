@@ -15,7 +15,7 @@ __all__ = ["Pictured", "graph_svg", "verb_svg"]
 
 
 class Pictured:
-    """What has a picture."""
+    """Object that has a picture."""
 
     def svg(self) -> str:
         """Its picture as SVG text, light and dark by the reader's preference; the same definition gives the same text."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What pictures are drawn with: texts of a known width, boxes, and one sheet with a light and a dark look."""
+"""Elements of pictures: texts of a known width, boxes, and one sheet with a light and a dark look."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def rect(x: float, y: float, width: float, height: float, look: str, radius: flo
 
 
 def tooltip(words: str) -> str:
-    """What the pointer shows over the element that it stands in."""
+    """Returns the text that the pointer shows over the element that it stands in."""
     return f"<title>{escape(words)}</title>" if words else ""
 
 

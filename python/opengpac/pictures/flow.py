@@ -52,11 +52,11 @@ class _Drawn(NamedTuple):
         return max(head + 24, left + right + 44, notes + 24), height
 
     def kind(self) -> str:
-        """What block it is."""
+        """Returns the kind of its block."""
         return f"graph {self.use.block.name}" if not isinstance(self.use.block, Block) else self.use.block.name
 
     def at(self, port: str, ports: list[_Port]) -> float:
-        """How far below its top a port is."""
+        """Returns the distance of a port from its top."""
         return _HEAD + 4 + LINE * (next(n for n, p in enumerate(ports) if p.name == port) + 0.5)
 
 

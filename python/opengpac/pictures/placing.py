@@ -67,7 +67,7 @@ def _wanted(layers: Layers, name: str, near: Sequence[tuple[str, float, float]])
 
 
 def _offsets(layers: Layers, layer: Sequence[str], gaps: Gaps) -> list[float]:
-    """How far below the first of a layer each may stand at least."""
+    """Returns the least distance of each from the first of a layer."""
     offsets, at, last = [], 0.0, None
     for name in layer:
         box = layers.boxes[name]

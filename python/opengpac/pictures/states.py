@@ -62,7 +62,7 @@ def _title(verb: Verb[..., Any], name: str) -> str:
 
 
 def _changes(verb: Verb[..., Any]) -> tuple[list[_Change], list[str]]:
-    """What leads where; conditions of one list that lead to one place stand together."""
+    """Returns the transitions; conditions of one list that lead to one place stand together."""
     found: dict[tuple[str, str], list[str]] = {}
     ends: dict[str, None] = {}
     for name, condition, outcome in verb.table():

@@ -38,7 +38,7 @@ class Policy(Block):
 
     @property
     def _own_interval(self) -> str:
-        """What messages say before `period_ns`."""
+        """Returns the text of messages before `period_ns`."""
         return f"policy '{self.name.rpartition('.')[2]}' was trained for"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a part of a network's input or output means: `gpac.Term("q", names=joints, unit="rad", offset=default_pose)`."""
+"""Meaning of a part of a network's input or output: `gpac.Term("q", names=joints, unit="rad", offset=default_pose)`."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Term(_Term):
         }  # fmt: skip
 
     def elements(self) -> int:
-        """How many elements it says that it has; 0 where it leaves that to its port or to the file."""
+        """Returns the number of elements that it declares; 0 if it leaves that to its port or to the file."""
         if bool(self.port) == bool(self.previous):
             refuse(DefinitionError, f"{self!r} has {'both' if self.port else 'neither'} a port and a previous output", "give one of them")
         if self.history < 1:

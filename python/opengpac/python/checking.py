@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a block's body may not have, refused by its line with what to write instead, before numba sees it."""
+"""Check of a block's body: what it may not have is refused by its line with what to write instead, before numba sees it."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ RETURNS_A_VALUE = ("it returns a value", "assign it to an output; return alone, 
 
 
 def tells_written(node: ast.Return, written: Collection[str]) -> bool:
-    """Whether a `return` has no value, or names what the function writes, as `return y, x`: that says to a linter what they are for."""
+    """Returns whether a `return` has no value, or names what the function writes, as `return y, x`, which tells a linter their use."""
     names = node.value.elts if isinstance(node.value, ast.Tuple) else [] if node.value is None else [node.value]
     return all(isinstance(name, ast.Name) and name.id in written for name in names)
 

@@ -129,7 +129,7 @@ def _payload(name: str, items: list[Item], function: Callable[..., Any], line: i
 
 
 def _bootstrap() -> str:
-    """What Python runs where the block's code is loaded: finds this package and the user's modules, as here, and makes the function."""
+    """Returns the program that Python runs where the block's code is loaded: it finds the same modules as here, and makes the function."""
     return f"""
 import sys
 try:

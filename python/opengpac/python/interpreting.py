@@ -24,7 +24,7 @@ _kept: list[Any] = []
 
 
 class Slot(ctypes.Structure):
-    """What `interpreted.c` and this share."""
+    """Memory that `interpreted.c` and this share."""
 
     _fields_ = (("call", ctypes.c_void_p), ("payload", ctypes.c_char_p), ("what", ctypes.c_char * (WHAT_MAX + 1)))
 
@@ -40,7 +40,7 @@ def load(at: int) -> None:
 
 
 class _Form:
-    """How the value of an item lies in memory."""
+    """Form of an item's value in memory."""
 
     def __init__(self, name: str, element: str, shape: Sequence[int], written: bool, is_condition: bool) -> None:
         self.name, self.shape, self.written = name, tuple(shape), written
@@ -67,7 +67,7 @@ class _Form:
 
 
 class _Caller:
-    """What the block's body calls."""
+    """Caller of the block's body."""
 
     def __init__(self, slot: Slot, function: Callable[..., Any], forms: list[_Form]) -> None:
         self._slot, self._function, self._forms = slot, function, forms

@@ -49,7 +49,7 @@ class Item:
 
     @property
     def written(self) -> bool:
-        """Whether the function may change it."""
+        """True if the function may change it."""
         return isinstance(self.word, Output | State | Condition)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an argument of a block's function is: `u: Annotated[float, Input("measured position", "rad")]`.
+"""Kind of an argument of a block's function: `u: Annotated[float, Input("measured position", "rad")]`.
 
 The annotated type is what a type checker sees in the body. The block's C type follows from it (`float` is `double`, `int` is `int64_t`,
 `bool` is `bool`), or is given: `type="float"`, `type="double[6]"`, annotated as `numpy.ndarray`.
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Word:
-    """What all items have: `doc`, `unit`, and the C `type` where the annotated type does not say it."""
+    """Common part of all items: `doc`, `unit`, and the C `type` where the annotated type does not say it."""
 
     doc: str = ""
     unit: str = ""

@@ -14,7 +14,7 @@ _ROOM = 1 << 16
 
 
 class Answer(NamedTuple):
-    """What the other side answered."""
+    """Answer of the other side."""
 
     status: int
     body: bytes
@@ -39,7 +39,7 @@ def read(wire: socket.socket, incoming: Incoming | None = None) -> tuple[Answer,
 
 
 class Incoming:
-    """What comes over a socket, piece by piece. `keeps`: all of it, to be read `again`."""
+    """Bytes that come over a socket, piece by piece. `keeps`: all of it, to be read `again`."""
 
     def __init__(self, keeps: bool = False) -> None:
         self.wire: socket.socket
@@ -54,7 +54,7 @@ class Incoming:
 
     @property
     def is_empty(self) -> bool:
-        """Whether everything that came was taken."""
+        """True if everything that came was taken."""
         return not self._came
 
     def until(self, mark: bytes) -> bytes:

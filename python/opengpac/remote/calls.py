@@ -71,7 +71,7 @@ class Remote(RealTimeSystem):
                 raise
 
     def _left(self, kind: str, name: str) -> dict[str, Any] | None:
-        """What a program that took the system for its own has left there: it cannot be deleted, and the next one may make it again."""
+        """Returns what a program that had the system for its own has left: it cannot be deleted, and the next one may make it again."""
         return self.configuration()[kind].get(name) if self.session.whole else None
 
     def physical_device(self, processor: str, name: str, kind: str, source: str, options: Any = None, place: Any = None) -> Any:

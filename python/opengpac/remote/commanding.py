@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Who commands a remote system: asking for command, answering who asks."""
+"""Command of a remote system: asking for it, and answering those who ask."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class CommandRequest:
 
 @dataclass(frozen=True)
 class Commanding:
-    """Who commands: the session `holder`, its caller `who`, its `person`; and the `requests` of those who ask, oldest first."""
+    """Holder of command: the session `holder`, its caller `who`, its `person`; and the `requests` of those who ask, oldest first."""
 
     holder: str | None
     who: str | None
@@ -51,7 +51,7 @@ class Commanding:
 
 
 def commanding(told: Mapping[str, Any]) -> Commanding:
-    """What the system tells of command, as an object."""
+    """Returns what the system tells of command, as an object."""
     fields = ("number", "name", "who", "person", "reason")
     asks = tuple(CommandRequest(**{field: one[field] for field in fields}, left_s=one["left_ms"] / 1e3) for one in told["requests"])
     return Commanding(told["holder"], told["who"], told["person"], asks)
@@ -79,7 +79,7 @@ def asked_for(ask: Ask, name: str, reason: str, timeout: Quantity) -> None:
 
 
 def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> bool:
-    """Whether the request of that number was granted. Raises where it ended otherwise."""
+    """Returns whether the request of that number was granted. Raises where it ended otherwise."""
     if told["holder"] == name:
         return True
     ended = [one for one in told["settled"] if one["number"] == number]
@@ -102,7 +102,7 @@ def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> b
 
 
 def _withdraw(ask: Ask, name: str) -> None:
-    """Takes the request back, and command too where it was granted meanwhile: nobody waits for it any more."""
+    """Takes the request back, and command too if it was granted meanwhile: nobody waits for it."""
     with contextlib.suppress(ConnectionLost):
         try:
             ask("DELETE", "/v1/command/request", {"reason": f"session '{name}' waits no longer"})

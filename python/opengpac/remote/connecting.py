@@ -39,7 +39,7 @@ def connect(
 
     `processors`, `sources` and `physical_devices` are those that are there. Leaving `with`, or `close`, ends the session, and what
     runs goes on; leaving `with` by an exception, or ending without `close`, is being cut off: each verb that this session started
-    follows its `if_cut_off`. Where the system does not answer any more, every call raises `ConnectionLost`.
+    follows its `if_cut_off`. If the system no longer answers, every call raises `ConnectionLost`.
 
     `progress` is that of `gpac.System`. In a program that `opengpac check` follows it is an embedded system with nothing in it.
     """

@@ -122,7 +122,7 @@ _REFERENCES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront
 
 
 def _collect(root: ElementTree.Element, folder: Path, top: Path, folders: Mapping[str, str], files: dict[str, bytes]) -> None:
-    """Takes what a tree refers to, and names it anew there."""
+    """Takes the files that a tree refers to, and gives them new names there."""
     for element in root.iter():
         if element.tag == "include":
             given = element.attrib["file"]

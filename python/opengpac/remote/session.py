@@ -89,7 +89,7 @@ class Session:
 
     @property
     def command(self) -> Commanding:
-        """Who commands, and who asks for command: `session.command.requests`."""
+        """Holder of command, and requests for it: `session.command.requests`."""
         with refusals:
             told = commanding(self.request("GET", "/v1/command"))
         # Command may have been handed to it, or taken from it.
@@ -127,7 +127,7 @@ class Session:
 
     @property
     def lost(self) -> bool:
-        """Whether the connection was lost."""
+        """True if the connection was lost."""
         return self.transport.is_cut
 
     def kept_reports(self) -> list[Report]:
@@ -193,7 +193,7 @@ class Session:
         self._end(in_order=False)
 
     def at_end(self, close: Callable[[], None]) -> None:
-        """What is to be closed with it."""
+        """Adds something that is to be closed with it."""
         self._closing.append(close)
 
     def _end(self, in_order: bool) -> None:
@@ -238,7 +238,7 @@ class Session:
             os.close(self._wake)
 
     def _why_ended(self) -> str:
-        """Why the system has answered the held request: this caller is let in no longer, or else the session is over."""
+        """Returns why the system has answered the held request: this caller is let in no longer, or else the session is over."""
         with contextlib.suppress(ConnectionLost):
             try:
                 self.request("POST", "/v1/heartbeat", {}, timeout_s=ANSWER_S)

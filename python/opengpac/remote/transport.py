@@ -133,7 +133,7 @@ class Transport:
         connection.close()
 
     def cut(self, why: str) -> None:
-        """Ends every request that waits, and refuses those to come: the other side does not answer any more."""
+        """Ends every request that waits, and refuses those to come: the other side no longer answers."""
         with self._lock:
             self._cut = self._cut or why
             waiting = [*self._busy, *self._held]
@@ -148,7 +148,7 @@ class Transport:
 
     @property
     def is_cut(self) -> bool:
-        """Whether the other side has not answered, or was given up."""
+        """True if the other side has not answered, or was given up."""
         return bool(self._cut)
 
     def close(self) -> None:
@@ -210,7 +210,7 @@ def _opened(connection: http.client.HTTPConnection) -> socket.socket:
 
 
 def spoken(connection: http.client.HTTPConnection) -> bool:
-    """Whether the other side has answered a request that is held, or closed it. What only TLS itself has to say does not count."""
+    """Returns whether the other side has answered a request that is held, or closed it. What only TLS itself has to say does not count."""
     assert connection.sock is not None
     connection.sock.setblocking(False)
     try:
@@ -223,12 +223,12 @@ def spoken(connection: http.client.HTTPConnection) -> bool:
 
 
 def _hung_up(connection: http.client.HTTPConnection) -> bool:
-    """Whether the other side has closed a connection that lay idle: there is something to read, which can be its end only."""
+    """Returns whether the other side has closed a connection that lay idle: there is something to read, which can be its end only."""
     return connection.sock is not None and bool(readable(0.0, connection.sock))
 
 
 def readable(within_s: float, *descriptors: socket.socket | int) -> list[int]:
-    """Which of these have something to read within a time; they may be of any number, which `select.select` does not take."""
+    """Returns the descriptors that have something to read within a time; they may be of any number, which `select.select` does not take."""
     poll = select.poll()
     for descriptor in descriptors:
         poll.register(descriptor, select.POLLIN)

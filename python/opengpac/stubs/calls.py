@@ -66,7 +66,7 @@ def _required_first(texts: list[str]) -> list[str]:
 
 
 def _argument(verb: Verb[..., Any], name: str) -> str:
-    """What an object or an instantiation parameter is given."""
+    """Returns the type of an object's or an instantiation parameter's argument."""
     if name in verb.objects:
         return "_gpac.Group[_Any] | _Sequence[_gpac.LogicalDevice]" if verb.objects[name].each else "_gpac.LogicalDevice"
     if name in verb.instantiation_parameters:
@@ -75,7 +75,7 @@ def _argument(verb: Verb[..., Any], name: str) -> str:
 
 
 def _taken(verb: Verb[..., Any], name: str) -> str:
-    """What an input parameter takes."""
+    """Returns the type of an input parameter."""
     parameter = verb.input_parameters[name]
     item = _item(verb, parameter.targets[0]) if parameter.targets and parameter.form is None else None
     if item is None:
@@ -88,7 +88,7 @@ def _taken(verb: Verb[..., Any], name: str) -> str:
 
 
 def _got(item: Item | None) -> str:
-    """What an output value is in Python."""
+    """Returns the type of an output value in Python."""
     if item is None:
         return "_Any"
     return "_np.ndarray" if _is_array(item) else _scalar(item.type, "float")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What each argument and result of a `casadi.Function` is in its block."""
+"""Arguments and results of a `casadi.Function` in its block."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DEFAULTS_MAX = 30
 
 @dataclass(frozen=True)
 class Side:
-    """What is said of the function's inputs or its outputs."""
+    """Inputs or outputs of the function."""
 
     given: Mapping[str, Given]
     side: Literal["input", "output"]
@@ -46,12 +46,12 @@ class Argument:
 
     @property
     def size(self) -> int:
-        """How many elements it has, zeros included."""
+        """Number of its elements, zeros included."""
         return self.rows * self.columns
 
     @property
     def in_order(self) -> bool:
-        """Whether CasADi's elements are those of the block, one after the other."""
+        """True if CasADi's elements are those of the block, one after the other."""
         return self.places == tuple(range(self.size))
 
 
@@ -77,7 +77,7 @@ def arguments_of(
     states: Mapping[str, str],
     initial: Mapping[str, Any],
 ) -> Arguments:
-    """What the inputs and outputs of a function are, or what is wrong with them."""
+    """Returns the inputs and outputs of a function, or what is wrong with them."""
     ins = [str(function.name_in(i)) for i in range(function.n_in())]
     outs = [str(function.name_out(i)) for i in range(function.n_out())]
     for what, names, known in (

@@ -60,7 +60,7 @@ def generated(library: Any, function: Any, block: str, publish_unsolved: bool = 
 
 
 def work_bytes(function: Any) -> int:
-    """What the work vectors of a function take, its arguments in CasADi's order included."""
+    """Returns the bytes of a function's work vectors, its arguments in CasADi's order included."""
     sizes = sum(int(function.nnz_in(i)) for i in range(function.n_in())) + sum(int(function.nnz_out(i)) for i in range(function.n_out()))
     return 8 * (int(function.sz_arg()) + int(function.sz_res()) + int(function.sz_iw()) + int(function.sz_w()) + sizes)
 

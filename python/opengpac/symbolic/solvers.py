@@ -59,7 +59,7 @@ def _solvers(function: Any) -> Iterator[Any]:
 
 
 def _raises_on_failure(function: Any) -> bool:
-    """Whether the option `error_on_fail` is set. CasADi shows it in its serialization only; where it is not found there, true."""
+    """Returns whether the option `error_on_fail` is set. CasADi shows it in its serialization only; where it is not found there, true."""
     key, text = _encoded("error_on_fail"), str(function.serialize({"debug": True}))
     _, _, rest = text.partition(key)
     return not rest.startswith(_encoded("b\0"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What `opengpac top` shows, as tables."""
+"""Tables that `opengpac top` shows."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ _FULL, _BUSY = 0.9, 0.6
 
 @dataclass
 class View:
-    """How it is looked at: the order of the blocks, a text that a line must have, and how many lines there is room for."""
+    """View of the tables: the order of the blocks, a text that a line must have, and how many lines there is room for."""
 
     sort: str = ORDERS[0]
     filter: str = ""
     rows: int = 30
 
     def lets(self, *words: Any) -> bool:
-        """Whether a line with these words is shown."""
+        """Returns whether a line with these words is shown."""
         return not self.filter or any(self.filter.lower() in str(word).lower() for word in words)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which daemons this user runs: their sockets lie in one folder."""
+"""Daemons that this user runs: their sockets lie in one folder."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from ..realtime import RealTimeSystem
 
 @dataclass(frozen=True)
 class Look:
-    """What a system said of itself at one moment."""
+    """State of a system at one moment, as it tells it."""
 
     statistics: Mapping[str, Any]
     configuration: Mapping[str, Any]
@@ -116,7 +116,7 @@ class Watch:
 
 
 def _rate(now: float, then: float, passed: float) -> float | None:
-    """How much came a second; None while no time has passed, or where it began anew."""
+    """Returns the rate per second; None while no time has passed, or where it began again."""
     return (now - then) / passed if passed > 0 and now >= then else None
 
 

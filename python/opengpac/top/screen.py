@@ -36,7 +36,7 @@ def keys() -> Iterator[None]:
 
 
 class Screen:
-    """The tables of a system, drawn anew at each look, at each key, and when the window has another size."""
+    """The tables of a system, drawn again at each look, at each key, and when the window has another size."""
 
     def __init__(self, watch: Watch, view: View, system: str) -> None:
         self._watch = watch

@@ -17,7 +17,7 @@ Terminal = Literal["input", "output", "analog_input", "analog_output"]
 
 @dataclass(frozen=True)
 class CanOpenDrive:
-    """How an emulated drive is."""
+    """State of an emulated drive."""
 
     node: int
     """Its number on the bus."""
@@ -37,7 +37,7 @@ class CanOpenDrive:
 
 @dataclass(frozen=True)
 class CanOpenModule:
-    """How an emulated module of inputs and outputs is. Its terminals are counted from 0."""
+    """State of an emulated module of inputs and outputs. Its terminals are counted from 0."""
 
     node: int
     """Its number on the bus."""
@@ -65,11 +65,11 @@ class CanOpenBus(Emulated):
         super().__init__("run_canopen_bus", "the emulated bus", {"interface": self.interface, "nodes": nodes})
 
     def drives(self) -> list[CanOpenDrive]:
-        """How each drive is now, in their order."""
+        """Returns the present state of each drive, in their order."""
         return [CanOpenDrive(**drive) for drive in self._shown()["drives"]]
 
     def modules(self) -> list[CanOpenModule]:
-        """How each module is now, in their order."""
+        """Returns the present state of each module, in their order."""
         digital = ("inputs", "outputs")
         shown = self._shown()["modules"]
         return [CanOpenModule(**{**module, **{name: [bool(bit) for bit in module[name]] for name in digital}}) for module in shown]

@@ -86,7 +86,7 @@ class SimulatedArm(JointArm):
         self._before = np.array(self.q)
 
     def sensor(self, name: str) -> slice:
-        """Where among the readings of its sensors that of this name lies. Raises CallError where there is none."""
+        """Returns the slice of the sensor of this name among the readings of its sensors. Raises CallError where there is none."""
         number: int = self._mujoco.mj_name2id(self._model, self._mujoco.mjtObj.mjOBJ_SENSOR, name)
         if number < 0:
             known = [self._mujoco.mj_id2name(self._model, self._mujoco.mjtObj.mjOBJ_SENSOR, at) for at in range(self._model.nsensor)]
@@ -95,7 +95,7 @@ class SimulatedArm(JointArm):
         return slice(first, first + int(self._model.sensor_dim[number]))
 
     def reading(self, at: slice) -> list[float]:
-        """What lies there, in the units of MuJoCo."""
+        """Returns the reading there, in the units of MuJoCo."""
         return self._data.sensordata[at].tolist()
 
     def close(self) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a device of a test is reached by: a port of this host, or a pseudo terminal."""
+"""Ends by which a device of a test is reached: a port of this host, or a pseudo terminal."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class TcpEnd:
 
     @property
     def connected(self) -> int:
-        """How many are connected."""
+        """Number of connected clients."""
         with self._lock:
             return len(self._open)
 
@@ -116,7 +116,7 @@ class SerialEnd:
         self._is_on.set()
 
     def stop(self) -> None:
-        """Says nothing any more, and hears nothing."""
+        """Stops talking and listening."""
         self._is_on.clear()
 
     def close(self) -> None:

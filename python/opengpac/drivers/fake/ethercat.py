@@ -33,7 +33,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Drive:
-    """How an emulated drive is."""
+    """State of an emulated drive."""
 
     state: str
     """Its state, and what is wrong with it: `OP`, `SAFEOP with error 0x001b, …`."""
@@ -53,7 +53,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Terminal:
-    """How an emulated terminal is."""
+    """State of an emulated terminal."""
 
     position: int
     """Its place on the line."""
@@ -77,11 +77,11 @@ class EtherCatSegment(Emulated):
         super().__init__("run_ethercat_segment", "the emulated segment", options)
 
     def drives(self) -> list[Drive]:
-        """How each drive is now, in their order."""
+        """Returns the present state of each drive, in their order."""
         return [Drive(**{**drive, "clock": Clock(**drive["clock"])}) for drive in self._shown()["drives"]]
 
     def terminals(self) -> list[Terminal]:
-        """How each terminal is now, in their order."""
+        """Returns the present state of each terminal, in their order."""
         return [Terminal(**terminal) for terminal in self._shown()["terminals"]]
 
     def put(self, position: int, input: int, value: float) -> None:

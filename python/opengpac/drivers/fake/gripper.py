@@ -40,7 +40,7 @@ class Gripper:
 
     @property
     def address(self) -> str:
-        """Where it speaks Modbus."""
+        """Address at which it speaks Modbus."""
         return self._tables.address
 
     def driver(self, **options: Any) -> Driver:
@@ -53,7 +53,7 @@ class Gripper:
         return modbus_driver(self.address, channels=channels, **options)
 
     def start(self, data: Any) -> None:
-        """Stands where the fingers are, and answers from now on."""
+        """Takes the position of the fingers, and starts to answer."""
         self.tell(data)
         for finger, place in enumerate(self._places):
             self._put("holding", finger, "goal", _WRITTEN, data.qpos[place])
@@ -72,7 +72,7 @@ class Gripper:
             data.qfrc_applied[speed] = np.clip(effort, -self._effort_max[finger], self._effort_max[finger])
 
     def tell(self, data: Any) -> None:
-        """What is read of it: where its fingers are, and what they feel."""
+        """Stores its readings: the positions of its fingers, and what they feel."""
         for finger, (place, speed, pad) in enumerate(zip(self._places, self._speeds, self._pads, strict=True)):
             felt = 0.0 if pad is None else data.sensordata[pad]
             for word, value in (("position", data.qpos[place]), ("velocity", data.qvel[speed]), ("force", felt)):

@@ -59,7 +59,7 @@ class Modbus(Tables):
         self.address: str = f"rtu/{self._end.path}" if isinstance(self._end, SerialEnd) else f"tcp/127.0.0.1:{self._end.port}"
 
     def start(self) -> Self:
-        """Answers, from now on."""
+        """Starts to answer."""
         self._end.start()
         return self
 

@@ -46,7 +46,7 @@ def types_of(names: Sequence[str]) -> list[str]:
 
 
 def zero(name: str) -> Any:
-    """What a value is where nothing is known of it."""
+    """Returns the value of an output of which nothing is known."""
     count = int(_FORMATS[TYPES[name]][:-1] or "1")
     return 0 if count == 1 else [0] * count
 

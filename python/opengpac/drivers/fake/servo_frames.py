@@ -11,7 +11,7 @@ PING, READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 1, 2, 3, 8, 0x82, 0x83
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked: of whom, what, with which bytes; `address` and `length` are read from them where the word has them."""
+    """Request to a servo: its id, the instruction and the bytes; `address` and `length` are read from them where the word has them."""
 
     id: int
     word: int
@@ -31,7 +31,7 @@ class Request:
 
     @property
     def rest(self) -> bytes:
-        """What follows address and length: ids of a sync read, rows of a sync write."""
+        """Bytes behind address and length: ids of a sync read, rows of a sync write."""
         return self.body[2 * self.width :]
 
 

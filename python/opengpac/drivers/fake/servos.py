@@ -24,7 +24,7 @@ from .servo_frames import BROADCAST, Dynamixel2, Request, Sts
 
 @dataclass(frozen=True)
 class _Table:
-    """Where what lies in a servo."""
+    """Table of a servo's registers."""
 
     frames: type[Sts] | type[Dynamixel2]
     numbers: Mapping[str, int]
@@ -102,7 +102,7 @@ class FakeServo:
 
     @property
     def torque(self) -> bool:
-        """Whether it holds its goal."""
+        """True if it holds its goal."""
         return self.registers[self._table.torque] != 0
 
     @property
@@ -116,7 +116,7 @@ class FakeServo:
 
     @property
     def stopped(self) -> bool:
-        """Whether its watchdog has stopped it; only Dynamixel servos have one."""
+        """True if its watchdog has stopped it; only Dynamixel servos have one."""
         return self._table is _DYNAMIXEL and self.registers[_WATCHDOG] == _TRIPPED
 
     def _hear(self, now: float) -> None:
@@ -128,7 +128,7 @@ class FakeServo:
             self.store(self._table.goal, self._table.wide, round(self._position))
 
     def _answered(self) -> int:
-        """What is wrong with it, as its answers say."""
+        """Returns its error, as its answers report it."""
         return self.error if self._table is _STS else _ALERT * (self.error != 0)
 
     def _read(self, address: int, length: int) -> bytes:
@@ -218,7 +218,7 @@ class FakeServos:
         self.close()
 
     def _answers(self, frames: Sts | Dynamixel2, request: Request) -> bytes:
-        """What is said to a request, by all who say something."""
+        """Returns the answers to a request, of all that answer."""
         self.requests += 1
         now = self.clock()
         for servo in self.servos.values():

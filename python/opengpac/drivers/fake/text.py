@@ -31,7 +31,7 @@ class Text:
 
     @property
     def connected(self) -> int:
-        """How many are connected; a serial line does not tell, and says 1."""
+        """Number of connected clients; a serial line does not tell, and says 1."""
         return self._end.connected
 
     def say(self, text: str) -> None:
@@ -39,7 +39,7 @@ class Text:
         self._end.send((text + self._marks).encode("latin-1"))
 
     def start(self) -> Self:
-        """Listens, from now on."""
+        """Starts to listen."""
         self._end.start()
         return self
 

@@ -122,7 +122,8 @@ class ur:
         return found
 
     def sensor(self, name: str) -> list[float]:
-        """What a sensor of its model says, in the units of MuJoCo, for example where something of its scene is. CallError: it has none."""
+        """Returns the reading of a sensor of its model, in the units of MuJoCo, for example the position of something in its scene.
+        CallError: it has none."""
         arm = self.arm
         if not isinstance(arm, SimulatedArm):
             refuse(CallError, f"an arm without a model has no sensor '{name}'", "give it one: fake.ur(model='ur5e')")
@@ -283,7 +284,7 @@ class ur:
             peer.send_package(values)
 
     def values(self, with_pose: bool) -> dict[str, Any]:
-        """What RTDE tells."""
+        """Returns the outputs of RTDE."""
         runs = self.runtime == PLAYING
         q, velocity, pose = [*self.arm.q], [*self.arm.velocity], self.arm.pose() if with_pose else None
         return {
@@ -303,7 +304,7 @@ class ur:
         return [own + pressed for own, pressed in zip(touched, self.force, strict=True)]
 
     def take(self, values: dict[str, Any]) -> None:
-        """What RTDE is told."""
+        """Takes the inputs of RTDE."""
         mask = values.get("standard_digital_output_mask", 0)
         self.digital_outputs = self.digital_outputs & ~mask | values.get("standard_digital_output", 0) & mask
         self.inputs |= {name: value for name, value in values.items() if name.startswith("input_")}

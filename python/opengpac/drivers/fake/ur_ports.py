@@ -17,7 +17,7 @@ _VERSION = (5, 12, 0, 1101319)
 
 
 class Controller(Protocol):
-    """What the ports need of the controller that they belong to."""
+    """Functions of the controller that its ports need."""
 
     safety: int
     mode: int
@@ -91,7 +91,7 @@ class Rtde(Peer):
 
     @property
     def asks_pose(self) -> bool:
-        """Whether where the tool is must be computed for it."""
+        """True if the pose of the tool must be computed for it."""
         return any("TCP_pose" in name for name in self._outputs)
 
     def send_package(self, values: dict[str, Any]) -> None:
@@ -146,7 +146,7 @@ def _names(contents: bytes) -> list[str]:
 
 
 class Dashboard(Peer):
-    """Who asks the dashboard."""
+    """Client of the dashboard."""
 
     _MODES: ClassVar = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}
     _SAFETY: ClassVar = {1: "NORMAL", 3: "PROTECTIVE_STOP", 7: "ROBOT_EMERGENCY_STOP"}
@@ -214,7 +214,7 @@ class Dashboard(Peer):
 
 
 class Scripts(Peer):
-    """Who sends programs. A program ends with a line 'end' at its first column."""
+    """Client that sends programs. A program ends with a line 'end' at its first column."""
 
     def taken(self) -> None:
         text = self._buffer.decode(errors="replace").replace("\r", "")

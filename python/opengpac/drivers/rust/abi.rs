@@ -7,7 +7,7 @@ pub const ABI: u32 = 1;
 /// The function that a file of drivers exports.
 pub const SYMBOL: &str = "opengpac_driver_file";
 
-/// What an item of a declaration is.
+/// Kinds of an item of a declaration.
 pub mod what {
     pub const OPTION: u32 = 1;
     pub const CLASS: u32 = 2;
@@ -19,7 +19,7 @@ pub mod what {
     pub const SERVICE: u32 = 8;
 }
 
-/// What a value is.
+/// Kinds of a value.
 pub mod kind {
     pub const NOTHING: u32 = 0;
     pub const NUMBER: u32 = 1;
@@ -30,13 +30,13 @@ pub mod kind {
     pub const TABLE: u32 = 6;
 }
 
-/// Where a driver exchanges.
+/// Classes of a driver's exchange.
 pub mod class {
     pub const INLINE: u32 = 0;
     pub const WORKER: u32 = 1;
 }
 
-/// What brings about its safe state.
+/// Agents that bring about its safe state.
 pub mod by {
     pub const DRIVER: u32 = 1;
     pub const GUARD: u32 = 2;

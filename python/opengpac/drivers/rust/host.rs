@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a driver asks and tells the system that calls it, and the values of its channels.
+//! Requests and reports of a driver to the system that calls it, and the values of its channels.
 use crate::abi::{self, Channel, Handle, Part, Slot};
 use std::ffi::{CStr, CString};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What `make`, services, `handles` and `scan` may ask for and say.
+/// Functions that `make`, services, `handles` and `scan` may call.
 pub struct Host(pub(crate) *mut abi::Host);
 
 impl Host {
@@ -33,7 +33,7 @@ impl Host {
         unsafe { abi::text(((*self.0).json)(self.0, name.as_ptr())) }
     }
 
-    /// How many a list has.
+    /// Returns the length of a list.
     pub fn length(&mut self, name: &CStr) -> i64 {
         // SAFETY: as above.
         unsafe { ((*self.0).length)(self.0, name.as_ptr()) }
@@ -92,7 +92,7 @@ impl Host {
         unsafe { ((*self.0).watchdog)(self.0, ns) };
     }
 
-    /// In `handles`: what is written to a descriptor when this process is gone. `latches`: it stays in force until a driver opens the device anew.
+    /// In `handles`: what is written to a descriptor when this process is gone. `latches`: it stays in force until a driver opens the device again.
     pub fn safe_handle(&mut self, descriptor: i32, offset: u64, bytes: &[u8], latches: bool) {
         let (size, length) = (size_of::<Handle>() as u32, bytes.len() as u32);
         let handle = Handle { size, latches: latches.into(), descriptor, length, offset, bytes: bytes.as_ptr().cast() };
@@ -140,7 +140,7 @@ pub(crate) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', " ")).unwrap_or_default()
 }
 
-/// Where something is counted.
+/// Counter of the driver.
 #[derive(Clone, Copy)]
 pub struct Counter(*const AtomicU64);
 
@@ -154,7 +154,7 @@ impl Counter {
     }
 }
 
-/// Where readings are stored.
+/// Memory in which readings are stored.
 pub struct Readings(pub(crate) *mut u8);
 
 impl Readings {

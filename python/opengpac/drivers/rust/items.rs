@@ -3,7 +3,7 @@
 use crate::abi::{Item, class, kind, what};
 use std::ffi::CStr;
 
-/// What brings about a safe state, and what a service answers.
+/// Agents that bring about a safe state, and kinds of a service's answer.
 pub use crate::abi::{by, kind as answers};
 
 const fn item(what: u32, name: &'static CStr, doc: &'static CStr, unit: &'static CStr) -> Item {
@@ -20,27 +20,27 @@ pub const fn option_number(name: &'static CStr, default: f64, doc: &'static CStr
     Item { kind: kind::NUMBER, number: default, ..item(what::OPTION, name, doc, unit) }
 }
 
-/// One that is a whole number.
+/// An option that is a whole number.
 pub const fn option_whole(name: &'static CStr, default: i64, doc: &'static CStr, unit: &'static CStr) -> Item {
     Item { kind: kind::WHOLE, whole: default, ..item(what::OPTION, name, doc, unit) }
 }
 
-/// One that is true or false.
+/// An option that is true or false.
 pub const fn option_bool(name: &'static CStr, default: bool, doc: &'static CStr) -> Item {
     Item { kind: kind::BOOL, whole: default as i64, ..item(what::OPTION, name, doc, c"") }
 }
 
-/// One that is a text.
+/// An option that is a text.
 pub const fn option_text(name: &'static CStr, default: &'static CStr, doc: &'static CStr) -> Item {
     Item { kind: kind::TEXT, text: default.as_ptr(), ..item(what::OPTION, name, doc, c"") }
 }
 
-/// One that is a list; its default as JSON.
+/// An option that is a list; its default as JSON.
 pub const fn option_list(name: &'static CStr, default: &'static CStr, doc: &'static CStr) -> Item {
     Item { kind: kind::LIST, text: default.as_ptr(), ..item(what::OPTION, name, doc, c"") }
 }
 
-/// One that is a table; its default as JSON.
+/// An option that is a table; its default as JSON.
 pub const fn option_table(name: &'static CStr, default: &'static CStr, doc: &'static CStr) -> Item {
     Item { kind: kind::TABLE, text: default.as_ptr(), ..item(what::OPTION, name, doc, c"") }
 }
@@ -80,7 +80,7 @@ pub const fn worker() -> Item {
     Item { kind: class::WORKER, ..item(what::CLASS, c"", c"", c"") }
 }
 
-/// How long `open` waits for a machine that is not there yet, ns.
+/// Time for which `open` waits for a machine that is not there yet, ns.
 pub const fn waits(ns: i64) -> Item {
     Item { whole: ns, ..item(what::WAITS, c"", c"", c"") }
 }
@@ -90,7 +90,7 @@ pub const fn lost_within(ns: i64) -> Item {
     Item { whole: ns, ..item(what::LOST_WITHIN, c"", c"", c"") }
 }
 
-/// What its safe state is, and how soon the driver has brought it about, ns.
+/// Its safe state, and the time in which the driver has brought it about, ns.
 pub const fn safe(doc: &'static CStr, within_ns: i64) -> Item {
     safe_by(doc, within_ns, by::DRIVER)
 }
@@ -100,7 +100,7 @@ pub const fn safe_by(doc: &'static CStr, within_ns: i64, by: u32) -> Item {
     Item { whole: within_ns, by, ..item(what::SAFE, c"", doc, c"") }
 }
 
-/// What it counts.
+/// A counter of the driver.
 pub const fn counter(name: &'static CStr, doc: &'static CStr) -> Item {
     item(what::COUNTER, name, doc, c"")
 }
@@ -110,7 +110,7 @@ pub const fn right(doc: &'static CStr) -> Item {
     item(what::RIGHT, c"", doc, c"")
 }
 
-/// What it does off the cycle; options that stand behind it are its arguments.
+/// A service off the cycle; options that stand behind it are its arguments.
 pub const fn service(name: &'static CStr, doc: &'static CStr) -> Item {
     service_of(name, answers::NOTHING, doc)
 }

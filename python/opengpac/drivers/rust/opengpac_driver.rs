@@ -17,7 +17,7 @@ pub use crate::abi::{Item, Part, Slot};
 pub use host::{Commands, Counter, Host, Readings};
 pub use items::*;
 
-/// What a function of a driver returns: nothing, or the cause for people.
+/// Result of a driver's function: nothing, or the cause for people.
 pub type Done = Result<(), String>;
 
 pub trait Driver: Sized + Send {
@@ -25,7 +25,7 @@ pub trait Driver: Sized + Send {
     const DOC: &'static CStr;
     /// Its manual: options, safe state, counters, services.
     const ITEMS: &'static [Item];
-    /// Whether it looks for devices, by [`Driver::scan`].
+    /// True if it looks for devices, by [`Driver::scan`].
     const SCANS: bool = false;
 
     /// Channels and parts, from the options. Nothing of the machine is touched.
@@ -59,7 +59,7 @@ pub trait Driver: Sized + Send {
     }
 }
 
-/// What carries out services, from another thread while the driver exchanges. What it shares with the driver is atomic, or locked where `read` and
+/// Services of a driver, called from another thread while the driver exchanges. What it shares with the driver is atomic, or locked where `read` and
 /// `write` only try.
 pub trait Services: Send + Sync {
     /// Carries out a service; its arguments are asked for as options are, and its answer is `host.answer`.
@@ -220,7 +220,7 @@ unsafe extern "C" fn table<T: Driver>() -> *const abi::Driver {
     }))
 }
 
-/// What a file with this driver says of itself.
+/// Returns the declaration of a file with this driver.
 pub fn file<T: Driver>() -> *const Module {
     let drivers: &'static [unsafe extern "C" fn() -> *const abi::Driver] = Box::leak(Box::new([table::<T> as unsafe extern "C" fn() -> _]));
     let size = size_of::<Module>() as u32;
