@@ -135,7 +135,7 @@ class Group(Shown, Declared, Argument, Generic[D]):
             raise
 
     def _one_for_each(self, member: str, value: Any, before: Sequence[Any]) -> Sequence[Any]:
-        """Returns the value of each device: the same, or of a member that is one number its own; a mapping leaves the others as they are."""
+        """Returns the value of each device: the same, or of a member that is one number its own; a mapping leaves others as they are."""
         if np.ndim(before[0]) > 0 or isinstance(before[0], np.void):
             return [value] * len(self._devices)
         if isinstance(value, Mapping):

@@ -40,7 +40,7 @@ class RealTimeSystem(Calls):
         raise NotImplementedError
 
     def ended_fd(self) -> int:
-        """Returns a descriptor that becomes readable when an instance has ended (monotonic clock), for event loops: drain it with os.read(fd, 8)."""
+        """Returns a descriptor that becomes readable when an instance has ended (monotonic clock): drain it with os.read(fd, 8)."""
         raise NotImplementedError
 
     def close(self) -> None:

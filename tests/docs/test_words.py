@@ -14,8 +14,8 @@ from words import ROOT, files, is_participle, lint, lint_room, rooms
 
 NOT_YET: dict[str, int] = {
     "library": 171,
-    "python": 348,
-    "studio": 467,
+    "python": 50,
+    "studio": 308,
 }
 
 PARTICIPLES: dict[str, int] = {
@@ -49,7 +49,7 @@ PARTICIPLES: dict[str, int] = {
     "simulator": 3,
     "supervisor": 32,
     "python": 32,
-    "studio": 56,
+    "studio": 47,
 }
 
 RUST = [

@@ -186,7 +186,7 @@ READERS = {
     ".tsx": (studio_docs, STUDIO_TYPE),
 }
 # Written by a program from other texts.
-GENERATED = re.compile(r"schema\.ts$|/generated/|\.pyi$|/schemas/")
+GENERATED = re.compile(r"control/shapes\.ts$|\.pyi$|/schemas/")
 
 
 def files(room: str) -> list[Path]:

@@ -30,7 +30,7 @@ KINDS = ("graphs", "verbs", "device_types", "compositions")
 
 
 def kind_of(definition: object) -> str | None:
-    """Returns the kind of a definition in a file, one of `KINDS`; None for anything else. A device type is a class, the others are objects."""
+    """Returns the kind of a definition in a file, one of `KINDS`; None for others. A device type is a class, the others are objects."""
     kind = getattr(definition, "_definition_kind", None)
     return kind if isinstance(definition, type) == (kind == "device_types") else None
 
