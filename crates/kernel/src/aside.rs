@@ -32,7 +32,7 @@ pub(crate) unsafe extern "C" fn copy(instance: *mut c_void, _: *const Invocation
     0
 }
 
-/// The entry of a step that appends to windows.
+/// Entry of a step that appends to windows.
 pub(crate) unsafe extern "C" fn append(instance: *mut c_void, _: *const Invocation) -> u64 {
     // SAFETY: the table keeps its appends, and calls each with its own.
     let appends = unsafe { &*instance.cast::<Appends>() };

@@ -18,7 +18,7 @@ pub struct Block {
     descriptor: &'static Descriptor,
     /// The instance itself, as `opengpac::abi` lays it out.
     memory: Cell,
-    /// All that it was given: behind the instance may stand the word of what it has reported.
+    /// Memory that it was given: behind the instance may stand the word of what it has reported.
     whole: Cell,
     /// One bit for each item: a condition that was reported since the last reset.
     reported: Option<Cell>,
@@ -95,7 +95,7 @@ impl Block {
         self.write(declared.offset as usize, bytes);
     }
 
-    /// Where a parameter's, preset's or output's own value lies (`self.field`), for `Op::Store` and `Op::Capture`.
+    /// Returns the cell of a parameter's, preset's or output's own value (`self.field`), for `Op::Store` and `Op::Capture`.
     pub fn value(&self, item: usize) -> Cell {
         let declared = &self.items()[item];
         assert!(declared.offset != NONE, "item {item} of block '{}' has no value", self.name);
@@ -108,7 +108,7 @@ impl Block {
         (declared.kind == kind::OUTPUT && declared.offset != NONE).then(|| self.memory.part(declared.offset as usize, declared.size as usize))
     }
 
-    /// Where the value that condition `item` reported last lies, if it has one.
+    /// Returns the cell of the value that condition `item` reported last, if it has one.
     pub fn report(&self, item: usize) -> Option<Cell> {
         let declared = self.items().get(item)?;
         (declared.kind == kind::CONDITION && declared.report != NONE).then(|| self.memory.part(declared.report as usize, declared.size as usize))
@@ -186,28 +186,28 @@ impl Block {
         &self.module
     }
 
-    /// Name of the block in its module.
+    /// Returns the name of the block in its module.
     pub fn code_name(&self) -> &str {
         // SAFETY: a descriptor's name is a text that lives as long as its module.
         unsafe { std::ffi::CStr::from_ptr(self.descriptor.name) }.to_str().unwrap_or_default()
     }
 
-    /// The instance, for its entry.
+    /// Returns the instance, for its entry.
     pub(crate) fn instance(&self) -> *mut u8 {
         self.memory.start()
     }
 
-    /// The memory of the instance.
+    /// Returns the memory of the instance.
     pub(crate) fn memory(&self) -> &Cell {
         &self.memory
     }
 
-    /// The first bytes of the instance, which the kernel writes between two invocations.
+    /// Returns the first bytes of the instance, which the kernel writes between two invocations.
     pub fn header(&self) -> *mut Header {
         self.memory.start().cast()
     }
 
-    /// The bytes that condition `item` reported last: address and length; length 0 where it has no value.
+    /// Returns the bytes that condition `item` reported last: address and length; length 0 where it has no value.
     pub(crate) fn report_bytes(&self, item: usize) -> (*const u8, usize) {
         match self.items().get(item) {
             Some(declared) if declared.kind == kind::CONDITION && declared.report != NONE => {
@@ -225,7 +225,7 @@ impl Block {
         unsafe { word.write_unaligned(word.read_unaligned() | conditions) };
     }
 
-    /// The word that tells which conditions were reported since the last reset: bit i of item i.
+    /// Returns the word that tells which conditions were reported since the last reset: bit i of item i.
     pub fn reported(&self) -> Option<Cell> {
         self.reported.clone()
     }
@@ -260,19 +260,19 @@ impl Block {
         unsafe { (*self.header()).number = (*from.header()).number };
     }
 
-    /// True where both are instances of one block of one module.
+    /// Returns true if both are instances of one block of one module.
     pub fn is_same_code(&self, other: &Block) -> bool {
         std::ptr::eq(self.descriptor, other.descriptor)
     }
 
-    /// True where an output of this block stores to `cell` (all of it or a part).
+    /// Returns true if an output of this block stores to `cell` (all of it or a part).
     pub fn writes(&self, cell: &Cell) -> bool {
         let (start, end) = (cell.start() as usize, cell.start() as usize + cell.len());
         let outputs = self.items().iter().zip(&self.bound).filter(|(item, _)| item.kind == kind::OUTPUT);
         outputs.filter_map(|(_, bound)| bound.as_ref()).any(|bound| (bound.start() as usize) < end && start < bound.start() as usize + bound.len())
     }
 
-    /// The items that it stores through addresses, each with its cell: outputs and channels of devices.
+    /// Returns the items that it stores through addresses, each with its cell: outputs and channels of devices.
     pub fn stores(&self) -> impl Iterator<Item = (&'static Item, &Cell)> {
         let stored = self.items().iter().zip(&self.bound).filter(|(item, _)| matches!(item.kind, kind::OUTPUT | kind::DEVICE_WRITE));
         stored.filter_map(|(item, cell)| Some((item, cell.as_ref()?)))
@@ -296,7 +296,7 @@ fn items(descriptor: &'static Descriptor) -> &'static [Item] {
     unsafe { std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) }
 }
 
-/// True where a reset leaves the item's value: it belongs to who stores it, or is declared `keep`.
+/// Returns true if a reset leaves the item's value: it belongs to who stores it, or is declared `keep`.
 fn is_kept(item: &Item) -> bool {
     match item.kind {
         kind::PARAMETER | kind::CONDITION | kind::SIZE => true,

@@ -39,7 +39,7 @@ impl Kernel {
         self.source.counters.stopped.store(false, Ordering::Release);
     }
 
-    /// The end of a source: devices are safe, and closed though others may still hold them; but where an heir has them.
+    /// Ends the source: devices are safe, and closed though others may still hold them; but those of an heir stay open.
     pub fn close(&mut self) {
         if self.source.leaving.load(Ordering::Acquire) {
             return;
@@ -53,7 +53,7 @@ impl Kernel {
         }
     }
 
-    /// One script as one: then what it stored is published, the conditions of its executes are served, and it is acknowledged.
+    /// Carries out one script as one: then what it stored is published, the conditions of its executes are served, and it is acknowledged.
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
     pub fn carry_out(&mut self, mut submission: Box<Submission>, now_ns: i64) {
         self.begin();
@@ -95,7 +95,7 @@ impl Kernel {
         self.told = true;
     }
 
-    /// While a firing of the virtual clock is not over: scripts that only read are answered with what was there before it. Others wait for
+    /// Answers scripts that only read while a firing of the virtual clock is not over, with what was there before it. Others wait for
     /// its end, readings behind them too; where a record is made all do.
     pub fn answer_readings(&mut self, now_ns: i64) {
         if self.source.tape.is_some() {
@@ -142,7 +142,7 @@ impl Kernel {
         self.source.containment.set_budget(default.max(declared as i64));
     }
 
-    /// One operation, of a script or a reaction.
+    /// Applies one operation, of a script or a reaction.
     pub(crate) fn apply(&mut self, op: &Op, now_ns: i64, captured: &mut Vec<u8>) {
         match op {
             Op::Table(_) | Op::Follow { .. } | Op::Inherit(_) => {
@@ -275,12 +275,12 @@ impl Kernel {
     }
 }
 
-/// The first multiple after the last firing; without the division where there is none to do.
+/// Returns the first multiple after the last firing; without the division if there is none to do.
 fn next_multiple(firing: u64, every: u32) -> u64 {
     if every == 1 { firing + 1 } else { (firing / u64::from(every) + 1) * u64::from(every) }
 }
 
-/// Room was made when the script was submitted, or, for a reaction, when its process got its stages.
+/// Captures a value; room was made when the script was submitted, or, for a reaction, when its process got its stages.
 fn capture(cell: &Cell, captured: &mut Vec<u8>) {
     debug_assert!(captured.len() + cell.len() <= captured.capacity());
     let at = captured.len();

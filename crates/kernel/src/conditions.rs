@@ -75,7 +75,7 @@ impl Kernel {
         }
     }
 
-    /// True where the process has a step that is switched on here.
+    /// Returns true if the process has a step that is switched on here.
     fn is_on(&self, process: u32) -> bool {
         self.table.steps.iter().any(|step| {
             // SAFETY: an activation of this source.

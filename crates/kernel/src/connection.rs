@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// A member of a connection's queue.
 pub struct QueueMember<A> {
-    /// In the writer's image (outbound) or the reader's (inbound).
+    /// Cell in the writer's image (outbound) or the reader's (inbound).
     pub cell: Cell,
     /// Where it lies in a row, from [`row_prefix`] of the connection's number of members on.
     pub offset: usize,
@@ -64,7 +64,8 @@ unsafe impl<A: Send + Sync> Send for Outbound<A> {}
 unsafe impl<A: Send + Sync> Sync for Outbound<A> {}
 
 impl<A: Paced> Outbound<A> {
-    /// `group`: the asynchronous members, in the order in which they lie in the group. `wake` is raised once a firing in which a
+    /// Makes the outbound side. `group`: the asynchronous members, in the order in which they lie in the group. `wake` is raised once a firing in
+    /// which a
     /// row was sent, or, of a connection without a queue, in each firing.
     pub fn new(sender: impl Into<End<dyn Sender>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>, wake: Option<SourceId>) -> Arc<Outbound<A>> {
         let (spans, group_len) = spans(&group);

@@ -92,7 +92,7 @@ pub fn is_retiring() -> bool {
     RETIRES.load(Ordering::Acquire)
 }
 
-/// At once: nothing is flushed or freed, for that may wait for a lock that nobody gives back.
+/// Ends this process at once: nothing is flushed or freed, for that may wait for a lock that nobody gives back.
 pub fn end_process() -> ! {
     // SAFETY: ends the process.
     unsafe { libc::_exit(RETIRED) }
@@ -114,8 +114,8 @@ impl Containment {
         Containment::of(shared, Some(memory))
     }
 
-    /// The same in memory that others read when this process is gone: [`BLACK_BOX_LEN`] bytes at `memory`, on a cache line, zero, for as long as the
-    /// containment lives.
+    /// Makes a containment in memory that others read when this process is gone: [`BLACK_BOX_LEN`] bytes at `memory`, on a cache line, zero, for as
+    /// long as the containment lives.
     ///
     /// # Safety
     /// Nobody else writes there.
@@ -164,7 +164,7 @@ impl Containment {
         }
     }
 
-    /// The word that says which step runs.
+    /// Returns the word that says which step runs.
     #[inline]
     pub fn step(&self) -> *mut u32 {
         self.shared().step.as_ptr()
@@ -216,7 +216,7 @@ impl Containment {
         is_deaf
     }
 
-    /// A loop that is given up is over its budget, also where nothing has ended it when it comes back at last: its source stops.
+    /// Marks a loop that is given up as over its budget, also if nothing has ended it when it comes back at last: its source stops.
     fn end_when_it_returns(&self) {
         let step = self.shared().step.load(Ordering::Relaxed);
         if step != OUTSIDE {
@@ -224,7 +224,7 @@ impl Containment {
         }
     }
 
-    /// The calling thread is the source's own from here to its end.
+    /// Binds the calling thread to the source, from here to its end.
     pub fn bind_thread(&self) {
         // SAFETY: an identity.
         self.own_thread.store(unsafe { libc::gettid() }, Ordering::Release);
@@ -259,7 +259,7 @@ pub fn trust(run: Run) {
     trust_code(run as *const c_void);
 }
 
-/// The same of any function in it.
+/// Trusts the code of any function of the module in the same way.
 pub(crate) fn trust_code(of: *const c_void) {
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers may read what it adds to.
@@ -269,7 +269,7 @@ pub(crate) fn trust_code(of: *const c_void) {
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// The signal of a spent budget. Installs the handlers when called for the first time.
+/// Returns the signal of a spent budget. Installs the handlers when called for the first time.
 pub(crate) fn budget_signal() -> i32 {
     match BUDGET_SIGNAL.load(Ordering::Relaxed) {
         0 => install(),
@@ -279,10 +279,10 @@ pub(crate) fn budget_signal() -> i32 {
 
 static BUDGET_SIGNAL: AtomicI32 = AtomicI32::new(0);
 
-/// Somebody may have replaced handlers: the watchdog looks at once.
+/// Set if handlers may have been replaced: the watchdog looks at once.
 static IS_DUE: AtomicBool = AtomicBool::new(false);
 
-/// The handlers are looked at soon: a module was loaded, or a block has faulted.
+/// Makes the watchdog look at the handlers soon: a module was loaded, or a block has faulted.
 pub(crate) fn look_soon() {
     IS_DUE.store(true, Ordering::Release);
 }
@@ -315,7 +315,7 @@ fn signal_name(signal: i32) -> String {
     if name.is_null() { format!("signal {signal}") } else { format!("signal {signal} ({})", unsafe { CStr::from_ptr(name) }.to_string_lossy()) }
 }
 
-/// The file that a function comes from.
+/// Returns the file that a function comes from.
 fn object_of(function: *const c_void) -> String {
     // SAFETY: all zeroes is a valid value, which the call fills.
     let mut about: libc::Dl_info = unsafe { std::mem::zeroed() };

@@ -23,9 +23,9 @@ pub struct Statistics {
     pub duration_last_ns: u64,
     /// Maximum length.
     pub duration_max_ns: u64,
-    /// As `jitter_bins`.
+    /// Bins as those of `jitter_bins`.
     pub duration_bins: [u64; 32],
-    /// Of all firings together: what share of the time it works.
+    /// Sum over all firings: the share of the time in which the source works.
     pub duration_sum_ns: u64,
     /// Conditions and other events that found no place and were lost.
     pub lost: u64,
@@ -49,7 +49,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// As they stand.
+    /// Returns the present values.
     pub(crate) fn read(&self) -> Statistics {
         let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         Statistics {

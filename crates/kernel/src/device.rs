@@ -23,10 +23,10 @@ pub struct Device {
     /// While it is set, every write is the safe one; the first is the driver's safe state.
     pub(crate) stop: OnceLock<Arc<AtomicBool>>,
     pub(crate) is_asking: AtomicBool,
-    /// Of a remote one: whom to ask.
+    /// Receiver of requests to a remote device.
     pub(crate) calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
     pub(crate) safe_handles: Mutex<Arc<Vec<SafeHandle>>>,
-    /// For an heir.
+    /// Readings for an heir.
     pub(crate) seen: Seen,
     pub(crate) service: UnsafeCell<Service>,
 }
@@ -107,7 +107,7 @@ impl Device {
         &self.standing
     }
 
-    /// Of a remote one: whom to ask. It is set once in the life of a device.
+    /// Sets the receiver of requests to a remote device. It is set once in the life of a device.
     pub fn ask_through(&self, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) {
         let _first = self.calls.set(calls);
     }
@@ -127,7 +127,7 @@ impl Device {
         unsafe { &mut *self.service.get() }
     }
 
-    /// The same while nobody else has the device.
+    /// Returns the same while nobody else has the device.
     pub fn service_mut(&mut self) -> &mut Service {
         self.service.get_mut()
     }
@@ -138,7 +138,7 @@ impl Device {
         block.parts().2.iter().flatten().any(|cell| readings.contains(&(cell.start() as usize)))
     }
 
-    /// The cell of a channel: blocks with a device item bind to it.
+    /// Returns the cell of a channel: blocks with a device item bind to it.
     pub fn cell(&self, channel: usize) -> Cell {
         let declared = &self.channels[channel];
         match declared.direction {
@@ -157,7 +157,7 @@ impl Device {
         self.standing.limited[channel].load(Ordering::Relaxed)
     }
 
-    /// Every write is the safe one while `stop` is set; the first is the driver's safe state. The flag is set once in the life of a device.
+    /// Makes every write the safe one while `stop` is set; the first is the driver's safe state. The flag is set once in the life of a device.
     pub fn obey(&self, stop: Arc<AtomicBool>) {
         // A second call would name the same flag: there is one of a host.
         let _first = self.stop.set(stop);
@@ -167,7 +167,7 @@ impl Device {
         self.stop.get().is_some_and(|stop| stop.load(Ordering::Acquire))
     }
 
-    /// From the next reading on, the read channel `channel` asks for `what` whenever it is not 0 (`at_zero`: whenever it is 0).
+    /// Makes the read channel `channel` ask for `what`, from the next reading on, whenever it is not 0 (`at_zero`: whenever it is 0).
     pub fn ask(&self, channel: usize, what: Ask, at_zero: bool) {
         let asked = what;
         let what = if what == Ask::Stop { STOP } else { TELL };

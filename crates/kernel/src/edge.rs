@@ -41,7 +41,7 @@ impl Edge {
         Arc::new(Edge { device: device.clone(), index: channel, channel: cell, number, raises, was_set: Remembered::new(None) })
     }
 
-    /// True where the channel has just gone from zero to something else. After each read of the device.
+    /// Returns true if the channel has just gone from zero to something else. After each read of the device.
     ///
     /// # Safety
     /// Called by the kernel of the device's source alone.

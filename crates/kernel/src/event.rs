@@ -64,7 +64,7 @@ pub enum Event {
     Deaf { source: SourceId, time_ns: i64 },
     /// The system has ended the thread of the source, between two firings or in the middle of one.
     Ended { source: SourceId, time_ns: i64 },
-    /// Somebody had replaced handlers of faults, in words; they are in place again.
+    /// Handlers of faults had been replaced, as the text says; they are in place again.
     Replaced { text: String, time_ns: i64 },
     /// A device failed at reading or writing; it is in its safe state.
     DeviceLost { source: SourceId, device: String, message: String, time_ns: i64 },
@@ -127,7 +127,7 @@ impl Teller {
         true
     }
 
-    /// Something found no place: it is told when there is one.
+    /// Counts an event that found no room: it is told when there is some.
     pub(crate) fn lose(&mut self) {
         self.lost += 1;
     }
@@ -163,7 +163,7 @@ pub fn telling(source: SourceId) -> (Teller, Listener) {
 }
 
 impl Listener {
-    /// Serial of the next event of this source, if there is one. A `done` acknowledgement and an event of the ring come in the
+    /// Returns the serial of the next event of this source, if there is one. A `done` acknowledgement and an event of the ring come in the
     /// order in which the source made them: what was made before something that is seen is seen too, so looking at the
     /// acknowledgements before and after the ring finds the older one.
     pub fn next_serial(&mut self, done: &Mailbox) -> Option<u64> {

@@ -30,14 +30,14 @@ pub enum Computed {
 }
 
 impl Kernel {
-    /// Firing `number`, released at `release_ns` on the host's clock, started at `started_ns` of CLOCK_MONOTONIC (for the budget).
+    /// Runs firing `number`, released at `release_ns` on the host's clock, started at `started_ns` of CLOCK_MONOTONIC (for the budget).
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
     pub fn fire<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) {
         let computed = self.compute(number, release_ns, started_ns, preempt);
         self.conclude(computed, release_ns, preempt);
     }
 
-    /// The first part of a firing: nobody else sees anything of it yet.
+    /// Runs the first part of a firing: nobody else sees anything of it yet.
     #[inline]
     pub fn compute<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) -> Computed {
         self.firing = number;
@@ -52,7 +52,7 @@ impl Kernel {
         if self.work(release_ns, started_ns, preempt) { Computed::All } else { Computed::Stopped }
     }
 
-    /// The second part: devices are written, what was computed is published, conditions are served.
+    /// Runs the second part: devices are written, what was computed is published, conditions are served.
     #[inline]
     pub fn conclude<P: Preempt>(&mut self, computed: Computed, release_ns: i64, preempt: &P) {
         if computed == Computed::All {
@@ -69,7 +69,7 @@ impl Kernel {
         add(&self.source.counters.firings, 1);
     }
 
-    /// `execute`: an extra firing at `now_ns` in which `blocks` are due, and what they drive, where that is on.
+    /// Runs an extra firing at `now_ns` in which `blocks` are due, and what they drive, if that is on.
     pub(crate) fn execute(&mut self, blocks: &[Arc<Block>], now_ns: i64) {
         if self.stopped {
             return;
@@ -95,7 +95,7 @@ impl Kernel {
         }
     }
 
-    /// After a firing or a script: publishes what scripts stored.
+    /// Publishes what scripts stored, after a firing or a script.
     pub(crate) fn settle(&mut self, now_ns: i64) {
         if self.stored {
             self.stored = false;
@@ -261,7 +261,7 @@ impl Kernel {
         }
     }
 
-    /// Each activation that was due goes on to its next number.
+    /// Advances each activation that was due to its next number.
     fn advance(&mut self) {
         for (activation, _) in self.table.activations.iter().zip(&self.table.due).filter(|(_, due)| **due) {
             // SAFETY: an activation of this source.
@@ -347,7 +347,8 @@ impl Kernel {
         }
     }
 
-    /// A signal or a spent budget in a block: nothing more of the firing happens, devices go to their safe state. Invocations that were
+    /// Stops the source after a signal or a spent budget in a block: nothing more of the firing happens, devices go to their safe state. Invocations
+    /// that were
     /// through have stored their values where anybody may come to read them: these get their numbers.
     #[cold]
     fn stop(&mut self, ended: Ended, time_ns: i64) {
@@ -372,7 +373,7 @@ impl Kernel {
         steps::report(self, ended.step, ended.result, time_ns);
     }
 
-    /// The thread must call no library again. A process that was started for its processors ends here, its devices safe.
+    /// Loses the source, whose thread must call no library again. A process that was started for its processors ends here, its devices safe.
     #[cold]
     fn lose_source(&mut self, step: u32) {
         self.source.is_lost.store(true, Ordering::Release);

@@ -15,10 +15,10 @@ use std::ffi::c_void;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Something has changed the words that nobody expected it of.
+/// Set if the words have changed unexpectedly.
 pub(crate) static DISTRUST: AtomicBool = AtomicBool::new(false);
 
-/// At the beginning of a firing.
+/// Sets the standard words at the beginning of a firing.
 #[inline]
 pub(crate) fn begin() {
     Words::standardise();
@@ -30,7 +30,7 @@ pub fn are_looked_at(block: &Block) -> bool {
     block.descriptor().reserved & mark::FLOATS != 0 || DISTRUST.load(Ordering::Relaxed)
 }
 
-/// In the first word of what a step is called with: the rest of the word is the address of the block's header.
+/// Mark in the first word of a step's argument: the rest of the word is the address of the block's header.
 const WATCHED: u64 = 1 << 62;
 
 /// A block whose invocations are looked at one by one.
@@ -45,7 +45,7 @@ pub(crate) struct Watched {
 }
 
 impl Watched {
-    /// None where nothing is to be feared of `block`.
+    /// Returns the watcher of `block`; none if nothing is to be feared of it.
     pub(crate) fn of(block: &Block) -> Option<Box<Watched>> {
         if !are_looked_at(block) {
             return None;
@@ -80,7 +80,7 @@ impl Watched {
     }
 }
 
-/// The entry of a block that is watched.
+/// Entry of a block that is watched.
 ///
 /// # Safety
 /// `watched` is a [`Watched`] that nothing else refers to; `invocation` is in order.
@@ -99,7 +99,7 @@ pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation
     result
 }
 
-/// A call outside every firing, as of a trial: `call` with standard words, and whether it has changed them. The caller's are set again.
+/// Runs `call` outside every firing, as of a trial, with standard words, and returns whether it has changed them. The caller's are set again.
 pub fn outside<R>(call: impl FnOnce() -> R) -> (R, bool) {
     let _standard = opengpac::floats::Standard::enter();
     let result = call();

@@ -10,8 +10,9 @@ use std::ptr::fn_addr_eq;
 use std::sync::Arc;
 
 impl Table {
-    /// The same with fused blocks: `find` is asked of each run of blocks that are always due together, each run by its own entry, and gives those
-    /// of them, in order, that have an entry together. What it does for each must be what the block's own entry does. Off the real-time path.
+    /// Makes the same with fused blocks: `find` is asked of each run of blocks that are always due together, each run by its own entry, and gives
+    /// those of them, in order, that have an entry together. What it does for each must be what the block's own entry does. Off the real-time
+    /// path.
     #[must_use]
     pub fn fused(mut self, mut find: impl FnMut(&[&Arc<Block>]) -> Vec<(Range<usize>, Bank)>) -> Table {
         let mut fused: Vec<Fused> = Vec::new();

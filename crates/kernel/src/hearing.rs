@@ -28,7 +28,7 @@ impl Unheard {
         }
     }
 
-    /// True where so many were not heard that `thread` keeps them from itself. One that `waits` for a core does not.
+    /// Returns true if so many were not heard that `thread` keeps them from itself. One that `waits` for a core does not.
     pub(crate) fn is_deaf(&self, thread: libc::pthread_t, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
         if self.count.load(Ordering::Relaxed) <= UNHEARD_MAX {
             return false;
@@ -39,7 +39,7 @@ impl Unheard {
     }
 }
 
-/// The clock of the time that a thread has run; none of one that is gone.
+/// Returns the clock of the time that a thread has run; none of one that is gone.
 fn clock(thread: libc::pthread_t) -> Option<libc::clockid_t> {
     let mut clock = 0;
     // SAFETY: the caller's word for the thread.

@@ -39,11 +39,11 @@ struct Waiting {
     taken: Option<u64>,
     /// The ratio value that was found to be late last, so that it is counted once.
     late: Option<u64>,
-    /// Of a ratio member: number of the newest value that arrived, since the reader was switched on.
+    /// Number of the newest value of a ratio member that arrived, since the reader was switched on.
     newest: Option<u64>,
-    /// Of a ratio member n: (p, k) where invocation p of the reader, counted from its activation, takes number k, p + n number k + 1, ….
+    /// Anchor of a ratio member n: (p, k) where invocation p of the reader, counted from its activation, takes number k, p + n number k + 1, ….
     anchor: (u64, u64),
-    /// Of a ratio member: invocations of the reader since its activation, when it was looked at last.
+    /// Invocations of a ratio member's reader since its activation, at the last look.
     phase: u64,
     /// True while an activation that is on has not had the present value.
     held: bool,
@@ -61,7 +61,7 @@ unsafe impl<A: Send + Sync> Send for Inbound<A> {}
 unsafe impl<A: Send + Sync> Sync for Inbound<A> {}
 
 impl<A: Paced> Inbound<A> {
-    /// `group` and `queue` as the writing end has them, with cells of the reader's image.
+    /// Makes the inbound side: `group` and `queue` as the writing end has them, with cells of the reader's image.
     pub fn new(receiver: impl Into<End<dyn Receiver>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>) -> Arc<Inbound<A>> {
         let (spans, _) = spans(&group);
         let waiting = queue.iter().map(|member| Waiting::new(member.cell.len(), member.ratio)).collect();
@@ -79,12 +79,12 @@ impl<A: Paced> Inbound<A> {
         unsafe { &mut *self.state.get() }.receiver = Box::new(Nowhere::default());
     }
 
-    /// Release time of the firing whose publication was latched last, ns on the clock; none before the first.
+    /// Returns the release time of the firing whose publication was latched last, ns on the clock; none before the first.
     pub fn brought_ns(&self) -> Option<i64> {
         Some(self.brought_ns.load(Ordering::Relaxed)).filter(|ns| *ns != i64::MIN)
     }
 
-    /// Since when a ratio value is absent that its reader has asked for, ns on the clock.
+    /// Returns the time since which a ratio value is absent that its reader has asked for, ns on the clock.
     pub fn late_since_ns(&self) -> Option<i64> {
         Some(self.late_ns.load(Ordering::Relaxed) - 1).filter(|ns| *ns >= 0)
     }
@@ -116,7 +116,7 @@ impl<A: Paced> Inbound<A> {
         }
     }
 
-    /// The same in one go: the path of real threads.
+    /// Latches all in one go: the path of real threads.
     ///
     /// # Safety
     /// As for `latch`.
@@ -133,7 +133,7 @@ impl<A: Paced> Inbound<A> {
         }
     }
 
-    /// True where it has queue members.
+    /// Returns true if it has queue members.
     pub(crate) fn queues(&self) -> bool {
         !self.members.is_empty()
     }
@@ -247,7 +247,7 @@ impl<A: Paced> Inbound<A> {
         }
     }
 
-    /// False for a ratio member whose reader is off: nothing waits for it.
+    /// Returns false for a ratio member whose reader is off: nothing waits for it.
     fn is_read(&self, index: usize) -> bool {
         let member = &self.members[index];
         // SAFETY: an activation of the reading source, whose kernel asks.
@@ -304,13 +304,14 @@ impl Waiting {
         phase
     }
 
-    /// The reader is switched on.
+    /// Begins again, as the reader is switched on.
     #[cold]
     fn begin(&mut self, ratio: u32) {
         (self.taken, self.late, self.newest, self.anchor) = (None, None, None, (u64::from(ratio), 0));
     }
 
-    /// Number `number` of a ratio member arrives. The first one since the reader or the writer was switched on says how their
+    /// Relates number `number` of a ratio member, which arrives, to the reader's invocations. The first one since the reader or the writer was
+    /// switched on says how their
     /// invocations lie to each other: as if they had begun together, unless that is off by more than one update.
     #[inline]
     fn relate(&mut self, number: u64, reader: &State, ratio: u32) {

@@ -22,7 +22,7 @@ const LINE: usize = 64;
 const PAGE: usize = 4096;
 
 impl Extent {
-    /// `len` bytes, zeroed, touched (no page fault later).
+    /// Makes an extent of `len` bytes, zeroed, touched (no page fault later).
     pub fn new(len: usize) -> Arc<Extent> {
         let layout = layout(len);
         // SAFETY: `layout` is never of size zero.
@@ -39,17 +39,17 @@ impl Extent {
         self.len
     }
 
-    /// True where it has no byte.
+    /// Returns true if it has no byte.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The cell of `len` bytes at `offset`; none where it does not lie within.
+    /// Returns the cell of `len` bytes at `offset`; none if it does not lie within.
     pub fn find(self: &Arc<Self>, offset: usize, len: usize) -> Option<Cell> {
         (offset.checked_add(len)? <= self.len).then(|| Cell { extent: self.clone(), offset, len })
     }
 
-    /// The cell of `len` bytes at `offset`. Panics where it does not lie within.
+    /// Returns the cell of `len` bytes at `offset`. Panics where it does not lie within.
     pub fn cell(self: &Arc<Self>, offset: usize, len: usize) -> Cell {
         let end = offset.checked_add(len);
         assert!(end.is_some_and(|end| end <= self.len), "a cell of {len} bytes at {offset} does not lie in an extent of {} bytes", self.len);
@@ -82,19 +82,19 @@ impl Cell {
         self.len
     }
 
-    /// True where it has no byte.
+    /// Returns true if it has no byte.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Part of this cell. Panics where it does not lie within.
+    /// Returns a part of this cell. Panics where it does not lie within.
     pub fn part(&self, offset: usize, len: usize) -> Cell {
         let end = offset.checked_add(len);
         assert!(end.is_some_and(|end| end <= self.len), "a part of {len} bytes at {offset} does not lie in a cell of {} bytes", self.len);
         Cell { extent: self.extent.clone(), offset: self.offset + offset, len }
     }
 
-    /// The cell of `len` bytes that starts where this one does: cells that adjoin, as one. Panics beyond the extent.
+    /// Returns the cell of `len` bytes that starts where this one does: cells that adjoin, as one. Panics beyond the extent.
     pub fn widened(&self, len: usize) -> Cell {
         self.extent.cell(self.offset, len)
     }
@@ -107,23 +107,23 @@ impl Cell {
         unsafe { self.start().copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
     }
 
-    /// The bytes. Consistent only under the same condition as `store`; a running system reads through rows or `Op::Capture`.
+    /// Returns the bytes. Consistent only under the same condition as `store`; a running system reads through rows or `Op::Capture`.
     pub fn load(&self) -> Vec<u8> {
         // SAFETY: the cell lies within its extent, all of which is initialised.
         unsafe { std::slice::from_raw_parts(self.start(), self.len) }.to_vec()
     }
 
-    /// True where both are the same bytes of memory.
+    /// Returns true if both are the same bytes of memory.
     pub fn is_same(&self, other: &Cell) -> bool {
         self.start() == other.start() && self.len() == other.len()
     }
 
-    /// True where `next` starts where this one ends, in the same extent.
+    /// Returns true if `next` starts where this one ends, in the same extent.
     pub fn adjoins(&self, next: &Cell) -> bool {
         Arc::ptr_eq(&self.extent, &next.extent) && self.offset + self.len == next.offset
     }
 
-    /// The extent that it lies in, and where.
+    /// Returns the extent that it lies in, and its offset.
     pub fn place(&self) -> (&Arc<Extent>, usize) {
         (&self.extent, self.offset)
     }
@@ -143,7 +143,7 @@ pub struct Span {
     pub(crate) len: usize,
 }
 
-/// The fewest copies that carry `cells`, one after the other, to or from a group of bytes. With its length.
+/// Returns the fewest copies that carry `cells`, one after the other, to or from a group of bytes. With its length.
 pub(crate) fn spans(cells: &[Cell]) -> (Vec<Span>, usize) {
     let mut spans: Vec<Span> = Vec::new();
     let mut at = 0;

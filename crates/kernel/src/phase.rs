@@ -32,8 +32,8 @@ pub struct State {
 /// Bytes of a stamp.
 pub const STAMP_LEN: usize = 24;
 
-/// True where a ratio output n is stored on the invocation that follows `phase` others since activation: on the nth, the 2nth, …
-/// as the entries of blocks do it.
+/// Returns true if a ratio output n is stored on the invocation that follows `phase` others since activation: on the nth, the
+/// 2nth, … as the entries of blocks do it.
 #[inline]
 pub fn stores(phase: u64, n: u32) -> bool {
     n <= 1 || (phase + 1).is_multiple_of(u64::from(n))

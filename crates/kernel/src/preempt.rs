@@ -10,7 +10,7 @@ pub trait Preempt {
     fn point(&self);
 }
 
-/// Nothing preempts from here.
+/// Point at which nothing preempts.
 pub struct Never;
 
 impl Preempt for Never {

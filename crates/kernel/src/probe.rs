@@ -14,13 +14,13 @@ pub struct BlockTimes {
     pub last_ns: u64,
     /// The longest.
     pub max_ns: u64,
-    /// All together.
+    /// Sum of all.
     pub sum_ns: u64,
     /// Its invocations since it was started, at the latest visit: two looks tell its rate.
     pub number: u64,
 }
 
-/// Of one block; written by the kernel of its source alone, with plain stores.
+/// Times of one block; written by the kernel of its source alone, with plain stores.
 #[derive(Default)]
 pub(crate) struct Times {
     samples: AtomicU64,

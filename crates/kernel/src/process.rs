@@ -56,7 +56,7 @@ impl Watch {
 
 /// Section of a command list between two waits, with the conditions watched meanwhile.
 pub struct Stage {
-    /// In order of declaration.
+    /// Watches, in order of declaration.
     pub watches: Vec<Watch>,
 }
 
@@ -78,7 +78,7 @@ pub struct Process {
 
 /// Location of a process's word.
 pub enum Home {
-    /// All of its sources lie here.
+    /// All of its sources are on this host.
     Here,
     /// All of its sources are remote, in one place: the word here only follows the one there.
     There(Arc<dyn RemoteWord>),
@@ -88,29 +88,29 @@ pub enum Home {
 
 /// Reaches the word of a process whose sources are all remote.
 pub trait RemoteWord: Send + Sync {
-    /// [`Process::take`], there. `None`: nobody answers.
+    /// Carries out [`Process::take`] there. `None`: nobody answers.
     fn take(&self, process: u64, generation: u32, insist: bool) -> Option<Taken>;
 }
 
 /// Result of [`Process::take`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Taken {
-    /// It was in this stage.
+    /// The process was in this stage.
     From(u16),
-    /// It had not entered a stage in that generation yet.
+    /// The process had not entered a stage in that generation yet.
     Before,
     /// A kernel was faster; its event tells.
     Late,
 }
 
 impl Process {
-    /// `created`: creation order, for serving conditions of one firing. Stages may be given once, later (scripts refer to the
+    /// Makes a process. `created`: creation order, for serving conditions of one firing. Stages may be given once, later (scripts refer to the
     /// process). It is in generation 0, stage 0, frozen until an `Op::Stage`.
     pub fn new(id: u64, created: u64) -> Arc<Process> {
         Process::at(id, created, Home::Here)
     }
 
-    /// The same where its sources, or some of them, are remote.
+    /// Makes a process whose sources, or some of them, are remote.
     pub fn at(id: u64, created: u64, home: Home) -> Arc<Process> {
         let word = AtomicU64::new(Word { generation: 0, stage: 0, flags: FROZEN }.pack());
         Arc::new(Process {
@@ -146,14 +146,15 @@ impl Process {
         self.id
     }
 
-    /// Generation and stage now.
+    /// Returns the present generation and stage.
     pub fn now(&self) -> (u32, u16) {
         let word = self.word();
         (word.generation, word.stage)
     }
 
-    /// Supervisor: takes it from the kernels, past `generation`: frozen until an `Op::Stage` of the next one or later, and stages of
-    /// `generation` that are still on their way change nothing. A kernel that ended it in `generation` was faster, and, unless
+    /// Takes the process from the kernels, for the supervisor, past `generation`: frozen until an `Op::Stage` of the next one or
+    /// later, and stages of `generation` that are still on their way change nothing. A kernel that ended it in `generation` was
+    /// faster, and, unless
     /// `insist`, one that froze it: then nothing changes, its event tells.
     pub fn take(&self, generation: u32, insist: bool) -> Taken {
         let Home::There(remote) = &self.home else { return self.take_here(generation, insist, None) };
@@ -173,7 +174,7 @@ impl Process {
         }
     }
 
-    /// `stage`: in which it is, where its word here does not know.
+    /// Takes it here. `stage`: its stage, if its word here does not know it.
     fn take_here(&self, generation: u32, insist: bool, stage: Option<u16>) -> Taken {
         let taken = self.change(|word| {
             let late = word.generation > generation || (word.generation == generation && (word.flags & ENDED != 0 || (word.flags == FROZEN && !insist)));
@@ -186,19 +187,19 @@ impl Process {
         }
     }
 
-    /// `Op::Advance`: true if it is in force.
+    /// Carries out `Op::Advance`; returns true if it is in force.
     pub fn advance(&self, generation: u32, from: u16, to: u16) -> bool {
         self.change(|word| (word.acts() && word.generation == generation && word.stage == from).then_some(Word { stage: to, ..word })).is_some()
     }
 
-    /// Supervisor: moves it from generation `from` to the next, frozen until an `Op::Stage`. False if a kernel was faster (it
+    /// Moves it from generation `from` to the next, for the supervisor, frozen until an `Op::Stage`. False if a kernel was faster (it
     /// froze or ended it): its event tells.
     pub fn claim(&self, from: u32) -> bool {
         self.change(|word| (word.generation == from && word.acts()).then_some(Word { generation: from + 1, stage: word.stage, flags: FROZEN | CLAIMED }))
             .is_some()
     }
 
-    /// True where its sources lie in several places: nothing answers its conditions but the supervisor.
+    /// Returns true if its sources lie in several places: nothing answers its conditions but the supervisor.
     pub fn is_spread(&self) -> bool {
         matches!(self.home, Home::Spread)
     }
@@ -248,7 +249,7 @@ impl Process {
         self.exchange(seen, Word { stage: next.unwrap_or(seen.stage), flags: if next.is_some() { 0 } else { ENDED }, ..seen })
     }
 
-    /// `Op::Stage`: true if it is in force. What is remembered is forgotten in a new generation, but not where the supervisor has
+    /// Carries out `Op::Stage`; returns true if it is in force. What is remembered is forgotten in a new generation, but not where the supervisor has
     /// taken it and goes on in the generation that this gave. A stage of an older generation, or of one that is under way already, is not.
     pub fn enter(&self, stage: u16, generation: Option<u32>) -> bool {
         let entered = self.change(|word| match generation {
@@ -265,7 +266,7 @@ impl Process {
         entered.is_some()
     }
 
-    /// True where what was reported in `generation` was so in the present list.
+    /// Returns true if what was reported in `generation` was so in the present list.
     pub fn is_of_list(&self, generation: u32) -> bool {
         generation >= self.list.load(Ordering::Acquire)
     }
@@ -284,7 +285,7 @@ impl Process {
         self.remembered.load(Ordering::Acquire)
     }
 
-    /// The same where `remembered` came.
+    /// Returns the watch of `stage` for a condition among `remembered`.
     pub(crate) fn awaited_of(&self, stage: u16, remembered: u64) -> Option<&Watch> {
         let came = |condition: u16| condition < 64 && remembered & (1 << condition) != 0;
         let waits = |watch: &&Watch| came(watch.condition) && !matches!(watch.response, Response::Remember);

@@ -25,7 +25,7 @@ impl RowsEnd {
         (writer.row_len(), writer.depth())
     }
 
-    /// A reader of the ring.
+    /// Returns a reader of the ring.
     pub fn reader(&self) -> interconnect::RowsReader {
         // SAFETY: the shared part of a writer never changes.
         unsafe { &*self.0.get() }.reader()

@@ -6,7 +6,7 @@ use std::cell::UnsafeCell;
 use std::ptr;
 use std::sync::atomic::{AtomicPtr, Ordering};
 
-/// Those of one process, one a source: a list that only grows.
+/// Running times of one process, one a source: a list that only grows.
 #[derive(Default)]
 pub(crate) struct RunningTimes(AtomicPtr<RunningTime>);
 

@@ -16,18 +16,18 @@ pub type QueueMember = connection::QueueMember<Activation>;
 /// When the steps of an activation are due, while it is on.
 #[derive(Clone)]
 pub enum Due {
-    /// At the firings of its source whose number is a multiple of `every` (set by `Op::On`): an execution interval on a timer
-    /// (firing k releases at epoch + k · period), a trigger with `every` 1.
+    /// Due at the firings of its source whose number is a multiple of `every` (set by `Op::On`): an execution interval on a
+    /// timer (firing k releases at epoch + k · period), a trigger with `every` 1.
     Interval,
-    /// In the same firing as all of `by`, on every n-th of their invocations since they were activated (n = 1 but behind a
-    /// ratio output): blocks with synchronous inputs whose writers sit in the same source.
+    /// Due in the same firing as all of `by`, on every n-th of their invocations since they were activated (n = 1 but
+    /// behind a ratio output): blocks with synchronous inputs whose writers sit in the same source.
     Driven { by: Vec<(Arc<Activation>, u32)> },
     /// When every one of these inbound queue members (connection, member) has a value that it has not had, and all of `by` as above.
     Queued { members: Vec<(Arc<Inbound>, usize)>, by: Vec<(Arc<Activation>, u32)> },
 }
 
 impl Due {
-    /// The activations that drive it.
+    /// Returns the activations that drive it.
     pub(crate) fn drivers(&self) -> &[(Arc<Activation>, u32)] {
         match self {
             Due::Interval => &[],
@@ -35,7 +35,7 @@ impl Due {
         }
     }
 
-    /// Room for the sequence of the value that each member had last.
+    /// Returns room for the sequence of the value that each member had last.
     pub(crate) fn had(&self) -> Box<[u64]> {
         let members = if let Due::Queued { members, .. } = self { members.len() } else { 0 };
         vec![0; members].into()
@@ -45,7 +45,7 @@ impl Due {
 /// The schedule of steps that are always active together at one rate. Shared by successive tables, so that a new table does
 /// not disturb what runs; changed only by the kernel of its source, between two firings.
 pub struct Activation {
-    /// As the kernel of its source goes by.
+    /// Rule in force, for the kernel of its source.
     due: UnsafeCell<Due>,
     /// The same as the builder of tables knows it: what a `follow` under way will bring.
     planned: Mutex<Due>,
@@ -67,15 +67,15 @@ impl Paced for Activation {
 }
 
 impl Activation {
-    /// An activation that is off. `stamp`: [`STAMP_LEN`] bytes of the image that hold, after each due firing, the number of the last
+    /// Makes an activation that is off. `stamp`: [`STAMP_LEN`] bytes of the image that hold, after each due firing, the number of the last
     /// invocation (u64), its release time (i64) and the number at activation (u64): what the SVVs that its blocks write are
     /// stamped with.
     pub fn new(due: Due, stamp: Option<Cell>) -> Arc<Activation> {
         Self::with_budget(due, stamp, None)
     }
 
-    /// The same with a declared time budget, in ns of real time, for a firing of its steps: the containment ends a firing that takes
-    /// longer. Without one: ten periods of the source and at least 100 ms (1 s under the virtual clock).
+    /// Makes one with a declared time budget, in ns of real time, for a firing of its steps: the containment ends a firing that
+    /// takes longer. Without one: ten periods of the source and at least 100 ms (1 s under the virtual clock).
     pub fn with_budget(due: Due, stamp: Option<Cell>, budget_ns: Option<u64>) -> Arc<Activation> {
         if let Some(stamp) = &stamp {
             assert!(stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
@@ -112,7 +112,7 @@ impl Activation {
         self.budget_ns
     }
 
-    /// When it is due, as the builder of tables knows it.
+    /// Returns the rule by which it is due, as the builder of tables knows it.
     pub fn planned(&self) -> Due {
         self.planned.lock().expect("nobody panics with the lock held").clone()
     }
@@ -121,7 +121,7 @@ impl Activation {
         self.stamp.as_ref()
     }
 
-    /// The activations that drive it, for who builds a table.
+    /// Returns the activations that drive it, for the builder of a table.
     pub(crate) fn planned_drivers(&self) -> Vec<(Arc<Activation>, u32)> {
         self.planned.lock().expect("nobody panics with the lock held").drivers().to_vec()
     }
@@ -170,7 +170,7 @@ impl Activation {
     }
 }
 
-/// Firing `firing` is at or after the next due one: due, or were there skipped ones?
+/// Returns whether firing `firing` is at or after the next due one.
 #[inline]
 fn interval_due(state: &mut State, firing: u64) -> bool {
     if firing == state.next {
@@ -207,7 +207,7 @@ unsafe fn all_due(state: &mut State, by: &[(Arc<Activation>, u32)]) -> bool {
     due
 }
 
-/// The releases that its driver missed are missed here too.
+/// Misses the releases that its driver missed.
 #[cold]
 fn missed_with(state: &mut State, driver: &State, n: u32) {
     let phase = driver.number.saturating_sub(driver.activated);

@@ -47,10 +47,10 @@ pub enum Op {
     /// Conditions that came, unserved, and that the stage waits for act at once. A generation that has passed, or that is under
     /// way already (several sources may be told), changes nothing.
     Stage { process: Arc<Process>, stage: u16, generation: Option<u32> },
-    /// From stage `from` to stage `to` of the same list, where the process acts in `generation` and is in `from`: a wait is reached
-    /// when all commands before it have been carried out. Conditions that came, unserved, act at once.
+    /// Advances from stage `from` to stage `to` of the same list, if the process acts in `generation` and is in `from`: a wait is
+    /// reached when all commands before it have been carried out. Conditions that came, unserved, act at once.
     Advance { process: Arc<Process>, generation: u32, from: u16, to: u16 },
-    /// Of a reaction: what the process remembers is forgotten (it goes to another list). Nothing in other scripts.
+    /// Forgets what the process remembers (it goes to another list), in a reaction. Nothing in other scripts.
     Forget,
     /// Serves what the `Execute`s before it reported; the rest of this script acts only if that moved the process nowhere, and it
     /// is in this generation and not frozen: what a fault of the executed blocks ended is not started after all. The script is
@@ -58,9 +58,9 @@ pub enum Op {
     While { process: Arc<Process>, generation: u32 },
     /// Running time of the process in this source: starts at 0.
     StartClock(Arc<Process>),
-    /// It stands still.
+    /// Stops the running time of the process.
     StopClock(Arc<Process>),
-    /// It goes on.
+    /// Lets the running time of the process go on.
     ResumeClock(Arc<Process>),
     /// The running time of the first process in this source is that of the second.
     KeepClock(Arc<Process>, Arc<Process>),
@@ -79,7 +79,7 @@ pub enum Op {
 }
 
 impl Op {
-    /// It changes what a source has, beyond what blocks and devices hold: only a script that is submitted may, never a reaction.
+    /// Returns true if it changes what a source has, beyond what blocks and devices hold: only a script that is submitted may, never a reaction.
     pub fn swaps(&self) -> bool {
         matches!(self, Op::Table(_) | Op::Follow { .. } | Op::Inherit(_))
     }
@@ -96,7 +96,7 @@ pub trait Inheritance: Send + Sync {
 
 /// Another driver for a device, prepared off the real-time path.
 pub trait Reopening: Send + Sync {
-    /// The device.
+    /// Returns the device.
     fn device(&self) -> &Arc<Device>;
 
     /// Returns true if the device is no longer lost after it has been carried out.
@@ -111,9 +111,9 @@ pub trait Reopening: Send + Sync {
 
 /// Operations carried out in order between two firings of one source, as one.
 pub struct Script {
-    /// For the acknowledgement.
+    /// Number for the acknowledgement.
     pub id: u64,
-    /// In order.
+    /// Operations, in order.
     pub ops: Vec<Op>,
 }
 
@@ -124,7 +124,7 @@ impl std::fmt::Debug for Script {
 }
 
 impl Script {
-    /// The script that a process keeps as a prepared answer.
+    /// Returns the script that a process keeps as a prepared answer.
     pub fn of(reaction: &dyn Reaction) -> &Script {
         (reaction as &dyn Any).downcast_ref().expect("nothing else is a reaction")
     }
@@ -158,7 +158,7 @@ impl Activation {
 /// be lost and none is allocated on the real-time path.
 pub struct Submission {
     pub script: Box<Script>,
-    /// With room for what is captured.
+    /// Captured values, with room for all.
     pub(crate) captured: Vec<u8>,
     pub firing: u64,
     pub(crate) time_ns: i64,
@@ -206,7 +206,7 @@ impl Mailbox {
         self.0.load(Ordering::Acquire).is_null()
     }
 
-    /// Everything that was put, oldest first.
+    /// Returns everything that was put, oldest first.
     pub fn take(&self) -> Submissions {
         let mut newest = self.0.swap(ptr::null_mut(), Ordering::SeqCst);
         let mut oldest = ptr::null_mut();

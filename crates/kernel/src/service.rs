@@ -12,7 +12,7 @@ pub struct Service {
     pub driver: Box<dyn Driver>,
     /// Outputs for the driver: commands with safe values and slew limits applied; it also remembers what was written last.
     pub out: Vec<u8>,
-    /// For each write channel: claimed at the last write.
+    /// True for each write channel that was claimed at the last write.
     pub(crate) engaged: Vec<bool>,
     /// Release of the last write, ns.
     pub written_ns: Option<i64>,
@@ -22,9 +22,9 @@ pub struct Service {
     pub ahead_ns: i64,
     /// Where what it read last goes, for an heir.
     pub shows: Option<Box<dyn Sender>>,
-    /// It is an heir: the driver is another device's so far.
+    /// View of the other device whose driver an heir will take over.
     pub looks: Option<Box<dyn View>>,
-    /// It was taken over, and has not been written since.
+    /// True if it was taken over, and has not been written since.
     pub is_new: bool,
     /// Its driver is closed.
     pub is_closed: bool,
@@ -63,7 +63,7 @@ impl Service {
         }
     }
 
-    /// Once: safe state, then the end of the driver.
+    /// Closes it, once: safe state, then the end of the driver.
     pub(crate) fn close(&mut self) {
         if !std::mem::replace(&mut self.is_closed, true) {
             self.driver.safe_state();
@@ -79,7 +79,7 @@ pub struct Seen {
     gap_ns: AtomicI64,
 }
 
-/// No gap is known.
+/// Mark: no gap is known.
 const NO_GAP: i64 = -1;
 
 impl Default for Seen {
@@ -89,12 +89,12 @@ impl Default for Seen {
 }
 
 impl Seen {
-    /// The first write after a device was taken over.
+    /// Notes a write; the first one after a device was taken over ends the gap.
     pub(crate) fn written(&self, gap_ns: i64) {
         self.gap_ns.store(gap_ns, Ordering::Release);
     }
 
-    /// After it was taken over: from the release of the last write before to that of the first write after, ns. None as long as there was none.
+    /// Returns the gap of a takeover: from the release of the last write before to that of the first write after, ns. None as long as there was none.
     pub fn gap_ns(&self) -> Option<i64> {
         Some(self.gap_ns.load(Ordering::Acquire)).filter(|gap| *gap != NO_GAP)
     }

@@ -9,7 +9,7 @@ use crate::word::Word;
 
 /// Serves conditions: the kernel in whose firing one came, or the host, where no kernel has the word of the process.
 pub trait Server {
-    /// Where `process` stands, which others move too.
+    /// Returns the word of `process`, which others move too.
     fn word(&self, process: &Process) -> Word;
 
     /// Returns the conditions that came, unserved, in the present list of `process`: one bit a condition.
@@ -81,7 +81,7 @@ pub struct Occurrence {
     pub block: BlockId,
     pub item: u8,
     pub fault: Option<Fault>,
-    /// Of the invocation that reported it.
+    /// Number of the invocation that reported it.
     pub number: u64,
     pub time_ns: i64,
 }

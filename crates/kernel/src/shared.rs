@@ -68,7 +68,7 @@ pub struct Source {
     /// Requests by which others raise it.
     pub requests: Arc<Requests>,
     pub closing: AtomicBool,
-    /// It ends, and an heir has its devices.
+    /// True if it ends, and an heir has its devices.
     pub leaving: AtomicBool,
     /// A block was ended in code of a library that may hold a lock: its thread runs no step again, and does not end.
     pub is_lost: AtomicBool,
@@ -81,7 +81,7 @@ pub struct Source {
     /// Set by `Host::restart`, taken by the kernel.
     pub restarting: AtomicBool,
     pub containment: Containment,
-    /// Until when the probe visits its blocks, on CLOCK_MONOTONIC.
+    /// End of the probe's visits to its blocks, on CLOCK_MONOTONIC.
     pub probe_until_ns: AtomicI64,
     pub counters: Counters,
     pub rights_missing: Mutex<Vec<String>>,
@@ -114,7 +114,7 @@ impl Source {
         }
     }
 
-    /// True where nobody may wait for its thread to end.
+    /// Returns true if nobody may wait for its thread to end.
     pub fn is_beyond_reach(&self) -> bool {
         self.is_lost.load(Ordering::Acquire) || self.is_deaf.load(Ordering::Acquire) || self.is_gone.load(Ordering::Acquire)
     }
@@ -129,12 +129,12 @@ impl Source {
         &self.requests.bell
     }
 
-    /// The supervisor's end. No kernel takes it.
+    /// Returns the supervisor's end. No kernel takes it.
     pub fn listener(&self) -> MutexGuard<'_, Listener> {
         self.listener.lock().expect("nobody panics with the lock held")
     }
 
-    /// The period of a timer.
+    /// Returns the period of a timer.
     pub fn period_ns(&self) -> Option<i64> {
         match self.spec.kind {
             SourceKind::Timer { period_ns } => Some(period_ns as i64),

@@ -22,7 +22,7 @@ pub enum SourceKind {
 pub struct SourceSpec {
     /// Its processor.
     pub rtp: u16,
-    /// For people.
+    /// Name for people.
     pub name: String,
     /// Origin of the requests for its firings.
     pub kind: SourceKind,
@@ -38,7 +38,7 @@ pub struct SourceSpec {
 /// Requests of one source: what others raise it by.
 #[derive(Default)]
 pub struct Requests {
-    /// Those that have not had their firing.
+    /// Number of requests that have not had their firing.
     pub pending: AtomicU64,
     /// Virtual clock: when the first of them came.
     pub since_ns: AtomicU64,

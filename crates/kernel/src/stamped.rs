@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// The time in the stamp of a value that no block has stored.
 pub const NEVER_NS: i64 = i64::MIN;
 
-/// The stamp of a value that no block has stored.
+/// Returns the stamp of a value that no block has stored.
 pub fn unstamped() -> [u8; STAMP_LEN] {
     let mut bytes = [0; STAMP_LEN];
     bytes[8..16].copy_from_slice(&NEVER_NS.to_ne_bytes());
@@ -42,16 +42,17 @@ pub struct Mark {
     pub of: Stamped,
 }
 
-/// Those of a table, by activation.
+/// Stamps of a table, by activation.
 #[derive(Default)]
 pub struct Marks {
     pub all: Vec<Mark>,
-    /// For each slot its part of `all`.
+    /// Part of `all` for each slot.
     ranges: Vec<(u32, u32)>,
 }
 
 impl Marks {
-    /// Of a table with `slots` activations: `found` gives step, slot and header of a block; values of blocks that it has not are left out.
+    /// Makes the stamps of a table with `slots` activations: `found` gives step, slot and header of a block; values of blocks that it has not are
+    /// left out.
     pub(crate) fn new(stamped: Vec<Stamped>, slots: usize, found: impl Fn(BlockId) -> Option<(u32, u32, *const Header)>) -> Marks {
         let mark = |of: Stamped| {
             assert!(of.stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");

@@ -7,19 +7,19 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 pub enum Ask {
     /// The emergency stop: outputs are safe from the write of the firing that read it on.
     Stop,
-    /// Nothing of the kernel: the supervisor is told of each change.
+    /// The kernel does nothing: the supervisor is told of each change.
     Tell,
 }
 
 /// State of a device. Of a remote one: as it was told last.
 pub struct Standing {
-    /// It failed: it is no longer read or written.
+    /// True after it failed: it is no longer read or written.
     pub lost: AtomicBool,
-    /// It has been read since it was opened. Of a remote one nothing is told.
+    /// True if it has been read since it was opened. Of a remote one nothing is told.
     pub read: AtomicBool,
-    /// For each channel: which reading of it asks for something, and how that stands.
+    /// Requests of each channel: the reading that asks for something, and whether it does.
     pub asking: Vec<Asking>,
-    /// For each channel: how often its slew limit acted.
+    /// Number of times that the slew limit of each channel acted.
     pub limited: Vec<AtomicU64>,
     /// Calls of `Device::forget`.
     pub forgotten: AtomicU64,
@@ -31,7 +31,7 @@ impl Standing {
         Standing { lost: AtomicBool::new(false), read: AtomicBool::new(false), asking, limited, forgotten: AtomicU64::new(0) }
     }
 
-    /// It is open again, and nothing of it has been read yet.
+    /// Marks it as open again, and not read yet.
     pub fn found(&self) {
         for asking in &self.asking {
             let what = asking.what.load(Ordering::Acquire);
@@ -49,9 +49,9 @@ impl Standing {
 pub struct Asking {
     /// `OFF`, or what it asks for and whether it does so at 0 (`AT_ZERO`).
     pub(crate) what: AtomicU8,
-    /// It does now.
+    /// True while it asks.
     pub now: AtomicBool,
-    /// It did, since somebody last forgot.
+    /// True if it has asked since the last `forget`.
     pub once: AtomicBool,
 }
 

@@ -22,7 +22,7 @@ pub struct Kernel {
     pub(crate) careful: bool,
     /// A signal or a spent budget ended a firing: no step runs until a restart.
     pub stopped: bool,
-    /// Something was told: the supervisor is to be woken.
+    /// True if something was told: the supervisor is to be woken.
     pub(crate) told: bool,
     /// A script stored something that is not published yet.
     pub(crate) stored: bool,
@@ -79,7 +79,7 @@ impl Kernel {
         }
     }
 
-    /// Digest of everything that its blocks have stored.
+    /// Returns the digest of everything that its blocks have stored.
     pub fn digest(&self) -> u64 {
         // SAFETY: a span lies within its cells, which the table's blocks hold; this source's own image.
         let bytes = |span: &Span| unsafe { std::slice::from_raw_parts(span.start, span.len) };
@@ -97,7 +97,7 @@ impl Kernel {
         }
     }
 
-    /// A condition found no place: it is counted, and told when there is room.
+    /// Counts a condition that found no room; it is told when there is some.
     #[cold]
     pub(crate) fn lose(&mut self) {
         self.told = true;
@@ -105,7 +105,7 @@ impl Kernel {
         add(&self.source.counters.lost, 1);
     }
 
-    /// After firings and scripts: wakes who is to be woken. The one system call, and only where somebody sleeps.
+    /// Wakes those who are to be woken, after firings and scripts. The one system call, and only where somebody sleeps.
     pub fn wake(&mut self) {
         if self.raised {
             self.raised = false;
@@ -119,7 +119,7 @@ impl Kernel {
     }
 }
 
-/// Where a process stands, which others move too; where a record is made that is part of it.
+/// Returns the word of a process, which others move too; if a record is made that is part of it.
 pub(crate) fn word_of(source: &Source, process: &Process) -> Word {
     let word = process.word();
     source.tape.as_ref().map_or(word, |tape| Word::unpack(tape.number(word.pack())))

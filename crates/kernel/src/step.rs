@@ -47,13 +47,13 @@ pub struct Step {
 
 /// A ring of rows that the PS, a scope or the recorder reads: these cells are copied into a row at the end of each firing.
 pub struct Rows {
-    /// In order, without gaps.
+    /// Cells in order, without gaps.
     pub cells: Vec<Cell>,
     /// The writing end.
     pub writer: Arc<RowsEnd>,
 }
 
-/// Each activation once, each after those that drive it.
+/// Returns each activation once, each after those that drive it.
 pub(crate) fn in_driving_order(steps: &[Step]) -> Vec<Arc<Activation>> {
     fn visit(activation: &Arc<Activation>, seen: &mut HashMap<*const Activation, ()>, order: &mut Vec<Arc<Activation>>) {
         if seen.insert(Arc::as_ptr(activation), ()).is_none() {

@@ -44,7 +44,7 @@ const NO_SIGNAL: u64 = 0xffff;
 const FORKED: u64 = SIGNAL | CALLED_FORK << outcome::SHIFT;
 const CALLED_FORK: u64 = 0xfffe;
 
-/// That result for a loop that has ended so.
+/// Returns the result of a loop that has ended so.
 pub fn ended_by(over: &Over) -> u64 {
     if over.has_forked() {
         return FORKED;
@@ -74,7 +74,7 @@ pub(crate) fn fault(result: u64) -> Option<Fault> {
 struct Frame<'a, P> {
     kernel: *mut Kernel,
     now_ns: i64,
-    /// Somebody looks at how long blocks take.
+    /// True if a probe measures how long blocks take.
     probes: bool,
     preempt: &'a P,
 }
@@ -92,13 +92,13 @@ pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns
     ended.map(|over| Ended { step: over.step, at: over.at, result: ended_by(&over), is_lost: over.is_lost }).or(changed)
 }
 
-/// When the steps of a firing are through: the step that is answerable where the words have changed, if there is any.
+/// Returns, when the steps of a firing are through, the step that is answerable if the words have changed.
 #[inline]
 fn changed(table: &Table) -> Option<Ended> {
     if Words::standardise() { answerable(table) } else { None }
 }
 
-/// A block of a module rather than one that this program was built with; the last of those that were due.
+/// Returns the last of the due blocks, one of a module rather than one that this program was built with.
 #[cold]
 fn answerable(table: &Table) -> Option<Ended> {
     floats::DISTRUST.store(true, Ordering::Relaxed);
@@ -127,7 +127,7 @@ unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     }
 }
 
-/// With `PROBED` the time of step `visited` is taken; the loop without it knows nothing of probes.
+/// Runs the hot loop; with `PROBED` the time of step `visited` is taken; the loop without it knows nothing of probes.
 ///
 /// # Safety
 /// `kernel` is that of the calling thread, its table placed; nobody else touches either.
@@ -182,7 +182,7 @@ fn loop_in_one_line() {
     unsafe { std::arch::asm!(".p2align 6", options(nomem, nostack, preserves_flags)) };
 }
 
-/// The hot loop over a bank or over fused blocks. The step that the probe visits is run by itself, and so is the rest of fused blocks where
+/// Runs a bank or fused blocks in the hot loop. The step that the probe visits is run by itself, and so is the rest of fused blocks where
 /// one is visited or has reported. Gives the step that has faulted, with the careful mode begun. A function of its own: inlined it takes a
 /// register from the loop over single steps.
 ///
@@ -246,7 +246,7 @@ pub(crate) fn report(kernel: *mut Kernel, step: u32, result: u64, now_ns: i64) -
     fault
 }
 
-/// Step `faulted` is the first to fault: the steps before it ran where they were due.
+/// Begins the careful mode: step `faulted` is the first to fault, and the steps before it ran if they were due.
 #[cold]
 fn begin_careful(kernel: *mut Kernel, faulted: u32) {
     // SAFETY: as for `report`.
@@ -259,7 +259,7 @@ fn begin_careful(kernel: *mut Kernel, faulted: u32) {
     table.ran[faulted as usize] = false;
 }
 
-/// A signal has ended the loop in step `at`, or it ran to its end: `Table::ran` says of every step whether it has stored what it had to.
+/// Settles a loop that a signal has ended in step `at`, or that ran to its end: `Table::ran` says of every step whether it has stored what it had to.
 #[cold]
 pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
     let end = at.unwrap_or(kernel.table.steps.len() as u32);
@@ -275,7 +275,7 @@ pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
     }
 }
 
-/// The rest of a firing in which a step has faulted, or one of `execute`: each step looks at what drives it. `probes`: takes the times
+/// Runs the rest of a firing in which a step has faulted, or one of `execute`: each step looks at what drives it. `probes`: takes the times
 /// of what is executed, which no firing visits.
 ///
 /// # Safety
@@ -323,7 +323,7 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probe
     }
 }
 
-/// In an execute firing: whether `slot` is driven by what ran, on this invocation.
+/// Returns whether, in an execute firing, `slot` is driven by what ran, on this invocation.
 fn drives(activation: &Activation) -> bool {
     // SAFETY: activations of this source.
     unsafe {

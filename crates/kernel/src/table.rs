@@ -32,27 +32,27 @@ pub struct Table {
     pub(crate) stretches: Vec<Stretch>,
     /// Order of the probe's visits.
     pub(crate) visits: Visits,
-    /// By activation: its strips, as a range of `strips_of`.
+    /// Strips of each activation, as a range of `strips_of`.
     strip_ranges: Vec<(u32, u32)>,
     strips_of: Vec<u32>,
-    /// Each activation once, after those that drive it.
+    /// Activations, each once, after those that drive it.
     pub activations: Vec<Arc<Activation>>,
-    /// By activation: due in this firing. It is scratch of the kernel.
+    /// True for each activation that is due in this firing. It is scratch of the kernel.
     pub(crate) due: Vec<bool>,
-    /// By step: everything that the hot loop does not need.
+    /// Everything about each step that the hot loop does not need.
     pub steps: Vec<ColdStep>,
-    /// By step: ran and succeeded in this firing. It is scratch of the careful mode.
+    /// True for each step that ran and succeeded in this firing. It is scratch of the careful mode.
     pub(crate) ran: Vec<bool>,
-    /// By step: chosen by `Op::Execute`. It is scratch of the careful mode.
+    /// True for each step that `Op::Execute` chose. It is scratch of the careful mode.
     pub(crate) chosen: Vec<bool>,
-    /// By activation: it reads a lost device; and whether any does.
+    /// True for each activation that reads a lost device; and whether any does.
     pub(crate) blind: Vec<bool>,
     pub(crate) is_blind: bool,
     /// Reports of this firing. It is scratch with room for one a step.
     pub(crate) reports: Vec<Report>,
     /// Scratch for serving them in order.
     pub(crate) candidates: Vec<Candidate>,
-    /// Each process once.
+    /// Processes, each once.
     pub processes: Vec<Arc<Process>>,
     /// Their running times in the table's source; filled in when the table is submitted.
     pub(crate) times: Vec<*mut TimeState>,
@@ -60,9 +60,9 @@ pub struct Table {
     /// True where a member of a queue comes in.
     pub(crate) queues: bool,
     pub outbound: Vec<Arc<Outbound>>,
-    /// For each outbound connection and queue member: the step that writes it.
+    /// Step that writes each queue member, by outbound connection.
     pub(crate) writers: Vec<Vec<Option<u32>>>,
-    /// For each outbound connection: whom it raises; filled in when the table is submitted.
+    /// Requests that each outbound connection raises; filled in when the table is submitted.
     pub(crate) wakes: Vec<Option<Arc<Requests>>>,
     pub devices: Vec<Arc<Device>>,
     pub edges: Vec<Arc<Edge>>,
@@ -106,7 +106,7 @@ pub struct ColdStep {
 #[derive(Clone, Copy)]
 pub(crate) struct Report {
     pub(crate) step: u32,
-    /// As `abi::outcome` says, or, ended by the containment, `SIGNAL`.
+    /// Result as in `abi::outcome`, or, if the containment ended it, `SIGNAL`.
     pub(crate) result: u64,
     pub(crate) now_ns: i64,
 }
@@ -170,12 +170,12 @@ impl Table {
         Table { activations, inbound, outbound, devices, ..table }.with_rows(rows)
     }
 
-    /// The block of each step.
+    /// Returns the block of each step.
     pub fn blocks(&self) -> Vec<Option<BlockId>> {
         self.steps.iter().map(|step| step.block.as_ref().map(|block| block.id())).collect()
     }
 
-    /// The same with channels of its devices that raise sources.
+    /// Adds channels of its devices that raise sources.
     #[must_use]
     pub fn with_edges(mut self, edges: Vec<Arc<Edge>>) -> Table {
         self.edge_sources = edges.iter().map(|_| None).collect();
@@ -183,14 +183,14 @@ impl Table {
         self
     }
 
-    /// The same with more rings of rows.
+    /// Adds rings of rows.
     #[must_use]
     pub fn with_rows(mut self, rows: impl IntoIterator<Item = Rows>) -> Table {
         self.rows.extend(rows.into_iter().map(|rows| (spans(&rows.cells).0, rows)));
         self
     }
 
-    /// The same with values that are stamped where its blocks store them; those of other blocks are left out.
+    /// Adds values that are stamped when its blocks store them; those of other blocks are left out.
     #[must_use]
     pub fn with_stamped(mut self, stamped: Vec<Stamped>) -> Table {
         let blocks = self.steps.iter().zip(0..).filter_map(|(step, index)| Some((step.block.as_ref()?.id(), index)));
@@ -203,7 +203,7 @@ impl Table {
         self
     }
 
-    /// A table without anything.
+    /// Makes a table without anything.
     pub(crate) fn empty() -> Table {
         Table {
             calls: Vec::new(),
@@ -285,7 +285,7 @@ impl Table {
         }
     }
 
-    /// The steps of the activation at `slot`.
+    /// Returns the steps of the activation at `slot`.
     pub(crate) fn steps_of(&self, slot: usize) -> impl Iterator<Item = u32> {
         let (start, end) = self.strip_ranges[slot];
         self.strips_of[start as usize..end as usize].iter().flat_map(|&strip| self.strips[strip as usize].start..self.strips[strip as usize].end)
@@ -339,7 +339,7 @@ impl Table {
         }
     }
 
-    /// The step to be visited by the probe in this firing: the next block of a strip that is due. `OUTSIDE` where no block is due.
+    /// Returns the step to be visited by the probe in this firing: the next block of a strip that is due. `OUTSIDE` where no block is due.
     pub(crate) fn visit(&mut self) -> u32 {
         let Some((index, step)) = self.visits.due(|strip| self.due[self.strips[strip].slot as usize]) else { return OUTSIDE };
         let strip = self.strips[index];
@@ -348,7 +348,7 @@ impl Table {
         step
     }
 
-    /// The first step of these that is a block.
+    /// Returns the first step of these that is a block.
     fn block_step(&self, start: u32, end: u32) -> Option<u32> {
         (start..end).find(|&step| self.steps[step as usize].block.is_some())
     }
@@ -372,12 +372,12 @@ impl Table {
         }
     }
 
-    /// The step whose block stores to `cell`: the last one.
+    /// Returns the last step whose block stores to `cell`.
     fn writer_of(&self, cell: &Cell) -> Option<u32> {
         self.steps.iter().rposition(|step| step.block.as_ref().is_some_and(|block| block.writes(cell))).map(|step| step as u32)
     }
 
-    /// The header of the block of step `step`.
+    /// Returns the header of the block of step `step`.
     pub fn header(&self, step: u32) -> Option<*mut Header> {
         self.steps[step as usize].block.as_ref().map(|block| block.header())
     }

@@ -22,22 +22,22 @@ pub trait Tape: Send + Sync {
     /// Begins the segment of one firing, script or restart.
     fn begin(&self);
 
-    /// True where it records, and wants to be told of the end.
+    /// Returns true if it records, and wants to be told of the end.
     fn records(&self) -> bool;
 
     /// Ends the segment. `digest`: of everything that the source's blocks have stored; `stopped`: a fault stopped the source.
     fn end(&self, occasion: Occasion, number: u64, time_ns: i64, digest: u64, stopped: bool);
 
-    /// A number from outside.
+    /// Returns a number from outside.
     fn number(&self, live: u64) -> u64;
 
-    /// Result of writing a device; `live` does it.
+    /// Returns the result of writing a device; `live` does it.
     ///
     /// # Errors
     /// As of the driver, now or when it was recorded.
     fn written(&self, live: &mut dyn FnMut() -> Result<(), DeviceError>) -> Result<(), DeviceError>;
 
-    /// Reading of a device; `live` reads it into the bytes.
+    /// Returns the result of reading a device; `live` reads it into the bytes.
     ///
     /// # Errors
     /// As of the driver, now or when it was recorded.
@@ -49,7 +49,7 @@ pub trait Tape: Send + Sync {
     }
 }
 
-/// Digest of bytes after others: eight at a time, so that it costs little in every firing.
+/// Returns the digest of bytes after others: eight at a time, so that it costs little in every firing.
 #[inline]
 pub fn digest(mut of: u64, bytes: &[u8]) -> u64 {
     let (words, rest) = bytes.as_chunks::<8>();

@@ -9,7 +9,7 @@ pub(crate) struct Visits {
     strips: Vec<Visit>,
 }
 
-/// In one strip: the turn of the last visit, and the block that is next.
+/// Visit of one strip: the turn of the last visit, and the block that is next.
 struct Visit {
     turn: u64,
     next: u32,
@@ -21,14 +21,14 @@ impl Visits {
         Visits { turn: 0, strips: first.map(|first| Visit { turn: 0, next: first.unwrap_or(OUTSIDE) }).collect() }
     }
 
-    /// The strip that is due and was not visited for the longest time, and its block that is next: so one that is seldom due is visited when
-    /// it is. None where no block is due.
+    /// Returns the strip that is due and was not visited for the longest time, and its block that is next: so one that is seldom due is
+    /// visited when it is. None where no block is due.
     pub(crate) fn due(&self, due: impl Fn(usize) -> bool) -> Option<(usize, u32)> {
         let due = self.strips.iter().enumerate().filter(|(strip, visit)| visit.next != OUTSIDE && due(*strip));
         due.min_by_key(|(_, visit)| visit.turn).map(|(strip, visit)| (strip, visit.next))
     }
 
-    /// Strip `strip` is visited in this turn; `next` is its block for the one after.
+    /// Notes that strip `strip` is visited in this turn; `next` is its block for the one after.
     pub(crate) fn visited(&mut self, strip: usize, next: u32) {
         self.turn += 1;
         self.strips[strip] = Visit { turn: self.turn, next };

@@ -7,11 +7,11 @@ use std::sync::Arc;
 /// Distance between the ends of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Reach {
-    /// In one process.
+    /// Both ends are in one process.
     Process,
-    /// In two processes of one host.
+    /// The ends are in two processes of one host.
     Host,
-    /// On two hosts.
+    /// The ends are on two hosts.
     Network,
 }
 
@@ -36,12 +36,12 @@ pub struct Nowhere {
 }
 
 impl Nowhere {
-    /// In the place of an end of `spec` that could not be made: what is published goes nowhere, a row finds no room.
+    /// Makes the stand-in for an end of `spec` that could not be made: what is published goes nowhere, a row finds no room.
     pub fn of(spec: &ConnectionSpec) -> Nowhere {
         Nowhere { group: vec![0; spec.asynchronous_len], _kept: None }
     }
 
-    /// In the place of a remote end; keeps `kept` as long as it is here.
+    /// Makes the stand-in for a remote end; it keeps `kept` as long as it lives.
     pub fn keeping(kept: Option<Arc<dyn Any + Send + Sync>>) -> Nowhere {
         Nowhere { group: Vec::new(), _kept: kept }
     }

@@ -15,7 +15,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// A window in `cell`, whose length is that of a value, `len`, times the number of values. Panics where it is not.
+    /// Makes a window in `cell`, whose length is that of a value, `len`, times the number of values. Panics where it is not.
     pub fn new(cell: Cell, len: usize) -> Window {
         assert!(len > 0 && !cell.is_empty() && cell.len().is_multiple_of(len), "a window of {} bytes does not hold values of {len}", cell.len());
         Window { cell, len }
@@ -26,12 +26,12 @@ impl Window {
         &self.cell
     }
 
-    /// True for a cell of one value.
+    /// Returns true for a cell of one value.
     pub(crate) fn takes(&self, value: &Cell) -> bool {
         value.len() == self.len
     }
 
-    /// Every value is `bytes`. Before anything that runs is bound to it, or by the kernel of its source.
+    /// Sets every value to `bytes`. Before anything that runs is bound to it, or by the kernel of its source.
     pub fn fill(&self, bytes: &[u8]) {
         assert_eq!(bytes.len(), self.len, "a window takes values of its own length");
         for at in (0..self.cell.len()).step_by(self.len) {
@@ -40,7 +40,7 @@ impl Window {
         }
     }
 
-    /// Every value is the present one of `value`. By the kernel of its source.
+    /// Sets every value to the present one of `value`. By the kernel of its source.
     pub(crate) fn fill_from(&self, value: &Cell) {
         for at in (0..self.cell.len()).step_by(self.len) {
             // SAFETY: both cells are held, of this length (checked when the script was made); this source's own image.
@@ -48,7 +48,7 @@ impl Window {
         }
     }
 
-    /// The oldest value goes, the present one of `value` comes. Wait-free: one move of the window. By the kernel of its source.
+    /// Appends the present value of `value` and drops the oldest. Wait-free: one move of the window. By the kernel of its source.
     #[inline]
     pub(crate) fn append(&self, value: &Cell) {
         let kept = self.cell.len() - self.len;

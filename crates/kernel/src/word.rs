@@ -9,7 +9,7 @@ pub struct Word {
     pub(crate) flags: u16,
 }
 
-/// Nothing acts until an `Op::Stage`.
+/// Flag: nothing acts until an `Op::Stage`.
 pub(crate) const FROZEN: u16 = 1;
 /// Frozen by `claim`, which moved it to the next generation; what still runs belongs to the one before.
 pub(crate) const CLAIMED: u16 = 2;
@@ -25,18 +25,19 @@ impl Word {
         Word { generation: (word >> 32) as u32, stage: (word >> 16) as u16, flags: word as u16 }
     }
 
-    /// True while conditions act.
+    /// Returns true while conditions act.
     pub fn acts(self) -> bool {
         self.flags == 0
     }
 
-    /// True while a condition that comes counts for the waits of the present list: also while the supervisor has taken it to carry it on.
+    /// Returns true while a condition that comes counts for the waits of the present list: also while the supervisor has taken it to carry it on.1
+    /// Entry of a copy step.
     /// Where it goes to another list, what was remembered is forgotten.
     pub fn remembers(self) -> bool {
         self.flags & ENDED == 0
     }
 
-    /// The generation that what runs now belongs to.
+    /// Returns the generation that what runs now belongs to.
     pub(crate) fn running_generation(self) -> u32 {
         self.generation - u32::from(self.flags & CLAIMED != 0 && self.generation > 0)
     }

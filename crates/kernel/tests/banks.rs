@@ -95,7 +95,7 @@ enum Language {
 
 const LANGUAGES: [Language; 2] = [Language::Rust, Language::C];
 
-/// `Told`, and the bank entry that its module gives.
+/// Returns `Told`, and the bank entry that its module gives.
 fn told(language: Language) -> (&'static Descriptor, Bank) {
     static IN_C: OnceLock<(&Descriptor, Bank)> = OnceLock::new();
     match language {
@@ -127,7 +127,7 @@ unsafe extern "C" fn banked<const KIND: usize>(calls: *const Call, step: *mut u3
 /// Two kinds of blocks, which run alike.
 type Kinds = [&'static Descriptor; 2];
 
-/// With a bank entry, and without one.
+/// Returns the kinds with a bank entry, and without one.
 fn kinds(language: Language, has_bank: bool) -> Kinds {
     static KINDS: OnceLock<[[Kinds; 2]; 2]> = OnceLock::new();
     let kinds = KINDS.get_or_init(|| {
@@ -219,7 +219,7 @@ impl Program {
         self.told.extend(events(&self.host).iter().filter(|event| !matches!(event, Event::Done { .. })).map(|event| format!("{event:?}")));
     }
 
-    /// All that can be seen: values, items and headers of the blocks, and what was told.
+    /// Returns all that can be seen: values, items and headers of the blocks, and what was told.
     fn seen(&self) -> Seen {
         let of = |block: &Arc<Block>| {
             let Header { number, activated } = unsafe { *block.header() };
@@ -244,12 +244,12 @@ fn counted(run: impl FnOnce()) -> (u64, u64) {
     (SINGLE.get(), BANKED.get())
 }
 
-/// Both programs after `firings`: they are equal, and the one with bank entries is given.
+/// Runs both programs for `firings`, checks that they are equal, and returns the one with bank entries.
 fn alike(language: Language, made: &[Made], firings: i64) -> Program {
     alike_of(language, made, firings, "")
 }
 
-/// The same of a program that `origin` makes again.
+/// Does the same with a program that `origin` makes again.
 fn alike_of(language: Language, made: &[Made], firings: i64, origin: &str) -> Program {
     let [single, banked] = [false, true].map(|has_bank| {
         let mut program = Program::new(made, kinds(language, has_bank));

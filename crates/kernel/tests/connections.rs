@@ -36,7 +36,7 @@ struct Pair {
     on: Arc<Activation>,
 }
 
-/// A counter on a timer of 2 ms; the caller connects.
+/// Makes a counter on a timer of 2 ms; the caller connects.
 fn pair(reader: SourceSpec) -> Pair {
     let host = virtual_host(1);
     let writer = host.add_source(timer("writer", 2 * MS as u64, 50)).unwrap();

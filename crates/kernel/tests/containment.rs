@@ -103,7 +103,7 @@ fn brake() -> (Arc<Device>, Arc<AtomicU64>, Arc<Mutex<Vec<f64>>>) {
 /// Drives a host until what it is given takes an event, or, asked without one, says that it is enough.
 type Until<'a> = &'a dyn Fn(&Host, &mut dyn FnMut(Event) -> bool);
 
-/// A faulty block between two good ones of two processes on one source, and a good one on another source.
+/// Runs a faulty block between two good ones of two processes on one source, and a good one on another source.
 fn contains(host: &Host, faulty: &'static Descriptor, expected: Fault, until: Until) {
     let source = host.add_source(timer("fast", MS, 80)).unwrap();
     let other = host.add_source(timer("other", MS, 60)).unwrap();

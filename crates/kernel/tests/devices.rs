@@ -68,7 +68,7 @@ fn driver(slew_max: Option<f64>, fails_ns: i64) -> (Box<dyn Driver>, Log) {
     (Box::new(driver), log)
 }
 
-/// A block that turns the reading (an integer) into a command of ten times that.
+/// Returns a block that turns the reading (an integer) into a command of ten times that.
 fn servo() -> &'static opengpac::abi::Descriptor {
     block!(|this, _| {
         this.y = (10.0 * this.u as f64).to_bits() as i64;
@@ -81,7 +81,7 @@ fn program(device: &Arc<Device>) -> (Host, SourceId) {
     (host, source)
 }
 
-/// A block that commands how often it has run, by a state.
+/// Returns a block that commands its number of runs, by a state.
 fn counting() -> &'static opengpac::abi::Descriptor {
     block!(|this, _| {
         this.state += 1;
@@ -147,7 +147,7 @@ fn an_heir_that_took_nothing_over_leaves_the_device_for_the_next() {
     assert_eq!(passed.anew, [("b1".to_owned(), "it has 0 items, the one before had 5".to_owned())]);
 }
 
-/// A block without items.
+/// Returns a block without items.
 fn without_items() -> &'static opengpac::abi::Descriptor {
     let of = servo();
     Box::leak(Box::new(opengpac::abi::Descriptor { item_count: 0, ..*of }))

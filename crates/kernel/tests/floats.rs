@@ -45,7 +45,7 @@ fn witness() -> &'static Descriptor {
     })
 }
 
-/// A firing after the attack: what the attacker and the witness behind it have stored, what was told, and whether the source stopped.
+/// Runs a firing after the attack; returns what the attacker and the witness behind it have stored, what was told, and whether the source stopped.
 fn attacked(descriptor: &'static Descriptor) -> ([i64; 2], Vec<(BlockId, Fault)>, bool) {
     let host = virtual_host(1);
     let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();

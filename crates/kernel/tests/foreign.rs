@@ -24,7 +24,7 @@ fn block(name: &str) -> &'static Descriptor {
     blocks.iter().find(|block| unsafe { CStr::from_ptr(block.name) }.to_str() == Ok(name)).unwrap()
 }
 
-/// A source that runs this block, with a budget of 1 ms, as long as it is asked to.
+/// Makes a source that runs this block, with a budget of 1 ms, as long as it is asked to.
 fn runs(host: &Host, name: &str) -> SourceId {
     let source = host.add_source(timer(name, MS, 80)).unwrap();
     let (descriptor, output) = (block(name), Extent::new(8).cell(0, 8));
@@ -37,7 +37,7 @@ fn runs(host: &Host, name: &str) -> SourceId {
     source
 }
 
-/// Of this source: one that ran before it may have faulted once more, between its restart and its empty table.
+/// Returns the fault of this source: one that ran before it may have faulted once more, between its restart and its empty table.
 fn ended(host: &Host, source: SourceId) -> Fault {
     await_event(host, |event| match event {
         Event::Stopped { source: of, fault, .. } if of == source => Some(fault),
@@ -124,7 +124,7 @@ fn alone(name: &str, scenario: fn()) -> Option<Output> {
     Some(process.args(["--exact", name, "--nocapture", "--test-threads=1"]).env(SCENARIO, name).output().unwrap())
 }
 
-/// The source ends for good, with this fault; everything else goes on, and the host and the program end.
+/// Checks that the source ends for good, with this fault; everything else goes on, and the host and the program end.
 fn is_lost(name: &'static str, fault: Fault) {
     let host = monotonic_host();
     let source = runs(&host, name);

@@ -124,7 +124,7 @@ fn has_ended_by_us(child: i64) {
     assert!(libc::WIFEXITED(status) && libc::WEXITSTATUS(status) == forks::ENDED, "status {status:#x}");
 }
 
-/// A source with devices, which runs this block; with the cell of its output.
+/// Makes a source with devices, which runs this block; returns the cell of its output too.
 fn runs(host: &Host, name: &str, devices: Vec<Arc<Device>>) -> (SourceId, Cell) {
     let source = host.add_source(timer(name, MS, 80)).unwrap();
     let (descriptor, child) = (block(name), Extent::new(8).cell(0, 8));

@@ -28,7 +28,7 @@ mod act {
     pub const LOOP: u32 = 7;
 }
 
-/// The blocks of `told.c` and `several.c`, as a system downloads them; the first is `told`, the second one that cannot be fused.
+/// Returns the blocks of `told.c` and `several.c`, as a system downloads them; the first is `told`, the second one that cannot be fused.
 fn kinds() -> &'static [&'static Descriptor] {
     static KINDS: OnceLock<Vec<&Descriptor>> = OnceLock::new();
     KINDS.get_or_init(|| {
@@ -46,7 +46,7 @@ fn named(name: &str) -> usize {
     kinds().iter().position(|kind| unsafe { CStr::from_ptr(kind.name) }.to_str() == Ok(name)).unwrap()
 }
 
-/// The entry of a group, compiled once.
+/// Returns the entry of a group, compiled once.
 fn entry(members: &[Member]) -> Bank {
     static MADE: Mutex<Option<HashMap<Vec<Member>, Bank>>> = Mutex::new(None);
     let mut made = MADE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -57,16 +57,16 @@ fn entry(members: &[Member]) -> Bank {
 #[derive(Clone, Debug)]
 struct Made {
     kind: usize,
-    /// Of each input the block and the output that it reads, which may come later; or a constant.
+    /// Block and output that each input reads, which may come later; or a constant.
     reads: Vec<Option<(usize, usize)>>,
     /// Its activation, due at every firing or at every second one.
     slot: usize,
     drivers: Vec<u32>,
-    /// Of `told`: on which invocation, and what.
+    /// Invocation on which `told` acts, and the act.
     told: (u64, u32),
 }
 
-/// `told` blocks, each of which reads the one before it.
+/// Makes `told` blocks, each of which reads the one before it.
 fn chain(n: usize) -> Vec<Made> {
     (0..n).map(|at| Made { kind: 0, reads: vec![at.checked_sub(1).map(|before| (before, 0))], slot: 0, drivers: vec![], told: (0, act::NOTHING) }).collect()
 }
@@ -155,7 +155,7 @@ impl Program {
         if is_fused { table.fused(|blocks| groups(blocks).into_iter().map(|Group { blocks, members }| (blocks, entry(&members))).collect()) } else { table }
     }
 
-    /// The blocks that are fused, as ranges.
+    /// Returns the blocks that are fused, as ranges.
     fn groups(&self) -> Vec<(usize, usize)> {
         let mut found = vec![];
         let _ = self.single().fused(|blocks| {
@@ -176,7 +176,7 @@ impl Program {
         self.told.extend(events(&self.host).iter().filter(|event| !matches!(event, Event::Done { .. })).map(|event| format!("{event:?}")));
     }
 
-    /// All that can be seen: values, items and headers of the blocks, and what was told.
+    /// Returns all that can be seen: values, items and headers of the blocks, and what was told.
     fn seen(&self) -> Seen {
         let of = |block: &Arc<Block>| {
             let Header { number, activated } = unsafe { *block.header() };
@@ -193,7 +193,7 @@ impl Program {
     }
 }
 
-/// The program fused, after `firings`: it equals the one that runs one by one, and one that is fused and unfused while it runs.
+/// Runs the program fused for `firings`, and checks that it equals the one that runs one by one, and one that is fused and unfused while it runs.
 fn alike(made: &[Made], firings: i64, origin: &str) -> Program {
     let [single, fused] = [false, true].map(|is_fused| {
         let mut program = Program::new(made, is_fused);

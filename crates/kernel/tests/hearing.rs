@@ -54,7 +54,7 @@ impl Loop {
         Loop { containment, state, thread }
     }
 
-    /// As if a step were running.
+    /// Acts as if a step were running.
     fn is_in_a_step(&self) {
         unsafe { self.containment.step().write_volatile(3) };
     }
@@ -74,7 +74,7 @@ fn mask_all() {
     }
 }
 
-/// From here on the calling thread runs on this core alone.
+/// Pins the calling thread to this core.
 fn pin_to(core: usize) {
     unsafe {
         let mut only: libc::cpu_set_t = std::mem::zeroed();
@@ -83,7 +83,7 @@ fn pin_to(core: usize) {
     }
 }
 
-/// The first core that this process may run on.
+/// Returns the first core that this process may run on.
 fn a_core() -> usize {
     unsafe {
         let mut allowed: libc::cpu_set_t = std::mem::zeroed();

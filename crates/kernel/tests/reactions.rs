@@ -66,7 +66,7 @@ impl Program {
         self.cells.iter().map(value).collect()
     }
 
-    /// (condition, acted, ended, stage, time in ms) of the conditions told so far.
+    /// Returns (condition, acted, ended, stage, time in ms) of the conditions told so far.
     fn conditions(&self) -> Vec<(u16, bool, bool, Option<u16>, i64)> {
         let told = events(&self.host).into_iter();
         told.filter_map(|event| {

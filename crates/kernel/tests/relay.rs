@@ -83,7 +83,7 @@ impl Remote for Place {
     fn close(&self) {}
 }
 
-/// A process here and a remote host, with a source each, and a connection from the one to the other.
+/// Makes a process here and a remote host, with a source each, and a connection from the one to the other.
 fn between(group_len: usize, depth: usize) -> (Host, Arc<Place>, Arc<Place>, Ends) {
     let host = monotonic_host();
     let (process, other) = (Arc::new(Place::default()), Arc::new(Place { host: Some("cell-b"), ..Place::default() }));

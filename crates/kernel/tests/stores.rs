@@ -37,7 +37,7 @@ impl opengpac::Step for Wide {
     }
 }
 
-/// The same in C, built as a user's module is.
+/// Returns the same in C, built as a user's module is.
 fn in_c() -> &'static Descriptor {
     by_hand::blocks_of("wide", &by_hand::AS_A_USER)[0]
 }
@@ -50,7 +50,7 @@ struct Stored {
 }
 
 impl Stored {
-    /// `before`: what its input reads, if it has one.
+    /// Makes a stored block. `before`: what its input reads, if it has one.
     fn new(id: u32, descriptor: &'static Descriptor, before: Option<&Cell>) -> Stored {
         let memory = Extent::new(descriptor.instance_size as usize).cell(0, descriptor.instance_size as usize);
         let mut block = Block::install(BlockId(id), &format!("b{id}"), descriptor, Arc::new(()), memory);
@@ -144,7 +144,7 @@ impl Program {
         Program { host, source, stored, now_ns: 0 }
     }
 
-    /// One firing; the block that its budget ended it in.
+    /// Runs one firing; returns the block that its budget ended it in.
     fn fire(&mut self) -> Option<BlockId> {
         self.now_ns += MS;
         assert!(self.host.fire_next(self.now_ns).unwrap());

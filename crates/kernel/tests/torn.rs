@@ -54,7 +54,7 @@ static SHARED: Shared = {
     Shared { firing: NO, publishing: NO, low_firing: NO, low_latching: NO, readers: [READER; 3], linger: ZERO, invocations: ZERO, newest: ZERO }
 };
 
-/// One test at a time, from zero.
+/// Lets one test run at a time, from zero.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     let guard = ALONE.lock().unwrap_or_else(|broken| broken.into_inner());
@@ -138,7 +138,7 @@ impl Receiver for WatchedReceiver {
     }
 }
 
-/// SVV i of the writer's firing n.
+/// Returns SVV i of the writer's firing n.
 fn svv(n: i64, i: i64) -> i64 {
     (n ^ (i << 40)).wrapping_mul(0x5851_f42d_4c95_7f2d)
 }
@@ -193,7 +193,7 @@ unsafe extern "C" fn check(instance: *mut c_void, _: *const Invocation) -> u64 {
     0
 }
 
-/// The whole program on `host`: source 0 writes, 1 to 3 read. `idle` more blocks run in each firing of the writer.
+/// Makes the whole program on `host`: source 0 writes, 1 to 3 read. `idle` more blocks run in each firing of the writer.
 fn program(host: &Host, specs: [SourceSpec; 4], svvs: usize, idle: usize) -> [SourceId; 4] {
     let sources = specs.map(|spec| host.add_source(spec).unwrap());
     let image = Extent::new(8 * (svvs + 1));

@@ -30,7 +30,7 @@ pub const PARAMETER: usize = 3;
 /// Body of a test block: returns `Ok` with conditions to report, or the result of a fault.
 pub type Body = fn(&mut Instance, &Invocation) -> u64;
 
-/// The entry around a body: as generated ones do it.
+/// Enters a body as generated entries do.
 pub unsafe fn enter(instance: *mut c_void, invocation: *const Invocation, body: Body) -> u64 {
     unsafe {
         let this = &mut *instance.cast::<Instance>();
@@ -66,7 +66,7 @@ macro_rules! block {
     }};
 }
 
-/// A descriptor around an entry. Leaked: descriptors are constants.
+/// Makes a descriptor around an entry. Leaked: descriptors are constants.
 pub fn describe(run: abi::Run) -> &'static Descriptor {
     let text = |text: &str| CString::new(text).unwrap().into_raw().cast_const();
     let item = |item_kind, name: &str, offset: usize, address: u32, report: u32| Item {
@@ -115,7 +115,7 @@ pub const DONE: u64 = 1 << (abi::outcome::SHIFT as usize + CONDITION);
 /// A returned fault with code 7.
 pub const FAULT: u64 = abi::outcome::FAULT | 7 << abi::outcome::SHIFT;
 
-/// An installed block with its input and output bound.
+/// Returns an installed block with its input and output bound.
 pub fn install(id: u32, descriptor: &'static Descriptor, input: Option<&Cell>, output: Option<&Cell>) -> Block {
     let size = descriptor.instance_size as usize;
     let mut block = Block::install(BlockId(id), &format!("b{id}"), descriptor, Arc::new(()), Extent::new(size).cell(0, size));
@@ -176,7 +176,7 @@ pub fn run_until(host: &Host, until_ns: i64) {
     host.set_now(until_ns);
 }
 
-/// Everything told so far.
+/// Returns everything told so far.
 pub fn events(host: &Host) -> Vec<Event> {
     std::iter::from_fn(|| host.poll()).collect()
 }
@@ -193,7 +193,7 @@ pub fn await_event<T>(host: &Host, mut wanted: impl FnMut(Event) -> Option<T>) -
     }
 }
 
-/// xorshift64*.
+/// Returns the next number of xorshift64*.
 pub fn random(seed: &mut u64) -> u64 {
     *seed ^= *seed >> 12;
     *seed ^= *seed << 25;
@@ -201,12 +201,12 @@ pub fn random(seed: &mut u64) -> u64 {
     seed.wrapping_mul(0x2545_f491_4f6c_dd1d)
 }
 
-/// A random number below `below`.
+/// Returns a random number below `below`.
 pub fn random_below(seed: &mut u64, below: u64) -> u64 {
     (random(seed) >> 11) % below
 }
 
-/// The number that a variable of the environment gives.
+/// Returns the number that a variable of the environment gives.
 pub fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).map_or(default, |given| given.parse().expect("a number"))
 }

@@ -5,17 +5,17 @@ use opengpac::bank::Bank;
 use std::ffi::CString;
 use std::process::Command;
 
-/// As a user's module is built.
+/// Options with which a user's module is built.
 #[allow(dead_code, reason = "each test file uses its part")]
 pub const AS_A_USER: [&str; 3] = ["-std=c11", "-O2", "-ffp-contract=off"];
 
-/// The blocks of `tests/blocks/NAME.c`, compiled with these options.
+/// Returns the blocks of `tests/blocks/NAME.c`, compiled with these options.
 #[allow(dead_code, reason = "each test file uses its part")]
 pub fn blocks_of(name: &str, options: &[&str]) -> Vec<&'static Descriptor> {
     with_banks_of(name, options).into_iter().map(|(block, _)| block).collect()
 }
 
-/// The same, each with the bank entry that the module gives for it.
+/// Returns the same, each with the bank entry that the module gives for it.
 pub fn with_banks_of(name: &str, options: &[&str]) -> Vec<(&'static Descriptor, Option<Bank>)> {
     let root = env!("CARGO_MANIFEST_DIR");
     let object = std::env::temp_dir().join(format!("opengpac-{name}-{}.so", std::process::id()));
