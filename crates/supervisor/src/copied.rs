@@ -4,24 +4,24 @@
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-/// Something that can be had as it is now, see the module; and how often it may have changed.
+/// State that can be copied as it is now, see the module; and its number of changes.
 #[derive(Default)]
 pub(crate) struct Copied<T>(Arc<T>, u64);
 
 impl<T> Copied<T> {
-    /// As it is now, whatever becomes of it.
+    /// Returns it as it is now, whatever becomes of it.
     pub fn as_it_is(&self) -> Arc<T> {
         self.0.clone()
     }
 
-    /// The same number, the same content: but for what was changed [`Copied::aside`].
+    /// Returns the number of changes: the same number means the same content, but for what was changed [`Copied::aside`].
     pub fn changes(&self) -> u64 {
         self.1
     }
 }
 
 impl<T: Clone> Copied<T> {
-    /// To change what comes and goes with each verb instance, and is compared itself: it does not count as a change.
+    /// Returns it for a change that does not count: of what comes and goes with each verb instance, and is compared itself.
     pub fn aside(&mut self) -> &mut T {
         Arc::make_mut(&mut self.0)
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Names with `*` and `?`.
 
-/// True where `name` is of this form: `*` stands for any letters, `?` for one.
+/// Returns true if `name` is of this form: `*` stands for any letters, `?` for one.
 pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
     let (mut at, mut from) = (0, 0);
@@ -28,7 +28,7 @@ pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     pattern[at..].iter().all(|letter| *letter == '*')
 }
 
-/// True where it stands for several names.
+/// Returns true if it stands for several names.
 pub(crate) fn is_open(pattern: &str) -> bool {
     pattern.contains(['*', '?'])
 }

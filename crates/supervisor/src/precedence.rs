@@ -53,7 +53,7 @@ impl<T> Precedence<T> {
         self.sound().expect("nobody panics while the supervisor works")
     }
 
-    /// The core, locked; none where a thread panicked while it held the lock.
+    /// Returns the core, locked; none if a thread panicked while it held the lock.
     pub fn sound(&self) -> Option<Locked<'_, T>> {
         // Neither of these guards anything that a panic could leave half done.
         let turn = (!STOPS.get()).then(|| self.turn.lock().unwrap_or_else(PoisonError::into_inner));
@@ -98,7 +98,7 @@ impl Changes {
         self.count.load(Ordering::Acquire)
     }
 
-    /// Something has changed. Called with the core locked.
+    /// Tells that something has changed. Called with the core locked.
     pub fn tell(&self) {
         self.count.fetch_add(1, Ordering::Release);
         if self.waiting.load(Ordering::Acquire) > 0 {

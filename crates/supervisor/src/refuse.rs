@@ -2,17 +2,17 @@
 //! Refusals that only a running system can give: states, claims, names of what exists.
 use model::refusal::{Class, Place, Refusal, Refusals};
 
-/// One refusal with a remedy.
+/// Makes one refusal with a remedy.
 pub(crate) fn refuse(class: Class, message: impl Into<String>, remedy: impl Into<String>) -> Refusals {
     refuse_at(class, message, remedy, None)
 }
 
-/// The same with the place where the thing was defined.
+/// Makes it with the place where the thing was defined.
 pub(crate) fn refuse_at(class: Class, message: impl Into<String>, remedy: impl Into<String>, place: Option<Place>) -> Refusals {
     vec![Refusal::new(class, message).remedy(remedy).at(&place)]
 }
 
-/// A name that is not there, with the one that was probably meant or those that there are.
+/// Refuses a name that is not there, with the one that was probably meant or those that there are.
 pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Refusals {
     let known: Vec<&str> = known.collect();
     let remedy = match model::suggest::nearest(name, known.iter().copied()) {
@@ -23,7 +23,7 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
     refuse(Class::UnknownName, format!("there is no {what} '{name}'"), remedy)
 }
 
-/// A call that the state does not allow.
+/// Refuses a call that the state does not allow.
 pub(crate) fn invalid_state(what: &str, state: &str, call: &str, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::InvalidState, format!("cannot {call} {what}: it is {state}")).end(what, &None).remedy(remedy)]
 }

@@ -10,7 +10,7 @@ pub(crate) struct Ticket(pub u64);
 
 /// Owner of a submitted script.
 pub(crate) enum Purpose {
-    /// Of this instance's sequence (the count tells a sequence that was given up).
+    /// The script is of this instance's sequence (the count tells a sequence that was given up).
     Sequence { instance: u64, epoch: u64 },
     /// A snapshot: the caller waits under this ticket.
     Read { ticket: Ticket },
@@ -20,7 +20,7 @@ pub(crate) enum Purpose {
     Nothing,
 }
 
-/// By their numbers.
+/// Scripts by their numbers.
 #[derive(Default)]
 pub(crate) struct Scripts(HashMap<u64, Purpose>);
 

@@ -9,7 +9,7 @@ use model::refusal::{Class, Refusals};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// The supervisor's thread: serves what the kernels tell and what time brings.
+/// Starts the supervisor's thread: it serves what the kernels tell and what time brings.
 pub(crate) fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<()>, Refusals> {
     let shared = shared.clone();
     let body = move || {
@@ -46,7 +46,7 @@ fn serve(shared: &Shared) {
 }
 
 impl Shared {
-    /// The supervisor's thread goes to its post, where that has changed.
+    /// Moves the supervisor's thread to its post, if that has changed.
     fn take_post(&self) {
         let mut post = self.post.lock().expect("nobody panics with the lock held");
         if let (false, Some((priority, core))) = (post.taken, post.wanted) {

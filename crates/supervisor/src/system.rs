@@ -44,7 +44,7 @@ pub(crate) struct Shared {
     pub companions: Mutex<Companions>,
     /// Services of drivers that are being carried out.
     pub errands: Mutex<Errands>,
-    /// This process, as the guard has it.
+    /// Guard of this process.
     pub guarded: Guarded,
     /// Readable after an end, for event loops.
     pub ended_fd: OwnedFd,
@@ -85,7 +85,7 @@ impl System {
         self.shared.is_virtual
     }
 
-    /// Readable whenever some instance has ended.
+    /// Returns a descriptor that is readable whenever some instance has ended.
     pub fn ended_fd(&self) -> RawFd {
         self.shared.ended_fd.as_raw_fd()
     }

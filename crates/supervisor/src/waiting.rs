@@ -21,7 +21,8 @@ impl Shared {
         self.wait_watchfully(Watchful::At, None, until_ns, slice, found)
     }
 
-    /// The same. `watchful`: when it looks by itself rather than sleeps; `attending`: it does so in the supervisor's place, until it sleeps.
+    /// Waits in the same way. `watchful`: when it looks by itself rather than sleeps; `attending`: it does so in the supervisor's place, until it
+    /// sleeps.
     pub fn wait_watchfully<T>(
         &self,
         watchful: Watchful,
@@ -98,7 +99,7 @@ impl Shared {
         (self.host.rings(), self.changes.count())
     }
 
-    /// Virtual clock: time stands still while a tap that holds it has not been read.
+    /// Keeps virtual time still while a tap that holds it has not been read.
     fn wait_for_taps(&self) {
         // The lock is held while it is looked, not while it is waited.
         let full = || {
@@ -110,8 +111,8 @@ impl Shared {
         }
     }
 
-    /// Virtual clock: everything that happens at the next instant, not after `limit_ns`, so that a caller that acts then acts between two
-    /// instants. False if nothing does.
+    /// Runs everything that happens at the next instant of the virtual clock, not after `limit_ns`, so that a caller that acts then acts
+    /// between two instants. False if nothing does.
     pub fn step(&self, limit_ns: i64) -> Result<bool, Refusals> {
         if !self.happen(limit_ns)? {
             return Ok(false);
@@ -123,7 +124,7 @@ impl Shared {
         Ok(true)
     }
 
-    /// Virtual clock: the next firing or deadline, not after `limit_ns`. False if there is none.
+    /// Runs the next firing or deadline of the virtual clock, not after `limit_ns`. False if there is none.
     pub fn happen(&self, limit_ns: i64) -> Result<bool, Refusals> {
         self.wait_for_taps();
         let deadline = {

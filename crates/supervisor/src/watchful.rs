@@ -21,7 +21,7 @@ pub(crate) enum Watchful {
 }
 
 impl Watchful {
-    /// Until when a wait that began at `begun_ns` looks by itself; none where it sleeps at `now_ns`.
+    /// Returns the time until which a wait that began at `begun_ns` looks by itself; none if it sleeps at `now_ns`.
     pub fn looks_until_ns(self, begun_ns: i64, now_ns: i64) -> Option<i64> {
         let end_ns = match self {
             Watchful::At => begun_ns + AWAKE_NS,

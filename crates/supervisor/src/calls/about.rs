@@ -44,7 +44,7 @@ impl System {
         })
     }
 
-    /// Name, verb, state and blocks of an instance.
+    /// Returns name, verb, state and blocks of an instance.
     pub fn instance_about(&self, instance: u64) -> Result<InstanceAbout, Refusals> {
         let core = self.shared.locked();
         let i = core.instances.known(instance)?;

@@ -32,7 +32,7 @@ impl System {
         })
     }
 
-    /// The cause of an alarm that the programming system raised is gone. False where it was not active.
+    /// Clears an alarm that the programming system raised. False where it was not active.
     pub fn clear_alarm(&self, code: &str, source: Option<&str>) -> Result<bool, Refusals> {
         self.shared.command(|core| {
             known_alarm(core, code)?;
@@ -53,7 +53,7 @@ impl System {
         })
     }
 
-    /// The present alarms, those of the past, and the texts.
+    /// Returns the present alarms, those of the past, and the texts.
     pub fn alarms(&self) -> AlarmList {
         let core = self.shared.locked();
         let of = &core.safety.alarms;

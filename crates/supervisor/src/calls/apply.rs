@@ -78,7 +78,7 @@ impl System {
         self.create_then(&mut definitions, application, |core, id| !core.waits_for_its_start(id))
     }
 
-    /// `proceeds`: what the kernels have to do for it is begun.
+    /// Makes an instance. `proceeds`: what the kernels have to do for it is begun.
     fn create_then(&self, definitions: &mut Definitions, application: &Application, proceeds: impl Fn(&Core, u64) -> bool) -> Result<u64, Refusals> {
         let (checked, plan) = definitions.planned(application)?;
         if let Some(name) = &application.name
@@ -115,7 +115,7 @@ impl System {
         self.delete_by(instance, |mut course| course.delete())
     }
 
-    /// `delete`: takes it out of the core.
+    /// Deletes an instance. `delete`: takes it out of the core.
     pub(crate) fn delete_by(&self, instance: u64, delete: impl FnOnce(Course<'_>) -> Result<(), Refusals>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         self.shared.command(|core| delete_from(core, &mut definitions, instance, delete))
@@ -189,7 +189,7 @@ impl System {
         }
     }
 
-    /// The instance of a new device's own verb.
+    /// Returns the instance of a new device's own verb.
     fn own_verb(&self, definitions: &mut Definitions, name: &str, of: &DeviceType, request: &DeviceRequest) -> Result<Option<u64>, Refusals> {
         let Some(verb) = request.verb.as_ref().or(of.verb.as_ref()) else { return Ok(None) };
         let placement = request.source.iter().map(|source| ("*".to_owned(), source.clone())).collect();
@@ -327,7 +327,7 @@ impl System {
     }
 }
 
-/// The parameters of a device: the type's, with those that were given in their place.
+/// Returns the parameters of a device: the type's, with those that were given in their place.
 fn device_parameters(of: &DeviceType, called: &str, given: &IndexMap<String, Value>, device: &LogicalDevice) -> Result<IndexMap<String, Value>, Refusals> {
     let mut refusals = Vec::new();
     let mut parameters: IndexMap<String, Value> = IndexMap::new();
@@ -347,7 +347,7 @@ fn device_parameters(of: &DeviceType, called: &str, given: &IndexMap<String, Val
     if refusals.is_empty() { Ok(parameters) } else { Err(refusals) }
 }
 
-/// The ranges of a device's SVVs whose ends are parameters of it.
+/// Returns the ranges of a device's SVVs whose ends are parameters of it.
 fn svv_ranges(of: &DeviceType, device: &LogicalDevice, parameters: &IndexMap<String, Value>) -> Vec<(String, Range)> {
     let own = of.svvs.iter().filter(|(_, svv)| svv.shared.is_none());
     own.filter_map(|(member, svv)| match &svv.within {
@@ -357,7 +357,7 @@ fn svv_ranges(of: &DeviceType, device: &LogicalDevice, parameters: &IndexMap<Str
     .collect()
 }
 
-/// A value for a parameter whose default is a number: quantities in its unit, numbers as they are.
+/// Returns a value for a parameter whose default is a number: quantities in its unit, numbers as they are.
 fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model::refusal::Refusal> {
     match (default, value) {
         (Value::Number(_) | Value::Integer(_) | Value::Unsigned(_) | Value::Text(_), Value::Text(text)) => {

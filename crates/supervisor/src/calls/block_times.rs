@@ -55,7 +55,7 @@ impl System {
     }
 }
 
-/// Of each source the blocks that were visited since they were installed.
+/// Returns the blocks of each source that were visited since they were installed.
 pub(crate) fn by_source(shared: &Shared) -> HashMap<SourceId, Vec<BlockTimes>> {
     let mut found: HashMap<SourceId, Vec<BlockTimes>> = HashMap::new();
     let ids: Vec<u64> = shared.locked().instances.keys().copied().collect();

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl System {
-    /// The library's blocks, as module `library`.
+    /// Enters the library's blocks, as module `library`.
     pub(crate) fn enter_library(&self) {
         let types: Vec<_> = library::types().iter().filter_map(|t| opengpac::read::TypeFace::read(t).ok()).collect();
         let blocks = library::blocks();
@@ -61,7 +61,7 @@ impl System {
         self.shared.locked().safety.poisoned.remove(module);
     }
 
-    /// Verb instances of the module's blocks that run or are suspended keep it from being redefined.
+    /// Refuses to redefine a module while verb instances of its blocks run or are suspended.
     pub(crate) fn refuse_busy_module(&self, module: &str) -> Result<(), Refusals> {
         let core = self.shared.locked();
         let prefix = format!("{module}.");
@@ -75,12 +75,12 @@ impl System {
         }
     }
 
-    /// The shared objects of the code modules that there are now, by the modules' names.
+    /// Returns the shared objects of the present code modules, by the modules' names.
     pub fn module_code(&self) -> Vec<(String, Vec<u8>)> {
         self.shared.definitions().catalog.code()
     }
 
-    /// SHA-256 digests of the shared objects of all code modules that the system has had, in hexadecimal digits.
+    /// Returns SHA-256 digests of the shared objects of all code modules that the system has had, in hexadecimal digits.
     pub fn module_digests(&self) -> Vec<String> {
         self.shared.definitions().catalog.digests.iter().cloned().collect()
     }

@@ -14,7 +14,7 @@ impl System {
         number
     }
 
-    /// The companion of that number.
+    /// Returns the companion of that number.
     pub fn companion(&self, number: u64) -> Option<Arc<dyn Companion>> {
         self.shared.companions.lock().expect("nobody panics with the lock held").present.get(&number).cloned()
     }
@@ -30,7 +30,7 @@ impl System {
         present.iter().for_each(|companion| companion.end());
     }
 
-    /// The same system for an observer: dropping this closes nothing.
+    /// Returns the same system for an observer: dropping this closes nothing.
     pub fn observer(&self) -> System {
         System::of(&self.name, self.shared.clone())
     }

@@ -48,7 +48,7 @@ impl System {
         }
     }
 
-    /// Every refusal of a graph's definition.
+    /// Collects every refusal of a graph's definition.
     pub fn check_graph(&self, graph: &Graph) -> Result<(), Refusals> {
         let refusals = check_graph(graph, &self.as_configured());
         if refusals.is_empty() { Ok(()) } else { Err(refusals) }

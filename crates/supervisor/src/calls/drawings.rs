@@ -7,12 +7,12 @@ use model::{Drawing, PortName, Verdict, check_definition, check_drawing, compati
 use std::sync::Arc;
 
 impl System {
-    /// The configuration as it is now. A check, which may take long, holds no lock meanwhile.
+    /// Returns the present configuration. A check, which may take long, holds no lock meanwhile.
     pub(crate) fn as_configured(&self) -> Arc<Configuration> {
         self.shared.definitions().configuration.as_it_is()
     }
 
-    /// All that is wrong with a definition, types and units too; nothing is entered.
+    /// Returns all that is wrong with a definition, types and units too; nothing is entered.
     pub fn check_definition(&self, drawing: &Drawing) -> Result<Refusals, Refusals> {
         check_definition(drawing, &self.as_configured())
     }
@@ -27,7 +27,7 @@ impl System {
         compatible(drawing, &self.as_configured(), from, to)
     }
 
-    /// The same for one port and every other one.
+    /// Returns the same for one port and every other one.
     pub fn compatible_with(&self, drawing: &Drawing, from: &PortName) -> Result<Vec<Verdict>, Refusals> {
         compatible_with(drawing, &self.as_configured(), from)
     }

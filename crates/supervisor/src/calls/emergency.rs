@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 impl System {
-    /// From its next reading on, a channel trips the emergency stop when it is not 0 (`at_zero`: when it is 0, as a normally closed
-    /// contact does). Losing its device trips it too.
+    /// Makes a channel trip the emergency stop, from its next reading on, when it is not 0 (`at_zero`: when it is 0, as a normally
+    /// closed contact does). Losing its device trips it too.
     pub fn emergency_stop_input(&self, device: &str, channel: &str, at_zero: bool) -> Result<(), Refusals> {
         self.shared.command(|core| {
             let index = read_channel(&core.registry, device, channel)?;

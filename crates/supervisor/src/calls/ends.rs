@@ -4,7 +4,7 @@ use crate::observation::ends::End;
 use crate::system::System;
 
 impl System {
-    /// End reports from number `since` on, oldest first: those of the last 1,024 ends. A first number above `since` shows what is gone.
+    /// Returns end reports from number `since` on, oldest first: those of the last 1,024 ends. A first number above `since` shows what is gone.
     pub fn ends_since(&self, since: u64) -> Vec<End> {
         let core = self.shared.locked();
         let first = core.observation.ends.kept.front().map_or(0, |end| end.number);

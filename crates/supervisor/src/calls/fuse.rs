@@ -35,7 +35,7 @@ pub struct FusedGroup {
     pub source: String,
     /// `instance.label`, in the order in which they run.
     pub blocks: Vec<String>,
-    /// They run by one entry.
+    /// True if they run by one entry.
     pub fused: bool,
     /// Reason why they have none.
     pub why: Option<String>,
@@ -117,13 +117,13 @@ fn sources(core: &Core) -> impl Iterator<Item = (SourceId, &crate::wiring::table
     core.wiring.tables.iter().map(|(source, table)| (*source, table))
 }
 
-/// The groups of all sources of this process.
+/// Returns the groups of all sources of this process.
 fn candidates(core: &Core) -> Vec<(SourceId, Candidate)> {
     let here = sources(core).filter(|(source, _)| core.remote.at(core.registry.source_name(*source)).is_none());
     here.flat_map(|(source, table)| table.candidates().into_iter().map(move |candidate| (source, candidate))).collect()
 }
 
-/// Those of these groups that nobody has compiled.
+/// Returns those of these groups that are not compiled.
 fn waiting(core: &Core, among: &[(SourceId, Candidate)]) -> HashSet<Vec<Member>> {
     among.iter().map(|(_, candidate)| &candidate.members).filter(|members| core.wiring.fusing.made(members).is_none()).cloned().collect()
 }

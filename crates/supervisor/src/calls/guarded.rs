@@ -4,7 +4,7 @@ use crate::system::System;
 use kernel::Device;
 
 impl System {
-    /// A device of a processor that is a thread here was opened: the guard gets what makes it safe. Where that cannot be, the log says so, and
+    /// Gives the guard what makes a device safe that was opened on a processor which is a thread here. Where that cannot be, the log says so, and
     /// the device serves all the same.
     pub(crate) fn guard_device(&self, processor: &str, device: &Device) {
         let handles = device.safe_handles();

@@ -9,17 +9,17 @@ use model::configuration::{Source, SourceKind};
 use model::refusal::{Class, Place, Refusals};
 
 impl System {
-    /// A real-time processor. `core`: where its sources' threads are pinned. The first is the supervisor, unless another says so.
+    /// Makes a real-time processor. `core`: where its sources' threads are pinned. The first is the supervisor, unless another says so.
     pub fn processor(&self, name: &str, core: Option<usize>, supervisor: bool) -> Result<(), Refusals> {
         self.processor_in(name, core, supervisor, Location::Thread)
     }
 
-    /// The same, in a process of its own, in one with others, or on another host. Under the virtual clock all are threads of one.
+    /// Makes it in a process of its own, in one with others, or on another host. Under the virtual clock all are threads of one.
     pub fn processor_in(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location) -> Result<(), Refusals> {
         self.processor_within(name, core, supervisor, location, Patience::default())
     }
 
-    /// The same, with how long its process and its supervisor may stand still.
+    /// Makes it, with the times for which its process and its supervisor may stand still.
     pub fn processor_within(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location, patience: Patience) -> Result<(), Refusals> {
         let bounds = patience.bounds(name, &location)?;
         let mut definitions = self.shared.definitions();
@@ -51,7 +51,7 @@ impl System {
         Ok(())
     }
 
-    /// An interrupt source of a processor. `kind`: `timer`, `trigger` or `software`.
+    /// Makes an interrupt source of a processor. `kind`: `timer`, `trigger` or `software`.
     pub fn source(&self, processor: &str, name: &str, kind: SourceKind, priority: u8, virtual_cost_ns: u64) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(rtp) = definitions.processors.get_index_of(processor) else {
@@ -96,7 +96,7 @@ impl System {
         Ok(())
     }
 
-    /// The supervisor's thread runs on the core of its processor, above the sources there.
+    /// Moves the supervisor's thread to the core of its processor, above the sources there.
     fn post_supervisor(&self, definitions: &crate::registry::definitions::Definitions) {
         let Some((name, processor)) = definitions.processors.iter().find(|(_, p)| p.supervisor) else { return };
         let sources = definitions.configuration.sources.values().filter(|s| s.processor == *name);

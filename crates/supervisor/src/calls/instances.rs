@@ -53,12 +53,12 @@ impl System {
         first(|| self.shared.command(|core| core.course(instance).halt()))
     }
 
-    /// The end report of the latest start, waiting at most `slice` of real time. `until_ns`: when to give up, on the system's clock.
+    /// Returns the end report of the latest start, waiting at most `slice` of real time. `until_ns`: when to give up, on the system's clock.
     pub fn wait(&self, instance: u64, until_ns: Option<i64>, slice: Duration) -> Result<Waited<Report>, Refusals> {
         self.shared.wait_for(until_ns, slice, |core| core.instances.known(instance)?.ended())
     }
 
-    /// The report of the latest start, if it has ended.
+    /// Returns the report of the latest start, if it has ended.
     pub fn report(&self, instance: u64) -> Result<Option<Report>, Refusals> {
         Ok(self.shared.locked().instances.known(instance)?.report().cloned())
     }

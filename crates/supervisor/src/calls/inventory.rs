@@ -52,10 +52,10 @@ pub struct PhysicalDeviceAbout {
     /// The joints of its machine, for which logical devices can be made.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<DevicePart>>,
-    /// It goes to its safe state after so long without a command, ns.
+    /// Time without a command after which it goes to its safe state, ns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ns: Option<u64>,
-    /// It goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and no guard can reach it.
+    /// True if it goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and no guard can reach it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unguarded: bool,
     /// The same in words, with the remedy; absent where something makes it safe.
@@ -121,8 +121,8 @@ impl System {
         }
     }
 
-    /// The bodies of a physical device for drawing; each joint with the name by which its position is read, `svv`, and the contacts
-    /// with theirs, where the device has a channel for it. Errors: no such device, one that has no shape.
+    /// Returns the bodies of a physical device for drawing; each joint with the name by which its position is read, `svv`, and the
+    /// contacts with theirs, if the device has a channel for it. Errors: no such device, one that has no shape.
     pub fn geometry(&self, device: &str) -> Result<Geometry, Refusals> {
         let (driver, channels) = {
             let core = self.shared.locked();

@@ -15,14 +15,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// When a life of a system began on the wall, and in which process.
+/// Returns the identifier of a run: when it began on the wall clock, and in which process.
 fn run() -> String {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     format!("{:x}-{:x}", since.as_nanos(), std::process::id())
 }
 
 impl System {
-    /// `interconnect`: what carries connections between sources.
+    /// Makes a system. `interconnect`: what carries connections between sources.
     pub fn new(name: &str, clock: ClockKind, carrier: Box<dyn interconnect::Carrier>) -> Result<System, Refusals> {
         let host = Arc::new(Host::new(clock, carrier));
         // SAFETY: eventfd has no preconditions; the result is checked below.

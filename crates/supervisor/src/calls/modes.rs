@@ -18,12 +18,12 @@ impl System {
         self.shared.command(|core| set_mode(core, mode))
     }
 
-    /// The mode.
+    /// Returns the mode.
     pub fn mode(&self) -> Mode {
         self.shared.locked().safety.modes.mode
     }
 
-    /// A read channel that is not 0 while a person holds the enabling switch. There is one; a later call takes its place.
+    /// Sets the read channel that is not 0 while a person holds the enabling switch. There is one; a later call takes its place.
     pub fn enabling_switch(&self, device: &str, channel: &str) -> Result<(), Refusals> {
         let done = Arc::new(AtomicBool::new(false));
         self.shared.command(|core| {

@@ -42,7 +42,7 @@ fn about(name: &str, kind: Kind, type_text: &str, unit: &str, [writers, readers]
     })
 }
 
-/// The name by which the interface calls a planned cell: of an SVV its own, of a channel `device.channel`, else `INSTANCE:CELL`.
+/// Returns the name by which the interface calls a planned cell: of an SVV its own, of a channel `device.channel`, else `INSTANCE:CELL`.
 pub(crate) fn cell_name(core: &Core, instance: &Instance, cell: &PlannedCell) -> String {
     match &cell.kind {
         CellKind::Svv { name, .. } => name.clone(),
@@ -54,7 +54,7 @@ pub(crate) fn cell_name(core: &Core, instance: &Instance, cell: &PlannedCell) ->
     }
 }
 
-/// The cell of that name; nothing where there is none.
+/// Returns the cell of that name; none if there is none.
 pub(crate) fn other_cell(core: &Core, name: &str) -> Option<NamedCell> {
     private_cell(core, name).or_else(|| channel_cell(core, name))
 }

@@ -9,7 +9,7 @@ use std::time::Duration;
 pub type Past = (u64, i64, Vec<u8>);
 
 impl System {
-    /// One consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are taken at the next
+    /// Returns one consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are taken at the next
     /// boundary of each.
     pub fn read(&self, names: &[String]) -> Result<(i64, Vec<Reading>), Refusals> {
         if !self.shared.is_virtual {
@@ -29,7 +29,7 @@ impl System {
         }
     }
 
-    /// Up to `count` last values, oldest first.
+    /// Returns up to `count` last values, oldest first.
     pub fn history(&self, name: &str, count: usize) -> Result<Vec<Past>, Refusals> {
         // What is kept is noted under the lock, and copied out without it: no command waits for that.
         let kept = kept(&self.shared.locked(), name)?;

@@ -44,7 +44,7 @@ impl System {
         (!self.shared.is_virtual && core.expects(instance) == Watchful::At).then(|| Attending::new(&core))
     }
 
-    /// The end report of an instance that [`System::perform`] has started, waiting at most `slice` of real time. It is deleted then.
+    /// Returns the end report of an instance that [`System::perform`] has started, waiting at most `slice` of real time. It is deleted then.
     pub fn performed(&self, instance: u64, slice: Duration) -> Result<Waited<Report>, Refusals> {
         self.ended_and_deleted(instance, None, slice)
     }

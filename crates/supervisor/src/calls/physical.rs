@@ -84,7 +84,7 @@ impl System {
         Ok(about)
     }
 
-    /// A device with a watchdog of its own is commanded at each firing of its source: that must be often enough, a late one included.
+    /// Refuses a source that is too slow for a device with a watchdog of its own: it is commanded at each firing, a late one included.
     fn refuse_slow(&self, definitions: &Definitions, name: &str, source: &str, about: &serde_json::Value) -> Result<(), Refusals> {
         let Some(timeout_ns) = about["watchdog_ns"].as_u64() else { return Ok(()) };
         let ms = |ns: u64| ns as f64 * 1e-6;

@@ -22,7 +22,7 @@ use model::types::Type;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 impl System {
-    /// Every instance with its blocks, ports, cells, command lists, conditions and transitions.
+    /// Returns every instance with its blocks, ports, cells, command lists, conditions and transitions.
     pub fn installed(&self) -> Installed {
         let ids: Vec<u64> = self.shared.locked().instances.keys().copied().collect();
         // One at a time: no command waits until all are drawn.
@@ -33,7 +33,7 @@ impl System {
         Installed { instances: ids.iter().filter_map(draw).collect() }
     }
 
-    /// A number that changes whenever what [`System::installed`] says may have changed.
+    /// Returns a number that changes whenever what [`System::installed`] says may have changed.
     pub fn installed_version(&self) -> u64 {
         let core = self.shared.locked();
         let mut hasher = DefaultHasher::new();
@@ -87,7 +87,7 @@ impl Picture<'_> {
         }
     }
 
-    /// The name of a list.
+    /// Returns the name of a list.
     fn list(&self, index: usize) -> String {
         self.plan().lists[index].name.clone()
     }
@@ -151,7 +151,7 @@ impl Picture<'_> {
         }
     }
 
-    /// At which interval a block runs, or would in the first list in which it does; nothing where no timer says.
+    /// Returns the interval at which a block runs, or would in the first list in which it does; none if no timer gives one.
     fn every_ns(&self, planned: &PlannedBlock, every: Option<u32>) -> Option<u64> {
         let activation = &self.plan().activations[planned.activation];
         let source = self.core.registry.sources.get(&planned.source).and_then(|id| self.core.registry.specs.get(id.0 as usize));
@@ -224,7 +224,7 @@ impl Picture<'_> {
         format!("{}.{}", self.label(block), self.item(block, item))
     }
 
-    /// The commands of a list as a program would write them.
+    /// Returns the commands of a list as a program would write them.
     fn commands(&self, stages: &[PlannedStage]) -> Vec<String> {
         let mut texts = Vec::new();
         for stage in stages {
@@ -277,7 +277,7 @@ fn mode(mode: Mode) -> String {
     }
 }
 
-/// A time in the unit that fits it.
+/// Returns a time in the unit that fits it.
 fn time(ns: u64) -> String {
     let (per, unit) = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")].into_iter().find(|(per, _)| ns >= *per).unwrap_or((1, "ns"));
     format!("{} {unit}", ns as f64 / per as f64)

@@ -36,7 +36,7 @@ impl System {
         let _first = self.shared.places.set(places);
     }
 
-    /// The command line of a process that runs a recording again, and the interpreter that tries its modules; none where there is none.
+    /// Returns the command line of a process that runs a recording again, and the interpreter that tries its modules; none if there is none.
     pub fn replay_command(&self) -> Option<(Vec<OsString>, OsString)> {
         self.shared.places.get().and_then(|places| places.replay())
     }
@@ -89,7 +89,7 @@ impl System {
         Ok(())
     }
 
-    /// The process that `beside` is in takes one processor more.
+    /// Adds a processor to the process of `beside`.
     fn settle_beside(&self, name: &str, beside: &str, bounds: Bounds) -> Result<(), Refusals> {
         let mut core = self.shared.locked();
         let there = core.remote.processors[beside].clone();
@@ -143,7 +143,7 @@ impl System {
         made
     }
 
-    /// A channel of a device here may raise a remote source.
+    /// Lets a channel of a device here raise a remote source.
     pub(crate) fn pass_on(&self, device: &str, source: &str) -> Result<(), Refusals> {
         let (id, remote, is_here) = {
             let core = self.shared.locked();
@@ -177,7 +177,7 @@ impl System {
         Ok((remote.device(name, opened.channels)?, Beside::default(), description, Some((kind.to_owned(), options.to_string()))))
     }
 
-    /// A device that was opened just now is closed again: nothing is bound to it.
+    /// Closes a device that was opened just now: nothing is bound to it.
     pub(crate) fn shut(&self, processor: &str, name: &str) {
         let remote = self.shared.locked().remote.processors.get(processor).cloned();
         match remote {
@@ -210,7 +210,7 @@ impl System {
         Ok(())
     }
 
-    /// The code of the instances that are there goes to a new process before their tables.
+    /// Sends the code of the present instances to a new process, before their tables.
     fn send_code_again(&self, remote: &Arc<Processor>) -> Result<(), Refusals> {
         let keepers: Vec<_> = {
             let core = self.shared.locked();

@@ -51,7 +51,7 @@ impl System {
         opened.map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{name}' again: {why}"), "look at its power and cable, and try again"))
     }
 
-    /// Of a device of this process: services and counters of its new driver. The inner error: what that says.
+    /// Opens a device of this process again, and returns services and counters of its new driver. The inner error: what that says.
     fn reopen_here(
         &self,
         name: &str,
@@ -117,7 +117,7 @@ impl System {
 /// Time limit for a source to give back a driver: something that it does between two firings.
 const BOUNDARY: Duration = Duration::from_secs(5);
 
-/// It was tried to open a lost device again, and it is lost still: for this reason now, not for the one before.
+/// Notes that a lost device is lost still after a try to open it again: for this reason now, not for the one before.
 fn still_lost(core: &mut Core, name: &str, why: &str) {
     let Some(physical) = core.registry.physical.get_mut(name) else { return };
     physical.lost = Some(why.to_owned());

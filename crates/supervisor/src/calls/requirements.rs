@@ -13,7 +13,7 @@ use model::types::Type;
 use model::value::Value;
 use std::sync::Arc;
 
-/// The given values and defaults that do not fit their types and units. Whether they are within their ranges is known at a start.
+/// Returns the given values and defaults that do not fit their types and units. Whether they are within their ranges is known at a start.
 pub(crate) fn unfit(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Refusals {
     let mut refusals = Refusals::new();
     for input in plan.inputs.iter().filter(|input| input.origin == InputOrigin::Given) {
@@ -29,7 +29,7 @@ pub(crate) fn unfit(plan: &Plan, values: &IndexMap<String, Value>, configuration
 }
 
 impl System {
-    /// The values of a start, with shares, quantities and defaults of ranges made numbers; refused where something does not hold.
+    /// Returns the values of a start, with shares, quantities and defaults of ranges made numbers; refused if something does not hold.
     pub(crate) fn settled(
         &self,
         plan: &Arc<Plan>,
@@ -50,7 +50,7 @@ impl System {
         if refusals.is_empty() { Ok(settled) } else { Err(refusals) }
     }
 
-    /// New values of tunable input parameters, likewise.
+    /// Returns new values of tunable input parameters, settled in the same way.
     pub(crate) fn settled_set(
         &self,
         plan: &Arc<Plan>,
@@ -74,7 +74,7 @@ impl System {
         if refusals.is_empty() { Ok(settled) } else { Err(refusals) }
     }
 
-    /// The present values of SVVs.
+    /// Returns the present values of SVVs.
     fn present(&self, names: &[String], configuration: &Configuration) -> Result<IndexMap<String, Value>, Refusals> {
         if names.is_empty() {
             return Ok(IndexMap::new());

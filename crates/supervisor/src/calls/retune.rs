@@ -32,15 +32,15 @@ impl Party {
         self.origin.checked.retuned(&self.origin.application, &self.tuned, &self.plan, &definitions.configuration)
     }
 
-    /// True where it takes one of these SVVs synchronously or by ratio.
+    /// Returns true if it takes one of these SVVs synchronously or by ratio.
     fn follows(&self, svvs: &[String]) -> bool {
         self.plan.blocks.iter().flat_map(|block| &block.external_drivers).any(|(_, svv)| svvs.contains(svv))
     }
 }
 
 impl System {
-    /// New values of tunable input parameters of a running instance, and new intervals (label → ns), all together between two
-    /// firings of each source.
+    /// Sets new values of tunable input parameters of a running instance, and new intervals (label → ns), all together
+    /// between two firings of each source.
     ///
     /// # Errors
     /// Something that is not tunable or not of its type; a rate that could not hold, with both ends. Nothing has changed then.
@@ -60,7 +60,7 @@ impl System {
         done
     }
 
-    /// The intervals that an earlier start has changed are the declared ones again, if all rates hold so.
+    /// Restores the declared intervals that an earlier start has changed, if all rates hold so.
     pub(crate) fn untune(&self, definitions: &mut Definitions, instance: u64) -> Result<(), Refusals> {
         let party = self.shared.locked().instances.get(&instance).filter(|i| !i.tuned.is_empty() && !i.is_busy()).and_then(Party::of);
         let Some(party) = party else { return Ok(()) };
@@ -69,7 +69,7 @@ impl System {
         Ok(())
     }
 
-    /// All intervals that would be in force, and the plan with them.
+    /// Returns all intervals that would be in force, and the plan with them.
     fn rates_with(&self, definitions: &mut Definitions, instance: u64, every: &IndexMap<String, u64>) -> Result<(Intervals, Plan), Refusals> {
         let mut party = {
             let core = self.shared.locked();
@@ -85,7 +85,7 @@ impl System {
         Ok((tuned, self.rates_hold(definitions, party).map_err(named)?))
     }
 
-    /// A new instance writes SVVs that others follow: their rates have to hold with it.
+    /// Checks that the rates of those who follow SVVs that a new instance writes hold with it.
     pub(crate) fn followers_hold(&self, definitions: &mut Definitions, instance: u64) -> Result<(), Refusals> {
         let (name, written) = {
             let core = self.shared.locked();

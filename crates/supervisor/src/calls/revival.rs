@@ -6,7 +6,7 @@ use crate::remote::processors::processor_of;
 use crate::scripts::Purpose;
 use kernel::SourceId;
 
-/// A processor has a new process: its sources get their tables and the values that were known last.
+/// Revives a processor that has a new process: its sources get their tables and the values that were known last.
 pub(crate) fn revived(core: &mut Core, processor: &str) {
     let sources: Vec<SourceId> =
         core.registry.sources.values().copied().filter(|source| processor_of(core.registry.source_name(*source)) == processor).collect();

@@ -104,7 +104,7 @@ pub struct SourcePlace {
     /// The core that its processor is bound to.
     pub core: Option<usize>,
     pub kind: KindOfSource,
-    /// Of a timer, ns.
+    /// Period of a timer, ns.
     pub period_ns: Option<u64>,
     pub priority: u8,
     /// Rights that its thread asked of the operating system; none under the virtual clock.
@@ -135,7 +135,7 @@ pub struct InstanceStatistics {
     pub list: String,
     /// The logical device whose own verb it is.
     pub owner: Option<String>,
-    /// For how long it has run since its start, without the time that it was suspended, s.
+    /// Time for which it has run since its start, without the time that it was suspended, s.
     pub running_s: f64,
 }
 
@@ -225,7 +225,7 @@ fn of_source(of: kernel::Statistics, steps: usize) -> SourceStatistics {
     }
 }
 
-/// Where a source runs and what its thread asked of the operating system, beside what it did not get.
+/// Returns where a source runs and what its thread asked of the operating system, beside what it did not get.
 fn placed(definitions: &Definitions, name: &str, is_virtual: bool) -> Option<SourcePlace> {
     let of = definitions.configuration.sources.get(name)?;
     let core = definitions.processors.get(&of.processor).and_then(|processor| processor.core);
@@ -242,7 +242,7 @@ fn placed(definitions: &Definitions, name: &str, is_virtual: bool) -> Option<Sou
     Some(SourcePlace { processor: of.processor.clone(), core, kind, period_ns, priority: of.priority, rights_asked })
 }
 
-/// The upper end of the bin that the median falls into.
+/// Returns the upper end of the bin that the median falls into.
 fn median(bins: &[u64; 32]) -> u64 {
     let half = bins.iter().sum::<u64>().div_ceil(2);
     let mut seen = 0;
@@ -254,7 +254,7 @@ fn median(bins: &[u64; 32]) -> u64 {
         .map_or(0, |bin| 1 << (bin + 1))
 }
 
-/// A time in seconds, for people.
+/// Returns a time in seconds, for people.
 #[allow(clippy::cast_precision_loss, reason = "a time in seconds")]
 pub(crate) fn seconds(ns: i64) -> f64 {
     ns as f64 * 1e-9

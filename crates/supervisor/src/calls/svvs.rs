@@ -122,7 +122,7 @@ impl System {
     }
 }
 
-/// The range of an SVV, which holds its initial value.
+/// Returns the range of an SVV, which holds its initial value.
 fn range_of(name: &str, asked: &SvvSpecification) -> Result<Option<Range>, Refusals> {
     let range = match &asked.within {
         None => return Ok(None),

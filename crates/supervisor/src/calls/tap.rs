@@ -26,7 +26,7 @@ pub struct Tap {
     id: u64,
     channels: Vec<TapChannel>,
     inbox: Arc<Inbox>,
-    /// With the count of each.
+    /// Segments, with the count of each.
     segments: Vec<(u64, Segment)>,
     count: u64,
     known: Vec<Known>,
@@ -52,7 +52,7 @@ impl System {
         self.begin_tap(id, channels, inbox, false)
     }
 
-    /// The same for everything of these names, where `*` stands for any letters and `?` for one, also for what comes to be later; `cells`:
+    /// Observes everything of these names in the same way, where `*` stands for any letters and `?` for one, also what comes to be later; `cells`:
     /// and for the private cells of all instances. The first value of each is the present one, with the number and time that it has.
     /// Refused where a name without `*` or `?` is of nothing.
     pub fn tap_all(&self, patterns: &[String], cells: bool) -> Result<Tap, Refusals> {
@@ -100,7 +100,7 @@ impl Tap {
         }
     }
 
-    /// The owner of this tap has taken the entries of the log and the ends before these numbers; time waits for the rest too.
+    /// Notes that the owner of this tap has taken the entries of the log and the ends before these numbers; time waits for the rest too.
     pub fn heard(&self, log: u64, ends: u64) {
         if self.shared.is_virtual {
             self.shared.locked().observation.taps.heard(self.id, log, ends);
@@ -143,7 +143,7 @@ impl Tap {
         }
     }
 
-    /// A later ring of the same source is in force.
+    /// Returns true if a later ring of the same source is in force.
     fn is_over(&self, index: usize) -> bool {
         let source = self.segments[index].1.source;
         self.segments[index + 1..].iter().any(|(_, later)| later.source == source && later.end.reader().written() > 0)

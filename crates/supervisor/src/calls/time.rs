@@ -7,12 +7,12 @@ use model::refusal::{Class, Refusals};
 use model::value::Value;
 
 impl System {
-    /// ns on the system's clock.
+    /// Returns ns on the system's clock.
     pub fn now_ns(&self) -> i64 {
         self.shared.host.now_ns()
     }
 
-    /// Virtual clock: runs the firings in (now, now + duration].
+    /// Runs the firings in (now, now + duration] under the virtual clock.
     pub fn advance(&self, duration_ns: i64) -> Result<(), Refusals> {
         self.require_virtual("advance")?;
         let limit_ns = self.now_ns().saturating_add(duration_ns.max(0));
@@ -23,13 +23,13 @@ impl System {
         Ok(())
     }
 
-    /// Virtual clock: everything that happens at the next instant; false if nothing ever will.
+    /// Runs everything that happens at the next instant of the virtual clock; false if nothing ever will.
     pub fn step(&self) -> Result<bool, Refusals> {
         self.require_virtual("step")?;
         self.shared.step(i64::MAX)
     }
 
-    /// Virtual clock: stores numbers in SVVs, runs the firings of the next `duration_ns`, and reads: a step of an episode. Numbers of an
+    /// Stores numbers in SVVs, runs the firings of the next `duration_ns`, and reads, under the virtual clock: a step of an episode. Numbers of an
     /// array are its elements. What is stored is refused as by [`System::write`], and is not entered into the log.
     pub fn turn(&self, stores: &[(String, Vec<f64>)], duration_ns: i64, reads: &[String]) -> Result<Vec<Reading>, Refusals> {
         self.require_virtual("turn")?;

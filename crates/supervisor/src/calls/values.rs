@@ -24,7 +24,7 @@ type Wanted = (usize, Cell, Option<(Cell, u64)>);
 
 /// A snapshot that is under way.
 pub(crate) struct Snapshot {
-    /// For each source that was asked: the ticket, and what was asked for.
+    /// Ticket of each source that was asked, and what was asked for.
     pub asked: Vec<(Ticket, Vec<Asked>)>,
     /// The sources of these.
     pub sources: Vec<SourceId>,
@@ -81,7 +81,7 @@ pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Ref
     Ok(Snapshot { asked, sources, known })
 }
 
-/// The channel of that name: its device, its record, and which of its channels it is.
+/// Returns the channel of that name: its device, its record, and its index.
 fn channel<'a>(core: &'a Core, name: &str) -> Option<(&'a str, &'a PhysicalRecord, &'a device::Channel)> {
     core.registry.physical.iter().find_map(|(device, record)| {
         let of = name.strip_prefix(device.as_str())?.strip_prefix('.')?;
@@ -118,7 +118,7 @@ pub(crate) fn are_read(core: &Core, names: &[String]) -> bool {
     names.iter().filter_map(open).all(|(_, record, of)| of.direction == Direction::Write || has_reading(core, record))
 }
 
-/// The snapshot, once every kernel has answered: its time, and the readings in the order asked for.
+/// Returns the snapshot, once every kernel has answered: its time, and the readings in the order asked for.
 pub(crate) fn taken(core: &mut Core, snapshot: &Snapshot, count: usize) -> Option<(i64, Vec<Reading>)> {
     if !snapshot.asked.iter().all(|(ticket, _)| core.observation.reads.contains_key(ticket)) {
         return None;
@@ -158,7 +158,7 @@ pub(crate) fn unanswered(core: &Core, snapshot: &Snapshot) -> Refusals {
     )
 }
 
-/// The active blocks of a source, as they are called in messages.
+/// Returns the active blocks of a source, as they are called in messages.
 fn blocks_on(core: &Core, source: SourceId) -> Vec<String> {
     let mut found = Vec::new();
     for instance in core.instances.values().filter(|instance| instance.state() == State::Running) {

@@ -19,11 +19,11 @@ pub struct VerbSummary {
     pub class: VerbClass,
     /// The device types that it supports.
     pub supports: Vec<String>,
-    /// It has one command list.
+    /// True if it has one command list.
     pub simple: bool,
     /// Names of its command lists.
     pub lists: Vec<String>,
-    /// Of a composed verb: its parts by label.
+    /// Parts of a composed verb, by label.
     pub parts: IndexMap<String, Part>,
 }
 
@@ -31,7 +31,7 @@ pub struct VerbSummary {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum VerbClass {
-    /// It keeps the logical devices of a type going.
+    /// The verb keeps the logical devices of a type going.
     #[serde(rename = "supports devices")]
     SupportsDevices,
     #[serde(rename = "acts on devices")]
@@ -44,7 +44,7 @@ pub enum VerbClass {
 pub struct VerbForm {
     pub name: String,
     pub doc: String,
-    /// It may be started in manual mode.
+    /// True if it may be started in manual mode.
     pub manual: bool,
     /// Arguments with which an instance is made.
     pub arguments: Vec<FormArgument>,
@@ -55,7 +55,7 @@ pub struct VerbForm {
 }
 
 impl System {
-    /// The verbs that there are: name, description, whether it supports devices (of which types) or acts on devices, lists, parts.
+    /// Returns the verbs: name, description, whether each supports devices (of which types) or acts on devices, lists, parts.
     pub fn verbs(&self) -> Vec<VerbSummary> {
         let definitions = self.shared.definitions();
         let c = &definitions.configuration;

@@ -36,17 +36,17 @@ impl System {
         self.shared.command(|core| core.observation.workspaces.remove(name, false))
     }
 
-    /// The workspaces, each in one line.
+    /// Returns the workspaces, each in one line.
     pub fn workspaces(&self) -> Vec<WorkspaceAbout> {
         self.shared.locked().observation.workspaces.list()
     }
 
-    /// One workspace.
+    /// Returns one workspace.
     pub fn workspace(&self, name: &str) -> Result<Workspace, Refusals> {
         self.shared.locked().observation.workspaces.get(name).cloned()
     }
 
-    /// All that is wrong with a workspace here and now: its form, and what it names and is not there.
+    /// Returns all that is wrong with a workspace here and now: its form, and what it names and is not there.
     pub fn check_workspace(&self, workspace: &Workspace) -> Refusals {
         let mut found = check_workspace(workspace);
         if found.is_empty() {
@@ -76,7 +76,7 @@ impl System {
         found
     }
 
-    /// A button: whether what it starts could be started, as far as the names, types, units and ranges of it go.
+    /// Returns whether what a button starts could be started, as far as the names, types, units and ranges of it go.
     fn check_button(&self, button: &Button) -> Refusals {
         if let Some(application) = &button.start {
             let checked = self.check(application).err().unwrap_or_default();
@@ -93,7 +93,7 @@ impl System {
         self.check_values(&Application { verb, values: button.values.clone(), ..Application::default() })
     }
 
-    /// The values of a start: each is an input of the verb, and those that are needed are there.
+    /// Checks the values of a start: each is an input of the verb, and those that are needed are there.
     fn check_values(&self, application: &Application) -> Refusals {
         let form = match self.verb_form(&application.verb) {
             Ok(form) => form,
@@ -110,7 +110,7 @@ impl System {
     }
 }
 
-/// A refusal with what it is about before it.
+/// Returns a refusal with what it is about before it.
 fn told_of(at: &str, mut refusal: Refusal) -> Refusal {
     refusal.message = format!("{at}: {}", refusal.message);
     refusal

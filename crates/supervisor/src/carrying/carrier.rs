@@ -36,7 +36,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// One script; nothing where the source is cut off.
+    /// Returns one script; none if the source is cut off.
     fn script(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) -> Option<Box<Script>> {
         let id = self.numbers.fresh();
         self.scripts.sent(id, purpose);
@@ -46,7 +46,7 @@ impl Carrier<'_> {
         (!self.cut_off.contains(&source)).then(|| Box::new(Script { id, ops }))
     }
 
-    /// An operation that swaps the table of `source` for one that is as the system is now.
+    /// Returns an operation that swaps the table of `source` for one that is as the system is now.
     pub fn table_op(&self, source: SourceId) -> Op {
         self.wiring.table_op(source, self.taps.rings(source))
     }
@@ -59,7 +59,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// The same, and no source is woken for it: what has gone is off already.
+    /// Renews tables without waking a source: what has gone is off already.
     pub fn renew_tables_at_leisure(&mut self, sources: Vec<SourceId>) {
         for source in sources {
             let op = self.table_op(source);
@@ -178,7 +178,7 @@ impl Carrier<'_> {
         self.send(id, by_source(stores));
     }
 
-    /// Nothing answers it: the process, which was taken, goes on.
+    /// Lets the process go on, which was taken, without an answer.
     pub fn go_on(&mut self, id: u64) {
         let Some(instance) = self.instances.get(&id) else { return };
         let (process, source) = (instance.installed.process.clone(), instance.installed.sources[0]);

@@ -21,7 +21,7 @@ use std::collections::{HashMap, HashSet};
 type Edge = (BlockId, BlockId);
 
 impl Carrier<'_> {
-    /// The order of a firing in each source with the new blocks in it.
+    /// Returns the order of a firing in each source with the new blocks in it.
     pub fn merge_orders(&self, plan: &Plan, installed: &Installed) -> Result<Vec<(SourceId, Vec<BlockId>)>, Refusals> {
         let mut merged = Vec::new();
         for (source_name, planned) in &plan.order {
@@ -79,7 +79,7 @@ impl Carrier<'_> {
         (hard, soft)
     }
 
-    /// Installed blocks of a source that read an SVV that others write, and whether synchronously.
+    /// Returns the installed blocks of a source that read an SVV which others write, and whether synchronously.
     fn readers_of(&self, svv: &str, source: SourceId) -> Vec<(BlockId, bool)> {
         let mut found = Vec::new();
         for instance in self.instances.values().filter(|i| i.installed.sources.contains(&source)) {
@@ -171,7 +171,7 @@ fn own_edges(plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<Edge>
     (hard, soft)
 }
 
-/// The SVVs that a block stores, and the private cells that others store too, with what they have in its image.
+/// Returns the SVVs that a block stores, and the private cells that others store too, with what they have in its image.
 fn stamped(plan: &Plan, installed: &Installed, block: usize, svvs: &IndexMap<String, SvvRecord>) -> Vec<Stamped> {
     let source = installed.block_source[block];
     let mut found = Vec::new();
@@ -188,7 +188,7 @@ fn stamped(plan: &Plan, installed: &Installed, block: usize, svvs: &IndexMap<Str
     found
 }
 
-/// The step of one planned block.
+/// Returns the step of one planned block.
 fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, registry: &Registry) -> StepRecord {
     let planned = &plan.blocks[index];
     let block = installed.blocks[index].clone();

@@ -49,7 +49,7 @@ impl Carrier<'_> {
         movements
     }
 
-    /// A kernel has moved an instance on within its source: those that follow its SVVs turn to the blocks that are on now.
+    /// Turns those that follow an instance's SVVs to the blocks that are on now, as a kernel has moved it on within its source.
     pub fn follow_writers(&mut self, id: u64) -> Vec<Movement> {
         let Some(instance) = self.instances.get(&id) else { return Vec::new() };
         let (plan, mut on) = (instance.plan.clone(), Vec::new());

@@ -8,14 +8,14 @@ use crate::wiring::sequence::Movement;
 use kernel::{Op, SourceId};
 
 impl Carrier<'_> {
-    /// An instance begins to write what it has claimed: those that follow these SVVs turn to it; `again`: those that follow it already, too,
+    /// Turns those that follow SVVs to an instance which begins to write them; `again`: those that follow it already, too,
     /// for another block of it writes them now.
     pub fn turn_followers(&mut self, writer: u64, again: &[String]) -> Vec<Movement> {
         let shared = self.registry.shared_svvs(&self.instances[&writer].plan);
         self.turn_where(&shared, writer, |svv, followed| followed != writer || again.contains(svv))
     }
 
-    /// All that follow these SVVs of an instance turn to the blocks that write them now.
+    /// Turns all that follow these SVVs of an instance to the blocks that write them now.
     pub fn turn_all(&mut self, svvs: &[String], writer: u64) -> Vec<Movement> {
         self.turn_where(svvs, writer, |_, _| true)
     }
@@ -29,7 +29,7 @@ impl Carrier<'_> {
         followers.into_iter().filter(|(_, turned)| !turned.is_empty()).filter_map(|(follower, turned)| self.turn(follower, turned, writer)).collect()
     }
 
-    /// With these SVVs of a follower turn those that share a queue with one of them, before or now: what one block writes comes in one queue.
+    /// Turns, with these SVVs of a follower, those that share a queue with one of them, before or now: what one block writes comes in one queue.
     fn turn_together(&self, follower: &Instance, svvs: &mut Vec<String>) {
         loop {
             let mine = self.wiring.tables.values().flat_map(|table| &table.outlets).filter(|outlet| outlet.instance == Some(follower.id));
@@ -88,7 +88,7 @@ impl Carrier<'_> {
         Some(Movement::Follow { sources, follows })
     }
 
-    /// New tables for these sources, each with what lets its activations follow.
+    /// Returns new tables for these sources, each with what lets its activations follow.
     pub fn follow_ops(&self, mut sources: Vec<SourceId>, follows: Vec<(SourceId, Op)>) -> Vec<(SourceId, Vec<Op>)> {
         sources.sort();
         sources.dedup();

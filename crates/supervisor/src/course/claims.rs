@@ -75,7 +75,7 @@ impl Core {
         }
     }
 
-    /// A start whose turn has come begins, if what it stands on is still there.
+    /// Begins a start whose turn has come, if its premises still hold.
     fn admit(&mut self, request: Request) {
         let instance = &self.instances[&request.id];
         let (id, name) = (instance.id, instance.name.clone());
@@ -109,7 +109,7 @@ impl Course<'_> {
         self.end_by(SystemCondition::Aborted, message);
     }
 
-    /// The end of a start that has not begun.
+    /// Ends a start that has not begun.
     pub fn leave_queue(&mut self, condition: usize, message: &str, asked_for: bool) {
         let id = self.id;
         self.core.instances.queue.retain(|request| request.id != id);

@@ -54,7 +54,7 @@ impl Core {
         Ok(id)
     }
 
-    /// True for an instance of one source of this process: its table may go in one script with its start. A remote processor is told what
+    /// Returns true for an instance of one source of this process: its table may go in one script with its start. A remote processor is told what
     /// becomes of an instance before that starts, and knows it by its table.
     pub fn waits_for_its_start(&self, id: u64) -> bool {
         let [source] = self.instances[&id].installed.sources[..] else { return false };
@@ -67,7 +67,7 @@ impl Core {
         self.carrier().renew_tables(sources);
     }
 
-    /// The sources whose tables change.
+    /// Takes it out, and returns the sources whose tables change.
     fn taken_out(&mut self, id: u64) -> Vec<SourceId> {
         let mut sources = self.carrier().take_out(id);
         sources.extend(self.renew_taps());

@@ -7,7 +7,7 @@ use crate::protection::ages::{age_deadline, too_old};
 use model::SystemCondition;
 
 impl Core {
-    /// When the next limit or wait of a running instance is over, ns on the clock.
+    /// Returns when the next limit or wait of a running instance is over, ns on the clock.
     pub fn next_deadline(&self) -> Option<i64> {
         let deadlines = |i: &Instance| {
             let limit = i.times.limits.time_limit_ns.and_then(|t| i.times.running.clock_at(t));
@@ -68,7 +68,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// A wait for a time is over: the next stage, unless a kernel was faster.
+    /// Ends a wait for a time: the next stage follows, unless a kernel was faster.
     fn time_is_over(&mut self) {
         let id = self.id;
         let before = (self.core.instances[&id].position.list, self.core.instances[&id].position.stage);

@@ -138,7 +138,7 @@ impl Core {
 }
 
 impl Core {
-    /// A tunable parameter of a device, in every running instance whose ψ takes it.
+    /// Sets a tunable parameter of a device, in every running instance whose ψ takes it.
     pub fn tune(&mut self, device: &str, parameter: &str, value: &model::value::Value) -> Result<(), Refusals> {
         use model::plan::InputOrigin;
         let mut stores = Vec::new();

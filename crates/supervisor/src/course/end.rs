@@ -41,7 +41,7 @@ impl Core {
         }
     }
 
-    /// The instances that use a logical device, those in the queue first.
+    /// Returns the instances that use a logical device, those in the queue first.
     fn users(&self, device: &str) -> Vec<u64> {
         let mut users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
         self.instances.queued_first(&mut users);
@@ -71,7 +71,7 @@ impl Course<'_> {
         }
     }
 
-    /// A condition comes from outside the blocks: τ, or the end. `asked_for`: by the waiter.
+    /// Takes a condition from outside the blocks: it leads to τ, or to the end. `asked_for`: by the waiter.
     pub fn come(&mut self, condition: usize, message: String, asked_for: bool) {
         self.come_with(condition, None, message, asked_for);
     }
@@ -123,7 +123,7 @@ impl Course<'_> {
         }
     }
 
-    /// The end proper begins: everything off and safe in every source, then the report. The process is frozen.
+    /// Begins the end proper: everything off and safe in every source, then the report. The process is frozen.
     pub fn finish(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -159,7 +159,7 @@ impl Course<'_> {
         self.replace_sequence(builder.finish());
     }
 
-    /// A kernel has ended it in the same firing; what its script captured are outputs in that source. `alone`: no other condition
+    /// Follows a kernel that has ended it in the same firing; what its script captured are outputs in that source. `alone`: no other condition
     /// of that firing is still to be told.
     pub fn ended_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8], alone: bool) {
         let id = self.id;
@@ -184,7 +184,7 @@ impl Course<'_> {
         self.finish(cause);
     }
 
-    /// Everything has been acknowledged: claims are free, the report is made.
+    /// Ends it after everything has been acknowledged: claims are free, the report is made.
     pub fn ended(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };

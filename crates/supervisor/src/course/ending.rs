@@ -15,14 +15,14 @@ use model::{ENDS, SystemCondition};
 const IMMEDIATE: [&str; 2] = [SystemCondition::EmergencyStop.name(), SystemCondition::ProcessorLost.name()];
 
 impl Core {
-    /// True where a source runs what it is given: it is neither lost nor stopped by a fault.
+    /// Returns true if a source runs what it is given: it is neither lost nor stopped by a fault.
     fn stands(&self, source: SourceId) -> bool {
         !self.safety.lost.contains(&source) && self.remote.is_reached(self.registry.source_name(source)) && !self.host.statistics(source).stopped
     }
 }
 
 impl Course<'_> {
-    /// τ leads on from a condition: one that begins an orderly end is remembered, and what follows an abort or a disabled device has
+    /// Follows τ from a condition: one that begins an orderly end is remembered, and what follows an abort or a disabled device has
     /// its time.
     pub fn depart(&mut self, cause: Cause) {
         let id = self.id;
@@ -42,7 +42,7 @@ impl Course<'_> {
         departure.until_ns = departure.until_ns.or(until_ns);
     }
 
-    /// A condition ends the verb: through its ending list, if it has one that may run. The process was taken.
+    /// Ends the verb by a condition: through its ending list, if it has one that may run. The process was taken.
     pub fn end(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -56,7 +56,7 @@ impl Course<'_> {
         }
     }
 
-    /// The end without an ending list: a second halt, an emergency stop.
+    /// Ends it without an ending list: after a second halt or an emergency stop.
     pub fn end_at_once(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -64,7 +64,7 @@ impl Course<'_> {
         self.finish(cause);
     }
 
-    /// The ending list that runs because of `cause`.
+    /// Returns the ending list that runs because of `cause`.
     fn ending_list(&self, cause: &Cause) -> Option<usize> {
         let id = self.id;
         let instance = &self.core.instances[&id];
@@ -108,7 +108,7 @@ impl Course<'_> {
         if IMMEDIATE.contains(&name.as_str()) { self.end_at_once(cause) } else { self.end(cause) }
     }
 
-    /// The ending list begins: in each source ω is read at the boundary at which the present list goes off.
+    /// Begins the ending list: in each source ω is read at the boundary at which the present list goes off.
     fn conclude(&mut self, list: usize, cause: Cause) {
         let id = self.id;
         let condition = cause.condition;
@@ -126,7 +126,7 @@ impl Course<'_> {
         self.go_from(builder, list, 0);
     }
 
-    /// A kernel has entered the ending list in the firing of the condition; what its script captured are outputs in that source.
+    /// Follows a kernel that has entered the ending list in the firing of the condition; what its script captured are outputs in that source.
     pub fn concluded_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -149,7 +149,7 @@ impl Course<'_> {
         self.core.observation.log.add(now_ns, "ending", &about, name);
     }
 
-    /// The time of a departure is over: the end follows at once.
+    /// Ends a departure whose time is over: the end follows at once.
     pub fn departure_is_over(&mut self) {
         let id = self.id;
         if !self.take_process(true) {

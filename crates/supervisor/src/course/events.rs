@@ -24,7 +24,7 @@ struct Told {
     item: u8,
     fault: Option<Fault>,
     time_ns: i64,
-    /// No other condition came in the firing.
+    /// True if no other condition came in the firing.
     alone: bool,
     acted: bool,
     ended: bool,
@@ -176,8 +176,8 @@ impl Core {
         }
     }
 
-    /// A source was stopped by a signal or a spent budget in a block: for verbs with blocks there `fault` comes, which τ may lead on to what
-    /// runs on other sources; the module takes no new instance.
+    /// Handles a source that was stopped by a signal or a spent budget in a block: for verbs with blocks there `fault` comes, which τ may
+    /// lead on to what runs on other sources; the module takes no new instance.
     fn stopped(&mut self, source: SourceId, block: BlockId, process: u64, fault: &Fault, time_ns: i64) {
         let name = self.registry.source_name(source).to_owned();
         let stopped = stopped_text(&self.instances, &self.registry, source, block, fault);
@@ -240,7 +240,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// The kernel has frozen the process: the supervisor answers.
+    /// Answers for a process that the kernel has frozen.
     fn frozen(&mut self, reported: Option<(usize, usize)>, cause: Cause) {
         let id = self.id;
         if !self.take_process(true) {

@@ -21,7 +21,7 @@ use model::plan::{Binding, CellKind, PlannedBlock, Target};
 use model::refusal::{Class, Refusals};
 
 impl Core {
-    /// The instance `new` takes the place of the one that keeps the device going; that one is over, if there was one.
+    /// Puts the instance `new` in the place of the one that keeps the device going; that one is over, if there was one.
     pub fn exchange(&mut self, device: &str, new: u64, configuration: &Configuration) -> Result<Option<u64>, Refusals> {
         let record = self.registry.logical(device)?;
         let (state, old) = (record.state, record.instance);
@@ -59,7 +59,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// The start of the old verb has its end too; the device is not told of it.
+    /// Ends the start of the old verb too; the device is not told of it.
     fn is_over(&mut self, verb: &str) {
         let old = self.id;
         let time_ns = self.core.host.now_ns();
@@ -71,14 +71,15 @@ impl Course<'_> {
     }
 }
 
-/// For each block of the new verb that of the old one which it goes on from: of the same label, size and code.
+/// Returns for each block of the new verb that of the old one which it goes on from: of the same label, size and code.
 fn kept_blocks(from: &Instance, to: &Instance) -> Vec<Option<usize>> {
     let same_label = |planned: &PlannedBlock| from.plan.blocks.iter().position(|b| b.label == planned.label && b.size == planned.size);
     let kept = |(at, planned): (usize, &PlannedBlock)| same_label(planned).filter(|of| from.installed.blocks[*of].is_same_code(&to.installed.blocks[at]));
     to.plan.blocks.iter().enumerate().map(kept).collect()
 }
 
-/// Where the outputs of blocks that only the new verb has begin: at what flows, in the firing of the exchange, into their readers. So
+/// Returns the values at which the outputs of blocks begin that only the new verb has: what flows, in the firing of the exchange, into their readers.
+/// So
 /// what is put into a wire goes on from what was on it, and its reader sees no jump. (The block, what flows, what begins there.)
 fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, Cell, Cell)> {
     let kept = kept_blocks(from, to);
@@ -133,7 +134,8 @@ fn flows_into(from: &Instance, block: usize, item: usize, source: SourceId) -> O
     Some((from.installed.cell(cell, source)?, &from.plan.cells[cell].type_text))
 }
 
-/// Both lie in one source, the device is enabled and at rest in a command list, and no caller waits for the values of the old verb.
+/// Checks that both lie in one source, that the device is enabled and at rest in a command list, and that no caller waits for the values of the old
+/// verb.
 fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, state: DeviceState, old: u64, new: u64) -> Result<(), Refusals> {
     let (from, to) = (&instances[&old], &instances[&new]);
     if state != DeviceState::Enabled || from.state() != State::Running || from.is_under_way() || from.leaving.departure.is_some() {
@@ -160,7 +162,7 @@ fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, 
     }
 }
 
-/// One script: the old blocks off, the new ones as at a start but for what is kept, and on.
+/// Returns one script: the old blocks off, the new ones as at a start but for what is kept, and on.
 fn turn_over(registry: &Registry, (from, to): (&Instance, &Instance), stores: &[(Target, Vec<u8>)]) -> impl IntoIterator<Item = Movement> + use<> {
     let source: SourceId = to.installed.sources[0];
     let mut builder = Builder::default();

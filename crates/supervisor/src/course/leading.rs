@@ -8,7 +8,7 @@ use crate::wiring::sequence::Builder;
 use kernel::SourceId;
 
 impl Course<'_> {
-    /// The supervisor leads on to `list`. The process was taken.
+    /// Leads on to `list`. The process was taken.
     pub fn lead_on(&mut self, cause: &Cause, list: usize) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -24,7 +24,7 @@ impl Course<'_> {
         self.go_from(builder, list, 0);
     }
 
-    /// A kernel has led on, in the firing of the condition.
+    /// Follows a kernel that has led on, in the firing of the condition.
     pub fn led_on_by_kernel(&mut self, source: SourceId, cause: &Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };

@@ -26,8 +26,8 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// New values of tunable input parameters of a running instance, as one publication between two firings; with new intervals, and the
-    /// plan that has them.
+    /// Sets new values of tunable input parameters of a running instance, as one publication between two firings; with new intervals,
+    /// and the plan that has them.
     pub fn set(&mut self, values: &IndexMap<String, Value>, tuned: Option<(Intervals, &Plan)>) -> Result<(), Refusals> {
         let id = self.id;
         let instance = self.core.instances.known(id)?;

@@ -9,7 +9,7 @@ pub(crate) struct Course<'a> {
 }
 
 impl Core {
-    /// The course of an instance.
+    /// Returns the course of an instance.
     pub fn course(&mut self, id: u64) -> Course<'_> {
         Course { core: self, id }
     }

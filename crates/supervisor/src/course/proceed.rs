@@ -133,7 +133,7 @@ impl Course<'_> {
         }
     }
 
-    /// The stage is entered: its wait starts to count; a stage that is over at once leads on.
+    /// Notes that the stage is entered: its wait starts to count; a stage that is over at once leads on.
     pub fn entered(&mut self, list: usize, stage: usize) {
         let id = self.id;
         self.is_in(list, stage, stage == 0);
@@ -229,12 +229,12 @@ impl Course<'_> {
         true
     }
 
-    /// The supervisor moves the instance to (list, stage). Its process was taken.
+    /// Moves the instance to (list, stage). Its process was taken.
     pub fn go(&mut self, list: usize, stage: usize) {
         self.go_from(Builder::default(), list, stage);
     }
 
-    /// The same, behind what `builder` holds. A suspended instance runs again.
+    /// Moves the instance in the same way, behind what `builder` holds. A suspended instance runs again.
     pub fn go_from(&mut self, mut builder: Builder, list: usize, stage: usize) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();

@@ -38,7 +38,7 @@ impl Core {
         self.course(request.id).append_sequence(movements);
     }
 
-    /// The start is entered in everything that the supervisor keeps; what the kernels have to do before it begins.
+    /// Enters the start in everything that the supervisor keeps, and returns what the kernels have to do before it begins.
     pub fn prepare(&mut self, request: &Request) -> Vec<Movement> {
         let (id, stores, limits) = (request.id, &request.stores, request.limits);
         let Some(plan) = self.instances.get(&id).map(|i| i.plan.clone()) else { return Vec::new() };
@@ -101,7 +101,7 @@ impl Course<'_> {
     }
 }
 
-/// Every logical device that the verb uses is enabled.
+/// Checks that every logical device that the verb uses is enabled.
 fn check_enabled(registry: &Registry, instance: &Instance) -> Result<(), Refusals> {
     let disabled: Refusals = (instance.plan.devices.iter())
         .filter(|d| registry.logical.get(*d).is_some_and(|l| l.state != DeviceState::Enabled))
@@ -113,7 +113,7 @@ fn check_enabled(registry: &Registry, instance: &Instance) -> Result<(), Refusal
     if disabled.is_empty() { Ok(()) } else { Err(disabled) }
 }
 
-/// No source of it was stopped by a fault.
+/// Checks that no source of it was stopped by a fault.
 fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
     for &source in &instance.installed.sources {
         if let Some(why) = core.safety.ended_for_good.get(&source) {

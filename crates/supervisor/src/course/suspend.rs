@@ -36,7 +36,7 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// It may stand still now: at once, or when what is under way is through.
+    /// Lets it stand still: at once, or when what is under way is through.
     pub fn rest(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -163,7 +163,7 @@ impl Course<'_> {
 }
 
 impl Course<'_> {
-    /// It was suspended by a pause that is over; one that is not suspended yet goes on as soon as it is.
+    /// Lets an instance go on that was suspended by a pause which is over; one that is not suspended yet goes on as soon as it is.
     pub fn go_on_after_pause(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get(&id) else { return };

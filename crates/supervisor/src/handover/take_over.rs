@@ -22,7 +22,7 @@ const SETTLED: Duration = Duration::from_secs(5);
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TakenOver {
-    /// In the order of their names.
+    /// Results, in the order of their names.
     pub processors: Vec<OfProcessor>,
 }
 
@@ -35,7 +35,7 @@ pub struct OfProcessor {
     pub name: String,
     /// The processors in that process.
     pub processors: Vec<String>,
-    /// Something of it ran, and has been taken over now; else its process was started for this system.
+    /// True if something of it ran, and has been taken over now; else its process was started for this system.
     pub is_adopted: bool,
     /// Blocks that go on where they were, by label.
     pub carried: Vec<String>,

@@ -23,7 +23,7 @@ impl Captures {
         pieces.retain(|piece| self.bytes(*piece).is_none());
     }
 
-    /// A script that was made for `source` captures these pieces.
+    /// Expects a script for `source` that captures these pieces.
     pub fn expect(&mut self, source: SourceId, pieces: Vec<Piece>) {
         if !pieces.is_empty() {
             self.pending.push((source, pieces));
@@ -59,7 +59,7 @@ impl Captures {
         }
     }
 
-    /// The bytes of an output all of whose pieces have been captured.
+    /// Returns the bytes of an output all of whose pieces have been captured.
     pub fn whole(&self, of: &Verbatim, output: usize) -> Option<Vec<u8>> {
         (0..of.parts(output)).map(|part| self.bytes((output, part))).collect::<Option<Vec<_>>>().map(|pieces| pieces.concat())
     }

@@ -6,7 +6,8 @@ use kernel::SourceId;
 use opengpac::FLOATS_CHANGED;
 use opengpac::abi::mark;
 
-/// A change that was found at the end of a firing: the blocks that may have made it, in words. Those of downloaded modules, where there are any.
+/// Returns the text about a change that was found at the end of a firing: the blocks that may have made it, in words. Those of downloaded modules,
+/// where there are any.
 pub(crate) fn floats_text(instances: &Instances, registry: &Registry, source: SourceId) -> String {
     let there = instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source));
     let blocks = there.flat_map(|i| i.plan.blocks.iter().zip(&i.installed.blocks).map(move |(of, block)| (i, of, block)));

@@ -31,7 +31,7 @@ struct FollowingError<'a> {
     error_limit: Option<f64>,
     effort: Option<f64>,
     effort_limit: Option<f64>,
-    /// Of the motor, where the drive adds to the servo's effort what gravity and the other joints need.
+    /// Effort of the motor, if the drive adds to the servo's effort what gravity and the other joints need.
     motor: Option<f64>,
     motor_limit: Option<f64>,
     lost_s: f64,
@@ -118,7 +118,7 @@ impl FollowingError<'_> {
         self.effort.zip(self.effort_limit).is_some_and(|(effort, limit)| effort.abs() >= SATURATED * limit)
     }
 
-    /// The remedy for the likeliest cause.
+    /// Returns the remedy for the likeliest cause.
     fn remedy(&self) -> &'static str {
         if self.error_limit.is_none() {
             return "move more slowly, look for what blocks the joint, or raise the preset of the condition";
@@ -140,7 +140,7 @@ impl FollowingError<'_> {
     }
 }
 
-/// A number with four significant digits, and its unit.
+/// Returns a number with four significant digits, and its unit.
 fn quantity(number: f64, unit: &str) -> String {
     let digits = if number == 0.0 || !number.is_finite() { 0 } else { (3 - number.abs().log10().floor() as i32).clamp(0, 12) };
     let text = format!("{number:.*}", digits as usize);

@@ -8,7 +8,7 @@ use model::definition::Arbitration;
 use model::plan::{Claim, Plan};
 use model::refusal::{Class, Refusal};
 
-/// Something that a start needs and another instance holds, or waits for.
+/// Claim that a start needs and another instance holds, or waits for.
 pub(crate) struct Held {
     pub claim: Claim,
     pub holder: u64,
@@ -41,7 +41,7 @@ impl Instances {
         refusal.remedy(format!("wait for '{holder}' or halt it"))
     }
 
-    /// Those that wait in the queue first: what ends all of them then lets none begin.
+    /// Sorts those that wait in the queue first: what ends all of them then lets none begin.
     pub fn queued_first(&self, instances: &mut [u64]) {
         instances.sort_by_key(|id| self.get(id).is_none_or(|i| i.state() != State::Queued));
     }

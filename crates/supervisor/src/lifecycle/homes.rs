@@ -26,7 +26,7 @@ impl Verbatim<'_> {
         }
     }
 
-    /// The homes while the commands of a stage have been carried out: those that an active block says.
+    /// Returns the homes while the commands of a stage have been carried out: those that an active block says.
     pub fn homes_in(&self, list: usize, stage: usize) -> Homes {
         let active = &self.plan.lists[list].stages[stage].active;
         let is_on = |block: usize| active.iter().any(|(activation, _)| *activation == self.plan.blocks[block].activation);
@@ -37,7 +37,7 @@ impl Verbatim<'_> {
         self.installed.homes.keys().filter_map(of).collect()
     }
 
-    /// True where an output lies now in one source, now in another: no kernel reads it alone.
+    /// Returns true if an output lies now in one source, now in another: no kernel reads it alone.
     pub fn moves(&self, output: usize) -> bool {
         use model::plan::Target;
         match &self.plan.outputs[output].target {

@@ -30,7 +30,8 @@ fn driving_channels<'a>(registry: &'a Registry, plan: &'a Plan) -> impl Iterator
     })
 }
 
-/// SVVs that a verb writes and that drive a device on: its own verb takes them as commands, they have such a unit, and they began with 0. One that
+/// Returns the SVVs that a verb writes and that drive a device on: its own verb takes them as commands, they have such a unit, and they began with 0.
+/// One that
 /// began with another value is a limit, as the maximum force of a gripper, which would drop what it holds. With their idle values.
 pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan) -> Vec<(String, Vec<u8>)> {
     let written = plan.claims.iter().filter_map(|claim| if let Claim::Svv { name, .. } = claim { Some(name) } else { None });

@@ -42,11 +42,11 @@ impl State {
 
 /// Progress of a running instance towards its suspension.
 pub(crate) enum Rest {
-    /// It is not to be suspended.
+    /// No suspension was asked for.
     Unasked,
-    /// It comes to rest first: the running time at which that has had its time, and the conditions of it which have come.
+    /// The instance comes to rest first: the running time at which that has had its time, and the conditions of it which have come.
     Coming { until_ns: i64, rested: Vec<(usize, usize)> },
-    /// It is suspended when the sequence under way is through.
+    /// The instance is suspended when the sequence under way is through.
     Due,
 }
 
@@ -136,12 +136,12 @@ impl RunningTime {
         }
     }
 
-    /// True while it stands still.
+    /// Returns true while it stands still.
     pub fn is_held(&self) -> bool {
         self.held_ns.is_some()
     }
 
-    /// Time on the clock at which a running time is reached; `None` while it stands still.
+    /// Returns the time on the clock at which a running time is reached; `None` while it stands still.
     pub fn clock_at(&self, running_ns: i64) -> Option<i64> {
         self.held_ns.is_none().then_some(self.offset_ns + running_ns)
     }
@@ -195,7 +195,7 @@ pub(crate) struct Position {
     pub active: Vec<(usize, u32)>,
     /// Running time at which the present wait for a time ends.
     pub wait_until_ns: Option<i64>,
-    /// It has entered a list in this start.
+    /// True if it has entered a list in this start.
     pub has_entered: bool,
     /// The stages that it has left in the instant in which they were entered.
     pub entries: Entries,
@@ -296,7 +296,7 @@ pub(crate) struct Instance {
 }
 
 impl Instance {
-    /// List and stage of a kernel's stage.
+    /// Returns list and stage of a kernel's stage.
     pub fn list_stage(&self, kernel_stage: u16) -> (usize, usize) {
         let mut rest = usize::from(kernel_stage) / 2;
         for (index, list) in self.plan.lists.iter().enumerate() {
@@ -320,12 +320,12 @@ impl Instance {
         }
     }
 
-    /// True while its end is being carried out.
+    /// Returns true while its end is being carried out.
     pub fn is_ending(&self) -> bool {
         matches!(self.life, Life::Ending { .. })
     }
 
-    /// True while it runs, and its end is not being carried out.
+    /// Returns true while it runs, and its end is not being carried out.
     pub fn is_running(&self) -> bool {
         matches!(self.life, Life::Running(_))
     }
@@ -334,7 +334,7 @@ impl Instance {
         matches!(self.life, Life::Suspended { .. })
     }
 
-    /// True while it runs or is suspended, and its end is not being carried out.
+    /// Returns true while it runs or is suspended, and its end is not being carried out.
     pub fn is_started(&self) -> bool {
         self.is_running() || self.is_suspended()
     }
@@ -344,12 +344,12 @@ impl Instance {
         self.life = Life::Ending { from: self.state(), cause };
     }
 
-    /// The report of the latest start, if that has ended.
+    /// Returns the report of the latest start, if that has ended.
     pub fn report(&self) -> Option<&Report> {
         if let Life::Ended(report) = &self.life { Some(report) } else { None }
     }
 
-    /// While it comes to rest before it is suspended: the running time at which that has had its time.
+    /// Returns, while it comes to rest before it is suspended, the running time at which that has had its time.
     pub fn resting_until_ns(&self) -> Option<i64> {
         if let Life::Running(Rest::Coming { until_ns, .. }) = self.life { Some(until_ns) } else { None }
     }
@@ -361,7 +361,7 @@ impl Instance {
         }
     }
 
-    /// A start was accepted: nothing of the one before is left.
+    /// Renews it for a start that was accepted: nothing of the one before is left.
     pub fn renew(&mut self) {
         self.starts += 1;
         let list = self.plan.initial;
@@ -372,23 +372,23 @@ impl Instance {
         (self.findings, self.leaving) = (Findings::default(), Leaving::default());
     }
 
-    /// Index of a condition by name: its line for the present command list, where the list has one.
+    /// Returns the index of a condition by name: its line for the present command list, if the list has one.
     pub fn condition(&self, name: &str) -> Option<usize> {
         let named = || self.plan.conditions.iter().enumerate().filter(|(_, c)| c.name == name);
         named().find(|(_, c)| c.holds_in(self.position.list)).or_else(|| named().next()).map(|(index, _)| index)
     }
 
-    /// The same of a condition of the system.
+    /// Returns the index of a condition of the system.
     pub fn system(&self, condition: SystemCondition) -> Option<usize> {
         self.condition(condition.name())
     }
 
-    /// True while something is left to be done by the kernels.
+    /// Returns true while something is left to be done by the kernels.
     pub fn is_under_way(&self) -> bool {
         self.work.outstanding > 0 || !self.work.sequence.is_empty()
     }
 
-    /// True for an action on devices: it uses logical devices or writes channels, and keeps none going.
+    /// Returns true for an action on devices: it uses logical devices or writes channels, and keeps none going.
     pub fn is_action(&self) -> bool {
         self.owner.is_none() && (!self.plan.devices.is_empty() || self.plan.claims.iter().any(|claim| matches!(claim, Claim::Channel { .. })))
     }
@@ -397,27 +397,27 @@ impl Instance {
         !matches!(self.life, Life::Created | Life::Ended(_))
     }
 
-    /// Longest time budget declared for a firing of this source, ns; 0 where none is. More than fits is `i64::MAX`.
+    /// Returns the longest time budget declared for a firing of this source, ns; 0 if none is. More than fits is `i64::MAX`.
     pub fn budget_ns(&self, source: SourceId) -> i64 {
         let there = self.plan.activations.iter().zip(&self.installed.activation_source).filter(|(_, at)| **at == source);
         let longest = there.filter_map(|(of, _)| of.budget_ns).max().unwrap_or(0);
         i64::try_from(longest).unwrap_or(i64::MAX)
     }
 
-    /// Another condition that came while one was acting.
+    /// Returns another condition that came while one was acting.
     pub fn other(&mut self, condition: String, block: String, time_ns: i64) {
         self.findings.others.push(Other { condition, block, time_s: time_ns as f64 * 1e-9 });
     }
 }
 
-/// The kernel's stage while the commands of (list, stage) are carried out. Each stage is two of the kernel's: while its commands are
+/// Returns the kernel's stage while the commands of (list, stage) are carried out. Each stage is two of the kernel's: while its commands are
 /// under way, what its wait is for is remembered; when they are through, the wait is reached.
 pub(crate) fn under_way(plan: &Plan, list: usize, stage: usize) -> u16 {
     let before: usize = plan.lists[..list].iter().map(|l| l.stages.len()).sum();
     u16::try_from(2 * (before + stage)).expect("a verb has fewer than 32,768 stages")
 }
 
-/// The kernel's stage once the commands of (list, stage) are through.
+/// Returns the kernel's stage once the commands of (list, stage) are through.
 pub(crate) fn reached(plan: &Plan, list: usize, stage: usize) -> u16 {
     under_way(plan, list, stage) + u16::from(matches!(plan.lists[list].stages[stage].wait, Some(Wait::Conditions(_))))
 }

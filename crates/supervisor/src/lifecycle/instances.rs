@@ -21,7 +21,7 @@ pub(crate) struct Request {
     pub limits: Limits,
 }
 
-/// By their numbers.
+/// Instances by their numbers.
 #[derive(Default)]
 pub(crate) struct Instances {
     by_number: BTreeMap<u64, Instance>,
@@ -48,12 +48,12 @@ impl Instances {
         self.by_number.get_mut(id)
     }
 
-    /// An instance that is not deleted.
+    /// Returns an instance that is not deleted.
     pub fn known(&self, id: u64) -> Result<&Instance, Refusals> {
         self.get(&id).ok_or_else(|| invalid_state("the verb instance", "deleted", "use", "make a new one with new_instance(…)"))
     }
 
-    /// A name for the next instance of a verb: `move#1`, `move#2`, …
+    /// Returns a name for the next instance of a verb: `move#1`, `move#2`, …
     pub fn next_name(&mut self, verb: &str) -> String {
         let count = self.named.entry(verb.to_owned()).or_default();
         loop {
@@ -89,7 +89,7 @@ impl Instances {
         self.by_number.keys()
     }
 
-    /// The instance that an installed block is of, and its index there.
+    /// Returns the instance that an installed block is of, and its index there.
     pub fn culprit(&self, block: BlockId) -> Option<(&Instance, usize)> {
         self.values().find_map(|i| Some((i, i.installed.blocks.iter().position(|b| b.id() == block)?)))
     }
@@ -99,12 +99,12 @@ impl Instances {
         self[&id].installed.sources.iter().map(|s| host.statistics(*s).overruns).sum()
     }
 
-    /// Running instances that use a device.
+    /// Returns the number of running instances that use a device.
     pub fn users(&self, device: &str) -> usize {
         self.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).count()
     }
 
-    /// disabled, enabling, standstill, moving, stopping, fault.
+    /// Returns disabled, enabling, standstill, moving, stopping or fault.
     pub fn device_state(&self, registry: &Registry, device: &str) -> Result<&'static str, Refusals> {
         Ok(match registry.logical(device)?.state {
             DeviceState::Disabled => "disabled",

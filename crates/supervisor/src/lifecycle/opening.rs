@@ -9,7 +9,7 @@ use crate::wiring::sequence::{Builder, Movement};
 use kernel::{Op, SourceId};
 use model::plan::{Binding, CellKind, PlannedCommand, PlannedSuspend, Target};
 
-/// From the reset to the end of the initial list's first stage.
+/// Returns the movements from the reset to the end of the initial list's first stage.
 pub(crate) fn opening(registry: &Registry, instance: &Instance, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
     let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
     let mut builder = Builder::at_home(instance.installed.homes.clone());
@@ -66,7 +66,7 @@ pub(crate) fn make_up(registry: &Registry, builder: &mut Builder, instance: &Ins
     }
 }
 
-/// Everything of the instance is as at the first start, its clock at 0, ψ stored.
+/// Makes everything of the instance as at the first start, its clock at 0, ψ stored.
 pub(crate) fn refresh(registry: &Registry, builder: &mut Builder, instance: &Instance, stores: &[(Target, Vec<u8>)]) {
     for (index, block) in instance.installed.blocks.iter().enumerate() {
         builder.add(instance.installed.block_source[index], Op::Reset(block.clone()));
@@ -93,7 +93,7 @@ pub(crate) fn refresh(registry: &Registry, builder: &mut Builder, instance: &Ins
     }
 }
 
-/// The first value of a ratio input: that of the object it is bound to, as it is in its source.
+/// Sets the first value of a ratio input: that of the object it is bound to, as it is in its source.
 fn begin_delay(builder: &mut Builder, instance: &Instance, source: SourceId, port: (usize, usize), delay: &kernel::Cell) {
     let bound = instance.plan.blocks[port.0].bindings.iter().find(|b| b.item == port.1);
     let cells = match bound.map(|b| &b.binding) {
@@ -108,7 +108,7 @@ fn begin_delay(builder: &mut Builder, instance: &Instance, source: SourceId, por
     }
 }
 
-/// The initial list of a device's own verb: what starts as a copy is copied after the leading executes, before the loop closes.
+/// Opens the initial list of a device's own verb: what starts as a copy is copied after the leading executes, before the loop closes.
 fn open_device(registry: &Registry, builder: &mut Builder, instance: &Instance, of: &Verbatim) {
     let (list, generation) = (instance.plan.initial, Some(instance.generation));
     let stage = &instance.plan.lists[list].stages[0];
@@ -129,7 +129,7 @@ fn open_device(registry: &Registry, builder: &mut Builder, instance: &Instance, 
     of.reach(builder, list, 0, generation);
 }
 
-/// One value of ψ, into every image that has its object.
+/// Stores one value of ψ, into every image that has its object.
 pub(crate) fn store_target(registry: &Registry, builder: &mut Builder, instance: &Instance, target: &Target, bytes: &[u8]) {
     match target {
         Target::Cell(cell) => store_cell(registry, builder, instance, *cell, bytes),

@@ -18,7 +18,7 @@ pub(crate) fn looks(cells: &[(SourceId, Cell)]) -> impl Iterator<Item = (SourceI
     cells.iter().map(|(source, cell)| (*source, Op::Capture(vec![cell.clone()])))
 }
 
-/// The channels in which the machines that an instance is to command say whether they follow; none where they follow at once.
+/// Returns the channels in which the machines that an instance is to command say whether they follow; none if they follow at once.
 pub(crate) fn operating(registry: &Registry, instance: &Instance) -> Vec<(SourceId, Cell)> {
     let mut found: Vec<(&str, usize)> = Vec::new();
     for claim in &instance.plan.claims {

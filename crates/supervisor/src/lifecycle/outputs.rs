@@ -17,7 +17,7 @@ impl Verbatim<'_> {
         pieces
     }
 
-    /// The pieces of what a condition returns, in order.
+    /// Returns the pieces of what a condition returns, in order.
     pub fn pieces(&self, condition: usize) -> Vec<Piece> {
         let Some(condition) = self.plan.conditions.get(condition) else { return Vec::new() };
         condition.returns.iter().flat_map(|output| (0..self.parts(*output)).map(|part| (*output, part))).collect()
@@ -28,7 +28,7 @@ impl Verbatim<'_> {
         if let Target::Cells(cells) = &self.plan.outputs[output].target { cells.len() } else { 1 }
     }
 
-    /// Where a piece's value lies: with the port that writes it, else with one that reads it.
+    /// Returns the source of a piece's value: that of the port that writes it, else of one that reads it.
     fn piece_source(&self, (output, part): Piece) -> SourceId {
         match &self.plan.outputs[output].target {
             Target::Item { block, .. } | Target::Report { block, .. } => self.installed.block_source[*block],
@@ -41,7 +41,7 @@ impl Verbatim<'_> {
         self.installed.home(self.plan, cell).unwrap_or(self.installed.sources[0])
     }
 
-    /// The cells of pieces, in order.
+    /// Returns the cells of pieces, in order.
     pub fn cells_of(&self, pieces: &[Piece]) -> Vec<kernel::Cell> {
         let mut cells = Vec::new();
         for &(output, part) in pieces {
@@ -60,7 +60,7 @@ impl Verbatim<'_> {
         cells
     }
 
-    /// Length in bytes of a piece.
+    /// Returns the length in bytes of a piece.
     pub fn piece_len(&self, piece: Piece) -> usize {
         self.cells_of(&[piece]).iter().map(kernel::Cell::len).sum()
     }
@@ -72,7 +72,7 @@ impl Verbatim<'_> {
         self.capture_in(builder, source, outputs);
     }
 
-    /// The operation that reads these pieces in `source`; none where there are no pieces.
+    /// Adds the operation that reads these pieces in `source`; none if there are no pieces.
     pub fn capture_in(&self, builder: &mut Builder, source: SourceId, pieces: &[Piece]) {
         if !pieces.is_empty() {
             builder.add(source, Op::Capture(self.cells_of(pieces)));
@@ -95,7 +95,7 @@ impl Verbatim<'_> {
     }
 }
 
-/// The value of a condition, and whether it was reported: the word behind the value has a bit for each item of its block.
+/// Returns the value of a condition, and whether it was reported: the word behind the value has a bit for each item of its block.
 pub(crate) fn reported(bytes: &[u8], item: usize) -> (&[u8], bool) {
     match bytes.split_last_chunk() {
         Some((value, word)) => (value, u64::from_ne_bytes(*word) >> item & 1 == 1),
@@ -103,7 +103,7 @@ pub(crate) fn reported(bytes: &[u8], item: usize) -> (&[u8], bool) {
     }
 }
 
-/// A value of a normalised type; of several cells of it, a list.
+/// Returns a value of a normalised type; of several cells of it, a list.
 pub(crate) fn decode(type_text: &str, several: bool, bytes: &[u8]) -> Value {
     let Ok(of) = Type::parse(type_text, &IndexMap::new()) else { return Value::List(Vec::new()) };
     if several && of.size() > 0 && bytes.len() != of.size() {

@@ -51,7 +51,7 @@ impl Verbatim<'_> {
         Some(to.map_or(Answer::End, |(_, to)| Answer::Go(*to, 0)))
     }
 
-    /// The watch tables of all stages.
+    /// Returns the watch tables of all stages.
     pub fn stages(&self) -> Vec<Stage> {
         let mut stages = Vec::new();
         for (list, planned) in self.plan.lists.iter().enumerate() {
@@ -64,7 +64,7 @@ impl Verbatim<'_> {
         stages
     }
 
-    /// The watch table of a stage, while its commands are under way or when its wait is reached.
+    /// Returns the watch table of a stage, while its commands are under way or when its wait is reached.
     fn watches(&self, list: usize, stage: usize, under_way: bool) -> Vec<Watch> {
         let awaited = match &self.plan.lists[list].stages[stage].wait {
             Some(Wait::Conditions(waits)) if under_way => waits.as_slice(),
@@ -136,12 +136,12 @@ impl Verbatim<'_> {
         }
     }
 
-    /// The source, where the verb has but one.
+    /// Returns the source, if the verb has but one.
     fn only_source(&self) -> Option<SourceId> {
         (self.installed.sources.len() == 1).then(|| self.installed.sources[0])
     }
 
-    /// A reaction where all lies in `source`, else the supervisor is told.
+    /// Returns a reaction if all lies in `source`, else the supervisor is told.
     fn response(&self, list: usize, stage: usize, answer: Answer, condition: usize, source: Option<SourceId>) -> Response {
         // What lies in several places is answered here.
         let Some(source) = source.filter(|_| !self.installed.process.is_spread()) else { return Response::Tell };
@@ -187,7 +187,7 @@ impl Verbatim<'_> {
         }
     }
 
-    /// A reaction that reads ω and goes to the ending list, where all of that lies in `source`, else the supervisor is told.
+    /// Returns a reaction that reads ω and goes to the ending list, if all of that lies in `source`, else the supervisor is told.
     fn conclusion(&self, from: (usize, usize), active: &[usize], condition: usize, source: SourceId) -> Response {
         let Some(list) = self.plan.ending.list else { return Response::Tell };
         let outputs = self.concluding_outputs(source, condition);
@@ -209,7 +209,7 @@ impl Verbatim<'_> {
         }
     }
 
-    /// True where a stage is over as soon as it is entered, or tells a device that it is ready: work for the supervisor.
+    /// Returns true if a stage is over as soon as it is entered, or tells a device that it is ready: work for the supervisor.
     pub fn ends_at_once(&self, list: usize, stage: usize) -> bool {
         let stage = &self.plan.lists[list].stages[stage];
         let idle = stage.active.is_empty() && matches!(stage.wait, None | Some(Wait::Idle));
@@ -254,7 +254,7 @@ impl Verbatim<'_> {
         }
     }
 
-    /// The stage is entered, its commands follow.
+    /// Enters the stage; its commands follow.
     pub fn open(&self, builder: &mut Builder, list: usize, stage: usize, generation: Option<u32>) {
         if let Some(generation) = generation {
             builder.barrier();
@@ -264,7 +264,7 @@ impl Verbatim<'_> {
         builder.barrier();
     }
 
-    /// The commands of the stage are through: its wait is reached.
+    /// Ends the commands of the stage: its wait is reached.
     pub fn reach(&self, builder: &mut Builder, list: usize, stage: usize, generation: Option<u32>) {
         let (from, to) = (under_way(self.plan, list, stage), reached(self.plan, list, stage));
         if let (Some(generation), true) = (generation, from != to) {
@@ -274,7 +274,7 @@ impl Verbatim<'_> {
         builder.then(Movement::Entered { list, stage });
     }
 
-    /// The source whose kernel enters the stage: that of its first command.
+    /// Returns the source whose kernel enters the stage: that of its first command.
     fn stage_source(&self, list: usize, stage: usize) -> SourceId {
         let first = self.plan.lists[list].stages[stage].commands.iter().find_map(|c| match c {
             PlannedCommand::Execute(blocks) | PlannedCommand::Install(blocks) => blocks.first().map(|b| self.installed.block_source[*b]),
@@ -299,7 +299,7 @@ impl Verbatim<'_> {
         needed
     }
 
-    /// One command. What follows an `execute` acts only if that did not end the process.
+    /// Adds one command. What follows an `execute` acts only if that did not end the process.
     fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
         self.bring(builder, command);
         match command {
@@ -375,7 +375,7 @@ impl Verbatim<'_> {
     }
 }
 
-/// The operations, where all of them are one script for `source`.
+/// Returns the operations, if all of them are one script for `source`.
 fn local(builder: Builder, source: SourceId) -> Option<Vec<Op>> {
     let mut ops = Vec::new();
     for movement in builder.finish() {

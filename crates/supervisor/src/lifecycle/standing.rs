@@ -16,12 +16,12 @@ use model::{ORDERLY, SystemCondition};
 const ENTRIES_AN_INSTANT: u32 = 10_000;
 
 impl Instance {
-    /// True while its ending list runs.
+    /// Returns true while its ending list runs.
     pub fn is_in_ending(&self) -> bool {
         self.leaving.departure.as_ref().is_some_and(|d| d.ending_from.is_some())
     }
 
-    /// The list that τ leads to from the present one. An abort that τ does not name is as orderly as a halt, for what slows a motion down is
+    /// Returns the list that τ leads to from the present one. An abort that τ does not name is as orderly as a halt, for what slows a motion down is
     /// there for both; but where another verb goes on with all of its devices from where they are.
     pub fn led_to(&self, condition: usize) -> Option<usize> {
         let transitions = &self.plan.lists[self.position.list].transitions;
@@ -30,7 +30,7 @@ impl Instance {
         to(condition).or_else(|| self.system(SystemCondition::Halted).filter(|_| is_abort).and_then(to))
     }
 
-    /// True where the condition begins an orderly end, which the report remembers.
+    /// Returns true if the condition begins an orderly end, which the report remembers.
     pub fn is_orderly(&self, condition: usize) -> bool {
         ORDERLY.contains(&self.plan.conditions[condition].name.as_str())
     }
@@ -49,7 +49,7 @@ impl Instance {
         told
     }
 
-    /// A condition that would have led on to further work, after a time limit or a loss, ends the verb as that.
+    /// Returns the cause of an end by a condition that would have led on to further work, after a time limit or a loss: it ends the verb as that.
     fn as_it_began(&mut self, cause: Cause) -> Cause {
         let is_cut = self.plan.lists[self.position.list].cut.contains(&cause.condition);
         let Some(began) = self.leaving.began.clone().filter(|_| is_cut && self.plan.conditions[cause.condition].normal) else { return cause };
@@ -60,7 +60,7 @@ impl Instance {
         began
     }
 
-    /// True where it is in its ending list, which a kernel entered with `stage`, and does not know why.
+    /// Returns true if it is in its ending list, which a kernel entered with `stage`, and does not know why.
     pub fn is_ending_unnoticed(&self, stage: u16) -> bool {
         let ending = self.plan.ending.list;
         let is_there = ending == Some(self.position.list) && ending == Some(self.list_stage(stage).0);
@@ -76,12 +76,12 @@ impl Instance {
         self.position.active.iter().any(|(active, _)| *active == self.plan.blocks[block].activation)
     }
 
-    /// True from the call that suspends it until it begins to stand still.
+    /// Returns true from the call that suspends it until it begins to stand still.
     pub fn is_coming_to_rest(&self) -> bool {
         matches!(self.life, Life::Running(Rest::Coming { .. } | Rest::Due))
     }
 
-    /// True for a condition that an instance waits for which comes to rest: it has come.
+    /// Notes a condition that an instance waits for which comes to rest; returns true for one.
     pub fn rests_at(&mut self, block: Option<usize>, item: u8) -> bool {
         let mut holdings = self.plan.suspend.holdings().iter();
         let found = holdings.find(|holding| block == Some(holding.until.0) && usize::from(item) == holding.until.1);
@@ -93,7 +93,7 @@ impl Instance {
         true
     }
 
-    /// True where everything rests that is to come to rest and is active.
+    /// Returns true if everything rests that is to come to rest and is active.
     pub fn has_come_to_rest(&self) -> bool {
         let has_come = |until| matches!(&self.life, Life::Running(Rest::Coming { rested, .. }) if rested.contains(until));
         let mut holdings = self.plan.suspend.holdings().iter();
@@ -121,7 +121,7 @@ impl Instance {
         Some(Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for: false })
     }
 
-    /// The report of its latest start; nothing before its end. One that was never started is refused.
+    /// Returns the report of its latest start; none before its end. One that was never started is refused.
     pub fn ended(&self) -> Result<Option<Report>, Refusals> {
         match &self.life {
             Life::Ended(report) => Ok(Some(Report::clone(report))),
@@ -130,8 +130,8 @@ impl Instance {
         }
     }
 
-    /// The condition that ends it where its initial list is over as soon as it is entered and one source has all of it: its first script does
-    /// what that end asks for, too. What a block reports in that script comes before, and nothing behind it is carried out then.
+    /// Returns the condition that ends it if its initial list is over as soon as it is entered and one source has all of it: its first script
+    /// does what that end asks for, too. What a block reports in that script comes before, and nothing behind it is carried out then.
     pub fn ends_in_its_opening(&self) -> Option<usize> {
         let stage = &self.plan.lists[self.plan.initial].stages[0];
         let is_over = stage.active.is_empty() && stage.wait.is_none() && !stage.commands.iter().any(|c| matches!(c, PlannedCommand::Ready));
@@ -140,7 +140,7 @@ impl Instance {
         self.led_to(completed).is_none().then_some(completed)
     }
 
-    /// The next movement of its sequence. A new table for its only source and what is to be done there behind it go together: that acts
+    /// Returns the next movement of its sequence. A new table for its only source and what is to be done there behind it go together: that acts
     /// between two firings as one, and the source is woken once.
     pub fn next_movement(&mut self) -> Option<Movement> {
         let movement = self.work.sequence.pop_front()?;
@@ -167,7 +167,7 @@ impl Instance {
         }
     }
 
-    /// A kernel has carried out a script of its sequence; true where it was waited for.
+    /// Notes that a kernel has carried out a script of its sequence; returns true if it was waited for.
     pub fn is_done(&mut self, epoch: u64, source: SourceId, captured: Vec<u8>) -> bool {
         let Some(at) = self.work.awaited.iter().position(|awaited| *awaited == source).filter(|_| self.work.epoch == epoch) else { return false };
         self.work.awaited.swap_remove(at);

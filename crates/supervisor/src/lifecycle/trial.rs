@@ -23,7 +23,7 @@ pub struct TrialRequest {
     /// A list each, with one value an invocation.
     pub inputs: IndexMap<String, Vec<Value>>,
     pub times: usize,
-    /// From one invocation to the next.
+    /// Time from one invocation to the next.
     pub period_ns: i64,
     /// The interpreter of this process runs the block's body.
     pub is_interpreted: bool,
@@ -42,7 +42,7 @@ pub struct BlockTrial {
     fault: Json,
 }
 
-/// A trial of a block of a module, or of the `library`; nothing has run yet.
+/// Makes a trial of a block of a module, or of the `library`; nothing has run yet.
 pub fn trial(module: &str, block: &str, given: TrialRequest, python: &str) -> Result<BlockTrial, Refusals> {
     if given.times > TIMES_MAX {
         let message = format!("a trial of {} invocations is too long", given.times);
@@ -91,7 +91,7 @@ impl BlockTrial {
         Ok(self.time < self.given.times && self.fault.is_null())
     }
 
-    /// Each output's values, the conditions as (invocation, name, value or none), and the fault that ended it, if one did.
+    /// Returns each output's values, the conditions as (invocation, name, value or none), and the fault that ended it, if one did.
     pub fn json(self) -> Json {
         json!({ "outputs": self.outputs, "conditions": self.conditions, "fault": self.fault })
     }
@@ -122,7 +122,7 @@ impl BlockTrial {
     }
 }
 
-/// n of a sized block: given, or the length of a sized item's value.
+/// Returns n of a sized block: given, or the length of a sized item's value.
 fn size_of(interface: &Interface, values: &IndexMap<String, Value>, inputs: &IndexMap<String, Vec<Value>>) -> Result<Option<u32>, Refusals> {
     let Some(item) = interface.items.iter().find(|i| i.kind == Kind::Size) else { return Ok(None) };
     if let Some(Value::Integer(n)) = values.get(&item.name) {
@@ -151,7 +151,7 @@ fn put(trial: &mut Trial, interface: &Interface, name: &str, value: &Value, size
     trial.set(name, &bytes).map_err(|why| refuse(Class::ValueRefused, why.to_string(), ""))
 }
 
-/// The value that a condition reported, if it has one.
+/// Returns the value that a condition reported, if it has one.
 fn reported(trial: &Trial, interface: &Interface, name: &str, size: Option<u32>) -> Result<Option<Value>, Refusals> {
     let Some(item) = interface.items.iter().find(|i| i.name == name && !i.type_text.is_empty()) else { return Ok(None) };
     let of = Type::parse_sized(&item.type_text, &interface.types, size).map_err(|r| vec![r])?;

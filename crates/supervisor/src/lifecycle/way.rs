@@ -20,7 +20,7 @@ pub(crate) struct Way {
 }
 
 impl Way {
-    /// A condition leads on from a list; what it returned before is out of date.
+    /// Notes that a condition leads on from a list; what it returned before is out of date.
     pub fn lead_on(&mut self, of: &Verbatim, list: usize, cause: &Cause) {
         let condition = &of.plan.conditions[cause.condition];
         if self.passed.len() == TOLD_MAX {
@@ -38,7 +38,7 @@ impl Way {
         self.captures.expect_nothing();
     }
 
-    /// The steps as a report tells them.
+    /// Returns the steps as a report tells them.
     pub fn told(&self) -> Vec<Passed> {
         self.passed.iter().cloned().collect()
     }

@@ -7,7 +7,7 @@ use model::interface::Mode;
 use model::plan::CellKind;
 
 impl Instance {
-    /// At a start: every value of the windows of private cells is the cell's first one.
+    /// Returns the operations that give every value of the windows of private cells the cell's first one, at a start.
     pub fn fill_ops(&self) -> Vec<(SourceId, Op)> {
         let mut ops = Vec::new();
         for ((cell, _), windows) in &self.installed.windows {

@@ -10,7 +10,7 @@ use model::value::Value;
 use opengpac::{CALLED_FORK, FLOATS_CHANGED, lost_text, signal_text};
 
 impl Instance {
-    /// The value that a condition reported, if it has one.
+    /// Returns the value that a condition reported, if it has one.
     pub fn reported_value(&self, block: Option<usize>, item: u8, bytes: &[u8]) -> Option<Value> {
         let interface = self.installed.interfaces.get(block?)?;
         let declared = &interface.items.get(usize::from(item))?.type_text;
@@ -32,7 +32,7 @@ impl Instance {
     }
 }
 
-/// A source that was stopped, in words.
+/// Returns the text about a source that was stopped.
 pub(crate) fn stopped_text(instances: &Instances, registry: &Registry, source: SourceId, block: BlockId, fault: &Fault) -> String {
     let why = match instances.culprit(block) {
         _ if *fault == Fault::Floats => floats_text(instances, registry, source),
@@ -42,7 +42,7 @@ pub(crate) fn stopped_text(instances: &Instances, registry: &Registry, source: S
     format!("source '{}' stopped: {why}", registry.source_name(source))
 }
 
-/// A fault in words, naming the block and its code; `said` is what its exception says.
+/// Returns the text about a fault, naming the block and its code; `said` is what its exception says.
 pub(crate) fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault, said: &[u8]) -> String {
     let of = block.map(|b| &instance.plan.blocks[b]);
     let what = of.map_or("a block".to_owned(), |b| format!("block '{}' ({})", b.label, b.block));
@@ -65,7 +65,7 @@ pub(crate) fn fault_text(instance: &Instance, block: Option<usize>, fault: &Faul
     }
 }
 
-/// Name of an item of an installed block.
+/// Returns the name of an item of an installed block.
 pub(crate) fn item_name(instance: &Instance, block: usize, item: u8) -> Option<String> {
     instance.installed.interfaces.get(block)?.items.get(usize::from(item)).map(|i| i.name.clone())
 }

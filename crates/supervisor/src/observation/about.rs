@@ -32,7 +32,7 @@ pub struct SvvAbout {
     pub readers: Vec<String>,
     /// Verb instances with a port bound to it.
     pub bound: usize,
-    /// Of an SVV.
+    /// Properties of an SVV.
     #[serde(flatten)]
     pub own: Option<SvvOwn>,
 }
@@ -72,7 +72,7 @@ pub struct InstanceAbout {
     pub owner: Option<String>,
     /// Number of its starts.
     pub starts: u64,
-    /// For how long it has run since its start, without the time that it was suspended, s.
+    /// Time for which it has run since its start, without the time that it was suspended, s.
     pub running_s: f64,
     /// Arguments that were filled in when it was made, and other remarks.
     pub remarks: Vec<String>,

@@ -4,16 +4,16 @@ use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Something that ends with the system.
+/// Companion that ends with the system.
 pub trait Companion: Any + Send + Sync {
     /// Notes that the system closes: nothing moves, everything can still be read. Idempotent.
     fn end(&self);
 
-    /// For a caller that knows its type.
+    /// Returns it for a caller that knows its type.
     fn as_any(self: Arc<Self>) -> Arc<dyn Any + Send + Sync>;
 }
 
-/// By their numbers.
+/// Companions by their numbers.
 #[derive(Default)]
 pub(crate) struct Companions {
     pub last: u64,

@@ -6,7 +6,7 @@ use model::configuration::Rate;
 use model::value::Value;
 use serde::Serialize;
 
-/// All verb instances.
+/// Installed verb instances.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Installed {
@@ -120,10 +120,10 @@ pub struct InstalledPort {
     pub cell: Option<String>,
     /// An input without a default.
     pub required: bool,
-    /// Of an array port that is bound to one cell for each element.
+    /// Cells of an array port that is bound to one cell for each element.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<Vec<String>>,
-    /// Of a parameter, and of an input that nothing is bound to: the value that it was made with.
+    /// Value of a parameter, and of an input that nothing is bound to: the one that it was made with.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<PortValue>,
 }
@@ -162,7 +162,7 @@ pub struct InstalledCell {
     pub writers: Vec<(String, String)>,
     /// Label and port of what reads it.
     pub readers: Vec<(String, String)>,
-    /// Of a constant.
+    /// Value of a constant.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<Value>,
 }
@@ -187,7 +187,7 @@ pub enum CellKind {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledList {
     pub name: String,
-    /// As a program would write them, for people to read.
+    /// Commands as a program would write them, for people to read.
     pub commands: Vec<String>,
 }
 
@@ -198,7 +198,7 @@ pub struct InstalledCondition {
     pub name: String,
     /// The block conditions that it stands for, `label.condition`.
     pub of: Vec<String>,
-    /// It is one of every verb: `halted`, `time_limit`.
+    /// True if it is one of every verb: `halted`, `time_limit`.
     pub system: bool,
     /// Output values that it returns.
     pub returns: Vec<String>,

@@ -34,7 +34,7 @@ impl Ends {
 }
 
 impl Ends {
-    /// Number of the next end.
+    /// Returns the number of the next end.
     pub fn next(&self) -> u64 {
         self.next
     }

@@ -9,7 +9,7 @@ use std::time::Duration;
 /// A value that a tap observes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TapChannel {
-    /// Of an SVV its name, of a private cell `INSTANCE:CELL`.
+    /// Name of an SVV, or `INSTANCE:CELL` of a private cell.
     pub name: String,
     /// Its normalised type.
     pub type_text: String,
@@ -71,7 +71,7 @@ impl Inbox {
         drop(self.turned.wait_timeout_while(arrived, timeout, |arrived| !arrived.pressed).expect("nobody panics with the lock held"));
     }
 
-    /// The tap has been read.
+    /// Notes that the tap has been read.
     pub fn relieve(&self) {
         self.locked().pressed = false;
         self.turned.notify_all();

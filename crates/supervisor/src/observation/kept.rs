@@ -15,14 +15,14 @@ type Written = (SourceId, Row);
 /// History that is kept of an SVV at one instant.
 pub(crate) struct Kept {
     pub history: usize,
-    /// With the rows that each had then: what comes later is not told without what was stored before it.
+    /// Rings with the rows that each had then: what comes later is not told without what was stored before it.
     pub rings: Vec<(SourceId, Arc<RowsEnd>, u64)>,
     pub stays: Arc<Stays>,
     pub stores: Arc<VecDeque<Stored>>,
 }
 
 impl Kept {
-    /// Up to `count` last values, oldest first: (number, time, bytes).
+    /// Returns up to `count` last values, oldest first: (number, time, bytes).
     pub fn last(&self, count: usize) -> Vec<Past> {
         let mut values = self.with_stores(self.written());
         let keep = count.min(self.history);
@@ -45,7 +45,7 @@ impl Kept {
         values
     }
 
-    /// The same with what the PS and ψ stored between: such a value has the number of the invocation before it.
+    /// Returns the same with what the PS and ψ stored between: such a value has the number of the invocation before it.
     fn with_stores(&self, written: Vec<Written>) -> Vec<Past> {
         let mut values: Vec<Past> = Vec::with_capacity(written.len() + self.stores.len());
         let put = |values: &mut Vec<Past>, store: &Stored| values.push((values.last().map_or(0, |(number, ..)| *number), store.time_ns, store.bytes.clone()));

@@ -61,7 +61,7 @@ impl Log {
         self.next += 1;
     }
 
-    /// Number of the next entry.
+    /// Returns the number of the next entry.
     pub fn next(&self) -> u64 {
         self.next
     }
@@ -83,14 +83,14 @@ impl Log {
         self.push(now_ns, "command", about, format!("{call}{refused}{times}"), who);
     }
 
-    /// A command of the program begins: its number.
+    /// Announces a command of the program, and returns its number.
     pub fn announce(&mut self, call: &str, about: &str, time_ns: i64) -> u64 {
         self.announcements += 1;
         self.announced.push(Announced { number: self.announcements, call: call.to_owned(), about: about.to_owned(), time_ns });
         self.announcements
     }
 
-    /// It is through, or refused.
+    /// Notes that a command is through, or refused.
     pub fn settle(&mut self, number: u64, call: &str, about: &str, refused: Option<&str>, now_ns: i64) {
         let announced = self.announced.iter().position(|announced| announced.number == number).map(|at| self.announced.remove(at));
         match (announced, refused) {

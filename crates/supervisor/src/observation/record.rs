@@ -6,7 +6,7 @@ use kernel::{Cell, SourceId};
 use runtime::Host;
 use std::collections::HashMap;
 
-/// Where the values of SVVs lie in the image of `source`, for replay.
+/// Names the cells of SVVs in the image of `source`, for replay.
 pub(crate) fn name_cells(host: &Host, svvs: &IndexMap<String, SvvRecord>, recorded: &mut HashMap<(String, SourceId), Cell>, source: SourceId) {
     let Some(trace) = host.trace() else { return };
     for (name, svv) in svvs {

@@ -64,7 +64,7 @@ fn is_same(these: &[Cell], those: &[Cell]) -> bool {
     these.len() == those.len() && these.iter().zip(those).all(|(this, that)| this.is_same(that))
 }
 
-/// The name of a cell that belongs to its instance.
+/// Returns the name of a cell that belongs to its instance.
 fn own_name(kind: &CellKind) -> Option<&str> {
     match kind {
         CellKind::Private { name } | CellKind::Constant { name } => Some(name),
@@ -99,7 +99,7 @@ impl Taps {
         Ok((channels, inbox, self.renew(seen)))
     }
 
-    /// The same of everything of these names, now and whenever it comes to be; a name without `*` or `?` is of something that is there.
+    /// Attaches a tap to everything of these names, now and whenever it comes to be; a name without `*` or `?` is of something that is there.
     pub fn attach_all(&mut self, id: u64, patterns: &[String], cells: bool, seen: &Seen<'_>) -> Result<(Arc<Inbox>, Vec<SourceId>), Refusals> {
         for name in patterns.iter().filter(|name| !is_open(name)) {
             tap_channel(seen, name)?;
@@ -233,7 +233,7 @@ fn layouts(seen: &Seen<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, Layout> {
     layouts
 }
 
-/// None where nothing writes it now, or what is there now is of another type.
+/// Returns the place of a channel; none if nothing writes it now, or what is there now is of another type.
 fn place_of<'a>(seen: &Seen<'a>, of: &TapChannel, found: &mut Found<'a>) -> Option<Place> {
     if let Some(svv) = seen.registry.svvs.get(&of.name) {
         let (source, ratio) = (svv.home?, svv.ratio);

@@ -5,11 +5,11 @@ use crate::observation::stamp::Stamp;
 /// Values of one channel, oldest first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
-    /// Of each value: its time, ns on the clock; of one that a block stored, the release of that firing.
+    /// Time of each value, ns on the clock; of one that a block stored, the release of that firing.
     pub times_ns: Vec<i64>,
-    /// Of each value: the number of the invocation that stored it. What the programming system stored has the number before it.
+    /// Number of the invocation that stored each value. What the programming system stored has the number before it.
     pub numbers: Vec<u64>,
-    /// Of each value: whether a block stored it. The others are the present value at the beginning, and what the programming system stored.
+    /// True for each value that a block stored. The others are the present value at the beginning, and what the programming system stored.
     pub by_block: Vec<bool>,
     /// The values, one after the other.
     pub bytes: Vec<u8>,
@@ -42,7 +42,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// True where there is neither a value nor a loss.
+    /// Returns true if there is neither a value nor a loss.
     pub fn is_empty(&self) -> bool {
         self.runs.iter().all(|run| run.is_empty() && run.lost == 0)
     }
@@ -75,7 +75,7 @@ impl Known {
         Known { tells_present, ..Known::default() }
     }
 
-    /// One row: is there a new value in it?
+    /// Looks for a new value in one row.
     pub(crate) fn look(&mut self, run: &mut Run, row_ns: i64, stamp: Option<(u64, Stamp)>, ratio: u64, value: &[u8]) {
         let Some((which, stamp)) = stamp else {
             if self.has_value && self.bytes != value {
@@ -103,7 +103,7 @@ impl Known {
         }
     }
 
-    /// No block has stored it; the programming system may have.
+    /// Notes a value that no block has stored; the programming system may have.
     fn changed(&mut self, run: &mut Run, row_ns: i64, value: &[u8]) {
         if !self.has_value && self.tells_present {
             let stored = self.seen.filter(|(_, _, time_ns)| *time_ns != kernel::NEVER_NS);

@@ -14,12 +14,12 @@ impl Stamp {
         Stamp { number: word(0), time_ns: word(8).cast_signed(), activated: word(16) }
     }
 
-    /// False where no invocation has stored the value.
+    /// Returns false if no invocation has stored the value.
     pub fn is_set(&self) -> bool {
         self.time_ns != kernel::NEVER_NS
     }
 
-    /// Number of the last invocation that stored a ratio output n: those are n, 2n, … from activation. `None`: there was none.
+    /// Returns the number of the last invocation that stored a ratio output n: those are n, 2n, … from activation. `None`: there was none.
     pub fn stored(&self, n: u64) -> Option<u64> {
         let since = (self.number + 1).saturating_sub(self.activated);
         (since >= n).then(|| self.number - since % n.max(1))

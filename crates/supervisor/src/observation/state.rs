@@ -20,6 +20,6 @@ pub(crate) struct Observation {
     pub workspaces: Workspaces,
     /// Snapshots that have arrived: ticket → (time, bytes of each script).
     pub reads: HashMap<Ticket, (i64, Vec<u8>)>,
-    /// Of a system that is recorded: the cells whose SVV the record knows.
+    /// Cells of a recorded system whose SVV the record knows.
     pub recorded: HashMap<(String, SourceId), Cell>,
 }

@@ -18,7 +18,7 @@ pub enum InstanceState {
 }
 
 impl InstanceState {
-    /// The state that [`crate::System::state`] names.
+    /// Returns the state that [`crate::System::state`] names.
     pub fn named(word: &str) -> InstanceState {
         match word {
             "created" => InstanceState::Created,
@@ -43,14 +43,14 @@ pub enum DeviceState {
     Standstill,
     /// Enabled, and a verb commands it.
     Moving,
-    /// It is being disabled.
+    /// The device is being disabled.
     Stopping,
     /// Its verb has ended by itself.
     Fault,
 }
 
 impl DeviceState {
-    /// The state that [`crate::System::device_state`] names.
+    /// Returns the state that [`crate::System::device_state`] names.
     pub fn named(word: &str) -> DeviceState {
         match word {
             "disabled" => DeviceState::Disabled,

@@ -52,7 +52,8 @@ pub(crate) struct Taps {
 }
 
 impl Taps {
-    /// A tap for which time is to wait has half a ring unread, or its owner much of the log. `log`, `ends`: the next numbers there.
+    /// Returns a tap for which time is to wait and that has half a ring unread, or whose owner has much of the log. `log`, `ends`: the next numbers
+    /// there.
     pub fn full(&self, log: u64, ends: u64) -> Option<Arc<Inbox>> {
         let is_full = |part: &Part| {
             let reader = part.end.reader();
@@ -68,7 +69,7 @@ impl Taps {
         parts.map(|part| kernel::Rows { cells: part.cells.clone(), writer: part.end.clone() })
     }
 
-    /// A value was stored in an SVV that nothing writes.
+    /// Notes a value that was stored in an SVV that nothing writes.
     pub fn stored(&self, svv: &str, now_ns: i64, bytes: &[u8]) {
         for tap in self.records.values() {
             for channel in tap.channels.iter().enumerate().filter(|(_, channel)| channel.of.name == svv).map(|(channel, _)| channel) {
@@ -88,7 +89,7 @@ impl Taps {
         }
     }
 
-    /// The owner of a tap has taken what stands in the log and the ends before these numbers.
+    /// Notes that the owner of a tap has taken what stands in the log and the ends before these numbers.
     pub fn heard(&mut self, id: u64, log: u64, ends: u64) {
         if let Some(tap) = self.records.get_mut(&id) {
             tap.heard = (log, ends);

@@ -16,7 +16,7 @@ pub struct WorkspaceAbout {
     pub name: String,
     pub title: String,
     pub doc: String,
-    /// It is a panel for operators.
+    /// True if it is a panel for operators.
     pub operator: bool,
     /// A program has shipped it: people do not change it.
     pub shipped: bool,
@@ -30,7 +30,7 @@ struct Kept {
     revision: u64,
 }
 
-/// All workspaces, by their names.
+/// Workspaces by their names.
 #[derive(Default)]
 pub(crate) struct Workspaces {
     by_name: IndexMap<String, Kept>,

@@ -20,7 +20,7 @@ struct Aging {
     pair: Pair,
 }
 
-/// When a value that an instance reads will be older than it may be, if nothing comes.
+/// Returns when a value that an instance reads will be older than it may be, if nothing comes.
 pub(crate) fn age_deadline(core: &Core, instance: &Instance) -> Option<i64> {
     instance.times.limits.age_max_ns?;
     aging(core, instance).map(|aging| aging.over_ns).min()
@@ -42,7 +42,7 @@ pub(crate) fn too_old(core: &Core, now_ns: i64) -> Vec<(u64, SystemCondition, St
     .collect()
 }
 
-/// An age must leave the writers time to publish.
+/// Checks that an age leaves the writers time to publish.
 pub(crate) fn check_age(core: &Core, instance: &Instance, age_max_ns: Option<i64>) -> Result<(), Refusals> {
     let Some(age_max_ns) = age_max_ns else { return Ok(()) };
     let slowest = heard(core, instance).into_iter().filter_map(|(writer, _)| Some((core.host.period_ns(writer)?, writer))).max();

@@ -14,7 +14,7 @@ use model::refusal::Refusals;
 /// Ends that follow from something that has an alarm, or from a command.
 const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "device_disabled", "halted", "aborted"];
 
-/// Of those, what has an alarm of its own, which the fault of a logical device only repeats.
+/// Conditions among those with an alarm of their own, which the fault of a logical device only repeats.
 const TOLD: [&str; 2] = ["device_lost", "processor_lost"];
 
 pub(crate) fn raise(core: &mut Core, raised: Raised<'_>) {
@@ -40,7 +40,7 @@ pub(crate) fn alarm_returns(core: &mut Core, code: &str, source: &str) {
     core.safety.alarms.clear(now_ns, |a| a.code == code && a.source == source);
 }
 
-/// The emergency stop was tripped, by an input or by a call (`system`).
+/// Raises the alarm of the emergency stop, which was tripped by an input or by a call (`system`).
 pub(crate) fn alarm_emergency(core: &mut Core, source: &str, reason: &str) {
     let (text, remedy) = (format!("emergency stop: {reason}"), "remove the cause, then reset");
     raise(core, Raised { code: "emergency_stop", source, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Latch });
@@ -52,13 +52,13 @@ pub(crate) fn alarm_reset(core: &mut Core) {
     core.safety.alarms.clear(now_ns, |a| matches!(a.cause, Cause::Latch | Cause::Fault | Cause::Processor));
 }
 
-/// A physical device was lost.
+/// Raises the alarm of a lost physical device.
 pub(crate) fn alarm_lost(core: &mut Core, device: &str, message: &str) {
     let (text, remedy) = (format!("physical device '{device}' was lost: {message}"), "look at its power and cable, then open it again");
     raise(core, Raised { code: "device_lost", source: device, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Loss });
 }
 
-/// A processor was lost: one alarm, however many sources, verbs and devices go with it. `place`: the process where several share one.
+/// Raises the alarm of a lost processor: one, however many sources, verbs and devices go with it. `place`: the process where several share one.
 pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
     if core.safety.alarms.current.iter().any(|a| a.active && a.cause == Cause::Processor && a.source == place) {
         return;
@@ -67,26 +67,26 @@ pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
     raise(core, Raised { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
 }
 
-/// A recording has ended before its time: an event, which a person is to see.
+/// Raises the alarm of a recording that has ended before its time: an event, which a person is to see.
 pub(crate) fn alarm_recording(core: &mut Core, why: &str) {
     let (code, source, remedy) = ("recording_failed", "system", "make room on the disk, and record into a new file");
     raise(core, Raised { code, source, block: None, text: why.to_owned(), remedy, severity: Severity::Medium, cause: Cause::Event });
     alarm_returns(core, code, source);
 }
 
-/// A lost physical device was closed, or is open again.
+/// Clears the alarm of a lost physical device that was closed, or is open again.
 pub(crate) fn alarm_closed(core: &mut Core, device: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Loss && a.source == device);
 }
 
-/// A logical device is enabled again, or gone: what made it a fault is.
+/// Clears the alarm of a logical device that is enabled again, or gone.
 pub(crate) fn alarm_enabled(core: &mut Core, device: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Fault && a.source == device);
 }
 
-/// A condition with an alarm of its own has come.
+/// Raises the alarm of a condition that has one of its own.
 pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, block: Option<&str>, message: &str) {
     let Some(instance) = core.instances.get(&id) else { return };
     let Some(code) = instance.plan.conditions.get(condition).and_then(|c| c.alarm.clone()) else { return };
@@ -97,7 +97,7 @@ pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, blo
     alarm_returns(core, &code, &source);
 }
 
-/// A verb has ended otherwise than it should. `owner`: the device that it kept going, where no command caused that end.
+/// Raises the alarm of a verb that has ended otherwise than it should. `owner`: the device that it kept going, where no command caused that end.
 pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>, has_own: bool) {
     let text = match (&report.block, report.message.is_empty()) {
         (_, false) => format!("'{}' ended with '{}': {}", report.instance, report.condition, report.message),
@@ -122,7 +122,7 @@ fn is_of_a_gap(report: &Report) -> bool {
     report.condition == TIME_LOST && report.block.is_none()
 }
 
-/// The alarms that a verb's conditions name have texts.
+/// Checks that the alarms which a verb's conditions name have texts.
 pub(crate) fn check_alarms(core: &Core, plan: &Plan) -> Result<(), Refusals> {
     let codes = plan.conditions.iter().filter_map(|c| Some((c, c.alarm.as_ref()?)));
     let known = || core.safety.alarms.texts.keys().map(String::as_str);

@@ -26,7 +26,7 @@ pub(crate) fn abandon(core: &mut Core, instances: &[u64], who: &str) {
     halt.into_iter().for_each(|id| halt_abandoned(core, id, &message));
 }
 
-/// The instance and what its devices do end at once, their outputs safe.
+/// Ends the instance and what its devices do at once, their outputs safe.
 fn make_safe(core: &mut Core, id: u64, message: &str) {
     let Some(instance) = core.instances.get(&id) else { return };
     let devices: Vec<String> = instance.owner.iter().chain(&instance.plan.devices).cloned().collect();
@@ -53,7 +53,7 @@ fn halt_abandoned(core: &mut Core, id: u64, message: &str) {
     }
 }
 
-/// An enabled device is to stop; the instance that keeps it going, if it has one.
+/// Stops an enabled device; returns the instance that keeps it going, if it has one.
 fn stopping(core: &mut Core, device: &str) -> Option<u64> {
     let record = core.registry.logical.get(device).filter(|record| matches!(record.state, DeviceState::Enabled | DeviceState::Enabling))?;
     let own = record.instance;

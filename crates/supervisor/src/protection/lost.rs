@@ -27,7 +27,7 @@ pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, me
     }
 }
 
-/// Bound for the answer of a source, ns: a block that keeps its declared budget does not make its source a lost one.
+/// Returns the bound for the answer of a source, ns: a block that keeps its declared budget does not make its source a lost one.
 fn answer_ns(core: &Core, source: SourceId) -> i64 {
     let budgets = core.instances.values().filter(|i| i.is_busy()).map(|i| i.budget_ns(source));
     ANSWER_NS.saturating_add(budgets.max().unwrap_or(0))

@@ -46,7 +46,7 @@ pub(crate) fn emergency_stop(core: &mut Core, source: &str, reason: &str) {
     }
 }
 
-/// Every output goes to its safe value at once, whether or not its source fires soon.
+/// Sets every output to its safe value at once, whether or not its source fires soon.
 fn safe_all(core: &mut Core) {
     for (device, source) in core.registry.physical.values().map(|p| (p.device.clone(), p.source)).collect::<Vec<_>>() {
         let channels = (0..device.channels().len()).filter(|c| device.channels()[*c].direction == Direction::Write);
@@ -103,7 +103,7 @@ pub(crate) fn watch_inputs(core: &mut Core) {
     watch_enabling_switch(core);
 }
 
-/// In manual mode the actions end when the switch is let go.
+/// Ends the actions in manual mode when the switch is let go.
 pub(crate) fn watch_enabling_switch(core: &mut Core) {
     if core.safety.modes.mode != Mode::Manual {
         return;

@@ -40,7 +40,7 @@ impl Catalog {
         self.modules.insert(module.to_owned(), types);
     }
 
-    /// The shared objects that there are now, by the names of their modules.
+    /// Returns the present shared objects, by the names of their modules.
     pub fn code(&self) -> Vec<(String, Vec<u8>)> {
         let mut found: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
         for code in self.blocks.values() {

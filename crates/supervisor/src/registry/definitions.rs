@@ -39,7 +39,7 @@ impl Definitions {
         Ok(checked)
     }
 
-    /// The plan of an application as everything is now, and the verb that it is of.
+    /// Returns the plan of an application as everything is now, and the verb that it is of.
     pub fn planned(&mut self, application: &Application) -> Result<(Arc<CheckedVerb>, Arc<Plan>), Refusals> {
         let checked = self.checked(&application.verb)?;
         let plan = self.plans.of(application, &checked, &self.configuration)?;
@@ -48,7 +48,7 @@ impl Definitions {
 }
 
 impl Definitions {
-    /// Another processor of the process that a new one is to share; none where it is the first there. Errors: the process of that name is
+    /// Returns another processor of the process that a new one is to share; none if it is the first there. Errors: the process of that name is
     /// another processor's own.
     pub(crate) fn beside(&self, name: &str, location: &Location) -> Result<Option<&str>, Refusals> {
         let Some(process) = location.process(name) else { return Ok(None) };

@@ -38,7 +38,7 @@ pub fn build(sources: &[PathBuf], output: Option<PathBuf>, python: &str) -> Resu
     })
 }
 
-/// The blocks of the library, with their interfaces.
+/// Returns the blocks of the library, with their interfaces.
 pub fn library() -> Vec<Interface> {
     let (faces, types) = library_faces();
     let types: IndexMap<String, String> = types.iter().map(|t| (t.name.clone(), t.declaration.clone())).collect();

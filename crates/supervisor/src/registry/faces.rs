@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use model::interface::{Interface, Item, Kind, Mode};
 use opengpac::read::{self, BlockFace, ItemFace};
 
-/// The interface of a block of a module.
+/// Returns the interface of a block of a module.
 pub(crate) fn interface(module: &str, face: &BlockFace, types: &IndexMap<String, String>) -> Interface {
     Interface {
         name: format!("{module}.{}", face.name),

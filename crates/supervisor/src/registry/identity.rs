@@ -6,14 +6,14 @@ use crate::registry::records::Registry;
 use crate::registry::svvs::SvvRecord;
 use model::refusal::{Class, Refusals};
 
-/// A name and the number behind its `@`; nothing where there is none.
+/// Returns a name and the number behind its `@`; none if there is none.
 fn numbered(asked: &str) -> Option<(&str, u32)> {
     let (name, number) = asked.rsplit_once('@')?;
     Some((name, number.parse().ok()?))
 }
 
 impl Registry {
-    /// The name of what is asked for: as it is, or before `@` where the SVV has that number. Errors: `UnknownName`, where it is
+    /// Returns the name of what is asked for: as it is, or before `@` if the SVV has that number. Errors: `UnknownName`, where it is
     /// gone or another has its name.
     pub fn name_of<'a>(&self, asked: &'a str) -> Result<&'a str, Refusals> {
         let Some((name, number)) = numbered(asked).filter(|_| !self.svvs.contains_key(asked)) else { return Ok(asked) };

@@ -24,7 +24,7 @@ pub enum Location {
 pub(crate) struct Processor {
     pub core: Option<usize>,
     pub supervisor: bool,
-    /// It was named supervisor, and is not one only because it is the first.
+    /// True if it was named supervisor, and is not one only because it is the first.
     pub asked: bool,
     pub location: Location,
 }
@@ -36,7 +36,7 @@ pub(crate) struct Processor {
 pub enum InProcess {
     /// True: in one of its own; false: in none but this.
     Own(bool),
-    /// In the one of this name.
+    /// The processor runs in the process of this name.
     Named(String),
 }
 
@@ -62,7 +62,7 @@ const PATIENCE_MIN: Duration = Duration::from_secs(2);
 const BOUND_MAX: Duration = Duration::from_secs(24 * 3600);
 
 impl Patience {
-    /// As bounds of processor `name`.
+    /// Returns it as bounds of processor `name`.
     ///
     /// # Errors
     /// `PlacementError`: it runs where there is nothing to bound. `OutOfRange`: too short or too long.
@@ -97,7 +97,7 @@ impl Patience {
 }
 
 impl Location {
-    /// As a call says it for processor `name`.
+    /// Returns the location that a call gives for processor `name`.
     ///
     /// # Errors
     /// `PlacementError`: a process and a host together. `DefinitionError`: the name of the process is none.
@@ -120,7 +120,7 @@ impl Location {
         }
     }
 
-    /// The name of the process of processor `name`; none where it is in this one, or on another host.
+    /// Returns the name of the process of processor `name`; none if it is in this one, or on another host.
     pub fn process<'a>(&'a self, name: &'a str) -> Option<&'a str> {
         match self {
             Location::Process => Some(name),
@@ -129,13 +129,13 @@ impl Location {
         }
     }
 
-    /// The host, where that is another one.
+    /// Returns the host, if that is another one.
     pub fn host(&self) -> Option<&str> {
         if let Location::Host(host) = self { Some(host) } else { None }
     }
 }
 
-/// A name is for people, for messages and for an argument of a shell.
+/// Returns true if a name is fit for people, for messages and for an argument of a shell.
 fn is_name(text: &str) -> bool {
     let letters = text.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_' | '.'));
     letters && text.starts_with(char::is_alphanumeric) && text.len() <= NAME_LEN_MAX

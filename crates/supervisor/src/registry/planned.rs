@@ -36,7 +36,7 @@ impl Planned {
     }
 }
 
-/// All but the values, the name and the place: no plan has anything of those.
+/// Returns true if all is the same but the values, the name and the place: no plan has anything of those.
 fn is_same(kept: &Application, asked: &Application) -> bool {
     kept.verb == asked.verb
         && kept.arguments.iter().eq(&asked.arguments)
@@ -51,7 +51,7 @@ fn writers_of<'a>(configuration: &'a Configuration, svv: &str) -> &'a [Writer] {
 }
 
 impl Plans {
-    /// The plan of an application of a verb as everything is now.
+    /// Returns the plan of an application of a verb as everything is now.
     pub fn of(&mut self, application: &Application, checked: &Arc<CheckedVerb>, configuration: &Copied<Configuration>) -> Result<Arc<Plan>, Refusals> {
         let changes = configuration.changes();
         if let Some(at) = self.0.iter().position(|kept| kept.holds(application, checked, changes, configuration)) {

@@ -19,7 +19,7 @@ pub(crate) struct Psi {
 /// The values that input parameters have, encoded, by their index in the plan.
 pub(crate) type InputValues = BTreeMap<usize, Vec<u8>>;
 
-/// The values of ψ: what was given, else the defaults; those of device parameters as they are now.
+/// Returns the values of ψ: what was given, else the defaults; those of device parameters as they are now.
 pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<Psi, Refusals> {
     let mut refusals: Refusals = Vec::new();
     let mut found = Psi::default();
@@ -67,7 +67,7 @@ pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: 
     if refusals.is_empty() { Ok(found) } else { Err(refusals) }
 }
 
-/// The SVVs that ψ stores into, with their values.
+/// Returns the SVVs that ψ stores into, with their values.
 pub(crate) fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -> impl Iterator<Item = (&'a SvvId, &'a str, &'a [u8])> {
     let parts = stores.iter().flat_map(|(target, bytes)| {
         let cells = match target {
@@ -84,7 +84,7 @@ pub(crate) fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -
     })
 }
 
-/// The present values of a parameter of logical devices: one alone as it is, several as a list.
+/// Returns the present values of a parameter of logical devices: one alone as it is, several as a list.
 fn device_values(configuration: &Configuration, devices: &[String], parameter: &str, type_text: &str) -> Option<Value> {
     let values: Vec<Value> = devices.iter().map(|d| configuration.logical_devices.get(d)?.parameters.get(parameter).cloned()).collect::<Option<_>>()?;
     let is_array = type_text.ends_with(']');
@@ -95,7 +95,7 @@ pub(crate) fn encode(type_text: &str, unit: &str, value: &Value) -> Result<Vec<u
     Type::parse(type_text, &IndexMap::new())?.encode(value, unit)
 }
 
-/// The same refusal, with the parameter's name in front.
+/// Returns the same refusal, with the parameter's name in front.
 pub(crate) fn named(refusal: Refusal, name: &str) -> Refusal {
     Refusal { message: format!("'{name}': {}", refusal.message), ..refusal }
 }

@@ -7,7 +7,7 @@ use model::plan::PlannedInput;
 use model::refusal::Refusals;
 use model::value::Value;
 
-/// The value of an input that a composition has fixed; a share of a range is made a number.
+/// Returns the value of an input that a composition has fixed; a share of a range is made a number.
 pub(crate) fn preset(input: &PlannedInput, configuration: &Configuration) -> Result<Option<Value>, Refusals> {
     let Some(value) = &input.default else { return Ok(None) };
     conformity::settle(input, value, configuration, &IndexMap::new()).transpose().map(|settled| settled.or_else(|| input.default.clone()))

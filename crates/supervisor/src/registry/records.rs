@@ -10,7 +10,7 @@ use model::refusal::Refusals;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// All that is configured, as it runs.
+/// Registry of the configuration, as it runs.
 #[derive(Default)]
 pub(crate) struct Registry {
     /// `rtp.name` → source.
@@ -27,7 +27,7 @@ pub(crate) struct Registry {
 }
 
 impl Registry {
-    /// `rtp.name` of a source.
+    /// Returns `rtp.name` of a source.
     pub fn source_name(&self, source: SourceId) -> &str {
         self.sources.iter().find(|(_, id)| **id == source).map_or("?", |(name, _)| name)
     }
@@ -58,13 +58,13 @@ impl Registry {
         }
     }
 
-    /// A device that was being enabled is; false where it was not.
+    /// Notes that a device which was being enabled is; returns false if it was not.
     pub fn is_ready(&mut self, device: &str) -> bool {
         let enabling = self.logical.get_mut(device).filter(|device| device.state == DeviceState::Enabling);
         enabling.map(|device| device.state = DeviceState::Enabled).is_some()
     }
 
-    /// The verb that keeps a device going has ended; true where that end was commanded.
+    /// Notes that the verb that keeps a device going has ended; returns true if that end was commanded.
     pub fn servo_ended(&mut self, device: &str) -> bool {
         let Some(record) = self.logical.get_mut(device) else { return true };
         let asked = record.state == DeviceState::Stopping;
@@ -99,7 +99,7 @@ pub(crate) struct PhysicalRecord {
     pub device: Arc<Device>,
     pub source: SourceId,
     pub lost: Option<String>,
-    /// Of a remote one: how it was opened.
+    /// Kind and options with which a remote one was opened.
     pub opened: Option<(String, String)>,
     /// Kind and options of its driver.
     pub driver: (String, serde_json::Value),

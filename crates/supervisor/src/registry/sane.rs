@@ -39,7 +39,7 @@ pub fn check_name(what: &str, name: &str) -> Result<(), Refusals> {
     Ok(())
 }
 
-/// Control characters, ends of lines and paragraphs, and format characters, which have no width or turn the direction of a line.
+/// Returns true for control characters, ends of lines and paragraphs, and format characters, which have no width or turn the direction of a line.
 fn is_hidden(character: char) -> bool {
     character.is_control() || matches!(character, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }

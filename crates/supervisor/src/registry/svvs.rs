@@ -61,7 +61,7 @@ pub(crate) struct WindowRecord {
     pub cells: BTreeMap<SourceId, Window>,
     /// Sources with a block that reads it, counted.
     pub readers: BTreeMap<SourceId, usize>,
-    /// It has had its first values.
+    /// True if it has had its first values.
     pub begun: bool,
 }
 
@@ -70,7 +70,7 @@ pub(crate) struct WindowRecord {
 pub(crate) struct Stays(VecDeque<(SourceId, u64)>);
 
 impl Stays {
-    /// In which of these a row was written.
+    /// Returns the index of the one in which a row was written.
     pub fn of(&self, source: SourceId, row: u64) -> usize {
         self.0.iter().rposition(|(home, from)| *home == source && *from <= row).map_or(0, |stay| stay + 1)
     }
@@ -86,7 +86,7 @@ pub(crate) struct Stored {
 }
 
 impl Stored {
-    /// True where the row was written before.
+    /// Returns true if the row was written before.
     pub fn comes_behind(&self, source: SourceId, row: &interconnect::Row) -> bool {
         row.time_ns < self.time_ns || (row.time_ns == self.time_ns && self.behind.is_some_and(|(home, written)| home == source && row.sequence < written))
     }
@@ -104,7 +104,7 @@ pub(crate) struct WriterRecord {
 }
 
 impl SvvRecord {
-    /// The cell of this SVV in the image of `source`; made with the stored value where there was none.
+    /// Returns the cell of this SVV in the image of `source`; made with the stored value if there was none.
     pub fn cell(&mut self, source: SourceId) -> Cell {
         if let Some(cell) = self.cells.get(&source) {
             return cell.clone();
@@ -115,7 +115,7 @@ impl SvvRecord {
         cell
     }
 
-    /// A value that no block wrote: it is the present one for images that get the SVV later, and part of its history.
+    /// Keeps a value that no block wrote: it is the present one for images that get the SVV later, and part of its history.
     pub fn keep(&mut self, bytes: &[u8], now_ns: i64) {
         self.past.stored = bytes.to_vec();
         self.past.stored_ns = now_ns;

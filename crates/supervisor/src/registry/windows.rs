@@ -31,7 +31,7 @@ pub(crate) fn window(size: usize, count: u32, value: &[u8]) -> Window {
 }
 
 impl SvvRecord {
-    /// The window of this many values in the image of `source`; made with the stored value where there was none.
+    /// Returns the window of this many values in the image of `source`; made with the stored value if there was none.
     pub fn window(&mut self, count: u32, source: SourceId) -> Window {
         let at = self.windows.iter().position(|window| window.count == count).unwrap_or_else(|| {
             self.windows.push(WindowRecord { count, cells: BTreeMap::new(), readers: BTreeMap::new(), begun: false });
@@ -59,7 +59,7 @@ impl SvvRecord {
         pairs
     }
 
-    /// The opposite; a window without a reader is given up.
+    /// Takes windows out; one without a reader is given up.
     pub fn discount_windows(&mut self, plan: &Plan, cell: usize, block_source: &[SourceId]) -> Vec<Pair> {
         let mut pairs = Vec::new();
         if self.windows.is_empty() {

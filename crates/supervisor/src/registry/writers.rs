@@ -39,14 +39,14 @@ impl Registry {
         self.svvs.get_mut(svv).is_some_and(|svv| svv.written_by.replace(block) != Some(block))
     }
 
-    /// SVVs that a plan writes and that another instance is bound to.
+    /// Returns the SVVs that a plan writes and that another instance is bound to.
     pub fn shared_svvs(&self, plan: &Plan) -> Vec<String> {
         let written = plan.cells.iter().filter(|cell| !cell.writers.is_empty());
         let svvs = written.filter_map(|cell| if let CellKind::Svv { name, .. } = &cell.kind { Some(name) } else { None });
         svvs.filter(|svv| self.svvs.get(*svv).is_some_and(|record| record.bound > 1)).cloned().collect()
     }
 
-    /// The writers that a new instance follows.
+    /// Returns the writers that a new instance follows.
     pub fn followed(&self, plan: &Plan) -> IndexMap<String, u64> {
         let svvs = plan.blocks.iter().flat_map(|block| &block.external_drivers).map(|(_, svv)| svv);
         svvs.filter_map(|svv| Some((svv.clone(), self.driver_of(svv)?.instance))).collect()

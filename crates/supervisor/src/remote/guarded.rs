@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! This process itself, guarded: processors that are threads of it command devices too, which it cannot make safe once it is gone or stands
+//! Guard of this process itself: processors that are threads of it command devices too, which it cannot make safe once it is gone or stands
 //! still. The guard watches it from the first device on that can be made safe from outside.
 use device::SafeHandle;
 use kernel::SourceId;
@@ -21,7 +21,7 @@ pub(crate) struct Guarded {
 
 #[derive(Default)]
 struct State {
-    /// By processor, each with bounds of its own.
+    /// Held hearts by processor, each with bounds of its own.
     held: Mutex<BTreeMap<String, Box<dyn Held>>>,
     /// Sources that are threads here.
     sources: Mutex<Vec<SourceId>>,
@@ -35,7 +35,7 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Guarded {
-    /// A source is a thread here.
+    /// Notes that a source is a thread here.
     pub fn runs(&self, source: SourceId) {
         locked(&self.state.sources).push(source);
     }
@@ -45,7 +45,7 @@ impl Guarded {
         locked(&self.state.lost_after).insert(processor.to_owned(), lost_after);
     }
 
-    /// The device was closed.
+    /// Notes that the device was closed.
     pub fn release(&self, device: &str) {
         let holders: Vec<Holder> = locked(&self.state.held).values().map(|held| held.holder()).collect();
         for holds in holders {

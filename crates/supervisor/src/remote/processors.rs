@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// The remote processors of a system. A source is named `processor.source`.
 #[derive(Default)]
 pub(crate) struct Remote {
-    /// By their names; those that share a process have one [`Processor`].
+    /// Processors by their names; those that share a process have one [`Processor`].
     pub processors: IndexMap<String, Arc<Processor>>,
     /// Processes of this host but this one, as they were asked for, with the processors in each.
     pub processes: IndexMap<String, Vec<String>>,
@@ -32,18 +32,18 @@ impl Remote {
         places
     }
 
-    /// A remote processor, for people: by its name, or where several may share it, by its process.
+    /// Returns the name of a remote processor for people: its own, or if several may share it, that of its process.
     pub fn called(&self, remote: &Processor) -> String {
         let what = if self.processors.contains_key(remote.name()) { "processor" } else { "process" };
         format!("{what} '{}'", remote.name())
     }
 
-    /// The processors of a process, in the order in which they were made.
+    /// Returns the processors of a process, in the order in which they were made.
     pub fn processors_in(&self, remote: &Arc<Processor>) -> Vec<String> {
         self.processors.iter().filter(|(_, own)| Arc::ptr_eq(own, remote)).map(|(name, _)| name.clone()).collect()
     }
 
-    /// Where a source runs, if not in this process.
+    /// Returns where a source runs, if not in this process.
     pub fn at(&self, source: &str) -> Option<&Arc<Processor>> {
         self.processors.get(processor_of(source))
     }
@@ -53,12 +53,12 @@ impl Remote {
         self.at(source).map_or(processor_of(source), |remote| remote.name()).to_owned()
     }
 
-    /// False where a source belongs to a process or host that is gone, whether or not that was told of this source yet.
+    /// Returns false if a source belongs to a process or host that is gone, whether or not that was told of this source yet.
     pub fn is_reached(&self, source: &str) -> bool {
         self.at(source).is_none_or(|remote| remote.is_up())
     }
 
-    /// True where a source belongs to a processor of this process.
+    /// Returns true if a source belongs to a processor of this process.
     pub fn runs_in(&self, source: &str, remote: &Arc<Processor>) -> bool {
         self.at(source).is_some_and(|own| Arc::ptr_eq(own, remote))
     }
@@ -72,7 +72,7 @@ impl Remote {
     }
 }
 
-/// The processor of a source, by their name `processor.source`.
+/// Returns the processor of a source, by their name `processor.source`.
 pub(crate) fn processor_of(source: &str) -> &str {
     source.split('.').next().unwrap_or_default()
 }

@@ -61,7 +61,7 @@ pub struct Alarm {
 }
 
 impl Alarm {
-    /// The same in texts that may be shown in a terminal: it comes from a program's own file.
+    /// Returns the same in texts that may be shown in a terminal: it comes from a program's own file.
     pub(crate) fn printable(self) -> Alarm {
         let (code, source, text, remedy) = (printable(self.code), printable(self.source), printable(self.text), printable(self.remedy));
         Alarm { code, source, text, remedy, ..self }
@@ -71,7 +71,7 @@ impl Alarm {
 /// Cause that keeps an alarm active.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Cause {
-    /// Nothing: it was an event, or the programming system says when.
+    /// No cause: it was an event, or the programming system says when.
     #[default]
     Event,
     /// A logical device that is in the state `fault`.
@@ -105,9 +105,9 @@ pub(crate) const HISTORY_MAX: usize = 1000;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Alarms"))]
 pub struct AlarmList {
-    /// Those that are active or not acknowledged, newest last.
+    /// Alarms that are active or not acknowledged, newest last.
     pub current: Vec<Alarm>,
-    /// Those of the past, oldest first.
+    /// Alarms of the past, oldest first.
     pub history: Vec<Alarm>,
     /// Text of each code.
     pub texts: IndexMap<String, AlarmText>,
@@ -115,7 +115,7 @@ pub struct AlarmList {
     pub dropped: u64,
 }
 
-/// All alarms of a system.
+/// Alarms of a system.
 #[derive(Default)]
 pub(crate) struct Alarms {
     pub texts: IndexMap<String, AlarmText>,
@@ -185,7 +185,7 @@ impl Alarms {
         Some(gone)
     }
 
-    /// The cause is gone, of every alarm that `of` picks. Returns the number of them.
+    /// Clears the cause of every alarm that `of` picks. Returns the number of them.
     pub fn clear(&mut self, now_ns: i64, of: impl Fn(&Alarm) -> bool) -> usize {
         let mut cleared = 0;
         for alarm in self.current.iter_mut().filter(|a| a.active && of(a)) {
@@ -196,7 +196,7 @@ impl Alarms {
         cleared
     }
 
-    /// A person has seen every alarm that `of` picks. Returns the number of them.
+    /// Acknowledges every alarm that `of` picks. Returns the number of them.
     pub fn acknowledge(&mut self, now_ns: i64, of: impl Fn(&Alarm) -> bool) -> usize {
         let mut seen = 0;
         for alarm in self.current.iter_mut().filter(|a| !a.acknowledged && of(a)) {

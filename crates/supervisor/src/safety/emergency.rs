@@ -26,7 +26,7 @@ pub(crate) struct Emergency {
 pub(crate) struct Input {
     pub device: String,
     pub channel: usize,
-    /// It was told of since the last reset.
+    /// True if it was told of since the last reset.
     pub told: bool,
 }
 
@@ -44,7 +44,7 @@ impl Emergency {
 }
 
 impl Input {
-    /// `emergency stop input 'io.gate'`, and why where it is not its reading.
+    /// Returns `emergency stop input 'io.gate'`, and why if it is not its reading.
     pub fn name(&self, registry: &Registry) -> String {
         let name = format!("emergency stop input '{}'", self.channel_name(registry));
         if registry.physical[&self.device].device.is_lost() { format!("{name}: its device was lost") } else { name }
@@ -55,7 +55,7 @@ impl Input {
     }
 }
 
-/// Index of a read channel of a physical device.
+/// Returns the index of a read channel of a physical device.
 pub(crate) fn read_channel(registry: &Registry, device: &str, channel: &str) -> Result<usize, Refusals> {
     let Some(physical) = registry.physical.get(device) else {
         return Err(unknown("physical device", device, registry.physical.keys().map(String::as_str)));

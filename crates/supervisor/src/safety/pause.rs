@@ -36,12 +36,12 @@ impl Pause {
         self.suspended.remove(&id);
     }
 
-    /// The instance ends, so its start is held back no more.
+    /// Forgets the start of an instance that ends: it is held back no more.
     pub fn forget_start(&mut self, id: u64) {
         self.held_back.remove(&id);
     }
 
-    /// `true`, `false`, or the devices that are paused.
+    /// Returns `true`, `false`, or the devices that are paused.
     pub fn shown(&self) -> Paused {
         if self.devices.is_empty() || self.all { Paused::All(self.all) } else { Paused::Devices(self.devices.iter().cloned().collect()) }
     }
@@ -57,7 +57,7 @@ impl Pause {
         true
     }
 
-    /// An action on devices that a pause is about.
+    /// Returns true for an action on devices that a pause is about.
     pub fn covers(&self, instance: &Instance) -> bool {
         instance.is_action() && (self.all || instance.plan.devices.iter().any(|device| self.devices.contains(device)))
     }

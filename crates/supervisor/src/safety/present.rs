@@ -9,7 +9,7 @@ use model::refusal::{Class, Refusals};
 const REMEDY: &str = "look at its power and cable, then open it again: reset(), or reopen() of the device";
 
 impl Instance {
-    /// The physical devices whose channels it is bound to.
+    /// Returns the physical devices whose channels it is bound to.
     pub fn physical_devices(&self) -> impl Iterator<Item = &str> {
         self.plan.cells.iter().filter_map(|cell| if let CellKind::Channel { device, .. } = &cell.kind { Some(device.as_str()) } else { None })
     }

@@ -30,7 +30,7 @@ const QUEUE_DEPTH_NETWORK: usize = 256;
 /// Writer of a queue's member.
 enum Author {
     Planned(usize),
-    /// Of another instance, with n of its ratio output.
+    /// The activation is of another instance, with n of its ratio output.
     Installed(Arc<Activation>, u32),
 }
 
@@ -60,7 +60,7 @@ pub(crate) struct Queue {
 /// own.
 pub(crate) type Delays = HashMap<(usize, usize), Cell>;
 
-/// The queues that a plan needs, or, `only`, those for SVVs that other instances write. What one block of another instance writes travels in
+/// Makes the queues that a plan needs, or, `only`, those for SVVs that other instances write. What one block of another instance writes travels in
 /// one queue: its outputs come together, however late. Ratio members travel in a queue of their own, inside a source too: so they go by
 /// number there.
 pub(crate) fn queues(
@@ -111,13 +111,14 @@ pub(crate) fn queues(
     members.into_iter().map(|((pair, ..), members)| queue(host, pair, members, depth)).collect()
 }
 
-/// True where an instance lies on several hosts, or one of its queues comes from another.
+/// Returns true if an instance lies on several hosts, or one of its queues comes from another.1 Returns kind, type, unit, history, writers and
+/// readers of an SVV, a private cell or a channel.
 fn meets_network(host: &Host, block_source: &[SourceId], mut pairs: impl Iterator<Item = Pair>) -> bool {
     let apart = |one: SourceId, other: SourceId| host.reach(one, other) == Reach::Network;
     block_source.split_first().is_some_and(|(first, others)| others.iter().any(|other| apart(*first, *other))) || pairs.any(|(from, to)| apart(from, to))
 }
 
-/// n of the planned output that writes a cell for a reader, where it is a ratio output.
+/// Returns n of the planned output that writes a cell for a reader, if it is a ratio output.
 fn author_ratio(plan: &Plan, cell: usize, reader: usize) -> u32 {
     match writer_for(plan, cell, reader).map(|(block, item)| mode_of(plan, block, item)) {
         Some(Mode::Ratio(n)) => n,
@@ -144,7 +145,7 @@ fn author_of(
     Some((writer.source, from, Author::Installed(writer.activation.clone(), writer.ratio)))
 }
 
-/// The SVV that a planned cell is, where another instance writes it.
+/// Returns the SVV that a planned cell is, if another instance writes it.
 fn external_svv(cell: &PlannedCell) -> Option<&str> {
     match &cell.kind {
         CellKind::Svv { name, .. } if cell.writers.is_empty() => Some(name),
@@ -212,7 +213,7 @@ pub(crate) fn open(queues: Vec<Queue>) -> Vec<HalfQueue> {
 }
 
 impl HalfQueue {
-    /// The members that gate activations of the plan, for their `Due::Queued`.
+    /// Returns the members that gate activations of the plan, for their `Due::Queued`.
     pub fn gates(&self) -> impl Iterator<Item = Gate> + '_ {
         let gate = |inbound: &Arc<Inbound>, member: usize, of: &Member| Gate { svv: of.svv.clone(), activation: of.reader, inbound: inbound.clone(), member };
         self.inbound.iter().flat_map(move |inbound| self.members.iter().enumerate().map(move |(member, of)| gate(inbound, member, of)))

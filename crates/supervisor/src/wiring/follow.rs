@@ -9,7 +9,7 @@ use model::interface::Mode;
 use model::plan::{self, Plan};
 use std::sync::Arc;
 
-/// The SVVs of others that a block takes synchronously.
+/// Returns the SVVs of others that a block takes synchronously.
 pub(crate) fn driving_svvs(plan: &Plan, block: usize) -> impl Iterator<Item = &str> {
     let external = plan.blocks[block].external_drivers.iter();
     external.filter(move |(item, _)| mode_of(plan, block, *item) == Mode::Synchronous).map(|(_, svv)| svv.as_str())
@@ -28,7 +28,7 @@ pub(crate) fn step_drivers(plan: &Plan, installed: &Installed, block: usize, reg
     inner.chain(outer).collect()
 }
 
-/// When an activation of a plan is due, as the system is now. Those that drive it in the plan are made.
+/// Returns when an activation of a plan is due, as the system is now. Those that drive it in the plan are made.
 pub(crate) fn due(registry: &Registry, plan: &Plan, activations: &[Arc<Activation>], gates: &[Gate], (index, source): (usize, SourceId)) -> Due {
     let own = |by: &[(usize, u32)]| -> Vec<(Arc<Activation>, u32)> { by.iter().map(|(driver, n)| (activations[*driver].clone(), *n)).collect() };
     match &plan.activations[index].due {

@@ -37,7 +37,7 @@ impl Fusing {
         self.made.get(members)
     }
 
-    /// The table, with the entries of its groups.
+    /// Returns the table, with the entries of its groups.
     pub fn fuse(&self, table: Table) -> Table {
         if self.is_on { table.fused(|blocks| self.entries(blocks)) } else { table }
     }
@@ -48,7 +48,7 @@ impl Fusing {
     }
 }
 
-/// The groups of a table, whether they are fused or not.
+/// Returns the groups of a table, whether they are fused or not.
 pub(crate) fn candidates(table: Table) -> Vec<Candidate> {
     let mut found = Vec::new();
     let _ = table.fused(|blocks| {

@@ -5,7 +5,7 @@ use crate::wiring::installed::Homes;
 use kernel::SourceId;
 use model::plan::{Plan, PlannedCommand};
 
-/// The homes at first: with the first writer of each.
+/// Returns the homes at first: with the first writer of each.
 pub(crate) fn first_homes(plan: &Plan, block_source: &[SourceId]) -> Homes {
     let home = |(index, cell): (usize, &model::plan::PlannedCell)| {
         let first = block_source[cell.writers.first()?.0];
@@ -14,7 +14,7 @@ pub(crate) fn first_homes(plan: &Plan, block_source: &[SourceId]) -> Homes {
     plan.cells.iter().enumerate().filter_map(home).collect()
 }
 
-/// The (block, item) that writes a planned cell while a reader is on; the first, where none does.
+/// Returns the (block, item) that writes a planned cell while a reader is on; the first, if none does.
 pub(crate) fn writer_for(plan: &Plan, cell: usize, reader: usize) -> Option<(usize, usize)> {
     let writers = &plan.cells[cell].writers;
     if let [] | [_] = writers[..] {
@@ -26,7 +26,7 @@ pub(crate) fn writer_for(plan: &Plan, cell: usize, reader: usize) -> Option<(usi
     together.or(writers.first()).copied()
 }
 
-/// The blocks that a command lets run.
+/// Returns the blocks that a command lets run.
 pub(crate) fn run_by(plan: &Plan, command: &PlannedCommand) -> Vec<usize> {
     match command {
         PlannedCommand::Execute(blocks) => blocks.clone(),
@@ -35,7 +35,7 @@ pub(crate) fn run_by(plan: &Plan, command: &PlannedCommand) -> Vec<usize> {
     }
 }
 
-/// The (block, item) that writes a planned cell first when a plan begins; the first of all, where none does at once.
+/// Returns the (block, item) that writes a planned cell first when a plan begins; the first of all, if none does at once.
 pub(crate) fn first_writer(plan: &Plan, cell: usize) -> Option<(usize, usize)> {
     let writers = &plan.cells[cell].writers;
     if let [] | [_] = writers[..] {

@@ -38,14 +38,14 @@ impl Layout {
 struct Places {
     stamps: Vec<usize>,
     cells: Vec<Vec<(SourceId, usize)>>,
-    /// Of each block: (item, offset) of the cells that its array ports gather into, and that its ratio inputs are delayed in.
+    /// Cells of each block: (item, offset) of those that its array ports gather into, and that its ratio inputs are delayed in.
     own: Vec<Vec<(usize, usize)>>,
     blocks: Vec<usize>,
     extents: BTreeMap<SourceId, Arc<Extent>>,
 }
 
 impl Places {
-    /// The cell that block `block` has for itself behind an item.
+    /// Returns the cell that block `block` has for itself behind an item.
     fn own(&self, site: &Site, block: usize, item: usize, size: usize) -> Cell {
         let offset = self.own[block].iter().find(|(i, _)| *i == item).expect("laid out before").1;
         self.extents[&site.block_source[block]].cell(offset, size)
@@ -133,7 +133,7 @@ fn own_stamps(site: &Site) -> BTreeMap<usize, BTreeMap<SourceId, Cell>> {
     site.plan.cells.iter().enumerate().filter(several).map(|(index, cell)| (index, cell.writers.iter().map(stamp).collect())).collect()
 }
 
-/// The activations, each with what makes it due. Those that drive others come first in a plan.
+/// Makes the activations, each with what makes it due. Those that drive others come first in a plan.
 fn make_activations(registry: &Registry, site: &Site, stamps: &[Cell], gates: &[Gate]) -> Vec<Arc<Activation>> {
     let mut activations: Vec<Arc<Activation>> = Vec::with_capacity(stamps.len());
     for (index, planned) in site.plan.activations.iter().enumerate() {
@@ -217,7 +217,7 @@ fn writer_source(registry: &Registry, plan: &Plan, block_source: &[SourceId], (c
     }
 }
 
-/// The cells of inputs that take values one by one.
+/// Makes the cells of inputs that take values one by one.
 fn delays(site: &Site, places: &Places) -> Delays {
     let mut delays = Delays::new();
     for (index, block) in site.plan.blocks.iter().enumerate() {
@@ -233,7 +233,7 @@ fn delays(site: &Site, places: &Places) -> Delays {
     delays
 }
 
-/// The cells in each image: private ones in the instance's memory, SVVs and channels where they lie.
+/// Makes the cells in each image: private ones in the instance's memory, SVVs and channels where they lie.
 fn make_cells(registry: &mut Registry, site: &Site, places: &Places) -> Vec<BTreeMap<SourceId, Cell>> {
     for (index, block) in site.plan.blocks.iter().enumerate() {
         for bound in &block.bindings {
@@ -268,7 +268,7 @@ fn make_cells(registry: &mut Registry, site: &Site, places: &Places) -> Vec<BTre
     cells
 }
 
-/// SVVs that an array port reads together lie together, where they are new in that image.
+/// Lays out together the SVVs that an array port reads together, if they are new in that image.
 fn lay_out_svvs(registry: &mut Registry, site: &Site, list: &[usize], source: SourceId) {
     let names: Option<Vec<&str>> = list
         .iter()
@@ -295,7 +295,7 @@ struct Copying {
     after: Vec<Copies>,
 }
 
-/// The blocks, bound; and the copies around them.
+/// Makes the blocks, bound, and the copies around them.
 fn make_blocks(
     numbers: &mut Numbers,
     site: &Site,
@@ -343,7 +343,7 @@ fn make_blocks(
     blocks
 }
 
-/// Each part with its piece of the whole.
+/// Pairs each part with its piece of the whole.
 fn pair_up(whole: Cell, parts: Vec<Cell>, mut pair: impl FnMut(Cell, Cell)) {
     let mut offset = 0;
     for part in parts {

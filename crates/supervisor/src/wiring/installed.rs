@@ -25,16 +25,16 @@ pub(crate) struct Gate {
 pub(crate) struct Installed {
     /// Sources that it has blocks in, in the plan's order.
     pub sources: Vec<SourceId>,
-    /// Of each planned block.
+    /// Blocks, by planned block.
     pub blocks: Vec<Arc<Block>>,
     pub interfaces: Vec<Arc<Interface>>,
     pub block_source: Vec<SourceId>,
-    /// Of each planned activation.
+    /// Activations, by planned activation.
     pub activations: Vec<Arc<Activation>>,
     pub activation_source: Vec<SourceId>,
     /// Number and time of the last invocation of each activation.
     pub stamps: Vec<Cell>,
-    /// Of each planned cell: where it lies in each image.
+    /// Cells, by planned cell: one in each image.
     pub cells: Vec<BTreeMap<SourceId, Cell>>,
     pub process: Arc<Process>,
     /// Copies before and behind each block.
@@ -53,14 +53,14 @@ pub(crate) struct Installed {
 }
 
 impl Installed {
-    /// Where a cell lies in the image of `source`, or else in any.
+    /// Returns the cell in the image of `source`, or else in any.
     pub fn cell(&self, index: usize, source: SourceId) -> Option<&Cell> {
         self.cells[index].get(&source)
     }
 }
 
 impl Installed {
-    /// The source in which a planned cell is written now; with a reader, where nothing writes it.
+    /// Returns the source in which a planned cell is written now; with a reader, if nothing writes it.
     pub fn home(&self, plan: &Plan, cell: usize) -> Option<SourceId> {
         let planned = &plan.cells[cell];
         let first = || planned.writers.first().or(planned.readers.first()).map(|(block, _)| self.block_source[*block]);

@@ -34,7 +34,7 @@ pub(crate) enum Movement {
         sources: Vec<SourceId>,
         follows: Vec<(SourceId, Op)>,
     },
-    /// These inbound ends take the place of those of the same writer; then new tables for their sources.
+    /// Puts these inbound ends in the place of those of the same writer; then new tables for their sources.
     Inbound(Vec<Inlet>),
     /// Blocks are about to write cells that may lie with other sources: (planned cell, block).
     Home(Vec<(usize, usize)>),
@@ -60,12 +60,12 @@ pub(crate) enum Movement {
 }
 
 impl Movement {
-    /// True for a new table of this source and of no other.
+    /// Returns true for a new table of this source and of no other.
     pub fn is_table_of(&self, source: SourceId) -> bool {
         matches!(self, Movement::Tables(sources) if !sources.is_empty() && sources.iter().all(|of| *of == source))
     }
 
-    /// True for what the system needs whatever becomes of the instance: tables, connections, values of SVVs.
+    /// Returns true for what the system needs whatever becomes of the instance: tables, connections, values of SVVs.
     pub fn is_structural(&self) -> bool {
         matches!(self, Movement::Tables(_) | Movement::Follow { .. } | Movement::Inbound(_) | Movement::Home(_) | Movement::Carry(_) | Movement::Arrive(_))
     }
@@ -92,7 +92,7 @@ pub(crate) struct Carried {
 pub(crate) struct Serial(u64);
 
 impl Serial {
-    /// The next one.
+    /// Returns the next one.
     pub fn next(self) -> Serial {
         Serial(self.0 + 1)
     }
@@ -124,7 +124,7 @@ impl Builder {
         Builder { homes, ..Builder::default() }
     }
 
-    /// One operation. Behind a barrier it waits for all before it, unless these lie in the same source alone.
+    /// Adds one operation. Behind a barrier it waits for all before it, unless these lie in the same source alone.
     pub fn add(&mut self, source: SourceId, op: Op) {
         if self.barrier && !(self.group.len() == 1 && self.group[0].0 == source) {
             self.flush();
@@ -143,7 +143,7 @@ impl Builder {
         self.flush();
     }
 
-    /// A movement that is no operation; everything before it is acknowledged first.
+    /// Adds a movement that is no operation; everything before it is acknowledged first.
     pub fn then(&mut self, movement: Movement) {
         self.flush();
         self.done.push_back(movement);
@@ -162,7 +162,7 @@ impl Builder {
     }
 }
 
-/// One script a source, of operations that need no order between sources.
+/// Returns one script a source, of operations that need no order between sources.
 pub(crate) fn by_source(ops: impl IntoIterator<Item = (SourceId, Op)>) -> Vec<(SourceId, Vec<Op>)> {
     let mut scripts = Vec::new();
     ops.into_iter().for_each(|(source, op)| put(&mut scripts, source, op));

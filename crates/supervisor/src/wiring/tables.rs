@@ -67,7 +67,7 @@ pub(crate) struct Wiring {
     /// The latest connection of each pair.
     pub latest: HashMap<Pair, Serial>,
     pub last_connection: Serial,
-    /// Of each instance: private cells that travel between sources.
+    /// Private cells of each instance that travel between sources.
     pub crossings: BTreeMap<u64, Vec<Crossing>>,
     pub fusing: Fusing,
 }
@@ -82,7 +82,7 @@ impl Wiring {
 }
 
 impl SourceTable {
-    /// The table as of now, without the rings of taps.
+    /// Returns the present table, without the rings of taps.
     fn build(&self) -> Table {
         let mut index_of: HashMap<BlockId, u32> = HashMap::with_capacity(self.steps.len());
         let mut steps: Vec<Step> = Vec::with_capacity(self.steps.len());
@@ -116,7 +116,7 @@ impl SourceTable {
 }
 
 impl Wiring {
-    /// An operation that swaps the table of `source` for one that is as the system is now; `rows`: the rings that taps read.
+    /// Returns an operation that swaps the table of `source` for one that is as the system is now; `rows`: the rings that taps read.
     pub fn table_op(&self, source: SourceId, rows: impl IntoIterator<Item = Rows>) -> Op {
         Op::Table(Box::new(self.fusing.fuse(self.tables[&source].build()).with_rows(rows)))
     }
