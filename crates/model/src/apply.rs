@@ -41,7 +41,7 @@ pub fn apply(application: &Application, configuration: &Configuration) -> Result
 }
 
 impl CheckedVerb {
-    /// The plan of an instance of this verb.
+    /// Returns the plan of an instance of this verb.
     ///
     /// # Errors
     /// Everything that is wrong with the arguments, bindings, placement and rates, in the order found.
@@ -156,7 +156,7 @@ impl<'a> Draft<'a> {
         self.flat(block).kind.layout(item, self.sizes[block])
     }
 
-    /// `output 'servo.effort' (double[6], N.m)`.
+    /// Returns `output 'servo.effort' (double[6], N.m)`.
     pub fn described(&self, port: Port) -> String {
         let item = self.flat(port.0).kind.item(port.1);
         let type_text = self.layout(port).map_or_else(|| item.type_text.clone(), |layout| layout.text.clone());

@@ -49,17 +49,17 @@ pub struct CheckedVerb {
     pub(crate) driven: Vec<bool>,
 }
 
-/// Every refusal of a verb's definition; empty: it may be entered.
+/// Returns every refusal of a verb's definition; empty: it may be entered.
 pub fn check_verb(verb: &Verb, configuration: &Configuration) -> Refusals {
     CheckedVerb::new(verb, configuration).err().unwrap_or_default()
 }
 
-/// Every refusal of a graph's definition.
+/// Returns every refusal of a graph's definition.
 pub fn check_graph(graph: &Graph, configuration: &Configuration) -> Refusals {
     flat_graph(graph, configuration).refusals
 }
 
-/// A graph, flat and checked by itself.
+/// Returns a graph, flat and checked by itself.
 pub(crate) fn flat_graph<'a>(graph: &'a Graph, configuration: &'a Configuration) -> Flat<'a> {
     let mut flat = Flat::new(configuration);
     flat.add("", &graph.blocks, &graph.divide, 1);
@@ -150,7 +150,7 @@ impl CheckedVerb {
         }
     }
 
-    /// The group that a data item is bound to.
+    /// Returns the group that a data item is bound to.
     pub(crate) fn group(&self, (block, item): Port) -> Option<usize> {
         self.group_of[block][item].map(|group| group as usize)
     }
@@ -205,7 +205,7 @@ pub(crate) fn group_of(blocks: &[FlatBlock], groups: &[Group]) -> Vec<Vec<Option
     group_of
 }
 
-/// The first synchronous input of each block that is no constant: it runs when that has a new value, and only then.
+/// Returns the first synchronous input of each block that is no constant: it runs when that has a new value, and only then.
 fn drivers(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>]) -> Vec<Option<usize>> {
     let driver = |(at, block): (usize, &FlatBlock)| {
         (0..block.kind.interface.items.len()).find(|item| {

@@ -88,7 +88,7 @@ pub struct Composition {
     pub place: Option<Place>,
 }
 
-/// The verb that a composition is.
+/// Returns the verb that a composition is.
 ///
 /// # Errors
 /// Everything by which the parts do not go together, in one go; each names the parts and says what to do.
@@ -163,13 +163,13 @@ impl<'a> Composing<'a> {
         self.refusals.push(refusal.at(&self.of.place));
     }
 
-    /// `part 'approach' and part 'grasp'`.
+    /// Returns `part 'approach' and part 'grasp'`.
     fn both(&self, first: usize, second: usize) -> String {
         format!("part '{}' and part '{}'", self.parts[first].label, self.parts[second].label)
     }
 }
 
-/// The verb before anything is united: its names, and its parts with those of the parts.
+/// Returns the verb before anything is united: its names, and its parts with those of the parts.
 fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
     let mut known = IndexMap::new();
     for part in parts {

@@ -13,7 +13,7 @@ use suggest::did_you_mean;
 pub enum SystemCondition {
     /// No block of it is active.
     Completed,
-    /// Somebody halted it.
+    /// It was halted.
     Halted,
     /// A block faulted.
     Fault,
@@ -114,7 +114,7 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
     conditions
 }
 
-/// The lists in which no line of the table has that name; empty: all of them.
+/// Returns the lists in which no line of the table has that name; empty: all of them.
 fn lists_without(conditions: &[CheckedCondition], name: &str, count: usize) -> Option<Vec<usize>> {
     let held = |list: &usize| conditions.iter().any(|c| c.planned.name == name && c.planned.holds_in(*list));
     let without: Vec<usize> = (0..count).filter(|list| !held(list)).collect();
@@ -158,8 +158,8 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     CheckedCondition { planned, transitions: Vec::new() }
 }
 
-/// ν is of what ends the verb: a condition that leads on from every list in which it holds returns nothing, but where it begins an orderly
-/// end, of which the report is its own. A part of a composed verb returns what it returned alone.
+/// Checks that ν is of what ends the verb: a condition that leads on from every list in which it holds returns nothing, but where it
+/// begins an orderly end, of which the report is its own. A part of a composed verb returns what it returned alone.
 fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) {
     if flat.is_composed {
         return;

@@ -67,7 +67,7 @@ pub struct Svv {
     /// The logical device it belongs to.
     #[serde(default)]
     pub device: Option<String>,
-    /// It was made with the first of the devices that share it, and goes with the last.
+    /// True if it was made with the first of the devices that share it; it goes with the last.
     #[serde(default)]
     pub shared: bool,
     #[serde(default)]
@@ -98,22 +98,22 @@ pub struct LogicalDevice {
 }
 
 impl LogicalDevice {
-    /// A unit that the type declares, as it is for this device.
+    /// Returns a unit that the type declares, as it is for this device.
     pub fn unit(&self, declared: &str) -> String {
         self.units.iter().fold(declared.to_owned(), |unit, (from, to)| unit.replace(from.as_str(), to))
     }
 }
 
-/// At which rate a writer updates, in one command list.
+/// Rate at which a writer updates, in one command list.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Rate {
     /// Every `period_ns` of the timers of one host (all timers of a host share its epoch).
     Interval { period_ns: u64 },
-    /// At each occurrence of this source (or each n-th).
+    /// It updates at each occurrence of this source (or each n-th).
     Trigger { source: String, every: u32 },
-    /// Only by `execute`.
+    /// It updates by `execute` only.
     Once,
 }
 

@@ -13,7 +13,7 @@ use crate::value::Value;
 use indexmap::IndexMap;
 use suggest::did_you_mean;
 
-/// The SVVs whose present values [`settle`] and [`unmet`] ask for.
+/// Returns the SVVs whose present values [`settle`] and [`unmet`] ask for.
 pub fn asked(plan: &Plan) -> Vec<String> {
     let mut names: Vec<String> = plan.inputs.iter().filter_map(|input| input.range.as_ref()).flat_map(|range| range.counted_from.iter().cloned()).collect();
     for requirement in &plan.requirements {
@@ -50,8 +50,9 @@ pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<Stri
         .collect()
 }
 
-/// The value of an input parameter that has a range, as it is to be stored: one number for an array stands for all its elements, `"30 %"`
-/// is that share of the maximum value of each, quantities have the unit of their device. `None`: it has no range, and is stored as it is.
+/// Returns the value of an input parameter that has a range, as it is to be stored: one number for an array stands for all its elements,
+/// `"30 %"` is that share of the maximum value of each, quantities have the unit of their device. `None`: it has no range, and is stored
+/// as it is.
 ///
 /// # Errors
 /// `OutOfRange`: a value is outside; names the device and the range. `ValueRefused`, `UnitMismatch`: it is no number.
@@ -114,7 +115,7 @@ impl Limits {
         limits
     }
 
-    /// Of one number for several devices: what all of them allow.
+    /// Returns the limits of one number for several devices: what all of them allow.
     fn tightest(range: &PlannedRange, input: &PlannedInput, configuration: &Configuration) -> Limits {
         let count = [&range.least, &range.most].map(|bound| if let PlannedBound::Parameter { devices, .. } = bound { devices.len() } else { 1 });
         let mut all = (0..count[0].max(count[1])).map(|at| Limits::of(range, input, configuration, at));
@@ -170,7 +171,7 @@ impl Limits {
         Err(refusal)
     }
 
-    /// A plain number far beyond the range that would be within it in a smaller unit most likely was meant so.
+    /// Returns the remedy for a plain number far beyond the range: one that would be within it in a smaller unit most likely was meant so.
     fn remedy(&self, value: &Value, given: f64, from: Option<f64>) -> String {
         let range = Range::closed(self.least, self.most);
         let meant = range.meant(given, from.unwrap_or(0.0), &self.unit).filter(|_| is_plain(value));

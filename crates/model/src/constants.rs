@@ -4,7 +4,7 @@ use crate::flatten::{Flat, describe};
 use crate::interface::Kind;
 use crate::refusal::{Class, Refusal, Refusals, Where};
 
-/// A constant on an input that something else binds would never be read.
+/// Refuses a constant on an input that something else binds: it would never be read.
 pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
     for group in flat.groups.iter().filter(|group| group.origin.varies()) {
         for &(block, item) in &group.ports {

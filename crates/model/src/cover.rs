@@ -55,7 +55,7 @@ impl<'a> Flat<'a> {
         found.map(Named::Item)
     }
 
-    /// The label that was meant. Only the first of very many mistakes are looked at: each looks at all labels.
+    /// Returns the label that was meant. Only the first of very many mistakes are looked at: each looks at all labels.
     fn did_you_mean_label(&self, prefix: &str, label: &str) -> String {
         if self.refusals.len() >= SUGGESTED_MAX {
             return String::new();
@@ -65,7 +65,7 @@ impl<'a> Flat<'a> {
         did_you_mean(&label[prefix.len()..], near)
     }
 
-    /// The data nodes that `names` name, marked as covered by `by`.
+    /// Returns the data nodes that `names` name, marked as covered by `by`.
     pub fn cover(&mut self, prefix: &str, by: &str, names: &[String], place: &Option<Place>) -> Vec<Port> {
         let mut ports: Vec<Port> = Vec::with_capacity(names.len());
         for name in names {

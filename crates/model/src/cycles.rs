@@ -5,7 +5,7 @@ use crate::interface::{Kind, Mode};
 use crate::order;
 use crate::refusal::{Class, Place, Refusal, Where};
 
-/// A cycle of synchronous ports within the definition.
+/// Returns a refusal of a cycle of synchronous ports within the definition.
 pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>], place: &Option<Place>) -> Option<Refusal> {
     let mut edges = Vec::new();
     for group in groups {

@@ -120,7 +120,7 @@ pub enum Bound {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Requirement {
-    /// Only of devices whose parameter (or SVV) of this name, `arm.needs_home`, is true.
+    /// Parameter (or SVV), `arm.needs_home`, that must be true for the requirement to hold of a device.
     #[serde(default)]
     pub when: Option<String>,
     /// Class of the refusal.
@@ -193,11 +193,11 @@ pub struct Termination {
     #[serde(default, deserialize_with = "crate::written::perhaps_several")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<crate::written::Names>"))]
     pub returns: Option<Vec<String>>,
-    /// It raises on the PS (the PS knows which class): so, or by the name of the class.
+    /// True if it raises on the PS (the PS knows which class): so, or by the name of the class.
     #[serde(default, deserialize_with = "crate::written::raised")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::written::Raised"))]
     pub raises: bool,
-    /// Only in these command lists; empty: in all. In JSON one name, or several.
+    /// Command lists to which it is limited; empty: all. In JSON one name, or several.
     #[serde(default, deserialize_with = "crate::written::one_or_several")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
     pub during: Vec<String>,
@@ -241,7 +241,7 @@ pub struct Verb {
     pub name: String,
     #[serde(default)]
     pub doc: String,
-    /// It may be started in manual mode.
+    /// True if it may be started in manual mode.
     #[serde(default)]
     pub manual: bool,
     #[serde(deserialize_with = "crate::written::map")]
@@ -281,7 +281,7 @@ pub struct Verb {
     /// Relaxed modes: port → mode.
     #[serde(default)]
     pub modes: IndexMap<String, Mode>,
-    /// Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole.
+    /// Parts of a composed verb by label, and those of its parts (`pick.approach`). Empty in one that is written whole.
     #[serde(default)]
     pub parts: IndexMap<String, Part>,
     /// The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down).
@@ -308,7 +308,7 @@ impl Verb {
         if self.parts.is_empty() { key } else { key.rsplit('.').next().unwrap_or(key) }
     }
 
-    /// The name of the command list that a start begins with; none where that is not said.
+    /// Returns the name of the command list that a start begins with; none if it is not given.
     pub fn initial_list(&self) -> Option<&str> {
         let mut begins = self.command_lists.keys().map(String::as_str).filter(|name| self.ending.as_deref() != Some(*name));
         match (&self.initial, begins.next(), begins.next()) {
@@ -345,9 +345,9 @@ pub enum Suspend {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum IfCutOff {
-    /// It goes on as if nothing had happened.
+    /// The instance goes on as if nothing had happened.
     Continue,
-    /// It is halted: τ on `halted`, its ending list.
+    /// The instance is halted: τ on `halted`, its ending list.
     Halt,
     /// The outputs of its devices go to their safe values at once, and it ends with `aborted`.
     Safe,

@@ -21,7 +21,7 @@ pub enum CheckedSuspend {
 }
 
 impl CheckedSuspend {
-    /// The ports that the supervisor stores into: they need no other cover.
+    /// Returns the ports that the supervisor stores into: they need no other cover.
     pub fn given(&self) -> Vec<Port> {
         match self {
             CheckedSuspend::Holding(ways) => ways.iter().map(|(set, _)| *set).collect(),
@@ -30,7 +30,7 @@ impl CheckedSuspend {
     }
 }
 
-/// The ending list: it is there, no start begins with it, no transition enters or leaves it.
+/// Checks the ending list: it is there, no start begins with it, no transition enters or leaves it.
 pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> PlannedEnding {
     let limit_ns = verb.ending_limit_ns.unwrap_or(ENDING_LIMIT_NS);
     if limit_ns <= 0 {

@@ -22,7 +22,7 @@ pub struct File {
     /// `opengpac-definitions`.
     pub format: String,
     pub version: u32,
-    /// For people.
+    /// Text for people.
     #[serde(default)]
     pub description: String,
     /// Code modules that blocks come from: name → file, beside this one.
@@ -57,7 +57,7 @@ pub struct Drawn<T> {
 pub struct DrawnVerb {
     #[serde(flatten)]
     pub definition: Verb,
-    /// As `ending_limit_ns`, with a unit.
+    /// Limit as `ending_limit_ns`, with a unit.
     #[serde(default)]
     pub ending_limit: Option<Span>,
     #[serde(default)]
@@ -96,7 +96,7 @@ pub struct WrittenComposition {
     pub layout: Layout,
 }
 
-/// The JSON Schema of a file. A definition's key says its name, and what the schema does not know is refused.
+/// Returns the JSON Schema of a file. A definition's key says its name, and what the schema does not know is refused.
 #[cfg(feature = "schema")]
 pub fn schema() -> serde_json::Value {
     use serde_json::json;

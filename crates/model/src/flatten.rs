@@ -29,7 +29,7 @@ pub struct FlatBlock {
 }
 
 impl FlatBlock {
-    /// Mode in force of an item.
+    /// Returns the mode in force of an item.
     pub fn mode(&self, item: usize) -> Mode {
         let item = self.kind.whole(item);
         self.modes.iter().find(|(at, _)| *at == item).map_or(self.kind.item(item).mode, |(_, mode)| *mode)
@@ -202,7 +202,7 @@ impl<'a> Flat<'a> {
         self.labels.insert(label, Labelled::Scope(self.scopes.len() - 1));
     }
 
-    /// A constant of a graph goes to an inner parameter (`inner.item`) or to the inputs behind a port.
+    /// Adds a constant of a graph, which goes to an inner parameter (`inner.item`) or to the inputs behind a port.
     fn constant_of_graph(&mut self, prefix: &str, name: &str, value: &Value, place: &Option<Place>) {
         let scope = self.scopes.len() - 1;
         let ports = match self.scopes[scope].ports.get(name) {
@@ -221,7 +221,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// The scope of a graph whose blocks are in place: its cover, cells, modes, divides.
+    /// Closes the scope of a graph whose blocks are in place: its cover, cells, modes, divides.
     pub fn close_graph(&mut self, prefix: &str, graph: &'a Graph, first: usize, divide: u32, place: &Option<Place>) {
         for (label, divide) in &graph.divide {
             self.subject = Some(Where::Block { block: format!("{prefix}{label}") });
@@ -259,7 +259,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// A port of a graph has one mode, as that of a subroutine: that of the inputs behind it.
+    /// Checks that a port of a graph has one mode, as that of a subroutine: that of the inputs behind it.
     fn one_mode(&mut self, scope: usize, prefix: &str, name: &str, place: &Option<Place>) {
         let inputs = self.scopes[scope].ports[name].iter().copied().filter(|port| self.item_kind(*port) == Kind::Input);
         let inputs: Vec<(Port, Mode)> = inputs.map(|port| (port, self.blocks[port.0].mode(port.1))).collect();
@@ -295,7 +295,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// A cell of a graph has one writer.
+    /// Checks that a cell of a graph has one writer.
     fn one_output(&mut self, name: &str, ports: &[Port], place: &Option<Place>) {
         let mut outputs = ports.iter().copied().filter(|port| self.item_kind(*port) == Kind::Output);
         if let (Some(first), Some(second)) = (outputs.next(), outputs.next()) {
@@ -319,17 +319,17 @@ impl<'a> Flat<'a> {
         self.blocks[block].kind.item(item).kind
     }
 
-    /// `servo.effort`.
+    /// Returns `servo.effort`.
     pub fn port_name(&self, (block, item): Port) -> String {
         format!("{}.{}", self.blocks[block].label, self.blocks[block].kind.item(item).name)
     }
 
-    /// `output 'servo.effort' (double, N.m)`.
+    /// Returns `output 'servo.effort' (double, N.m)`.
     pub fn described(&self, port: Port) -> String {
         describe(&self.blocks[port.0], port.1)
     }
 
-    /// The part of the drawing that a port is.
+    /// Returns the part of the drawing that a port is.
     pub fn part(&self, (block, item): Port) -> Where {
         Where::Port { block: self.blocks[block].label.clone(), port: self.blocks[block].kind.item(item).name.clone() }
     }
@@ -338,7 +338,7 @@ impl<'a> Flat<'a> {
         self.push(Refusal::new(class, message).remedy(remedy).at(place));
     }
 
-    /// As `refuse`, about these ports before the part that is looked at.
+    /// Refuses as `refuse`, about these ports before the part that is looked at.
     pub fn refuse_ports(&mut self, class: Class, message: String, place: &Option<Place>, remedy: &str, ports: &[Port]) {
         let parts: Vec<Where> = ports.iter().map(|port| self.part(*port)).collect();
         self.push(Refusal::new(class, message).remedy(remedy).at(place).about(parts));
@@ -350,7 +350,7 @@ impl<'a> Flat<'a> {
     }
 }
 
-/// `output 'servo.effort' (double, N.m)`.
+/// Returns `output 'servo.effort' (double, N.m)`.
 pub fn describe(block: &FlatBlock, item: usize) -> String {
     let item = block.kind.item(item);
     let unit = if item.unit.is_empty() { String::new() } else { format!(", {}", item.unit) };
@@ -366,7 +366,7 @@ fn takes_constant(kind: &BlockKind, item: usize) -> bool {
     }
 }
 
-/// The block row that a label names.
+/// Returns the block row that a label names.
 pub(crate) fn labelled(flat: &mut Flat<'_>, label: &str, what: &str, place: &Option<Place>) -> Option<(Range<usize>, u32)> {
     match flat.labels.get(label) {
         Some(Labelled::Block(block)) => Some((*block..*block + 1, flat.blocks[*block].divide)),

@@ -30,13 +30,13 @@ pub enum ArgumentKind {
 pub struct FormArgument {
     pub name: String,
     pub kind: ArgumentKind,
-    /// Of a device or a group its type.
+    /// Type of a device or a group.
     pub of: Option<String>,
-    /// Of an SVV or channel; empty where the argument has several.
+    /// Type of an SVV or channel; empty if the argument has several.
     pub type_text: String,
     pub unit: String,
     pub doc: String,
-    /// Of a part: the channels of it that are used.
+    /// Channels of a part that are used.
     pub members: Vec<String>,
 }
 
@@ -54,9 +54,9 @@ pub struct FormInput {
     pub maximum: Option<Bound>,
     /// The SVV of an object that the range is counted from.
     pub counted_from: Option<String>,
-    /// It has no default.
+    /// True if it has no default.
     pub required: bool,
-    /// It may be changed while the verb runs.
+    /// True if it may be changed while the verb runs.
     pub tunable: bool,
 }
 
@@ -84,7 +84,7 @@ impl CheckedVerb {
         arguments
     }
 
-    /// The values that a start may be given; those that come from a device, and presets, are not among them.
+    /// Returns the values that a start may be given; those that come from a device, and presets, are not among them.
     pub fn form_inputs(&self) -> Vec<FormInput> {
         let own = |input: &&CheckedInput| !input.preset && !matches!(input.whose, Whose::Object { .. });
         self.inputs.iter().filter(own).map(|input| self.form_input(input)).collect()
@@ -108,7 +108,7 @@ impl CheckedVerb {
         }
     }
 
-    /// Type, unit and meaning of a port. A type whose size is only known with its arguments is that of the declaration.
+    /// Returns type, unit and meaning of a port. A type whose size is only known with its arguments is that of the declaration.
     fn described(&self, (block, item): Port) -> (String, String, String) {
         let kind = &self.blocks[block].kind;
         let declared = kind.item(item);

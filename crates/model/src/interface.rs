@@ -67,7 +67,7 @@ pub struct Item {
     /// Number of elements is the block's size.
     #[serde(default)]
     pub sized: bool,
-    /// Of an input: the number of last values that it reads, oldest first; 0 where it reads the present one. `type_text` is that of
+    /// Number of last values that an input reads, oldest first; 0 if it reads the present one. `type_text` is that of
     /// one value.
     #[serde(default)]
     pub history: u32,
@@ -82,7 +82,7 @@ pub struct Item {
 }
 
 impl Item {
-    /// A declared unit taken apart: the unit itself, or the items that it is the product of, and the range behind it.
+    /// Returns the parts of a declared unit: the unit itself, or the items that it is the product of, and the range behind it.
     pub fn declared_unit(text: &str) -> (String, Vec<String>, Option<Range>) {
         let (unit, range) = Range::split(text);
         match unit.strip_prefix('=') {

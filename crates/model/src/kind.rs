@@ -87,7 +87,7 @@ impl BlockKind {
         self.by_name.get(name).copied()
     }
 
-    /// The item for an element of an array port; made where it is named for the first time.
+    /// Returns the item for an element of an array port; made when it is named for the first time.
     pub fn element(&mut self, port: usize, element: usize) -> usize {
         if let Some(known) = self.elements.iter().position(|known| *known == (port, element)) {
             return self.interface.items.len() - self.elements.len() + known;
@@ -109,18 +109,18 @@ impl BlockKind {
         self.interface.items.len() - 1
     }
 
-    /// The item of the descriptor that this is, or is an element of.
+    /// Returns the item of the descriptor that this is, or is an element of.
     pub fn whole(&self, item: usize) -> usize {
         self.element_of(item).map_or(item, |(port, _)| port)
     }
 
-    /// The port and element that an item is; none of an item of the descriptor.
+    /// Returns the port and element that an item is; none of an item of the descriptor.
     pub fn element_of(&self, item: usize) -> Option<(usize, usize)> {
         let own = self.interface.items.len() - self.elements.len();
         item.checked_sub(own).map(|at| self.elements[at])
     }
 
-    /// The elements of a port that are named, with their items, in order.
+    /// Returns the elements of a port that are named, with their items, in order.
     pub fn elements_of(&self, port: usize) -> Vec<(usize, usize)> {
         let own = self.interface.items.len() - self.elements.len();
         let named = self.elements.iter().enumerate().filter(|(_, (of, _))| *of == port);
@@ -129,7 +129,7 @@ impl BlockKind {
         found
     }
 
-    /// The maximum number of elements of an array port; none of another item.
+    /// Returns the maximum number of elements of an array port; none of another item.
     pub fn elements_max(&self, port: usize) -> Option<usize> {
         let is_port = matches!(self.item(port).kind, Kind::Input | Kind::Output) && self.item(port).history == 0;
         match &self.shapes[port] {
@@ -143,7 +143,7 @@ impl BlockKind {
         }
     }
 
-    /// The type of an item of a block of `size` elements; none where it has no value or its size is not known.
+    /// Returns the type of an item of a block of `size` elements; none if it has no value or its size is not known.
     pub fn layout(&self, item: usize, size: Option<u32>) -> Option<Arc<Layout>> {
         match &self.shapes[item] {
             Shape::Nothing => None,

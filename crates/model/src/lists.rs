@@ -110,7 +110,7 @@ fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], tim
     Wait::Time(time_ns)
 }
 
-/// `label.item`, or a termination condition's name, which stands for its block conditions.
+/// Waits for `label.item`, or for a termination condition's name, which stands for its block conditions.
 fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Option<Place>, ports: &mut Vec<Port>) {
     if let Some(termination) = verb.conditions.get(name) {
         if termination.on.is_empty() {
@@ -127,7 +127,7 @@ fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Op
     }
 }
 
-/// The condition that `label.item` names; `report`: refuse what is none.
+/// Returns the condition that `label.item` names; `report`: refuse what is none.
 pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<Place>, report: bool) -> Option<Port> {
     let refusals = flat.refusals.len();
     let found = match flat.resolve("", name, place) {
@@ -151,7 +151,7 @@ pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<Place>, re
     None
 }
 
-/// The list that a start begins with: the only one (beside an ending list), or the one that is named.
+/// Returns the list that a start begins with: the only one (beside an ending list), or the one that is named.
 pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     let names = || verb.command_lists.keys().map(String::as_str);
     let mut begins = verb.command_lists.keys().enumerate().filter(|(_, name)| verb.ending.as_ref() != Some(name));
@@ -180,7 +180,7 @@ pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     }
 }
 
-/// An interval and `execute` belong to blocks without synchronous inputs: the others run when a new value comes, and only then.
+/// Checks that an interval and `execute` belong to blocks without synchronous inputs: the others run when a new value comes, and only then.
 /// `drivers`: the first synchronous input of each block.
 pub fn check_scheduled(flat: &mut Flat<'_>, lists: &[CheckedList], drivers: &[Option<usize>]) {
     for list in lists {

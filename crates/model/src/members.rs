@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use suggest::did_you_mean;
 
 impl Within {
-    /// The range, with the parameters that its ends come from as they are now, and the names of those.
+    /// Returns the range, with the parameters that its ends come from as they are now, and the names of those.
     pub fn resolve(&self, parameters: &IndexMap<String, Value>) -> (Range, String) {
         let (least, most) = match self {
             Within::Range(range) => return (*range, String::new()),

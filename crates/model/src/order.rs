@@ -102,7 +102,7 @@ impl Adjacency {
     }
 }
 
-/// Kahn's algorithm, the lowest number first. With `component` given, soft edges within a component give way when nothing else
+/// Sorts by Kahn's algorithm, the lowest number first. With `component` given, soft edges within a component give way when nothing else
 /// is free. The error holds the elements that could not be placed.
 fn kahn(count: usize, edges: &[Edge], out: &Adjacency, component: &[usize]) -> Result<Vec<usize>, Vec<usize>> {
     let (mut hard, mut soft) = (vec![0_u32; count], vec![0_u32; count]);
@@ -141,7 +141,7 @@ fn kahn(count: usize, edges: &[Edge], out: &Adjacency, component: &[usize]) -> R
     if order.len() == count { Ok(order) } else { Err((0..count).filter(|&e| !placed[e]).collect()) }
 }
 
-/// The strongly connected component of each element (Tarjan, without recursion).
+/// Returns the strongly connected component of each element (Tarjan, without recursion).
 fn components(count: usize, edges: &[Edge], out: &Adjacency) -> Vec<usize> {
     const NONE: usize = usize::MAX;
     let (mut number, mut low, mut component) = (vec![NONE; count], vec![0; count], vec![NONE; count]);
@@ -187,7 +187,7 @@ fn components(count: usize, edges: &[Edge], out: &Adjacency) -> Vec<usize> {
     component
 }
 
-/// One cycle of hard edges, which has one.
+/// Returns one cycle of hard edges, which has one.
 fn cycle(count: usize, hard: &[(usize, usize)]) -> Vec<usize> {
     let edges: Vec<Edge> = hard.iter().map(|&(from, to)| Edge { from, to, hard: true }).collect();
     let left = kahn(count, &edges, &Adjacency::new(count, &edges), &[]).err().unwrap_or_default();
@@ -216,7 +216,7 @@ fn cycle(count: usize, hard: &[(usize, usize)]) -> Vec<usize> {
     found
 }
 
-/// One cycle of these edges over `0..count`, if there is one.
+/// Returns one cycle of these edges over `0..count`, if there is one.
 pub fn find_cycle(count: usize, edges: &[(usize, usize)]) -> Option<Vec<usize>> {
     sort(count, edges, &[]).err()
 }

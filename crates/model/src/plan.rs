@@ -66,7 +66,7 @@ pub struct Bound {
     pub binding: Binding,
     /// Mode in force.
     pub mode: Mode,
-    /// Of a history input: how many values it reads; else 0.
+    /// Number of values that a history input reads; else 0.
     pub history: u32,
 }
 
@@ -101,9 +101,9 @@ pub struct PlannedBlock {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedDue"))]
 pub enum Due {
-    /// At an interval or trigger: the number of releases of its source is given where it is switched on.
+    /// Due at an interval or trigger: the number of releases of its source is given where it is switched on.
     Interval,
-    /// With these activations of the same source (behind a ratio output n: every n-th time), of this plan …
+    /// Due with these activations of the same source (behind a ratio output n: every n-th time), of this plan …
     Driven { by: Vec<(ActivationIndex, u32)> },
     /// … or when values come from other sources or other instances (see `PlannedBlock::remote_drivers`, `external_drivers`),
     /// and all of `by`.
@@ -150,7 +150,7 @@ pub enum Wait {
     Conditions(Vec<(BlockIndex, usize)>),
     /// Running time since the stage began.
     Time(i64),
-    /// Until no instance is active.
+    /// Wait until no instance is active.
     Idle,
 }
 
@@ -192,7 +192,7 @@ pub struct PlannedCondition {
     /// Its end is normal: no exception (`completed`; `returns` and no `raises`).
     pub normal: bool,
     pub priority: i32,
-    /// Only in these lists; empty: in all. Conditions of one name have no list in common.
+    /// Lists to which it is limited; empty: all. Conditions of one name have no list in common.
     pub during: Vec<usize>,
     /// Code of the alarm that it raises.
     pub alarm: Option<String>,
@@ -204,7 +204,7 @@ impl PlannedCondition {
         self.during.is_empty() || self.during.contains(&list)
     }
 
-    /// The same condition, which holds in the copy of a list where it holds in the list.
+    /// Returns the same condition, which holds in the copy of a list if it holds in the list.
     pub(crate) fn with_copies(&self, lists: &[PlannedList]) -> PlannedCondition {
         let mut all = self.clone();
         let copies = lists.iter().enumerate().filter(|(_, list)| list.copy_of.is_some_and(|of| self.during.contains(&of)));
@@ -286,7 +286,7 @@ pub enum PlannedBound {
 pub struct PlannedRequirement {
     pub device: String,
     pub member: PlannedMember,
-    /// Only where this is true.
+    /// Member that must be true for it to hold.
     pub when: Option<PlannedMember>,
     pub raises: Class,
     pub remedy: String,
@@ -348,7 +348,7 @@ impl PlannedSuspend {
         matches!(self, PlannedSuspend::Idle | PlannedSuspend::Holding(_))
     }
 
-    /// The ways to come to rest; none where it just stops.
+    /// Returns the ways to come to rest; none if it just stops.
     pub fn holdings(&self) -> &[PlannedHolding] {
         match self {
             PlannedSuspend::Holding(holdings) => holdings,
@@ -366,7 +366,7 @@ pub enum Claim {
     Channel { device: String, channel: usize },
 }
 
-/// Something that was filled in or is worth knowing: an implied cell, an edge that is a delay.
+/// Remark about something that was filled in or is worth knowing: an implied cell, an edge that is a delay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Remark {
@@ -401,7 +401,7 @@ pub struct Plan {
     pub arbitration: Vec<Arbitration>,
     /// Logical devices that must be enabled.
     pub devices: Vec<String>,
-    /// It may be started in manual mode.
+    /// True if it may be started in manual mode.
     pub manual: bool,
     pub remarks: Vec<Remark>,
 }

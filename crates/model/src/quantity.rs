@@ -109,7 +109,7 @@ pub fn check_unit(text: &str) -> Result<(), Refusal> {
     }
 }
 
-/// The unit of a product of values in these units, `N.m` for `rad` times `N.m/rad`.
+/// Returns the unit of a product of values in these units, `N.m` for `rad` times `N.m/rad`.
 pub fn product<'a>(units: impl IntoIterator<Item = &'a str>) -> String {
     let (mut above, mut below): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
     for unit in units {
@@ -127,7 +127,7 @@ pub fn product<'a>(units: impl IntoIterator<Item = &'a str>) -> String {
     if above.is_empty() { format!("1{below}") } else { format!("{}{below}", above.join(".")) }
 }
 
-/// The unit of a quantity's text; none where it is a number alone.
+/// Returns the unit of a quantity's text; none if it is a number alone.
 pub fn unit_of(text: &str) -> Option<&str> {
     split(text).ok().map(|(_, unit)| unit).filter(|unit| !unit.is_empty())
 }
@@ -140,7 +140,7 @@ fn meant(word: &str) -> String {
     parts.map_or_else(|| suggest::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0)), |(a, b)| format!("did you mean '{a}.{b}'?"))
 }
 
-/// The number that `text` means in unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is taken as it is; an empty
+/// Returns the number that `text` means in unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is taken as it is; an empty
 /// target is unknown and takes the SI value. Of a target with a choice, `rad|m`, the first of that dimension counts.
 ///
 /// # Errors
@@ -166,7 +166,7 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     }
 }
 
-/// A duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`, or the period of a rate, `"1 kHz"`. `what` names it in a message.
+/// Returns a duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`, or the period of a rate, `"1 kHz"`. `what` names it in a message.
 ///
 /// # Errors
 /// `ValueRefused`: no unit, not a number, beyond 292 years. `UnitMismatch`: not a time.
@@ -194,7 +194,7 @@ pub fn duration_text(ns: u64) -> String {
     format!("{} {symbol}", ns as f64 / scale)
 }
 
-/// The number and the unit's text.
+/// Returns the number and the unit's text.
 fn split(text: &str) -> Result<(f64, &str), Refusal> {
     let text = text.trim();
     let is_number = |end: &usize| text.is_char_boundary(*end) && text[..*end].trim_end().parse::<f64>().is_ok_and(f64::is_finite);
@@ -211,7 +211,7 @@ fn split(text: &str) -> Result<(f64, &str), Refusal> {
 /// Separators of factors.
 const SEPARATORS: [char; 4] = ['.', '*', '·', ' '];
 
-/// The factors of a unit.
+/// Returns the factors of a unit.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split('/').flat_map(|part| part.split(SEPARATORS))
 }

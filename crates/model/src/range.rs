@@ -33,7 +33,7 @@ impl Range {
     /// Every finite number.
     pub const ANY: Range = Range::closed(f64::NEG_INFINITY, f64::INFINITY);
 
-    /// The numbers from `least` to `most`, both included.
+    /// Makes the range of the numbers from `least` to `most`, both included.
     pub const fn closed(least: f64, most: f64) -> Range {
         Range::Interval(Interval::closed(least, most))
     }
@@ -118,7 +118,7 @@ impl Range {
     }
 }
 
-/// The range of numbers in this unit where none is declared: without a unit any finite number.
+/// Returns the range of numbers in this unit if none is declared: without a unit any finite number.
 pub fn plausible(unit: &str) -> Range {
     if unit.is_empty() { Range::ANY } else { Range::closed(-FARTHEST, FARTHEST) }
 }
@@ -161,7 +161,7 @@ fn listed(numbers: &[f64]) -> String {
     numbers.iter().map(|number| short(*number)).collect::<Vec<_>>().join(", ")
 }
 
-/// The number that a value is.
+/// Returns the number that a value is.
 pub(crate) fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Integer(integer) => Some(*integer as f64),

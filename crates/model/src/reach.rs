@@ -13,7 +13,7 @@ use crate::refusal::{Class, Place, Refusal, Where};
 struct Reach<'v> {
     verb: &'v Verb,
     lists: &'v [CheckedList],
-    /// For each list the blocks that it activates or executes.
+    /// Blocks that each list activates or executes.
     runs: Vec<Vec<bool>>,
     reached: Vec<bool>,
     /// A time limit is a condition of the verb: then what never comes is a remark, for the verb ends all the same.
@@ -51,7 +51,7 @@ pub fn check_reach(
     remarks
 }
 
-/// The blocks that a list activates or executes.
+/// Returns the blocks that a list activates or executes.
 fn runs(list: &CheckedList, blocks: usize) -> Vec<bool> {
     let mut runs = vec![false; blocks];
     for command in list.stages.iter().flat_map(|stage| &stage.commands) {
@@ -66,7 +66,7 @@ fn mark(command: &CheckedCommand, runs: &mut [bool]) {
     }
 }
 
-/// The lists that transitions lead to, from the initial one, and the ending list.
+/// Returns the lists that transitions lead to, from the initial one, and the ending list.
 fn reached(lists: usize, begins: impl Iterator<Item = usize>, conditions: &[CheckedCondition]) -> Vec<bool> {
     let mut reached = vec![false; lists];
     let mut next: Vec<usize> = begins.collect();
@@ -80,7 +80,7 @@ fn reached(lists: usize, begins: impl Iterator<Item = usize>, conditions: &[Chec
 }
 
 impl Reach<'_> {
-    /// A wait for conditions ends only if a block that reports one has run since the list began.
+    /// Refuses a wait for conditions that never ends: a block that reports one must have run since the list began.
     fn waits(&self, flat: &mut Flat<'_>, remarks: &mut Vec<Remark>) {
         for list in self.lists {
             let mut begun = vec![false; flat.blocks.len()];
@@ -98,7 +98,7 @@ impl Reach<'_> {
         }
     }
 
-    /// A condition, or a transition, that no block reports in the lists where it holds never comes.
+    /// Refuses a condition, or a transition, that no block reports in the lists where it holds: it never comes.
     fn conditions(&self, flat: &mut Flat<'_>, conditions: &[CheckedCondition], remarks: &mut Vec<Remark>) {
         for condition in conditions.iter().filter(|condition| !condition.planned.on.is_empty()) {
             let planned = &condition.planned;
@@ -138,7 +138,7 @@ impl Reach<'_> {
         transition.and_then(|t| t.place.clone()).or_else(|| self.verb.place.clone())
     }
 
-    /// An output value that a condition returns, read from a block which never runs, says nothing.
+    /// Refuses an output value that a condition returns, read from a block which never runs: it says nothing.
     fn outputs(&self, flat: &mut Flat<'_>, outputs: &[(String, Port)], conditions: &[CheckedCondition]) {
         for (at, (name, port)) in outputs.iter().enumerate() {
             let returned = conditions.iter().any(|condition| condition.planned.returns.contains(&at));
@@ -151,7 +151,7 @@ impl Reach<'_> {
         }
     }
 
-    /// A block that no list runs does nothing; that may be meant, while a verb is being written.
+    /// Remarks on a block that no list runs: it does nothing, which may be meant while a verb is being written.
     fn idle_blocks(&self, flat: &Flat<'_>, remarks: &mut Vec<Remark>) {
         for (at, block) in flat.blocks.iter().enumerate() {
             if !self.runs.iter().any(|runs| runs[at]) {
@@ -171,13 +171,13 @@ impl Reach<'_> {
     }
 }
 
-/// `'near.done'`, or several.
+/// Returns `'near.done'`, or several.
 fn names(flat: &Flat<'_>, ports: &[Port]) -> String {
     let names: Vec<String> = ports.iter().map(|port| format!("'{}'", flat.port_name(*port))).collect();
     names.join(" or ")
 }
 
-/// The labels of the blocks, each once.
+/// Returns the labels of the blocks, each once.
 fn labels(flat: &Flat<'_>, ports: &[Port]) -> String {
     let mut labels: Vec<String> = ports.iter().map(|port| format!("'{}'", flat.blocks[port.0].label)).collect();
     labels.dedup();

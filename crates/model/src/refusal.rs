@@ -31,7 +31,7 @@ pub enum Class {
     SchedulingError,
     /// A cycle of synchronous ports.
     SynchronousCycle,
-    /// No source, two equal candidates, a device on another RTP.
+    /// There is no source, there are two equal candidates, or a device is on another RTP.
     PlacementError,
     /// A value that does not fit its type or unit.
     ValueRefused,
@@ -48,7 +48,7 @@ pub enum Class {
     ModuleError,
     DeviceFailed,
     EmergencyStopped,
-    /// Something of that name exists and is in use.
+    /// A thing of that name exists and is in use.
     InUse,
     /// A role that may not, a token that is missing, wrong, expired or revoked, a request that comes from a foreign page.
     NotAllowed,
@@ -112,7 +112,7 @@ pub enum Where {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RefusalEnd"))]
 pub struct End {
-    /// As the message names it, for example `output 'servo.effort' (double, N.m)`.
+    /// Name in the message, for example `output 'servo.effort' (double, N.m)`.
     pub what: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
@@ -138,7 +138,7 @@ pub struct Refusal {
     pub about: Vec<Where>,
 }
 
-/// All that is wrong, in the order found. Never empty where it is an error.
+/// Refusals of all that is wrong, in the order found. Never empty where it is an error.
 pub type Refusals = Vec<Refusal>;
 
 impl Refusal {
@@ -181,7 +181,7 @@ impl Refusal {
 }
 
 impl std::fmt::Display for Refusal {
-    /// `message; remedy at FILE:LINE`.
+    /// Writes `message; remedy at FILE:LINE`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.message)?;
         if !self.remedy.is_empty() {

@@ -83,7 +83,7 @@ impl Type {
         }
     }
 
-    /// Alignment in bytes.
+    /// Returns the alignment in bytes.
     pub fn align(&self) -> usize {
         match self {
             Type::Scalar(scalar) => scalar.size(),
@@ -92,7 +92,7 @@ impl Type {
         }
     }
 
-    /// Offset of each member of a struct (none for the other types).
+    /// Returns the offset of each member of a struct (none for the other types).
     pub fn offsets(&self) -> Vec<usize> {
         let Type::Struct(members) = self else { return Vec::new() };
         let mut end = 0;
@@ -106,12 +106,12 @@ impl Type {
             .collect()
     }
 
-    /// The declaration without tags, typedef names and spelling: `struct { double x; double[4] q; }`.
+    /// Returns the declaration without tags, typedef names and spelling: `struct { double x; double[4] q; }`.
     pub fn normalised(&self) -> String {
         self.to_string()
     }
 
-    /// Identity across modules and machines: a hash (FNV-1a) of the normalised declaration and the layout.
+    /// Returns the identity across modules and machines: a hash (FNV-1a) of the normalised declaration and the layout.
     pub fn hash(&self) -> u64 {
         let text = format!("{self}|{}|{}|{:?}", self.size(), self.align(), self.offsets());
         text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))

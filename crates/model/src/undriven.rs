@@ -6,7 +6,7 @@ use crate::parameters::CheckedInput;
 use crate::plan::Remark;
 use crate::refusal::{Class, Refusal};
 
-/// A synchronous or ratio input whose cell only input parameters write, or nobody: what they store is no new value.
+/// Refuses a synchronous or ratio input whose cell only input parameters write, or nobody: what they store is no new value.
 pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
     let groups = flat.groups.iter().filter(|group| group.origin == Origin::InputOnly);
     let ports: Vec<Port> = groups.flat_map(|group| group.ports.iter().copied()).filter(|port| flat.waits(*port)).collect();
@@ -25,7 +25,7 @@ pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
     }
 }
 
-/// A cell that no block writes changes only by input parameters.
+/// Remarks on a cell that no block writes: it changes only by input parameters.
 pub(crate) fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<Remark> {
     let mut remarks = Vec::new();
     for at in 0..flat.groups.len() {

@@ -21,7 +21,7 @@ pub enum Value {
     Record(IndexMap<String, Value>),
 }
 
-/// In an answer a number that is not finite is null: JSON has no other word for it.
+/// Replaces a number that is not finite by null in an answer: JSON has no other word for it.
 #[cfg(feature = "schema")]
 fn or_null(schema: &mut schemars::Schema) {
     if let Some(choices) = schema.get_mut("anyOf").and_then(serde_json::Value::as_array_mut) {

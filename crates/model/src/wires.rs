@@ -40,7 +40,7 @@ pub struct Verdict {
     pub reason: Option<String>,
 }
 
-/// All that is wrong with a definition, before anything is given to it: names, covers, types, units, cycles, lists, conditions. What
+/// Returns all that is wrong with a definition, before anything is given to it: names, covers, types, units, cycles, lists, conditions. What
 /// is named wrong does not hide the types of the rest.
 ///
 /// # Errors
@@ -55,8 +55,8 @@ pub fn check_definition(drawing: &Drawing, configuration: &Configuration) -> Res
     Ok(found)
 }
 
-/// As [`check_definition`], and what an installation would refuse whatever it is given: units and types of members of objects, constants
-/// and defaults, second writers in a list, inputs that nothing drives.
+/// Checks as [`check_definition`], and returns what an installation would refuse whatever it is given: units and types of members of
+/// objects, constants and defaults, second writers in a list, inputs that nothing drives.
 ///
 /// # Errors
 /// As there.
@@ -93,7 +93,7 @@ pub fn compatible(drawing: &Drawing, configuration: &Configuration, from: &PortN
     Ok(sketch.why_not(&mut sketch.draft(&nothing, configuration), &from, &to))
 }
 
-/// As [`compatible`], for every port of the definition.
+/// Checks as [`compatible`], for every port of the definition.
 ///
 /// # Errors
 /// As there.
@@ -181,7 +181,7 @@ impl Sketch {
         sketch
     }
 
-    /// The scope of the graph itself.
+    /// Returns the scope of the graph itself.
     fn own(&self) -> Option<&Scope> {
         self.scopes.last().filter(|_| self.is_graph)
     }
@@ -223,7 +223,7 @@ impl Sketch {
         Ok(End { name: name.clone(), ports, described, writes })
     }
 
-    /// A port of the graph itself, seen from inside: its input is what writes.
+    /// Returns a port of the graph itself, seen from inside: its input is what writes.
     fn own_end(&self, name: &PortName) -> Result<End, Refusals> {
         let ports = self.own().map(|own| &own.ports);
         let Some(ports) = ports.and_then(|ports| ports.get(&name.port)) else {
@@ -255,7 +255,7 @@ impl Sketch {
         self.refused_wire(draft, from, to, source, sink)
     }
 
-    /// The named data object that a port is in: a cell, a parameter, a port of the graph.
+    /// Returns the named data object that a port is in: a cell, a parameter, a port of the graph.
     fn object(&self, end: &End) -> Option<usize> {
         if end.name.block.is_empty() {
             return self.checked.groups.iter().position(|group| group.origin == Origin::Parameter && group.name == end.name.port);
@@ -300,7 +300,7 @@ impl Sketch {
         Some(format!("'{}' has two writers: {} and {}; give each a cell of its own", together.name, described(first), described(second)))
     }
 
-    /// The cycle of synchronous ports that the wire closes.
+    /// Returns the cycle of synchronous ports that the wire closes.
     fn cycle(&self, together: &Group, source: Option<usize>, sink: Option<usize>) -> Option<Refusal> {
         let cycle = |groups: &[Group]| {
             let group_of = checked::group_of(&self.checked.blocks, groups);

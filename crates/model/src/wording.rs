@@ -29,7 +29,7 @@ pub fn plain(error: &str) -> String {
     shown(text)
 }
 
-/// The same where the error stands behind words of ours.
+/// Returns the same if the error stands behind words of ours.
 pub fn plain_within(text: &str) -> String {
     const BEGINNINGS: [&str; 7] =
         ["invalid type: ", "invalid value: ", "invalid length ", "unknown variant ", "unknown field ", "missing field ", "data did not match any variant"];
@@ -39,8 +39,8 @@ pub fn plain_within(text: &str) -> String {
     }
 }
 
-/// A text of others as it may be shown in a terminal: what is neither printed nor a line's end, and what turns the direction of writing, is
-/// replaced by U+FFFD.
+/// Returns a text of others as it may be shown in a terminal: what is neither printed nor a line's end, and what turns the direction of
+/// writing, is replaced by U+FFFD.
 pub fn printable(text: impl Into<String>) -> String {
     let text = text.into();
     let turns = |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');

@@ -23,7 +23,7 @@ pub struct Workspace {
     /// Purpose of the workspace.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub doc: String,
-    /// It is a panel for operators: large buttons and values, and nothing can be changed in it.
+    /// True if it is a panel for operators: large buttons and values, and nothing can be changed in it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub operator: bool,
     pub layout: Region,
@@ -52,22 +52,22 @@ pub struct Region {
     /// Heading of the panel; what it shows, where it is empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
-    /// Of a plot: SVVs and private cells, each at its full rate.
+    /// SVVs and private cells of a plot, each at its full rate.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub names: Vec<String>,
-    /// Of a plot: how long it looks back, s, 0.1 to 600; 10 where it is left out.
+    /// Time that a plot looks back, s, 0.1 to 600; 10 by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seconds: Option<f64>,
-    /// Of a table of values.
+    /// Rows of a table of values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<ShownValue>,
-    /// Of a scene: the physical device that is drawn.
+    /// Physical device that a scene draws.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<String>,
-    /// Of a state diagram: the verb.
+    /// Verb of a state diagram.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verb: Option<String>,
-    /// Of buttons: what each starts.
+    /// Actions that buttons start, one each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub buttons: Vec<Button>,
 }
@@ -92,7 +92,7 @@ pub enum PanelKind {
 }
 
 impl PanelKind {
-    /// All of them.
+    /// All kinds of panels.
     pub const ALL: [PanelKind; 6] = [PanelKind::Plot, PanelKind::Scene, PanelKind::Values, PanelKind::Verb, PanelKind::Alarms, PanelKind::Buttons];
 
     /// Returns its word in a file.
@@ -143,7 +143,7 @@ pub struct Button {
 }
 
 impl Region {
-    /// The regions in it.
+    /// Returns the regions in it.
     pub fn inner(&self) -> impl Iterator<Item = &Region> {
         self.row.iter().chain(&self.column).chain(&self.tabs)
     }

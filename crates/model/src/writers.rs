@@ -5,7 +5,7 @@ use crate::interface::Mode;
 use crate::plan::{CellKind, Plan};
 
 impl Plan {
-    /// For each SVV that this plan writes, its writer: what [`Configuration::writers`] holds while the instance exists.
+    /// Returns, for each SVV that this plan writes, its writer: what [`Configuration::writers`] holds while the instance exists.
     /// `instance` is its name (`joint_servo#2`).
     pub fn writers(&self, instance: &str, configuration: &Configuration) -> Vec<(String, Writer)> {
         let mut writers = Vec::new();

@@ -52,10 +52,10 @@ pub(crate) trait Short: DeserializeOwned {
     fn of(names: Vec<String>) -> Result<Self, String>;
 }
 
-/// Something in its long form, or in short.
+/// Value in its long form, or in short.
 pub(crate) struct Written<T>(T);
 
-/// These by name, each long or short.
+/// Values by name, each long or short.
 pub(crate) type WrittenMap<T> = IndexMap<String, Written<T>>;
 
 pub(crate) fn map<'de, D: Deserializer<'de>, T: Short>(deserializer: D) -> Result<IndexMap<String, T>, D::Error> {
@@ -194,7 +194,7 @@ pub(crate) enum ShortCommand {
     Deactivate {
         deactivate: String,
     },
-    /// For a condition or several, for a time, or (`true`) until no instance is active.
+    /// Waits for a condition or several, for a time, or (`true`) until no instance is active.
     Wait {
         wait: Until,
     },

@@ -104,7 +104,7 @@ impl<'a> Draft<'a> {
         drive
     }
 
-    /// The writers of a cell that are on together with a reader; all, where none is.
+    /// Returns the writers of a cell that are on together with a reader; all, if none is.
     fn active_writers(&mut self, reader: usize, item: usize, cell: CellIndex, activity: &Activity) -> Vec<(usize, usize)> {
         let writers = &self.cells[cell].writers;
         if let [writer] = writers[..] {
@@ -129,7 +129,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The activation of its drivers, where it is on exactly when they are.
+    /// Returns the activation of its drivers, if it is on exactly when they are.
     fn joins(&self, block: usize, drive: &Drive, activity: &Activity, activations: &[PlannedActivation]) -> Option<ActivationIndex> {
         let [(by, 1)] = drive.by[..] else { return None };
         if !drive.queues.is_empty() {

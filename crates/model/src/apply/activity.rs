@@ -20,9 +20,9 @@ pub(crate) struct On {
 /// Effect of the command lists on the blocks.
 #[derive(Debug, Default)]
 pub(crate) struct Activity {
-    /// For each block the stages in which it is on, ascending.
+    /// Stages in which each block is on, ascending.
     pub on: Vec<Vec<On>>,
-    /// For each block the lists that execute it, ascending.
+    /// Lists that execute each block, ascending.
     pub executed: Vec<Vec<usize>>,
     /// List of each stage.
     pub list_of: Vec<usize>,
@@ -72,7 +72,7 @@ impl Draft<'_> {
         activity
     }
 
-    /// The interval of a block: changed at application, or the command's times what its graphs divide by.
+    /// Returns the interval of a block: changed at application, or the command's times what its graphs divide by.
     fn every(&self, label: &str, block: usize, every_ns: Option<u64>, divide: u32) -> Option<u64> {
         if self.checked.driven[block] {
             return None;

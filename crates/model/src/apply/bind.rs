@@ -75,7 +75,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The port whose type its cell has: that of a writer, else the first.
+    /// Returns the port whose type its cell has: that of a writer, else the first.
     fn leading(&self, group: &Group) -> Option<Port> {
         let is_output = |port: &&Port| self.kind(**port) == Kind::Output;
         group.ports.iter().find(is_output).or_else(|| group.ports.first()).copied()
@@ -98,7 +98,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The part of the drawing that a port is.
+    /// Returns the part of the drawing that a port is.
     pub fn drawn(&self, port: Port) -> Where {
         Where::Port { block: self.flat(port.0).label.clone(), port: self.flat(port.0).kind.item(port.1).name.clone() }
     }
@@ -120,7 +120,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// First value of a cell: an input's constant or default where nothing writes it, else zero.
+    /// Returns the first value of a cell: an input's constant or default if nothing writes it, else zero.
     fn initial(&mut self, group: &Group, layout: &Layout) -> Vec<u8> {
         if group.origin.varies() {
             return vec![0; layout.size];
@@ -222,7 +222,7 @@ impl<'a> Draft<'a> {
         Some(if whole { Binding::Cell(cells[0]) } else { Binding::Cells(cells.to_vec()) })
     }
 
-    /// An input that reads the last values is bound to one SVV that keeps as many.
+    /// Checks that an input which reads the last values is bound to one SVV that keeps as many.
     fn check_history(&mut self, port: Port, svvs: &[(&str, &Svv)], whole: bool, place: &Option<Place>) {
         let history = self.flat(port.0).kind.item(port.1).history;
         let Some((name, svv)) = svvs.first().filter(|_| history > 0) else { return };
@@ -295,7 +295,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// A number may be one element of an array port.
+    /// Returns the remedy for two types: a number may be one element of an array port.
     fn remedy_of_types(&self, first: Port, second: Port) -> String {
         let is_array = |port: &Port| self.flat(port.0).kind.elements_max(port.1).is_some();
         let array = [first, second].into_iter().find(is_array).filter(|_| is_array(&first) != is_array(&second));
@@ -324,7 +324,7 @@ impl<'a> Draft<'a> {
         matches!(&self.flat(port.0).kind.shapes[port.1], Shape::Fixed(layout) if layout.text == element)
     }
 
-    /// Type of the elements of a port, of a port that is no array its own.
+    /// Returns the type of the elements of a port, of a port that is no array its own.
     fn element(&self, port: Port) -> Option<String> {
         match &self.flat(port.0).kind.shapes[port.1] {
             Shape::Nothing => None,
@@ -336,7 +336,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// All ports of a data object have one unit, as far as it is known: that of its writer, or of the first port that has one.
+    /// Checks that all ports of a data object have one unit, as far as it is known: that of its writer, or of the first port that has one.
     fn check_units(&mut self, group: &Group) {
         let known = || group.ports.iter().filter(|port| !self.unit(**port).is_empty());
         let Some(&first) = known().find(|port| self.kind(**port) == Kind::Output).or_else(|| known().next()) else { return };
@@ -399,7 +399,7 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// The element of an array of one, else the type itself.
+/// Returns the element of an array of one, else the type itself.
 fn alone(layout: &Layout) -> String {
     match &layout.read {
         Type::Array(element, 1) => element.normalised(),
@@ -407,7 +407,7 @@ fn alone(layout: &Layout) -> String {
     }
 }
 
-/// The cells of a binding.
+/// Returns the cells of a binding.
 pub fn cells_of(binding: &Binding) -> &[CellIndex] {
     match binding {
         Binding::Cell(cell) => std::slice::from_ref(cell),

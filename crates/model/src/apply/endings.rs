@@ -38,7 +38,7 @@ pub(super) fn keep_endings(lists: &mut Vec<PlannedList>, initial: usize, conditi
     }
 }
 
-/// The lists that the initial one leads to while nothing has told the verb to end.
+/// Returns the lists that the initial one leads to while nothing has told the verb to end.
 fn work(lists: &[PlannedList], initial: usize, begins: &[bool]) -> BTreeSet<usize> {
     let (mut found, mut next) = (BTreeSet::new(), vec![initial]);
     while let Some(list) = next.pop() {
@@ -49,7 +49,7 @@ fn work(lists: &[PlannedList], initial: usize, begins: &[bool]) -> BTreeSet<usiz
     found
 }
 
-/// The lists that run after something has told the verb to end.
+/// Returns the lists that run after something has told the verb to end.
 fn ending(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool]) -> BTreeSet<usize> {
     let first = work.iter().flat_map(|list| &lists[*list].transitions).filter(|(condition, _)| begins[*condition]);
     let (mut found, mut next) = (BTreeSet::new(), first.map(|(_, to)| *to).collect::<Vec<usize>>());
@@ -61,13 +61,13 @@ fn ending(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool]) -> BTr
     found
 }
 
-/// True for a transition that is made although the verb is ending: to a list that is no work, or, by a further condition that tells it to
-/// end, to one of the same part.
+/// Returns true for a transition that is made although the verb is ending: to a list that is no work, or, by a further condition that
+/// tells it to end, to one of the same part.
 fn leads_on(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool], from: usize, (condition, to): (usize, usize)) -> bool {
     if begins[condition] { are_of_one_part(&lists[from].name, &lists[to].name) } else { !work.contains(&to) }
 }
 
-/// True where one of the two lists belongs to the part of a composed verb that the other one belongs to.
+/// Returns true if one of the two lists belongs to the part of a composed verb that the other one belongs to.
 fn are_of_one_part(one: &str, other: &str) -> bool {
     let part = |list: &str| list.rsplit_once('.').map_or(String::new(), |(part, _)| format!("{part}."));
     let (one, other) = (part(one), part(other));

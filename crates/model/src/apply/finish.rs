@@ -16,7 +16,7 @@ use crate::refusal::{Class, Refusals, Where};
 use crate::types::Type;
 
 impl<'a> Draft<'a> {
-    /// The plan.
+    /// Returns the plan.
     pub fn finish(mut self, given: Vec<Given<'a>>, activations: Vec<PlannedActivation>, order: Order, lists: Vec<PlannedList>) -> Result<Plan, Refusals> {
         drop(given);
         let checked = self.checked;
@@ -54,7 +54,7 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// An input parameter with its type, unit, default and range; what is wrong with it is refused.
+    /// Returns an input parameter with its type, unit, default and range; what is wrong with it is refused.
     pub fn input(&mut self, input: &CheckedInput) -> Option<PlannedInput> {
         let before = self.refusals.len();
         let planned = self.planned_input(input);

@@ -71,7 +71,7 @@ impl<'a> Draft<'a> {
         patterns
     }
 
-    /// The device and source of each block that has a channel.
+    /// Returns the device and source of each block that has a channel.
     fn channel_sources(&mut self, given: &[Given<'a>]) -> Vec<Option<(&'a str, &'a str)>> {
         let mut sources: Vec<Option<(&'a str, &'a str)>> = vec![None; self.blocks.len()];
         let checked = self.checked;
@@ -89,7 +89,7 @@ impl<'a> Draft<'a> {
         sources
     }
 
-    /// The real-time processors of what the verb acts on; all, where it acts on nothing that has one.
+    /// Returns the real-time processors of what the verb acts on; all, if it acts on nothing that has one.
     fn processors(&self, given: &[Given<'a>]) -> Vec<&'a str> {
         let configuration = self.configuration;
         let mut found: Vec<&'a str> = Vec::new();
@@ -167,7 +167,7 @@ impl<'a> Draft<'a> {
         self.configuration.sources.get(name)
     }
 
-    /// The slowest timer whose period divides the interval; for `execute` the lowest priority; else the trigger.
+    /// Returns the slowest timer whose period divides the interval; for `execute` the lowest priority; else the trigger.
     fn place_by_interval(&mut self, block: usize, activity: &Activity, processors: &[&'a str], driven: bool) -> Option<&'a str> {
         let on = &activity.on[block];
         let intervals: Vec<u64> = on.iter().filter_map(|on| on.every_ns).collect();

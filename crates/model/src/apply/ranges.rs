@@ -8,14 +8,14 @@ use crate::quantity::units_agree;
 use crate::range::Range;
 
 impl Draft<'_> {
-    /// The range of an input parameter.
+    /// Returns the range of an input parameter.
     pub fn range(&self, input: &CheckedInput) -> Option<PlannedRange> {
         let (least, most) = input.within.as_ref()?;
         let counted_from = input.counted_from.as_ref().map(|name| self.svvs_of(name)).unwrap_or_default();
         Some(PlannedRange { least: self.bound(least), most: self.bound(most), counted_from })
     }
 
-    /// The ranges of the items that an input parameter goes to, each once.
+    /// Returns the ranges of the items that an input parameter goes to, each once.
     pub fn item_ranges(&self, input: &CheckedInput) -> Vec<Range> {
         let mut ranges = Vec::new();
         for &(block, item) in &input.ports {
@@ -26,7 +26,7 @@ impl Draft<'_> {
         ranges
     }
 
-    /// A unit with a choice, `rad/s|m/s`, as the devices of the verb decide it: of turning joints alone it is `rad/s`.
+    /// Returns a unit with a choice, `rad/s|m/s`, as the devices of the verb decide it: of turning joints alone it is `rad/s`.
     pub fn chosen_unit(&self, unit: String) -> String {
         if !unit.contains('|') {
             return unit;

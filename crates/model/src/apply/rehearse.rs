@@ -82,7 +82,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Number of elements of a group's ports, as far as it is known.
+    /// Returns the number of elements of a group's ports, as far as it is known.
     fn count_of(&self, group: usize) -> Option<usize> {
         let mut layouts = self.checked.groups[group].ports.iter().filter_map(|port| self.layout(*port));
         layouts.find_map(|layout| if let Type::Array(_, count) = layout.read { Some(count) } else { None })

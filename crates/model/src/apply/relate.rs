@@ -35,7 +35,7 @@ pub(crate) enum Beat<'a> {
     Interval(u64),
     Trigger(&'a str, u32),
     Once,
-    /// On, but nothing drives it in this stage.
+    /// It is on, but nothing drives it in this stage.
     Idle,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The writers of a cell among the instances that exist.
+    /// Returns the writers of a cell among the instances that exist.
     pub fn external_writers(&self, cell: CellIndex) -> &'a [Writer] {
         match &self.cells[cell].kind {
             CellKind::Svv { name, .. } => self.configuration.writers.get(name).map_or(&[], Vec::as_slice),
@@ -111,7 +111,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The rate of every block in the stages in which it is on, and every refusal of a relation.
+    /// Finds the rate of every block in the stages in which it is on, and every refusal of a relation.
     pub fn relate(&mut self, activity: &Activity, relations: &Relations) -> Vec<Vec<Beat<'a>>> {
         let mut beats: Vec<Vec<Beat<'a>>> = vec![Vec::new(); self.blocks.len()];
         for &block in &relations.order {
@@ -205,7 +205,7 @@ impl<'a> Draft<'a> {
         lists
     }
 
-    /// The rate of the one instance outside that writes an SVV.
+    /// Returns the rate of the one instance outside that writes an SVV.
     fn external_beat(&mut self, relation: &Relation, reader: usize) -> Option<Beat<'a>> {
         let writers = self.external_writers(relation.cell);
         let mut found: Vec<(Beat<'a>, &Writer)> = Vec::new();
@@ -269,7 +269,7 @@ impl<'a> Draft<'a> {
         self.refusals.push(refusal.end(described, place).at(place).at(&self.checked.lists[0].place).about(about));
     }
 
-    /// A command list, as who draws it knows it.
+    /// Returns a command list, as a drawing knows it.
     fn list(&self, list: usize) -> Where {
         Where::List { list: self.checked.lists[list].name.clone() }
     }
@@ -310,7 +310,7 @@ impl<'a> Draft<'a> {
         format!("relax it with modes={{'{}': 'asynchronous'}}", self.port_name(reader))
     }
 
-    /// Two blocks that are on together do not write one cell.
+    /// Checks that two blocks that are on together do not write one cell.
     pub fn one_writer(&mut self, activity: &Activity) {
         for cell in 0..self.cells.len() {
             let writers = self.cells[cell].writers.clone();

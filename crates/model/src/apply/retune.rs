@@ -30,8 +30,8 @@ impl CheckedVerb {
         })
     }
 
-    /// The plan of `application`, which is in force as `plan`, with these intervals (label → ns) in the place of those before: its
-    /// blocks stay where they are and as they are grouped.
+    /// Returns the plan of `application`, which is in force as `plan`, with these intervals (label → ns) in the place of those
+    /// before: its blocks stay where they are and as they are grouped.
     ///
     /// # Errors
     /// A label that is not activated or not tunable; every rate that could not hold.
@@ -67,14 +67,14 @@ impl CheckedVerb {
 }
 
 impl Plan {
-    /// The firings from one invocation of an interval to the next, in the stage in which it is activated first; none where it never is.
+    /// Returns the firings from one invocation of an interval to the next, in the stage in which it is activated first; none if it never is.
     pub fn every(&self, activation: ActivationIndex) -> Option<u32> {
         let active = self.lists.iter().flat_map(|list| &list.stages).flat_map(|stage| &stage.active);
         active.into_iter().find(|(index, _)| *index == activation).map(|(_, every)| *every)
     }
 }
 
-/// The same but for intervals and rates.
+/// Returns true if all is the same but intervals and rates.
 fn is_alike(before: &Plan, after: &Plan) -> bool {
     let commands = |plan: &Plan| -> Vec<PlannedCommand> {
         let of = plan.lists.iter().flat_map(|list| &list.stages).flat_map(|stage| &stage.commands);

@@ -16,7 +16,7 @@ use crate::refusal::Refusals;
 pub(crate) type Order = Vec<(String, Vec<BlockIndex>)>;
 
 impl Draft<'_> {
-    /// The order of a firing of each source.
+    /// Returns the order of a firing of each source.
     pub fn order(&mut self, relations: &Relations) -> Result<Order, Refusals> {
         let mut order: Order = Vec::new();
         for source in self.configuration.sources.keys() {
@@ -68,7 +68,7 @@ impl Draft<'_> {
         Ok(order)
     }
 
-    /// The command lists.
+    /// Returns the command lists.
     pub fn lists(&mut self, activity: &Activity, relations: &Relations, activations: &[PlannedActivation], order: &Order) -> Vec<PlannedList> {
         let active = self.active(activity, activations);
         let mut position = vec![(0, 0); self.blocks.len()];
@@ -164,7 +164,7 @@ impl Draft<'_> {
         commands
     }
 
-    /// One invocation of each block without synchronous inputs, then what they drive; the definition has one at least.
+    /// Returns one invocation of each block without synchronous inputs, then what they drive; the definition has one at least.
     fn executed(&self, blocks: std::ops::Range<usize>, relations: &Relations, position: &[(usize, usize)]) -> Vec<BlockIndex> {
         let is_driven = |block: usize| relations.of[block].iter().any(|r| r.mode == Mode::Synchronous);
         let mut runs = vec![false; blocks.len()];

@@ -11,7 +11,7 @@ use crate::value::Value;
 const PURE: &str = "1";
 
 impl<'a> Draft<'a> {
-    /// The unit of an item, declared or inferred; empty: it is not known.
+    /// Returns the unit of an item, declared or inferred; empty: it is not known.
     pub fn unit(&self, (block, item): Port) -> &str {
         let inferred = self.units[block].iter().find(|(at, _)| *at == item);
         inferred.map_or(self.checked.blocks[block].kind.item(item).unit.as_str(), |(_, unit)| unit)
@@ -52,7 +52,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The unit of an item that another takes it from; none where it is not known.
+    /// Returns the unit of an item that another takes it from; none if it is not known.
     fn factor(&self, port: Port, given: &[Given<'_>]) -> Option<String> {
         let own = Some(self.unit(port).to_owned()).filter(|unit| !unit.is_empty());
         own.or_else(|| match self.kind(port) {
@@ -61,7 +61,7 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// A channel's unit as it is for the device whose own verb this is: a sliding joint may have a drive that turns. Empty where the
+    /// Returns a channel's unit as it is for the device whose own verb this is: a sliding joint may have a drive that turns. Empty where the
     /// channel is of the other direction: that is refused by itself.
     fn channel_unit(&self, port: Port, channel: &Channel) -> String {
         if channel.write != (self.kind(port) == Kind::DeviceWrite) {
@@ -71,7 +71,7 @@ impl<'a> Draft<'a> {
         owner.map_or_else(|| channel.unit.clone(), |device| device.unit(&channel.unit))
     }
 
-    /// The unit of what a port is bound to.
+    /// Returns the unit of what a port is bound to.
     fn group_unit(&self, port: Port, given: &[Given<'_>]) -> Option<String> {
         let Some(group) = self.checked.group(port) else { return self.elements_unit(port, given) };
         let mut found: Vec<String> = match &given[group] {
@@ -88,7 +88,7 @@ impl<'a> Draft<'a> {
         found.iter().all(|unit| unit == first).then(|| first.clone())
     }
 
-    /// The unit of an array port whose elements are bound one by one: that of all of them.
+    /// Returns the unit of an array port whose elements are bound one by one: that of all of them.
     fn elements_unit(&self, (block, item): Port, given: &[Given<'_>]) -> Option<String> {
         let elements = self.checked.blocks[block].kind.elements_of(item);
         let mut units = elements.iter().map(|(_, element)| self.factor((block, *element), given));
@@ -96,7 +96,7 @@ impl<'a> Draft<'a> {
         units.all(|unit| unit.as_ref() == Some(&first)).then_some(first)
     }
 
-    /// The unit that a parameter is given: `k="2 N.m/rad"`. A number alone is a pure one; what an input parameter will bring is not known.
+    /// Returns the unit that a parameter is given: `k="2 N.m/rad"`. A number alone is a pure one; what an input parameter will bring is not known.
     fn parameter_unit(&self, (block, item): Port) -> Option<&str> {
         if let Some(input) = self.checked.inputs.iter().find(|input| input.ports.contains(&(block, item))) {
             return Some(input.unit.as_str()).filter(|unit| !unit.is_empty());

@@ -25,7 +25,7 @@ impl Composing<'_> {
         }
     }
 
-    /// The lines of a list that several parts share. Where all are awaited, what ends them is `completed`.
+    /// Merges the lines of a list that several parts share. Where all are awaited, what ends them is `completed`.
     fn merge_conditions(&mut self, joint: &Joint) {
         let mut lines: IndexMap<String, (usize, Termination)> = IndexMap::new();
         for &(part, list) in &joint.lists {
@@ -100,7 +100,7 @@ impl Composing<'_> {
 }
 
 impl PartOf<'_> {
-    /// A line of its table, with the names of the composed verb, for its own lists.
+    /// Returns a line of its table, with the names of the composed verb, for its own lists.
     fn termination(&self, at: usize) -> Termination {
         let line = &self.verb.conditions[at];
         let lists = (0..self.verb.command_lists.len()).filter(|list| self.checked.conditions[at].planned.holds_in(*list));

@@ -7,7 +7,7 @@ use crate::refusal::Class;
 use std::mem::discriminant;
 
 impl Composing<'_> {
-    /// The ending list, the way to be suspended, and what happens when the programming system is cut off.
+    /// Joins the ending list, the way to be suspended, and what happens when the programming system is cut off.
     pub fn endings(&mut self) {
         self.cut_off();
         let (mut ending, mut suspend): (Option<usize>, Option<usize>) = (None, None);

@@ -26,7 +26,7 @@ pub(super) enum Differ {
     Units,
 }
 
-/// The form of a set of ports.
+/// Returns the form of a set of ports.
 pub(super) fn form(part: &PartOf<'_>, ports: &[Port], unit: &str) -> Option<Form> {
     let &(block, item) = ports.first()?;
     let kind = &part.checked.blocks[block].kind;

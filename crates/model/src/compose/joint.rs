@@ -17,7 +17,7 @@ pub(super) struct Joint {
     pub name: String,
     /// Part, and list of it.
     pub lists: Vec<(usize, usize)>,
-    /// It ends when all of them have.
+    /// True if it ends when all of them have.
     pub all: bool,
 }
 
@@ -127,7 +127,7 @@ impl PartOf<'_> {
         self.verb.command_lists.get_index(list).map_or("", |(name, _)| name.as_str())
     }
 
-    /// The list to which a condition leads from the initial one; none where that is the initial or the ending list.
+    /// Returns the list to which a condition leads from the initial one; none if that is the initial or the ending list.
     fn goal_of_initial(&self, condition: &str) -> Option<usize> {
         let from = self.own_list(self.checked.initial);
         let line = self.verb.transitions.iter().find(|line| line.from == from && line.condition == condition)?;
@@ -135,7 +135,7 @@ impl PartOf<'_> {
         (to != self.checked.initial && self.checked.ending.list != Some(to)).then_some(to)
     }
 
-    /// A condition of a block by which it leaves a list for another.
+    /// Returns a condition of a block by which it leaves a list for another.
     fn leaves(&self, list: usize) -> Option<(&str, &str)> {
         let from = self.own_list(list);
         let is_own = |name: &str| !SYSTEM.contains(&name) && !LIMITS.contains(&name);
@@ -143,8 +143,8 @@ impl PartOf<'_> {
         Some((&line.condition, &line.to))
     }
 
-    /// The lines of its table by which it ends a list: the normal ones; where there is none, as in a list that follows a time limit,
-    /// those that raise.
+    /// Returns the lines of its table by which it ends a list: the normal ones; if there is none, as in a list that follows a time
+    /// limit, those that raise.
     pub fn awaited(&self, list: usize) -> Vec<usize> {
         let ends = |at: &usize| {
             let (key, line) = self.verb.conditions.get_index(*at).expect("an index of the table");
@@ -157,7 +157,7 @@ impl PartOf<'_> {
         if normal.is_empty() && list != self.checked.initial { all } else { normal }
     }
 
-    /// The blocks that a list leaves active.
+    /// Returns the blocks that a list leaves active.
     pub fn left_on(&self, list: usize) -> Vec<&String> {
         let commands = &self.verb.command_lists[list].commands;
         let off: HashSet<&String> =

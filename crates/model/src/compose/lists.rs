@@ -27,7 +27,7 @@ impl Composing<'_> {
         }
     }
 
-    /// One list of several: what each begins with, up to its first wait, in the order of the parts; then what the one
+    /// Merges several lists: what each begins with, up to its first wait, in the order of the parts; then what the one
     /// that waits goes on with; then the waits for all.
     fn merge(&mut self, joint: &Joint) {
         let mut commands: Vec<(usize, Command)> = Vec::new();
@@ -75,7 +75,7 @@ impl Composing<'_> {
         offs
     }
 
-    /// A command of a shared block that is there already is one; another of the same kind is a conflict.
+    /// Merges a command of a shared block: one that is there already is one; another of the same kind is a conflict.
     fn merge_command(&mut self, part: usize, command: &Command, commands: &mut Vec<(usize, Command)>) {
         let block = |command: &Command| match command {
             Command::Execute { block } | Command::Activate { block, .. } | Command::Deactivate { block } => block.clone(),
@@ -94,7 +94,7 @@ impl Composing<'_> {
         }
     }
 
-    /// No two parts write one parameter from lists that are one.
+    /// Checks that no two parts write one parameter from lists that are one.
     fn check_writers(&mut self, joint: &Joint) {
         let mut conflicts = Vec::new();
         for name in self.verb.instantiation_parameters.keys() {
@@ -112,7 +112,7 @@ impl Composing<'_> {
 }
 
 impl PartOf<'_> {
-    /// A command with the labels of the composed verb.
+    /// Returns a command with the labels of the composed verb.
     fn command(&self, command: &Command) -> Command {
         match command {
             Command::Install { blocks } => Command::Install { blocks: blocks.iter().map(|block| self.label(block)).collect() },
@@ -132,12 +132,12 @@ impl PartOf<'_> {
         }
     }
 
-    /// A label of a block, or of one inside a graph (`loop.estimator`).
+    /// Returns a label of a block, or of one inside a graph (`loop.estimator`).
     pub fn label(&self, label: &str) -> String {
         if self.verb.blocks.contains_key(label) { self.block(label) } else { self.port(label) }
     }
 
-    /// The port of its own that writes an instantiation parameter of the composed verb while a list of it runs.
+    /// Returns the port of its own that writes an instantiation parameter of the composed verb while a list of it runs.
     fn writer_of(&self, name: &str, list: usize) -> Option<String> {
         let own = self.verb.instantiation_parameters.keys().find(|own| self.parameter(own) == name)?;
         let active: HashSet<usize> = self.checked.lists[list]

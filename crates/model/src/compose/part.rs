@@ -34,7 +34,7 @@ impl<'a> PartOf<'a> {
         PartOf { label, verb, checked, renamed: HashMap::new(), preset: HashMap::new(), shared: HashSet::new(), shared_cells: HashSet::new(), joint }
     }
 
-    /// `part 'approach' (verb 'reach')`.
+    /// Returns `part 'approach' (verb 'reach')`.
     pub fn described(&self) -> String {
         format!("part '{}' (verb '{}')", self.label, self.verb.name)
     }
@@ -44,7 +44,7 @@ impl<'a> PartOf<'a> {
         self.renamed.get(name).copied().unwrap_or(name)
     }
 
-    /// A parameter, which may be a member (`arm.sensed`) of something that is renamed.
+    /// Returns a parameter, which may be a member (`arm.sensed`) of something that is renamed.
     pub fn parameter(&self, name: &str) -> String {
         match name.split_once('.') {
             Some((root, member)) if !self.renamed.contains_key(name) => format!("{}.{member}", self.own(root)),
@@ -52,7 +52,7 @@ impl<'a> PartOf<'a> {
         }
     }
 
-    /// The key of a line of ν or ω: `grasp.width`; of a composed part `pick.grasp.width`.
+    /// Returns the key of a line of ν or ω: `grasp.width`; of a composed part `pick.grasp.width`.
     pub fn line(&self, key: &str) -> String {
         let name = self.verb.reported(key);
         format!("{}.{}{}", self.label, &key[..key.len() - name.len()], self.own(name))
@@ -62,7 +62,7 @@ impl<'a> PartOf<'a> {
         if self.shared.contains(label) { label.to_owned() } else { format!("{}.{label}", self.label) }
     }
 
-    /// `label.item`, or further inside.
+    /// Returns `label.item`, or further inside.
     pub fn port(&self, name: &str) -> String {
         match self.labels_of(name).max_by_key(|label| label.len()) {
             Some(label) => format!("{}{}", self.block(label), &name[label.len()..]),
@@ -70,7 +70,7 @@ impl<'a> PartOf<'a> {
         }
     }
 
-    /// The label of the block that a name begins with.
+    /// Returns the label of the block that a name begins with.
     fn labels_of<'s>(&'s self, name: &'s str) -> impl Iterator<Item = &'s str> {
         let is_head = move |label: &&str| name.strip_prefix(*label).is_some_and(|rest| rest.starts_with('.'));
         self.verb.blocks.keys().map(String::as_str).filter(is_head)
@@ -84,7 +84,7 @@ impl<'a> PartOf<'a> {
         if self.shared_cells.contains(name) { name.to_owned() } else { format!("{}.{name}", self.label) }
     }
 
-    /// The name of its list in the composed verb.
+    /// Returns the name of its list in the composed verb.
     pub fn list(&self, index: usize) -> String {
         if let Some(joint) = self.joint.get(&index) {
             return joint.clone();
@@ -97,18 +97,18 @@ impl<'a> PartOf<'a> {
         self.verb.command_lists.get_index_of(name).map_or_else(|| format!("{}.{name}", self.label), |index| self.list(index))
     }
 
-    /// The data object of an instantiation parameter.
+    /// Returns the data object of an instantiation parameter.
     pub fn group(&self, parameter: &str) -> Option<&Group> {
         self.checked.groups.iter().find(|group| group.origin == Origin::Parameter && group.name == parameter)
     }
 
-    /// The top-level block that a flat block belongs to.
+    /// Returns the top-level block that a flat block belongs to.
     pub fn label_of(&self, block: usize) -> &str {
         let flat = &self.checked.blocks[block].label;
         self.verb.blocks.keys().map(String::as_str).filter(|label| is_within(flat, label)).max_by_key(|label| label.len()).unwrap_or(flat)
     }
 
-    /// A flat item in words: `output 'approach.plan.target' (double[n], rad)`.
+    /// Returns a flat item in words: `output 'approach.plan.target' (double[n], rad)`.
     pub fn item(&self, port: Port) -> String {
         let mut block = self.checked.blocks[port.0].clone();
         let label = self.label_of(port.0);

@@ -77,7 +77,7 @@ impl<'a> Composing<'a> {
         }
     }
 
-    /// Two things of one part must not get one name.
+    /// Checks that two things of one part do not get one name.
     fn check_renamed(&mut self, part: usize) {
         let names = self.parts[part].names();
         for (what, names) in [("parameters", &names.parameters), ("outputs", &names.outputs), ("conditions", &names.conditions)] {
@@ -92,7 +92,7 @@ impl<'a> Composing<'a> {
         }
     }
 
-    /// `approach.speed` as the part and its name.
+    /// Returns `approach.speed` as the part and its name.
     fn part_and_name(&mut self, what: &str, key: &'a str) -> Option<(usize, &'a str)> {
         let found = key.split_once('.').and_then(|(label, name)| Some((self.parts.iter().position(|part| part.label == label)?, name)));
         if found.is_none() {

@@ -44,7 +44,7 @@ impl Composing<'_> {
         }
     }
 
-    /// A synchronous input needs a writer that runs when its part does.
+    /// Checks that a synchronous input has a writer that runs when its part does.
     fn check_driven(&mut self, part: usize) {
         if self.of.together {
             return;
@@ -74,7 +74,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Another part with a port that writes an object.
+    /// Returns another part with a port that writes an object.
     fn writer(&self, object: &str, part: usize) -> Option<(usize, String)> {
         (0..self.parts.len()).filter(|other| *other != part).find_map(|other| {
             let of = &self.parts[other];
@@ -106,7 +106,7 @@ impl PartOf<'_> {
         self.shared.contains(self.label_of(port.0)).then(|| format!("{}.{}", block.label, block.kind.item(port.1).name))
     }
 
-    /// The name of an input in the composed verb.
+    /// Returns the name of an input in the composed verb.
     fn input(&self, name: &str) -> String {
         let fixed = self.preset.contains_key(name) || self.verb.input_parameters.get(name).is_some_and(|input| input.preset);
         if fixed { format!("{}.{name}", self.label) } else { self.parameter(name) }

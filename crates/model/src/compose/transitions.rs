@@ -73,7 +73,7 @@ impl Composing<'_> {
         self.verb.parts.keys().chain(self.verb.command_lists.keys()).map(String::as_str).collect()
     }
 
-    /// The list that a part or list stands for as a goal.
+    /// Returns the list that a part or list stands for as a goal.
     fn list_of(&self, name: &str) -> Option<String> {
         let list = |name: &str| self.verb.command_lists.contains_key(name).then(|| name.to_owned());
         let own = || {
@@ -114,7 +114,7 @@ impl Composing<'_> {
         }
     }
 
-    /// The lists from which a line leads, and whether it names lists.
+    /// Returns the lists from which a line leads, and whether it names lists.
     fn from(&mut self, step: &Step) -> Option<(Vec<ListOf>, bool)> {
         let mut found: Vec<ListOf> = Vec::new();
         let mut names_lists = !step.from.is_empty();
@@ -139,7 +139,7 @@ impl Composing<'_> {
         Some((found, names_lists)).filter(|(found, _)| !found.is_empty())
     }
 
-    /// The lists that a name stands for: one list, or all of a part.
+    /// Returns the lists that a name stands for: one list, or all of a part.
     fn lists_of(&self, name: &str) -> (Vec<ListOf>, bool) {
         let all = || self.parts.iter().enumerate().flat_map(|(at, part)| (0..part.verb.command_lists.len()).map(move |list| (at, list)));
         let full = |(part, list): &ListOf| {
@@ -194,7 +194,7 @@ impl Composing<'_> {
         }
     }
 
-    /// The conditions of a line in a list: by their names in the part and in the composed verb.
+    /// Returns the conditions of a line in a list: by their names in the part and in the composed verb.
     fn ends_of(&self, step: &Step, part: usize, list: usize) -> Vec<(String, String)> {
         let of = &self.parts[part];
         if let Some(condition) = &step.condition {
@@ -205,7 +205,7 @@ impl Composing<'_> {
         names.into_iter().map(|own| (own.to_owned(), of.own(own).to_owned())).collect()
     }
 
-    /// A condition of a part, by its name in the composed verb, else by its own.
+    /// Returns a condition of a part, by its name in the composed verb, else by its own.
     fn own_condition(&self, part: usize, name: &str) -> Option<String> {
         let of = &self.parts[part];
         let known = || of.checked.conditions.iter().map(|c| c.planned.name.as_str()).chain(LIMITS);
@@ -225,7 +225,7 @@ impl Composing<'_> {
         false
     }
 
-    /// A line that changes nothing.
+    /// Refuses a line that changes nothing.
     fn refuse_nothing(&mut self, step: &Step, lists: &[ListOf]) {
         let condition = step.condition.as_deref().unwrap_or("a normal end");
         let elsewhere = |(part, list): &ListOf| {
@@ -264,7 +264,7 @@ impl Composing<'_> {
         }
     }
 
-    /// The lists that the initial one leads to while nothing has told the verb to end, and those that something that has leads to.
+    /// Returns the lists that the initial one leads to while nothing has told the verb to end, and those that something that has leads to.
     fn work_and_ending(&self) -> (IndexSet<String>, IndexSet<String>) {
         let lines = || self.verb.transitions.iter().map(|line| (line, ENDS.contains(&line.condition.as_str())));
         let mut work: IndexSet<String> = self.verb.initial.iter().cloned().collect();
@@ -282,7 +282,7 @@ impl Composing<'_> {
         (work, ending)
     }
 
-    /// Every part can be reached from the initial list.
+    /// Checks that every part can be reached from the initial list.
     fn check_reached(&mut self) {
         let mut reached: IndexSet<&str> = self.verb.initial.as_deref().into_iter().collect();
         let mut at = 0;
@@ -305,7 +305,7 @@ impl Composing<'_> {
     }
 }
 
-/// `the transition ('approach', 'contact') → 'grasp'`.
+/// Returns `the transition ('approach', 'contact') → 'grasp'`.
 fn text(step: &Step) -> String {
     let condition = step.condition.as_ref().map_or("every normal end".to_owned(), |name| format!("'{name}'"));
     format!("the transition ('{}', {condition}) → '{}'", step.from.join("', '"), step.to)

@@ -51,7 +51,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Whatever a part requires must hold when the whole starts.
+    /// Unites the requirements: whatever a part requires must hold when the whole starts.
     fn unite_requirements(&mut self, part: usize) {
         let of = &self.parts[part];
         for (member, requirement) in &of.verb.requires {
@@ -70,7 +70,7 @@ impl Composing<'_> {
         }
     }
 
-    /// A name is one sort of thing in all parts.
+    /// Checks that a name is one sort of thing in all parts.
     fn check_sort(&mut self, part: usize, name: &str, sort: Sort, seen: &mut Seen) {
         let (known, first) = *seen.sorts.entry(name.to_owned()).or_insert((sort, part));
         if known != sort {
@@ -81,7 +81,7 @@ impl Composing<'_> {
         }
     }
 
-    /// `rename one: rename={'grasp.speed': 'grasp_speed'}`.
+    /// Returns `rename one: rename={'grasp.speed': 'grasp_speed'}`.
     pub fn rename_remedy(&self, part: usize, name: &str) -> String {
         let name = name.split('.').next().unwrap_or(name);
         let of = &self.parts[part];
@@ -189,7 +189,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Two inputs of one name become one: of one type and unit, with a default where both have the same one.
+    /// Unites two inputs of one name: of one type and unit, with a default if both have the same one.
     fn unite_input(&mut self, (first, second): (usize, usize), name: &str, known: InputParameter, input: InputParameter) {
         let ports_of = |part: usize| {
             let of = &self.parts[part];
@@ -251,7 +251,7 @@ impl Composing<'_> {
     }
 }
 
-/// An end of a range, with the name that the object has in the composed verb.
+/// Returns an end of a range, with the name that the object has in the composed verb.
 fn bound(of: &PartOf<'_>, bound: &Bound) -> Bound {
     match bound {
         Bound::Number(number) => Bound::Number(*number),

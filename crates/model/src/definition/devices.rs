@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Arbitration {
-    /// It is refused, naming the holder.
+    /// The start is refused, naming the holder.
     #[default]
     Refuse,
-    /// It waits until what it needs is free, in the order of the starts.
+    /// The start waits until what it needs is free, in the order of the starts.
     Queue,
     /// The holder is aborted, and the start follows.
     Abort,
@@ -37,7 +37,7 @@ pub enum Within {
 #[serde(rename_all = "snake_case")]
 pub enum Initial {
     Value(Value),
-    /// From this SVV of the same device, once, when the device is enabled.
+    /// The value of this SVV of the same device, once, when the device is enabled.
     CopyOf(String),
 }
 
@@ -59,7 +59,7 @@ pub struct SvvSpecification {
     /// The PS keeps its value over a warm restart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep: Option<bool>,
-    /// Of a device type: the devices have no SVV of their own, they share the system's of this name.
+    /// Name of the system's SVV that the devices of a type share: they have none of their own.
     #[serde(default)]
     pub shared: Option<String>,
 }

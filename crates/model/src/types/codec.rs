@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use suggest;
 
 impl Type {
-    /// The bytes of `value`, which is a number in `unit`, a quantity (`"20 ms"`), a list for an array, a record for a struct.
+    /// Returns the bytes of `value`, which is a number in `unit`, a quantity (`"20 ms"`), a list for an array, a record for a struct.
     ///
     /// # Errors
     /// `ValueRefused`: another form, out of range, a fraction where an integer is wanted, a list of another length, a member
@@ -19,7 +19,7 @@ impl Type {
         Ok(bytes)
     }
 
-    /// The value in the first bytes of `bytes`.
+    /// Returns the value in the first bytes of `bytes`.
     ///
     /// # Panics
     /// If there are fewer bytes than [`Type::size`].

@@ -19,7 +19,7 @@ impl Type {
         Type::parse_sized(text, types, None)
     }
 
-    /// As [`Type::parse`]; a name within brackets (`double[n]`) stands for `size` elements.
+    /// Parses as [`Type::parse`]; a name within brackets (`double[n]`) stands for `size` elements.
     ///
     /// # Errors
     /// As [`Type::parse`]; also a name within brackets where `size` is not given.
@@ -85,7 +85,7 @@ impl<'a> Reader<'a> {
         Refusal::new(Class::DefinitionError, format!("cannot read the type '{}': {why}", self.text))
     }
 
-    /// A scalar, a struct or a name, without dimensions behind it.
+    /// Parses a scalar, a struct or a name, without dimensions behind it.
     fn base(&mut self) -> Result<Type, Refusal> {
         if self.depth > DEPTH_MAX {
             return Err(self.refusal(format!("it is more than {DEPTH_MAX} types deep")).remedy("a type cannot contain itself"));
@@ -186,7 +186,7 @@ impl<'a> Reader<'a> {
         self.bounded(Type::Struct(members))
     }
 
-    /// `[3][2]` behind a type or a member's name: 3 elements of 2 elements each, as in C.
+    /// Parses `[3][2]` behind a type or a member's name: 3 elements of 2 elements each, as in C.
     fn dimensions(&mut self, base: Type) -> Result<Type, Refusal> {
         let mut counts = Vec::new();
         while self.peek() == "[" {

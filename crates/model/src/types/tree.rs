@@ -31,7 +31,7 @@ pub enum TypeForm {
 }
 
 impl Type {
-    /// The type as a tree with its layout.
+    /// Returns the type as a tree with its layout.
     pub fn tree(&self) -> TypeTree {
         let form = match self {
             Type::Scalar(_) => TypeForm::Scalar(self.normalised()),
