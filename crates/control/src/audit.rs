@@ -47,7 +47,7 @@ pub struct Act {
 }
 
 impl Act {
-    /// An act with these arguments, of which the file has only the digest.
+    /// Makes an act with these arguments, of which the file has only the digest.
     pub fn new(caller: &Caller, session: &str, call: &str, arguments: &[u8]) -> Act {
         Act {
             caller: caller.clone(),
@@ -81,12 +81,12 @@ impl Audit {
         Audit::bounded(path, FILE_MAX)
     }
 
-    /// The same, with another largest size.
+    /// Opens the same, with another largest size.
     pub(crate) fn bounded(path: &Path, max: u64) -> io::Result<Audit> {
         Ok(Audit { file: Some(Mutex::new(Open::at(path)?)), path: path.to_owned(), max })
     }
 
-    /// No file.
+    /// Makes an audit without a file.
     pub fn none() -> Audit {
         Audit { file: None, path: PathBuf::new(), max: FILE_MAX }
     }

@@ -25,7 +25,7 @@ pub enum Peer {
 }
 
 impl Peer {
-    /// The machine at the other end.
+    /// Returns the machine at the other end.
     pub fn address(&self) -> String {
         match self {
             Peer::Unix { .. } => "unix".to_owned(),
@@ -46,7 +46,7 @@ pub struct Caller {
 /// Credential by which a caller was let in, so that it can be looked at again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// It lasts as long as the daemon: the user of a Unix socket, the token of this run, any caller where authentication is off.
+    /// Credential that lasts as long as the daemon: the user of a Unix socket, the token of this run, any caller if authentication is off.
     Lasting,
     /// SHA-256 of a token.
     Token([u8; 32]),
@@ -129,7 +129,7 @@ impl Gate {
         self.check_origin(peer, headers)
     }
 
-    /// A certificate that is signed but not listed may observe.
+    /// Returns the caller of a certificate; one that is signed but not listed may observe.
     fn of_certificate(&self, sha256: [u8; 32], from: String) -> Result<Caller, Failure> {
         let known = self.tokens.as_ref().map_or(Err(Rejected::Wrong), |tokens| tokens.verify_certificate(sha256, now_s()));
         match known {
@@ -139,7 +139,7 @@ impl Gate {
         }
     }
 
-    /// A page of another site can make its own name mean our address, not the `Host` that its browser then sends.
+    /// Checks the host: a page of another site can make its own name mean our address, not the `Host` that its browser then sends.
     fn check_host(&self, headers: &HeaderMap) -> Result<(), Failure> {
         let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
         let name = name_of(host);
@@ -150,7 +150,8 @@ impl Gate {
         Err(Failure::new(Class::NotAllowed, format!("the host '{host}' is not ours"), format!("start the daemon with --host {name}")))
     }
 
-    /// No page of a browser calls, unless it is named at the start or came from the very address that it calls. That its host is ours
+    /// Checks the origin: no page of a browser calls, unless it is named at the start or came from the very address that it calls. That its host is
+    /// ours
     /// was looked at before.
     fn check_origin(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
         let Some(origin) = headers.get(header::ORIGIN) else { return Ok(()) };
@@ -172,7 +173,7 @@ impl Gate {
     }
 }
 
-/// The name of a `Host`, without its port and brackets.
+/// Returns the name of a `Host`, without its port and brackets.
 fn name_of(host: &str) -> &str {
     if let Some(rest) = host.strip_prefix('[') {
         return rest.split(']').next().unwrap_or("");
@@ -180,14 +181,14 @@ fn name_of(host: &str) -> &str {
     host.rsplit_once(':').map_or(host, |(name, _)| name)
 }
 
-/// The token of a request. What is there and cannot be read is a wrong one.
+/// Returns the token of a request. What is there and cannot be read is a wrong one.
 fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     let Some(given) = headers.get(header::AUTHORIZATION) else { return of_protocols(headers) };
     let token = given.to_str().ok().and_then(|text| text.strip_prefix("Bearer ")).map(str::trim);
     token.filter(|token| !token.is_empty()).map(Some).ok_or_else(|| rejected(Rejected::Wrong))
 }
 
-/// The token among the subprotocols of a WebSocket, `bearer.TOKEN`: a browser sends no other header of ours with one. A request that
+/// Returns the token among the subprotocols of a WebSocket, `bearer.TOKEN`: a browser sends no other header of ours with one. A request that
 /// opens no WebSocket has none there.
 fn of_protocols(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     let opens = headers.get(header::UPGRADE).is_some_and(|to| to.as_bytes().eq_ignore_ascii_case(b"websocket"));

@@ -7,17 +7,17 @@ pub use api::{Argument, Call};
 pub(crate) const BODY_MAX: usize = 1 << 20;
 const LOOK_MAX: usize = 64 << 10;
 
-/// The calls, in the order of `opengpac_ps.h`. `download` is not among them: code comes by `PUT /v1/modules`.
+/// Returns the calls, in the order of `opengpac_ps.h`. `download` is not among them: code comes by `PUT /v1/modules`.
 pub fn all() -> impl Iterator<Item = &'static Call> {
     api::calls().filter(|call| !call.local)
 }
 
-/// The call of that name.
+/// Returns the call of that name.
 pub fn find(name: &str) -> Option<&'static Call> {
     api::find(name).filter(|call| !call.local)
 }
 
-/// The largest body that a call takes, bytes: what only looks has much to say of a definition alone.
+/// Returns the largest body that a call takes, bytes: what only looks has much to say of a definition alone.
 pub(crate) fn body_max(call: &Call) -> usize {
     if call.role == Role::Observe && !call.costs { LOOK_MAX } else { BODY_MAX }
 }

@@ -11,15 +11,15 @@ pub struct Named {
     /// Its name; the suffix says what it is.
     pub file: String,
     pub sha256: String,
-    /// Of a shared object: the version of the block interface.
+    /// Version of the block interface of a shared object.
     #[serde(default)]
     pub abi: Option<u32>,
-    /// Of a shared object: the machine.
+    /// Machine of a shared object.
     #[serde(default)]
     pub target: Option<String>,
 }
 
-/// The machine here: `x86_64-linux`.
+/// Returns the machine here: `x86_64-linux`.
 pub fn target() -> String {
     format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)
 }

@@ -35,7 +35,7 @@ fn two_forms(sent: &Map<String, Value>, answered: &Map<String, Value>) -> BTreeS
     }
 }
 
-/// The definitions that a schema refers to.
+/// Returns the definitions that a schema refers to.
 fn references(of: &Value) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     let mut look = vec![of];

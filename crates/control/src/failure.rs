@@ -10,31 +10,31 @@ use serde_json::json;
 pub struct Failure {
     /// The status of the answer.
     pub status: StatusCode,
-    /// All that is wrong.
+    /// Refusals of all that is wrong.
     pub refusals: Refusals,
     /// When to come again, s.
     pub retry_after_s: Option<u64>,
 }
 
 impl Failure {
-    /// One refusal; its class says the status.
+    /// Makes a failure of one refusal; its class says the status.
     pub fn new(class: Class, message: impl Into<String>, remedy: impl Into<String>) -> Failure {
         Failure::from(vec![Refusal::new(class, message).remedy(remedy)])
     }
 
-    /// With another status than that of its class.
+    /// Sets another status than that of its class.
     pub fn status(mut self, status: StatusCode) -> Failure {
         self.status = status;
         self
     }
 
-    /// Too many or too often: when to come again, s.
+    /// Sets when to come again, s: there were too many, or too often.
     pub fn again_in(mut self, seconds: u64) -> Failure {
         self.retry_after_s = Some(seconds);
         self.status(StatusCode::TOO_MANY_REQUESTS)
     }
 
-    /// The class of the first refusal.
+    /// Returns the class of the first refusal.
     pub fn class(&self) -> Class {
         self.refusals.first().map_or(Class::CallError, |refusal| refusal.class)
     }
@@ -47,7 +47,7 @@ impl From<Refusals> for Failure {
     }
 }
 
-/// The status that a class has.
+/// Returns the status that a class has.
 pub fn status_of(class: Class) -> StatusCode {
     match class {
         Class::NotAllowed | Class::NotCommanding => StatusCode::FORBIDDEN,

@@ -27,7 +27,7 @@ pub(crate) struct Stored {
 
 /// The largest file, bytes.
 pub const FILE_MAX: usize = 64 << 20;
-/// All files together, bytes.
+/// Maximum of all files together, bytes.
 const FILES_MAX: u64 = 512 << 20;
 
 /// The private folder.
@@ -48,7 +48,7 @@ pub struct Reference {
 }
 
 impl Files {
-    /// A new folder of mode 0700. Folders of daemons that were killed are removed.
+    /// Makes a new folder of mode 0700. Folders of daemons that were killed are removed.
     pub fn new() -> io::Result<Files> {
         let home = std::env::temp_dir();
         remove_orphans(&home);
@@ -86,7 +86,7 @@ impl Files {
         fs::metadata(self.folder.join("content").join(sha256)).ok().map(|about| about.len())
     }
 
-    /// The bytes of a file; nothing where it is not there.
+    /// Returns the bytes of a file; none if it is not there.
     pub fn bytes(&self, sha256: &str) -> Option<Vec<u8>> {
         if is_sha256(sha256) { fs::read(self.folder.join("content").join(sha256)).ok() } else { None }
     }
@@ -129,7 +129,7 @@ impl Files {
         Ok(())
     }
 
-    /// The files of a reference under their names, in a folder that stays: a device may be opened again.
+    /// Lays out the files of a reference under their names, in a folder that stays: a device may be opened again.
     fn lay_out(&self, reference: &Reference) -> Result<PathBuf, Failure> {
         let mut digest = Sha256::new();
         for (name, sha256) in &reference.files {

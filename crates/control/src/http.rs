@@ -33,7 +33,7 @@ use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Every path of the interface.
+/// Returns the router of every path of the interface.
 pub fn router(service: Arc<Service>) -> Router {
     Router::new()
         .route("/v1/version", get(about))
@@ -67,14 +67,14 @@ fn leads_to_a_stop(request: &Request) -> bool {
     *request.method() == Method::POST && (called.is_some_and(|call| call.stops) || matches!(path, "/v1/sessions" | "/v1/command"))
 }
 
-/// The answer to a caller that is not admitted; it ends the connection.
+/// Returns the answer to a caller that is not admitted; it ends the connection.
 fn parting(failure: Failure) -> Response {
     let mut response = failure.into_response();
     response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
     response
 }
 
-/// Every request: who calls, and not too often.
+/// Admits a request: it knows who calls, and not too often.
 async fn admit(State(service): Shared, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().cloned() else {
         return Failure::new(Class::NotAllowed, "the other end is gone", "").into_response();

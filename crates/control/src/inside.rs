@@ -17,12 +17,12 @@ use supervisor::System;
 pub struct Inside(Arc<Service>);
 
 impl Inside {
-    /// Of `options` those count that say who is let in. Errors: as of [`crate::Server::start`].
+    /// Makes it; of `options` those count that say who is let in. Errors: as of [`crate::Server::start`].
     pub fn new(system: Arc<System>, options: &Options) -> Result<Inside, Refusals> {
         Ok(Inside(Arc::new(service(system, options, Audit::none(), None, None, Lanes::new(None))?)))
     }
 
-    /// All paths. A request has a [`crate::Peer`] among its extensions and a `host`, as one that has come through a socket.
+    /// Returns the router of all paths. A request has a [`crate::Peer`] among its extensions and a `host`, as one that has come through a socket.
     pub fn router(&self) -> Router {
         crate::http::router(self.0.clone())
     }

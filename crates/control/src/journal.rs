@@ -42,7 +42,7 @@ pub struct Journal {
 pub(crate) struct Inner {
     head: Head,
     file: LogFile,
-    /// All that the file has, or is to have when it can be written again.
+    /// Lines that the file has, or is to have when it can be written again.
     pub(crate) ledger: Ledger,
     /// Instances of this life of the daemon by their number in the journal.
     pub(crate) instances: BTreeMap<u64, u64>,
@@ -108,7 +108,7 @@ impl Journal {
         call.journal.recorded != Recorded::Nothing
     }
 
-    /// Before something is made that cannot go unrecorded: there is room for its line. Errors: `AuditFailed`, nothing is done.
+    /// Checks, before something is made that cannot go unrecorded, that there is room for its line. Errors: `AuditFailed`, nothing is done.
     pub fn ready(&self, bytes: usize) -> Result<(), Failure> {
         let mut inner = self.locked();
         // What a line has beside the arguments of its call.
@@ -143,7 +143,7 @@ impl Journal {
         self.said(system, call.role, written.and(looked))
     }
 
-    /// Before a module is downloaded: its bytes are kept, and there is room for its line.
+    /// Keeps the bytes of a module before it is downloaded, and checks that there is room for its line.
     pub fn ready_for_module(&self, sha256: &str, bytes: &[u8]) -> Result<(), Failure> {
         self.ready(0)?;
         self.keep_content(sha256, bytes)
@@ -165,7 +165,7 @@ impl Journal {
         let _said = self.said(system, Role::Operate, looked);
     }
 
-    /// An instance was deleted without a call.
+    /// Records that an instance was deleted without a call.
     pub fn deleted(&self, system: &System, instance: u64) {
         let mut inner = self.locked();
         let written = match inner.number(instance) {
@@ -176,13 +176,13 @@ impl Journal {
         let _said = self.said(system, Role::Operate, written);
     }
 
-    /// A session was closed in order.
+    /// Records that a session was closed in order.
     pub fn closed(&self, system: &System, session: &str) {
         let written = self.locked().append(Line::Closed { session: session.to_owned() });
         let _said = self.said(system, Role::Operate, written);
     }
 
-    /// The daemon ends in order, and everything that runs with it.
+    /// Records that the daemon ends in order, and everything that runs with it.
     pub fn end(&self, system: &System) {
         let mut inner = self.locked();
         let mut written = inner.ledger.running().into_iter().try_for_each(|of| inner.became(of, State::Ended));
@@ -253,20 +253,20 @@ pub(crate) fn needed(ledger: &Ledger) -> BTreeSet<String> {
     ledger.lines().flat_map(|kept| of(&kept.line)).collect()
 }
 
-/// The line of a recording that ended by itself, or with the daemon.
+/// Returns the line of a recording that ended by itself, or with the daemon.
 fn recording_ended(name: Json) -> Line {
     let by = By { who: "the system".to_owned(), role: Role::Configure, session: String::new(), time: now_s() };
     let arguments = Map::from_iter([("name".to_owned(), name)]);
     Line::Call { call: "stop_recording".to_owned(), of: None, arguments, withheld: Vec::new(), by }
 }
 
-/// s since 1970.
+/// Returns s since 1970.
 fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
 impl By {
-    /// The caller, in a session or in none, now.
+    /// Returns the caller, in a session or in none, now.
     pub fn of(caller: &Caller, session: &str) -> By {
         By { who: caller.who.clone(), role: caller.role, session: session.to_owned(), time: now_s() }
     }
@@ -305,7 +305,7 @@ impl Inner {
         self.append(Line::Became { of, state })
     }
 
-    /// The number in the journal of an instance.
+    /// Returns the number in the journal of an instance.
     fn number(&self, instance: u64) -> Option<u64> {
         self.instances.iter().find(|(_, live)| **live == instance).map(|(number, _)| *number)
     }
@@ -315,7 +315,7 @@ impl Inner {
         self.number(instance).map(Subject::Instance).or_else(|| system.instance_about(instance).ok()?.owner.map(Subject::Device))
     }
 
-    /// The line of a call that was made; nothing where it leaves nothing that has to be known.
+    /// Returns the line of a call that was made; none if it leaves nothing that has to be known.
     fn line(&mut self, system: &System, call: &Call, mut arguments: Map<String, Json>, result: &Json, by: By) -> Option<Line> {
         let instance = arguments.get("instance").and_then(Json::as_u64);
         let of = match call.name {

@@ -28,7 +28,7 @@ use tokio::task::block_in_place;
 /// Waits at a time, of all callers and of one.
 const WAITS_MAX: usize = 128;
 const WAITS_EACH_MAX: usize = 24;
-/// Those that are kept for roles that may command and stop.
+/// Waits that are kept for roles that may command and stop.
 const WAITS_KEPT: usize = 32;
 /// Calls at a time that stop, of all callers and of one, and threads for them: emergency stops have all the others.
 const STOPS_MAX: usize = 16;
@@ -68,12 +68,12 @@ pub(crate) enum Lane {
     Wait,
     Costly,
     Usual,
-    /// As the usual ones, and made where it came in.
+    /// Lane as the usual one, whose calls are made where they came in.
     Brief,
 }
 
 impl Lane {
-    /// The lane of a call. What stops begins in the lane for that; the wait for its end is one as any other.
+    /// Returns the lane of a call. What stops begins in the lane for that; the wait for its end is one as any other.
     pub fn of(call: &Call) -> Lane {
         match call {
             call if call.name == "emergency_stop" => Lane::Emergency,
@@ -89,7 +89,7 @@ impl Lane {
 /// Threads on which calls run.
 enum Threads {
     Own(Handle),
-    /// Those of the runtime that serves the request.
+    /// Threads of the runtime that serves the request.
     Here,
 }
 
@@ -136,7 +136,7 @@ impl Runtimes {
     }
 }
 
-/// All lanes of a served system.
+/// Lanes of a served system.
 pub(crate) struct Lanes {
     stop_threads: Threads,
     costly_threads: Threads,
@@ -155,7 +155,7 @@ pub(crate) struct Lanes {
 }
 
 impl Lanes {
-    /// With threads of its own where there are runtimes, else all on those of the server.
+    /// Makes the lanes, with threads of their own if there are runtimes, else all on those of the server.
     pub fn new(on: Option<&Runtimes>) -> Arc<Lanes> {
         let threads = |of: fn(&Runtimes) -> &Runtime| on.map_or(Threads::Here, |on| Threads::Own(of(on).handle().clone()));
         Arc::new(Lanes {
@@ -175,7 +175,7 @@ impl Lanes {
         })
     }
 
-    /// A caller's request comes into its lane, before its body is read. Errors: `LimitExceeded`.
+    /// Takes a caller's request into its lane, before its body is read. Errors: `LimitExceeded`.
     pub fn enter(self: &Arc<Lanes>, lane: Lane, caller: &Caller) -> Result<Entered, Failure> {
         let share = match lane {
             Lane::Stop => Some(self.stops.take(caller, 1)?),

@@ -42,7 +42,7 @@ impl HttpBody for Leaving {
     }
 }
 
-/// The answer of this JSON text to a call of this role. What only looks is refused where too much waits for its caller already; what has
+/// Returns the answer of this JSON text to a call of this role. What only looks is refused where too much waits for its caller already; what has
 /// acted is told.
 pub(crate) fn leaving(service: &Service, caller: &Caller, text: Vec<u8>, role: Role) -> Result<Response, Failure> {
     let share = if text.len() > SMALL && role == Role::Observe { Some(service.lanes.answers.take(caller, text.len())?) } else { None };

@@ -66,7 +66,8 @@ async fn rest(why: &io::Error) {
     }
 }
 
-/// Only its owner reaches the Unix socket. Its slots are as those of TCP, so that a program of the owner that takes too many keeps no
+/// Accepts on the Unix socket, which only its owner reaches. Its slots are as those of TCP, so that a program of the owner that takes too many keeps
+/// no
 /// stop out.
 async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) {
     loop {
@@ -84,7 +85,7 @@ async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) 
     }
 }
 
-/// No connection waits to be accepted: one that is not authenticated, and has not begun to speak, gives way to the next.
+/// Accepts on TCP, where no connection waits: one that is not authenticated, and has not begun to speak, gives way to the next.
 async fn accept_tcp(listener: TcpListener, tls: Option<Arc<Tls>>, router: Router, slots: Arc<Slots>) {
     loop {
         match listener.accept().await {
@@ -157,7 +158,7 @@ mod tests {
     use std::net::IpAddr;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-    /// A connection that is served as one of TCP, and the end of its client.
+    /// Returns the client's end of a connection that is served as one of TCP.
     fn connected(router: Router, room: usize) -> tokio::io::DuplexStream {
         let (client, server) = tokio::io::duplex(room);
         let from = SocketAddr::new(IpAddr::from([10, 0, 0, 1]), 1);

@@ -16,7 +16,7 @@ struct Parameter(Place, &'static str, &'static str, &'static str);
 enum Place {
     Path,
     Query,
-    /// In the query, and the request is refused without it.
+    /// The parameter is in the query, and the request is refused without it.
     Needed,
 }
 
@@ -68,7 +68,7 @@ const OTHERS: &[Other] = &[
     ),
 ];
 
-/// The document, OpenAPI 3.1.
+/// Returns the document, OpenAPI 3.1.
 pub fn document() -> Value {
     let schemas = crate::schema::all();
     let mut paths = Map::new();
@@ -110,7 +110,7 @@ pub fn document() -> Value {
     document
 }
 
-/// The subjects of the calls, in order, then that of the other paths.
+/// Returns the subjects of the calls, in order, then that of the other paths.
 fn tags(schemas: &Value) -> Vec<Value> {
     let mut names: Vec<&str> = Vec::new();
     for subject in schemas["calls"].as_object().into_iter().flatten().filter_map(|(_, call)| call["subject"].as_str()).chain(["interface"]) {
@@ -125,7 +125,7 @@ fn body(schema: &Value) -> Value {
     json!({ "application/json": { "schema": schema } })
 }
 
-/// `{"result": …}`; of a call that lasts also how it goes on.
+/// Returns the schema of `{"result": …}`; of a call that lasts also how it goes on.
 fn result(schema: &Value, lasts: bool) -> Value {
     let done = json!({ "type": "object", "properties": { "result": schema }, "required": ["result"] });
     if !lasts {

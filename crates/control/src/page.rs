@@ -77,7 +77,7 @@ impl Page {
         Ok(Page(files))
     }
 
-    /// The answer to a request for a file of the page; nothing where it asks for something else.
+    /// Returns the answer to a request for a file of the page; none if it asks for something else.
     pub fn answer(&self, method: &Method, path: &str, headers: &HeaderMap) -> Option<Response> {
         let path = if path == "/index.html" { "/" } else { path };
         let asset = self.0.get(path).filter(|_| matches!(*method, Method::GET | Method::HEAD))?;

@@ -26,9 +26,9 @@ const ENABLED_WITHIN_NS: i64 = 10_000_000_000;
 
 /// Watcher of a daemon that starts.
 pub trait Watcher {
-    /// Something that a person should read.
+    /// Tells something that a person should read.
     fn tell(&mut self, text: &str);
-    /// Asked again and again: whether it is to go on.
+    /// Returns whether it is to go on; it is asked again and again.
     fn goes_on(&mut self) -> bool;
 }
 
@@ -218,7 +218,7 @@ impl Player<'_> {
         self.service.download(module, file, &bytes).map(|_| ())
     }
 
-    /// The arguments with the number that the instance has now, which belongs to the session that started it.
+    /// Returns the arguments with the number that the instance has now, which belongs to the session that started it.
     fn given(&self, of: Option<&Subject>, call: &str, mut arguments: Map<String, Json>) -> Result<Map<String, Json>, Failure> {
         let instance = match of {
             Some(Subject::Instance(_)) if call == "create" => return Ok(arguments),

@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Period at which a caller, whose request lasts, is checked to be still let in.
 pub(crate) const LOOK_AGAIN: Duration = Duration::from_secs(1);
 
-/// The session of a request.
+/// Returns the session of a request.
 pub(crate) fn present(service: &Arc<Service>, headers: &HeaderMap, caller: &Caller) -> Result<Option<Presence>, Failure> {
     let id = headers.get("opengpac-session").map(|id| id.to_str().unwrap_or(""));
     service.present(id, caller)

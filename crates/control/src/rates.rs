@@ -17,12 +17,12 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// `per_s` requests a second, `burst` at once.
+    /// Makes rates of `per_s` requests a second, `burst` at once.
     pub fn new(per_s: f64, burst: f64) -> Rates {
         Rates { per_s, burst, buckets: Mutex::default() }
     }
 
-    /// One request more. Errors: `LimitExceeded`, with the time to wait.
+    /// Takes one request more. Errors: `LimitExceeded`, with the time to wait.
     pub fn take(&self, caller: &str, now: Instant) -> Result<(), Failure> {
         let mut buckets = self.buckets.lock().expect("nobody panics with this lock");
         let filled = |(left, at): (f64, Instant)| (left + now.duration_since(at).as_secs_f64() * self.per_s).min(self.burst);

@@ -5,7 +5,7 @@ use model::refusal::Class;
 use serde_json::{Map, Value as Json};
 use std::path::{Component, Path};
 
-/// The `path` of a call on recordings becomes one in the folder, which `recordings` lists; whose code `replay` may run says the daemon.
+/// Places the `path` of a call on recordings in the folder, which `recordings` lists; whose code `replay` may run says the daemon.
 /// Errors: there is no folder, the name is no plain one.
 pub fn place(folder: Option<&Path>, trust: &[String], call: &str, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
     if call == "replay" {
@@ -31,7 +31,7 @@ pub fn place(folder: Option<&Path>, trust: &[String], call: &str, arguments: &mu
     Ok(())
 }
 
-/// A recording that was under way when its daemon died goes on in a file beside those that it has: `run-2.mcap` after `run.mcap`.
+/// Makes a recording that was under way when its daemon died go on in a file beside those that it has: `run-2.mcap` after `run.mcap`.
 pub fn go_on(arguments: &mut Map<String, Json>) {
     let Some(path) = arguments.get("path").and_then(Json::as_str) else { return };
     let next = api::next_recording(Path::new(path)).display().to_string();

@@ -21,7 +21,7 @@ pub struct Asked {
     pub as_of_ms: Option<u64>,
 }
 
-/// The body of a call: a JSON object, or nothing; `slice_ms` (1 to 1,000) is of the request, not of the call.
+/// Reads the body of a call: a JSON object, or nothing; `slice_ms` (1 to 1,000) is of the request, not of the call.
 pub fn asked(body: &[u8], lasts: bool) -> Result<Asked, Failure> {
     let mut arguments: Map<String, Json> = object(body)?;
     let slice = match arguments.remove("slice_ms") {
@@ -35,7 +35,7 @@ pub fn asked(body: &[u8], lasts: bool) -> Result<Asked, Failure> {
     Ok(Asked { arguments, slice, as_of_ms: None })
 }
 
-/// A body of some form; an empty one is `{}`.
+/// Reads a body of some form; an empty one is `{}`.
 pub fn object<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
     let body = if body.iter().all(u8::is_ascii_whitespace) { b"{}" } else { body };
     serde_json::from_slice(body).map_err(|why| wrong(format!("the body is not of the right form: {why}"), "see docs/control.md and GET /v1/schema"))
@@ -104,7 +104,7 @@ pub fn check_extent(arguments: &Map<String, Json>) -> Result<(), Failure> {
 pub struct OpenSession {
     /// The caller's own: letters, digits, `.`, `_` and `-`, at most 64.
     pub name: String,
-    /// After how long without a sign of life it counts as lost, ms, 1,000 to 60,000.
+    /// Time without a sign of life after which it counts as lost, ms, 1,000 to 60,000.
     #[serde(default = "lost_after_ms")]
     pub lost_after_ms: u64,
     /// Takes up a session of that name that is alive, as the same caller.
@@ -232,16 +232,16 @@ pub struct StreamFrame {
     /// The subscription that is over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unsubscribe: Option<String>,
-    /// Of `svvs` and `scope`: which.
+    /// Names of `svvs` and `scope`.
     #[serde(default)]
     pub names: Vec<String>,
     /// Period of observation, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000.
     #[serde(default = "every_ms")]
     pub every_ms: u64,
-    /// Of `svvs`: bytes in base64 instead of values.
+    /// True for bytes in base64 instead of values, of `svvs`.
     #[serde(default)]
     pub raw: bool,
-    /// Of `log` and `ends`: from which number on.
+    /// First number of `log` and `ends`.
     #[serde(default)]
     pub since: u64,
 }
@@ -270,7 +270,7 @@ pub enum Wanted {
     Unsubscribe(String),
 }
 
-/// A frame of a stream from its text.
+/// Reads a frame of a stream from its text.
 pub fn frame(text: &str) -> Result<Wanted, Failure> {
     let frame: StreamFrame = object(text.as_bytes())?;
     let short = |id: &String| !id.is_empty() && id.len() <= 64;
@@ -290,7 +290,7 @@ pub fn frame(text: &str) -> Result<Wanted, Failure> {
     }
 }
 
-/// A SHA-256 as text: 64 lower-case hexadecimal digits.
+/// Returns true for a SHA-256 as text: 64 lower-case hexadecimal digits.
 pub fn is_sha256(text: &str) -> bool {
     text.len() == 64 && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
 }

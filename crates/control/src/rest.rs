@@ -25,7 +25,7 @@ pub(crate) struct Given {
 }
 
 impl Rest {
-    /// The body as a handler is given it.
+    /// Returns the body as a handler is given it.
     pub fn of(&self, body: Incoming) -> Given {
         Given { body: Some(body), rest: self.clone() }
     }

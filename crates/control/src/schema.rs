@@ -12,8 +12,8 @@ use schemars::{JsonSchema, SchemaGenerator, generate::SchemaSettings};
 use serde_json::{Map, Value, json};
 use supervisor::ModuleAbout;
 
-/// All schemas, draft 2020-12: `{"version", "calls": {name: {"role", "subject", "words", "lasts", "arguments", "result"}}, "requests": {"METHOD
-/// path": {"body", "answer"}}, "errors", "$defs": {…}}`. `answer` is what stands under `result`, and of requests that have no such
+/// Returns all schemas, draft 2020-12: `{"version", "calls": {name: {"role", "subject", "words", "lasts", "arguments", "result"}}, "requests":
+/// {"METHOD path": {"body", "answer"}}, "errors", "$defs": {…}}`. `answer` is what stands under `result`, and of requests that have no such
 /// member, all of it.
 pub fn all() -> Value {
     let mut sent = SchemaSettings::draft2020_12().into_generator();
@@ -48,7 +48,7 @@ pub fn all() -> Value {
     json!({ "version": 1, "calls": calls, "requests": requests, "errors": errors, "$defs": definitions })
 }
 
-/// The arguments of a call: an object of named ones, one definition, or both in one object.
+/// Returns the schema of a call's arguments: an object of named ones, one definition, or both in one object.
 fn arguments(generator: &mut SchemaGenerator, call: &Call) -> Value {
     let mut named = call.named_schema(generator).to_value();
     if call.lasts {

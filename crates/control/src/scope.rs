@@ -31,7 +31,7 @@ pub(crate) struct Scope {
     samples: Samples,
     components: Vec<Components>,
     sizes: Vec<usize>,
-    /// Of each channel: values that the reader has not got since the last frame.
+    /// Number of values of each channel that the reader has not got since the last frame.
     lost: Vec<u64>,
     on_the_way: Arc<AtomicUsize>,
     is_virtual: bool,
@@ -70,7 +70,7 @@ impl Scope {
         self.is_virtual
     }
 
-    /// The first frame: what the channels are.
+    /// Returns the first frame: what the channels are.
     pub fn head(&self) -> Told {
         let channel = |(of, components): (&TapChannel, &Vec<_>)| ScopeChannel {
             name: of.name.clone(),
@@ -89,7 +89,7 @@ impl Scope {
         }
     }
 
-    /// The next frame, with its slot; nothing where there is nothing new, or no room for one more on the way.
+    /// Returns the next frame, with its slot; none if there is nothing new, or no room for one more on the way.
     pub fn next(&mut self) -> Option<(Vec<u8>, Slot)> {
         self.tap.take(&mut self.samples);
         let empty = self.samples.is_empty() && self.lost.iter().all(|lost| *lost == 0);
@@ -112,7 +112,7 @@ impl Scope {
         }
     }
 
-    /// The frame of what was taken last has left: what was lost before it was told in it.
+    /// Notes that the frame of what was taken last has left: what was lost before it was told in it.
     pub fn sent(&mut self) {
         self.lost.fill(0);
     }
@@ -150,7 +150,7 @@ impl Scope {
     }
 }
 
-/// The numbers of a type in their order: of an array its elements, of a struct its members.
+/// Returns the numbers of a type in their order: of an array its elements, of a struct its members.
 fn components(of: &Type, at: usize) -> Components {
     match of {
         Type::Scalar(scalar) => vec![(at, *scalar)],
@@ -159,7 +159,7 @@ fn components(of: &Type, at: usize) -> Components {
     }
 }
 
-/// A number as a double: a truth value is 0 or 1.
+/// Returns a number as a double: a truth value is 0 or 1.
 fn number(scalar: Scalar, bytes: &[u8]) -> f64 {
     match Type::Scalar(scalar).decode(bytes) {
         Value::Number(number) => number,

@@ -69,7 +69,7 @@ pub struct Options {
 
 /// Period at which sessions are looked after.
 const LOOK: Duration = Duration::from_millis(100);
-/// After how many of these looks it is looked whether callers are still let in, and after how many it is told who gave way.
+/// Number of these looks after which callers are looked at again, and those that gave way are told.
 const LOOKS_A_SECOND: u64 = 10;
 const TOLD_EVERY: u64 = 100;
 
@@ -133,13 +133,13 @@ fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
     Ok(Some((address, tls)))
 }
 
-/// The name of this machine.
+/// Returns the name of this machine.
 fn host_name() -> Option<String> {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok()?;
     Some(name.trim().to_owned()).filter(|name| !name.is_empty())
 }
 
-/// The audit file that is named, or the one beside the socket.
+/// Returns the audit file that is named, or the one beside the socket.
 fn audit(options: &Options, socket: Option<&Path>) -> Result<Audit, Refusals> {
     let path = options.audit.clone().or_else(|| socket.map(|socket| socket.with_extension("audit.jsonl")));
     let Some(path) = path else { return Ok(Audit::none()) };
@@ -197,7 +197,7 @@ impl Server {
         Server::start_watched(system, options, &mut Unwatched)
     }
 
-    /// The same, with a watcher that is told how the journal's replay goes and may end it. It is played before any request is answered.
+    /// Starts the same, with a watcher that is told how the journal's replay goes and may end it. It is played before any request is answered.
     pub fn start_watched(system: Arc<System>, options: &Options, watcher: &mut dyn Watcher) -> Result<Server, Refusals> {
         if options.journal_strict && options.journal.is_none() {
             return Err(refuse("--journal-strict is given and there is no journal", "add --journal FILE"));
@@ -278,18 +278,18 @@ impl Server {
         news
     }
 
-    /// Where it listens: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.
+    /// Returns its addresses: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.
     pub fn addresses(&self) -> &[String] {
         &self.addresses
     }
 
-    /// Where the studio's page is, with the token of this run behind `#` where there is one; nothing where it is not served.
+    /// Returns the address of the studio's page, with the token of this run behind `#` if there is one; none if it is not served.
     pub fn studio(&self) -> Option<&str> {
         self.studio.as_deref()
     }
 
-    /// The paths of the interface without a connection: for tests and fuzzers, which say who calls by an extension of the request,
-    /// [`crate::Peer`].
+    /// Returns the paths of the interface without a connection: for tests and fuzzers, which say who calls by an extension of the
+    /// request, [`crate::Peer`].
     pub fn router(&self) -> axum::Router {
         crate::http::router(self.service.clone())
     }

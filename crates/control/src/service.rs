@@ -64,7 +64,7 @@ impl Drop for Presence {
 }
 
 impl Service {
-    /// A request of the session of this ID begins; nothing without one.
+    /// Begins a request of the session of this ID; none without one.
     pub fn present(self: &Arc<Self>, id: Option<&str>, caller: &Caller) -> Result<Option<Presence>, Failure> {
         let Some(id) = id else { return Ok(None) };
         let name = self.sessions.begin(id, caller, now())?;
@@ -157,7 +157,7 @@ impl Service {
         Ok(answer)
     }
 
-    /// A call of a verb in one request. Its instance has an owner, and is in the journal, before it starts.
+    /// Calls a verb in one request. Its instance has an owner, and is in the journal, before it starts.
     fn perform(&self, call: &Call, asked: &Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let (mut made, mut unrecorded) = (None, None);
         let answered = api::perform(&self.system, &asked_text(asked), asked.slice, |instance, start| {
@@ -193,7 +193,7 @@ impl Service {
         }
     }
 
-    /// An instance was deleted with its call.
+    /// Forgets an instance that was deleted with its call.
     fn forget(&self, instance: u64) {
         if let Some(journal) = &self.journal {
             journal.deleted(&self.system, instance);
@@ -359,7 +359,7 @@ impl Service {
         Ok(())
     }
 
-    /// Number, name and state of instances that are still there.
+    /// Returns number, name and state of instances that are still there.
     pub fn described(&self, instances: &[u64]) -> Vec<Described> {
         let described = |instance: &u64| {
             let about = self.system.instance_about(*instance).ok()?;
@@ -394,7 +394,7 @@ impl Service {
     }
 }
 
-/// The arguments of the two calls that begin the call of a verb, as the journal has them.
+/// Returns the arguments of the two calls that begin the call of a verb, as the journal has them.
 fn steps(arguments: &Map<String, Json>, instance: u64) -> (Map<String, Json>, Map<String, Json>) {
     let (mut start, create): (Map<_, _>, Map<_, _>) = arguments.clone().into_iter().partition(|(name, _)| matches!(name.as_str(), "values" | "limits"));
     start.insert("instance".to_owned(), json!(instance));

@@ -64,7 +64,7 @@ struct State {
     next_end: u64,
 }
 
-/// All sessions with one system.
+/// Sessions with one system.
 #[derive(Default)]
 pub struct Sessions(Mutex<State>);
 
@@ -102,8 +102,8 @@ impl State {
         self.command.release(name, &reason);
     }
 
-    /// Room for one more of a caller: of his own too many, or of all, the lost session goes that is out longest; of all, first those
-    /// for which nothing is kept.
+    /// Makes room for one more of a caller: of his own too many, or of all, the lost session goes that is out longest; of all, first
+    /// those for which nothing is kept.
     fn make_room(&mut self, who: &str) -> Result<(), Failure> {
         let own = self.by_name.values().filter(|session| session.who == who).count();
         if own >= SESSIONS_EACH_MAX {
@@ -197,7 +197,7 @@ impl Sessions {
         })
     }
 
-    /// A session of a daemon before this one: it counts as lost, and its caller can come back to it. Nothing where there is one of that
+    /// Restores a session of a daemon before this one: it counts as lost, and its caller can come back to it. Nothing where there is one of that
     /// name, or no room.
     pub fn restore(&self, name: &str, caller: &Caller, now: Instant) {
         let mut state = self.locked();
@@ -206,7 +206,7 @@ impl Sessions {
         }
     }
 
-    /// A request of the session begins: a sign of life, and what its last answers told has arrived. The name of the session.
+    /// Begins a request of the session: a sign of life, and what its last answers told has arrived. The name of the session.
     pub fn begin(&self, id: &str, caller: &Caller, now: Instant) -> Result<String, Failure> {
         let mut state = self.locked();
         let (name, session) = state.of_id(id).filter(|(_, session)| session.who == caller.who).ok_or_else(ended)?;
@@ -216,7 +216,7 @@ impl Sessions {
         Ok(name.clone())
     }
 
-    /// The request is over.
+    /// Ends the request.
     pub fn end(&self, id: &str, now: Instant) {
         if let Some((_, session)) = self.locked().of_id(id) {
             session.in_flight = session.in_flight.saturating_sub(1);
@@ -246,7 +246,7 @@ impl Sessions {
         }
     }
 
-    /// A connection holds the session no longer. One that broke loses it, at the next look.
+    /// Notes that a connection holds the session no longer. One that broke loses it, at the next look.
     pub fn let_go(&self, id: &str, broke: bool) {
         if let Some((_, session)) = self.locked().of_id(id) {
             session.holds = session.holds.saturating_sub(1);
@@ -286,7 +286,7 @@ impl Sessions {
         of_lost.map(|(instance, maker, owner)| (instance, is(maker, false) && !is(owner, true))).collect()
     }
 
-    /// A session has made an instance: it owns it, and the instance is deleted with it.
+    /// Notes that a session has made an instance: it owns it, and the instance is deleted with it.
     pub fn make(&self, name: &str, instance: u64) {
         let mut state = self.locked();
         state.makers.insert(instance, name.to_owned());
@@ -299,24 +299,24 @@ impl Sessions {
         self.locked().pass(instance, Some(name))
     }
 
-    /// A start was refused: the instance stays with its owner before.
+    /// Gives an instance back to its owner before, as a start was refused.
     pub fn give_back_to(&self, before: Option<&str>, instance: u64) {
         self.locked().pass(instance, before);
     }
 
-    /// The instance is deleted.
+    /// Takes a deleted instance from its owner.
     pub fn disown(&self, instance: u64) {
         let mut state = self.locked();
         state.makers.remove(&instance);
         state.pass(instance, None);
     }
 
-    /// From which number on end reports have not been looked at.
+    /// Returns the number from which on end reports have not been looked at.
     pub fn next_end(&self) -> u64 {
         self.locked().next_end
     }
 
-    /// End reports as the supervisor numbers them: each is kept for the session that its instance belongs to.
+    /// Keeps end reports, as the supervisor numbers them, each for the session that its instance belongs to.
     pub fn keep(&self, ends: Vec<End>) {
         let mut state = self.locked();
         for End { number, instance, report } in ends {
@@ -334,21 +334,21 @@ impl Sessions {
         }
     }
 
-    /// An answer tells a session how an instance has ended.
+    /// Notes that an answer tells a session how an instance has ended.
     pub fn told(&self, name: &str, instance: u64) {
         if let Some(session) = self.locked().by_name.get_mut(name) {
             session.reports.iter_mut().filter(|kept| kept.instance == instance).for_each(|kept| kept.told = true);
         }
     }
 
-    /// The reports that are kept for a session, and how many were lost; for itself or the role `configure`.
+    /// Returns the reports that are kept for a session, and how many were lost; for itself or the role `configure`.
     pub fn reports(&self, name: &str, caller: &Caller) -> Result<(Vec<Kept>, u64), Failure> {
         let mut state = self.locked();
         let session = reader(&mut state, name, caller)?;
         Ok((session.reports.iter().cloned().collect(), session.lost_reports))
     }
 
-    /// The reports up to this number have been collected.
+    /// Drops the reports up to this number, which have been collected.
     pub fn collect(&self, name: &str, caller: &Caller, through: u64) -> Result<(), Failure> {
         let mut state = self.locked();
         let session = reader(&mut state, name, caller)?;
@@ -357,7 +357,7 @@ impl Sessions {
         Ok(())
     }
 
-    /// All sessions.
+    /// Returns all sessions.
     pub fn list(&self) -> Vec<Listed> {
         let state = self.locked();
         let listed = |(name, session): (&String, &Session)| Listed {

@@ -16,7 +16,7 @@ use tokio::time::Instant;
 
 /// Connections that have not authenticated yet.
 pub(crate) const STRANGERS_MAX: usize = 256;
-/// Those from one address.
+/// Maximum of strangers from one address.
 pub(crate) const STRANGERS_EACH_MAX: usize = 128;
 /// Time for which a handshake that is going on keeps its slot against all newcomers: some round trips of a slow network, and what a busy machine
 /// needs.
@@ -27,7 +27,7 @@ const REMEMBERED_MAX: usize = 256;
 pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 /// Connections of callers who are known.
 pub(crate) const KNOWN_MAX: usize = 256;
-/// Those of one caller.
+/// Maximum of known connections of one caller.
 pub(crate) const KNOWN_EACH_MAX: usize = 64;
 /// Number of slots of the known that are kept for roles that may command and stop.
 pub(crate) const RESERVED: usize = 64;
@@ -94,7 +94,7 @@ impl Doors {
     }
 }
 
-/// All slots of one listener.
+/// Slots of one listener.
 #[derive(Debug, Default)]
 pub(crate) struct Slots(Mutex<Table>);
 
@@ -138,7 +138,7 @@ enum Admission {
     Free,
     /// The connection of this number gives way to it.
     InPlaceOf(u64),
-    /// All others are in the middle of their handshakes: it may come again.
+    /// The connection is refused: all others are in the middle of their handshakes, and it may come again.
     Refused,
 }
 
@@ -203,7 +203,7 @@ impl Table {
     }
 }
 
-/// The oldest of the address that has the most of these, and how many it has.
+/// Returns the oldest of the address that has the most of these, and how many it has.
 fn oldest_of_most<'a>(strangers: impl Iterator<Item = &'a Stranger> + Clone) -> Option<(u64, usize)> {
     let mut of_each: HashMap<Origin, usize> = HashMap::new();
     strangers.clone().for_each(|stranger| *of_each.entry(stranger.origin).or_default() += 1);
@@ -216,7 +216,7 @@ impl Slots {
         self.0.lock().expect("nobody panics with this lock")
     }
 
-    /// The slot of a connection that has just come: that of a stranger.
+    /// Returns the slot of a connection that has just come: that of a stranger.
     pub fn enter(self: &Arc<Slots>, from: impl Into<Origin>) -> Arc<Slot> {
         let (origin, end, now) = (from.into(), Arc::new(Notify::new()), Instant::now());
         let mut table = self.locked();
@@ -255,7 +255,7 @@ impl Slots {
 }
 
 impl Slot {
-    /// The first bytes have come: a handshake, or a request, is going on.
+    /// Notes that the first bytes have come: a handshake, or a request, is going on.
     pub fn spoke(&self) {
         if let Some(Held { standing: Standing::Stranger { spoke, .. }, .. }) = self.slots.locked().held.get_mut(&self.number) {
             spoke.get_or_insert_with(Instant::now);
@@ -269,7 +269,7 @@ impl Slot {
         }
     }
 
-    /// It is known whose the connection is: it keeps its slot. `stops`: it carries what stops, for which there is always room.
+    /// Notes whose the connection is: it keeps its slot. `stops`: it carries what stops, for which there is always room.
     /// Errors: `LimitExceeded`.
     pub fn know(&self, caller: &Caller, pass: &Pass, stops: bool) -> Result<(), Failure> {
         let mut table = self.slots.locked();
@@ -301,7 +301,7 @@ impl Slot {
         self.end.notified().await;
     }
 
-    /// Until when it may stay; without an end where it is known, or has given way and is told so.
+    /// Returns until when it may stay; without an end if it is known, or has given way and is told so.
     fn until(&self) -> Option<Instant> {
         match self.slots.locked().held.get(&self.number)?.standing {
             Standing::Stranger { until, .. } => Some(until),

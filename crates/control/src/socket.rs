@@ -7,12 +7,12 @@ use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, PermissionsExt}
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
-/// The user that this process runs as.
+/// Returns the user that this process runs as.
 pub fn uid() -> u32 {
     fs::metadata("/proc/self").map(|about| about.uid()).expect("the processes of a machine with Linux have their folders in /proc")
 }
 
-/// Where the socket of a system lies by default: `$XDG_RUNTIME_DIR/opengpac/NAME.sock`, or `/tmp/opengpac-UID/NAME.sock`.
+/// Returns the default path of a system's socket: `$XDG_RUNTIME_DIR/opengpac/NAME.sock`, or `/tmp/opengpac-UID/NAME.sock`.
 pub fn default_path(name: &str) -> PathBuf {
     let safe: String = name.chars().map(|c| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_') { c } else { '_' }).collect();
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|path| path.is_absolute() && path.is_dir());

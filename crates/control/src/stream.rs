@@ -88,7 +88,7 @@ pub(crate) async fn open(
 /// Frame that leaves on a stream.
 enum Frame {
     Text(Box<Told>),
-    /// Of a scope, with its slot until it has left.
+    /// Frame of a scope, with its slot until it has left.
     Binary(Vec<u8>, Slot),
 }
 
@@ -107,7 +107,7 @@ impl Frame {
 
 /// A subscription of a stream that runs, and how many channels it has.
 type Running = (JoinHandle<()>, usize);
-/// Those of one stream, by the names that its client gave them.
+/// Subscriptions of one stream, by the names that its client gave them.
 type Subscriptions = HashMap<String, Running>;
 
 /// Counts the frames that a client sends in one second.
@@ -246,7 +246,7 @@ struct Subscription {
 }
 
 impl Subscription {
-    /// The scope: what its channels are, then every value of them.
+    /// Sends the scope: what its channels are, then every value of them.
     async fn observe(self, service: Arc<Service>, sender: Sender<Frame>, _share: Share) {
         let (id, every) = (self.id.clone(), self.every.min(scope::EVERY_MAX));
         let opened = tokio::task::spawn_blocking(move || Scope::open(&service.system, &self.id, &self.names)).await;
@@ -320,7 +320,7 @@ impl Subscription {
         }
     }
 
-    /// The next frame and what comes after it; nothing where nothing is new.
+    /// Returns the next frame and what comes after it; none if nothing is new.
     fn look(&self, service: &Service) -> Result<Option<(Told, u64)>, Failure> {
         let system = &service.system;
         let told = Told { dropped: Some(self.dropped), ..Told::of(&self.id) };

@@ -16,7 +16,7 @@ fn wrong(message: String, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]
 }
 
-/// The certificates of a PEM file.
+/// Returns the certificates of a PEM file.
 pub fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, Refusals> {
     let failed = |why: std::io::Error| wrong(format!("cannot read certificates from '{}': {why}", path.display()), "give a PEM file");
     let file = File::open(path).map_err(failed)?;
@@ -27,7 +27,7 @@ pub fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, Refusal
     Ok(found)
 }
 
-/// The SHA-256 by which a client certificate is known.
+/// Returns the SHA-256 by which a client certificate is known.
 pub fn fingerprint(certificate: &CertificateDer<'_>) -> [u8; 32] {
     Sha256::digest(certificate).into()
 }
@@ -66,7 +66,7 @@ impl Tls {
         Ok(())
     }
 
-    /// The acceptor of a connection that comes now.
+    /// Returns the acceptor of a connection that comes now.
     pub fn acceptor(&self) -> TlsAcceptor {
         self.acceptor.read().unwrap_or_else(PoisonError::into_inner).clone()
     }

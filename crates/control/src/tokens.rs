@@ -23,9 +23,9 @@ use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
 pub struct Entry {
     pub name: String,
     pub role: Role,
-    /// Of the token's text, or of the certificate's DER.
+    /// Digest of the token's text, or of the certificate's DER.
     pub sha256: String,
-    /// It is a client certificate, not a token.
+    /// True for a client certificate, not a token.
     #[serde(default)]
     pub certificate: bool,
     /// s since 1970.
@@ -149,17 +149,17 @@ impl Tokens {
         news
     }
 
-    /// The owner of the token.
+    /// Returns the owner of the token.
     pub fn verify(&self, token: &str, now_s: u64) -> Result<Entry, Rejected> {
         self.verify_digest(digest(token), now_s)
     }
 
-    /// The owner of a token, by the SHA-256 of its text.
+    /// Returns the owner of a token, by the SHA-256 of its text.
     pub fn verify_digest(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, Rejected> {
         self.find(&sha256, false, now_s)
     }
 
-    /// The owner of a certificate, by the SHA-256 of its DER.
+    /// Returns the owner of a certificate, by the SHA-256 of its DER.
     pub fn verify_certificate(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, Rejected> {
         self.find(&sha256, true, now_s)
     }
@@ -192,7 +192,7 @@ pub struct RunToken {
 }
 
 impl RunToken {
-    /// A new one of this role, and its text.
+    /// Makes a new token of this role, and returns it with its text.
     pub fn new(role: Role) -> io::Result<(RunToken, String)> {
         let token = random()?;
         Ok((RunToken { sha256: hex(&Sha256::digest(token.as_bytes())), role }, token))
@@ -216,7 +216,7 @@ fn random() -> io::Result<String> {
     Ok(format!("gpac_{}", URL_SAFE_NO_PAD.encode(random)))
 }
 
-/// s since 1970.
+/// Returns s since 1970.
 pub fn now_s() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
@@ -267,7 +267,7 @@ fn load(path: &Path) -> io::Result<Kept> {
     serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is no file of tokens: {why}", path.display())))
 }
 
-/// A new file takes the place of the old one, so that no reader sees half of it.
+/// Stores the file: a new one takes the place of the old one, so that no reader sees half of it.
 fn store(path: &Path, kept: &Kept) -> io::Result<()> {
     let new = path.with_extension(format!("new-{}", std::process::id()));
     let text = serde_json::to_string_pretty(kept).map_err(io::Error::other)?;

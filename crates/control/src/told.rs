@@ -40,7 +40,7 @@ pub(crate) struct Told {
 /// The channels of a scope.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ScopeHead {
-    /// In the order of the runs of its binary frames.
+    /// Channels, in the order of the runs of its binary frames.
     pub channels: Vec<ScopeChannel>,
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct ScopeChannel {
 }
 
 impl Told {
-    /// Something of this subscription.
+    /// Makes a frame of this subscription.
     pub fn of(id: &str) -> Told {
         Told { id: Some(id.to_owned()), ..Told::default() }
     }

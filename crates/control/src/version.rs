@@ -35,7 +35,7 @@ pub enum ClockName {
     Virtual,
 }
 
-/// The answer to `GET /v1/version`.
+/// Returns the answer to `GET /v1/version`.
 pub fn version(service: &Service, caller: &Caller) -> Version {
     Version {
         opengpac: env!("CARGO_PKG_VERSION"),

@@ -22,7 +22,7 @@ pub(super) type Answer = Result<Json<Value>, Failure>;
 /// Time limit for a body to arrive.
 pub(super) const BODY_TIME: Duration = Duration::from_secs(10);
 
-/// A body of this size at the most.
+/// Reads a body of this size at the most.
 pub(super) async fn body(body: Body, most: usize, time: Duration) -> Result<Bytes, Failure> {
     let late = |_| {
         Failure::new(Class::LimitExceeded, format!("the body has not arrived within {} s", time.as_secs()), "send it faster")
@@ -47,7 +47,7 @@ async fn collect(mut body: Body, most: usize) -> Result<Bytes, Failure> {
     if size > most { Err(refused()) } else { Ok(text.into()) }
 }
 
-/// A body of a call, with its share of the room for those of all callers.
+/// Reads a body of a call, with its share of the room for those of all callers.
 pub(super) async fn roomy(service: &Service, caller: &Caller, given: Body, most: usize) -> Result<(Bytes, Option<Share>), Failure> {
     let size = given.size_hint().upper().and_then(|size| usize::try_from(size).ok()).unwrap_or(most).min(most);
     let share = if size > SMALL { Some(service.lanes.bodies.take(caller, size)?) } else { None };

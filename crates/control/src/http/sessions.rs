@@ -22,7 +22,7 @@ use std::time::Duration;
 /// Period at which a held connection looks whether its session is still there.
 const HOLD_LOOK: Duration = Duration::from_millis(100);
 
-/// The lane of what leads to a stop.
+/// Returns the lane of what leads to a stop.
 pub(super) fn to_stop(caller: &Caller) -> Lane {
     if caller.role >= Role::Operate { Lane::Stop } else { Lane::Usual }
 }

@@ -14,7 +14,7 @@ pub struct Content {
 }
 
 impl Content {
-    /// The folder of this journal: `cell.journal.files`, mode 0700.
+    /// Opens the folder of this journal: `cell.journal.files`, mode 0700.
     pub fn beside(journal: &Path) -> io::Result<Content> {
         let folder = file::beside(journal, "files");
         DirBuilder::new().recursive(true).mode(0o700).create(&folder)?;
@@ -37,7 +37,7 @@ impl Content {
         File::open(&self.folder)?.sync_all()
     }
 
-    /// The bytes of a digest.
+    /// Returns the bytes of a digest.
     pub fn bytes(&self, sha256: &str) -> io::Result<Vec<u8>> {
         if !is_sha256(sha256) {
             return Err(io::Error::other("this is no SHA-256"));

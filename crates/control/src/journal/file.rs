@@ -33,7 +33,7 @@ pub enum Unavailable {
     Failed(io::Error),
 }
 
-/// The lock of a journal, and the bytes that are there; nothing where there is no file, or an empty one.
+/// Locks a journal, and returns the lock and the bytes that are there; none if there is no file, or an empty one.
 pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
     let lock = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(beside(path, "lock")).map_err(Unavailable::Failed)?;
     lock.try_lock().map_err(|why| match why {
@@ -79,7 +79,7 @@ fn refuse_folder(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// A name beside a path: `cell.journal` → `cell.journal.lock`.
+/// Returns a name beside a path: `cell.journal` → `cell.journal.lock`.
 pub fn beside(path: &Path, what: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".");
@@ -87,7 +87,7 @@ pub fn beside(path: &Path, what: &str) -> PathBuf {
     name.into()
 }
 
-/// The folder of a file.
+/// Returns the folder of a file.
 pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
@@ -99,7 +99,7 @@ impl LogFile {
         Ok(LogFile { path: path.to_owned(), _lock: lock, file, len, reserved: len, rewritten: len })
     }
 
-    /// Room for a line of this many bytes, so that it can be appended when what it tells has been done. Errors: there is none.
+    /// Reserves room for a line of this many bytes, so that it can be appended when what it tells has been done. Errors: there is none.
     pub fn reserve(&mut self, bytes: u64) -> io::Result<()> {
         let needed = self.len + bytes;
         if needed <= self.reserved {

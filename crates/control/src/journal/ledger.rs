@@ -29,13 +29,13 @@ impl Ledger {
         Ok(ledger)
     }
 
-    /// A number that no instance of this journal has had since it was read.
+    /// Returns a number that no instance of this journal has had since it was read.
     pub fn fresh(&mut self) -> u64 {
         self.next += 1;
         self.next
     }
 
-    /// The lines that count, in order.
+    /// Returns the lines that count, in order.
     pub fn lines(&self) -> impl Iterator<Item = &Kept> {
         self.kept.iter()
     }
@@ -60,7 +60,7 @@ impl Ledger {
         self.kept.iter().any(|kept| matches!(&kept.line, Line::Became { of, state: State::Suspended } if of == subject))
     }
 
-    /// All that runs.
+    /// Returns all subjects that run.
     pub fn running(&self) -> Vec<Subject> {
         self.kept.iter().filter_map(|kept| starting(&kept.line)).cloned().collect()
     }
@@ -177,7 +177,7 @@ impl Ledger {
         }
     }
 
-    /// New values go into the ones that were set before.
+    /// Merges new values into the ones that were set before.
     fn set(&mut self, at: usize, subject: &Subject, line: Line) {
         let is_set = |kept: &&mut Kept| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if call == "set" && of == subject);
         let before = self.kept.iter_mut().find(is_set);
@@ -229,7 +229,7 @@ fn starting(line: &Line) -> Option<&Subject> {
     }
 }
 
-/// A call that makes what the call `deletes` deletes, and its argument that names that.
+/// Returns a call that makes what the call `deletes` deletes, and its argument that names that.
 fn gone_with(maker: &'static Call, deletes: &str) -> Option<(&'static str, &'static str)> {
     maker.journal.goes_with.filter(|(with, _)| *with == deletes).map(|(_, by)| (maker.name, by))
 }
@@ -238,7 +238,7 @@ fn is_call(line: &Line, name: &str, of: &[(&str, Option<&Json>)]) -> bool {
     matches!(line, Line::Call { call, arguments, .. } if call == name && of.iter().all(|(key, value)| arguments.get(*key) == *value))
 }
 
-/// The same also in the order of what it names: lists of commands follow it.
+/// Returns true if both are the same, also in the order of what they name: lists of commands follow it.
 fn same(have: &Map<String, Json>, given: &Map<String, Json>) -> bool {
     serde_json::to_string(have).ok() == serde_json::to_string(given).ok()
 }

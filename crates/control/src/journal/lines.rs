@@ -17,7 +17,7 @@ pub const VERSION: u32 = 1;
 pub struct Head {
     /// `opengpac journal`.
     pub format: String,
-    /// Of the lines.
+    /// Version of the lines.
     pub version: u32,
     /// Name of the system whose calls these are.
     pub system: String,
@@ -47,9 +47,9 @@ pub enum State {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct By {
-    /// As in the audit file.
+    /// Caller, as in the audit file.
     pub who: String,
-    /// As what; the call is made again as that.
+    /// Role of the caller; the call is made again as that.
     pub role: Role,
     /// Name of the session that owns the instance; empty: none, or one that has been closed.
     pub session: String,
@@ -79,7 +79,7 @@ pub enum Line {
     Became { of: Subject, state: State },
     /// The emergency stop is latched, for this reason.
     Stopped { reason: String },
-    /// It is latched no longer.
+    /// The latch is lifted.
     Reset {},
     /// A session was closed in order: its subjects have no owner, and go on.
     Closed { session: String },
@@ -89,7 +89,7 @@ pub enum Line {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Read {
     pub head: Head,
-    /// Each with its number in the file, counted from 1.
+    /// Lines, each with its number in the file, counted from 1.
     pub lines: Vec<(usize, Line)>,
     /// The number of the last line where that was cut short and is left out.
     pub cut: Option<usize>,
@@ -132,14 +132,14 @@ pub fn withhold(call: &str, arguments: &mut Map<String, Json>) -> Vec<String> {
     withheld
 }
 
-/// A line with its end.
+/// Returns a line with its end.
 pub fn text(of: &impl Serialize) -> Vec<u8> {
     let mut text = serde_json::to_vec(of).expect("texts, numbers and JSON are JSON");
     text.push(b'\n');
     text
 }
 
-/// The JSON Schemas of a journal's lines: `{"version", "head", "line", "$defs"}`, draft 2020-12.
+/// Returns the JSON Schemas of a journal's lines: `{"version", "head", "line", "$defs"}`, draft 2020-12.
 pub fn schema() -> Json {
     let mut generator = schemars::generate::SchemaSettings::draft2020_12().into_generator();
     let (head, line) = (generator.subschema_for::<Head>(), generator.subschema_for::<Line>());

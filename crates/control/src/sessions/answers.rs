@@ -15,7 +15,7 @@ pub struct Kept {
     /// The verb instance.
     pub instance: u64,
     pub report: Report,
-    /// It was in an answer; it goes when the session shows that it has had that.
+    /// True if it was in an answer; it goes when the session shows that it has had that.
     #[serde(skip)]
     pub(super) told: bool,
 }
@@ -30,9 +30,9 @@ pub struct Opened {
     pub role: Role,
     /// Period at which it has to give a sign of life, ms.
     pub heartbeat_ms: u64,
-    /// After how long without one it counts as lost, ms.
+    /// Time without one after which it counts as lost, ms.
     pub lost_after_ms: u64,
-    /// It was there before, and lost.
+    /// True if it was there before, and lost.
     pub returned: bool,
     #[serde(skip)]
     pub instances: Vec<u64>,
@@ -54,7 +54,7 @@ pub struct Listed {
     pub role: Role,
     /// Address from which it calls.
     pub from: String,
-    /// It has command.
+    /// True if it has command.
     pub commands: bool,
     pub alive: bool,
     /// A connection holds it: where that breaks it is lost at once.
@@ -117,6 +117,6 @@ pub struct Asks {
 pub struct Reports {
     /// Oldest first.
     pub reports: Vec<Kept>,
-    /// Those that are gone, because too many waited.
+    /// Number of reports that are gone, because too many waited.
     pub lost: u64,
 }

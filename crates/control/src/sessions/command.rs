@@ -37,7 +37,7 @@ impl Outcome {
 }
 
 impl Settled {
-    /// One line of the log.
+    /// Returns one line of the log.
     pub fn line(&self) -> String {
         let by = self.by.as_ref().filter(|by| **by != self.name).map(|by| format!(" by session '{by}'")).unwrap_or_default();
         let reason = if self.reason.is_empty() { String::new() } else { format!(": {}", self.reason) };
@@ -75,7 +75,7 @@ pub(super) struct Command {
     holder: Option<String>,
     waiting: Vec<Request>,
     settled: VecDeque<Settled>,
-    /// Those of them that the log has not got yet.
+    /// Outcomes that the log has not got yet.
     untold: Vec<Settled>,
     last: u64,
 }
@@ -126,12 +126,12 @@ impl Command {
         number
     }
 
-    /// The request of a session ends without command. False where it has none.
+    /// Ends the request of a session without command. False where it has none.
     pub fn end(&mut self, name: &str, outcome: Outcome, by: Option<&str>, reason: &str) -> bool {
         self.settle(|request| request.name == name, outcome, by, reason)
     }
 
-    /// The session gives command back, or has left: whose request waits longest commands. Nothing where it did not command.
+    /// Gives command back, as the session does or as it has left: the request that waits longest gets it. Nothing where it did not command.
     pub fn release(&mut self, name: &str, reason: &str) {
         if self.holder.as_deref() != Some(name) {
             return;

@@ -140,7 +140,7 @@ impl Sessions {
         state.command.untold()
     }
 
-    /// The name of the session that commands.
+    /// Returns the name of the session that commands.
     pub fn holder(&self) -> Option<String> {
         self.locked().command.holder().map(str::to_owned)
     }
