@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 /// Result of a call; a value as JSON, or as the text of that.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answered<O = Json> {
-    /// It is over, with this result.
+    /// The call is over, with this result.
     Done(O),
     /// Its slice is over: it goes on with this call and these arguments.
     Waiting { call: &'static str, arguments: Json },
@@ -17,7 +17,7 @@ pub enum Answered<O = Json> {
 /// Result of the body of a call.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome<T> {
-    /// It is over, with this answer.
+    /// The call is over, with this answer.
     Done(T),
     /// Its slice is over: it goes on with this call and these arguments.
     GoesOn { call: &'static str, arguments: Json },

@@ -21,7 +21,7 @@ pub struct Given {
 }
 
 impl Given {
-    /// Those of one call from their JSON text; empty: none.
+    /// Reads the arguments of one call from their JSON text; empty: none.
     pub fn of(call: &'static str, text: &str) -> Result<Given, Refusals> {
         let given = if text.trim().is_empty() { Map::new() } else { crate::from_json(text)? };
         Ok(Given { call, given })
@@ -40,7 +40,7 @@ impl Given {
         if self.given.contains_key(name) { self.must(name) } else { Ok(T::default()) }
     }
 
-    /// All that is left, as one value.
+    /// Takes all that is left, as one value.
     pub fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
         let given = Json::Object(std::mem::take(&mut self.given));
         serde_path_to_error::deserialize(given).map_err(|why| {
@@ -59,7 +59,7 @@ impl Given {
     }
 }
 
-/// The value of one argument as text: a text itself, a number in digits. Nothing where there is none, or none of these.
+/// Returns the value of one argument as text: a text itself, a number in digits. Nothing where there is none, or none of these.
 pub(crate) fn peek(text: &str, name: &str) -> Option<String> {
     struct Peeking<'a>(&'a str);
 

@@ -34,21 +34,21 @@ pub struct Call {
     /// There it is about the system, not about its argument.
     pub told_of_system: bool,
     pub journal: Journalled,
-    /// It lasts, and goes on in slices.
+    /// True if it lasts, and goes on in slices.
     pub lasts: bool,
-    /// It is over in microseconds, or so is its beginning where it lasts: no file, no device, no compiler.
+    /// True if it is over in microseconds, or if it lasts so is its beginning: no file, no device, no compiler.
     pub brief: bool,
-    /// It brings something to a stop: it is not queued behind other calls.
+    /// True if it brings something to a stop: it is not queued behind other calls.
     pub stops: bool,
     /// A machine may begin to move by it: one that says when it was given is refused where it comes late.
     pub moves: bool,
-    /// It may be made without command: the role is enough.
+    /// True if it may be made without command: the role is enough.
     pub free: bool,
-    /// It takes long to work out, or its answer is long.
+    /// True if it takes long to work out, or its answer is long.
     pub costs: bool,
-    /// It speaks of files of this host: from another one this goes another way.
+    /// True if it speaks of files of this host: from another one this goes another way.
     pub local: bool,
-    /// It moves bytes at a rate: the programming system has a way of its own for that.
+    /// True if it moves bytes at a rate: the programming system has a way of its own for that.
     pub rated: bool,
     /// The argument that is all that is left of the object, and its schema.
     pub whole: Option<(&'static str, SchemaOf)>,
@@ -66,7 +66,7 @@ impl std::fmt::Debug for Call {
 
 /// Properties of a call, as its declaration has them behind the answer.
 impl Call {
-    /// A call that has none of them.
+    /// Makes a call that has none of them.
     #[doc(hidden)]
     pub const fn of(
         (name, subject, words): (&'static str, &'static str, &'static [&'static str]),
@@ -109,99 +109,99 @@ impl Call {
         Call { whole: Some((name, of)), ..self }
     }
 
-    /// It commands; what about, this argument says. An empty argument means the whole system.
+    /// Declares that it commands; what about, this argument says. An empty argument means the whole system.
     pub const fn commands(self, about: &'static str) -> Call {
         Call { commands: Some(about), ..self }
     }
 
-    /// The log has it too where the program that holds the system gave it.
+    /// Declares that the log has it too if the program that holds the system gave it.
     pub const fn told(self) -> Call {
         Call { told: true, ..self }
     }
 
-    /// The log has it too where the program that holds the system gave it, as about the system.
+    /// Declares that the log has it too if the program that holds the system gave it, as about the system.
     pub const fn told_of_system(self) -> Call {
         Call { told: true, told_of_system: true, ..self }
     }
 
-    /// It lasts, and goes on in slices.
+    /// Declares that it lasts, and goes on in slices.
     pub const fn lasts(self) -> Call {
         Call { lasts: true, ..self }
     }
 
-    /// It is over in microseconds, or so is its beginning.
+    /// Declares that it is over in microseconds, or so is its beginning.
     pub const fn brief(self) -> Call {
         Call { brief: true, ..self }
     }
 
-    /// It brings something to a stop: it is not queued behind other calls.
+    /// Declares that it brings something to a stop: it is not queued behind other calls.
     pub const fn stops(self) -> Call {
         Call { stops: true, ..self }
     }
 
-    /// A machine may begin to move by it.
+    /// Declares that a machine may begin to move by it.
     pub const fn moves(self) -> Call {
         Call { moves: true, ..self }
     }
 
-    /// It may be made without command.
+    /// Declares that it may be made without command.
     pub const fn free(self) -> Call {
         Call { free: true, ..self }
     }
 
-    /// It takes long to work out, or its answer is long.
+    /// Declares that it takes long to work out, or its answer is long.
     pub const fn costs(self) -> Call {
         Call { costs: true, ..self }
     }
 
-    /// It speaks of files of this host.
+    /// Declares that it speaks of files of this host.
     pub const fn local(self) -> Call {
         Call { local: true, ..self }
     }
 
-    /// It moves bytes at a rate.
+    /// Declares that it moves bytes at a rate.
     pub const fn rated(self) -> Call {
         Call { rated: true, ..self }
     }
 
-    /// A journal records it, though it does not configure.
+    /// Declares that a journal records it, though it does not configure.
     pub const fn journalled(self) -> Call {
         Call { journal: Journalled { recorded: Recorded::Call, ..self.journal }, ..self }
     }
 
-    /// A journal records what becomes of that which runs.
+    /// Declares that a journal records what becomes of that which runs.
     pub const fn outcome_journalled(self) -> Call {
         Call { journal: Journalled { recorded: Recorded::Outcome, ..self.journal }, ..self }
     }
 
-    /// A journal does not record it, though it configures.
+    /// Declares that a journal does not record it, though it configures.
     pub const fn unjournalled(self) -> Call {
         Call { journal: Journalled { recorded: Recorded::Nothing, ..self.journal }, ..self }
     }
 
-    /// In a journal, only the last one with the same values of these arguments counts.
+    /// Declares that in a journal only the last one with the same values of these arguments counts.
     pub const fn replaces(self, of: &'static [&'static str]) -> Call {
         Call { journal: Journalled { replaces: Some(of), ..self.journal }, ..self }
     }
 
-    /// In a journal, it goes when this call deletes what this argument names.
+    /// Declares that in a journal it goes when this call deletes what this argument names.
     pub const fn goes_with(self, deletes: &'static str, by: &'static str) -> Call {
         Call { journal: Journalled { goes_with: Some((deletes, by)), ..self.journal }, ..self }
     }
 
-    /// Where its replay fails, nothing is started.
+    /// Declares that nothing is started if its replay fails.
     pub const fn watches(self) -> Call {
         Call { journal: Journalled { watches: true, ..self.journal }, ..self }
     }
 
-    /// These arguments are in no file.
+    /// Declares that these arguments are in no file.
     pub const fn secret(self, arguments: &'static [&'static str]) -> Call {
         Call { journal: Journalled { secret: arguments, ..self.journal }, ..self }
     }
 }
 
 impl Call {
-    /// The role that it needs: what advances the virtual clock is no mere looking.
+    /// Returns the role that it needs: what advances the virtual clock is no mere looking.
     pub fn role_under(&self, is_virtual: bool) -> Role {
         if is_virtual && self.lasts { self.role.max(Role::Operate) } else { self.role }
     }
@@ -211,17 +211,17 @@ impl Call {
         self.words.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
     }
 
-    /// The schema of its named arguments, an object.
+    /// Returns the schema of its named arguments, an object.
     pub fn named_schema(&self, generator: &mut SchemaGenerator) -> Schema {
         (self.named)(generator)
     }
 
-    /// The schema of the argument that is all that is left of the object.
+    /// Returns the schema of the argument that is all that is left of the object.
     pub fn whole_schema(&self, generator: &mut SchemaGenerator) -> Option<Schema> {
         self.whole.map(|(_, of)| of(generator))
     }
 
-    /// The schema of its answer.
+    /// Returns the schema of its answer.
     pub fn answer_schema(&self, generator: &mut SchemaGenerator) -> Schema {
         (self.answer)(generator)
     }
@@ -305,7 +305,7 @@ pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> R
     known(name)?.begin(system, arguments, slice)
 }
 
-/// The call of that name. Errors: there is none.
+/// Returns the call of that name. Errors: there is none.
 pub fn known(name: &str) -> Result<&'static Call, Refusals> {
     let none = || vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("see the list in opengpac_ps.h")];
     find(name).ok_or_else(none)

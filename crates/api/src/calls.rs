@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! All calls.
+//! Declarations of all calls.
 mod alarms;
 mod cell;
 mod configuration;
@@ -36,12 +36,12 @@ static BY_NAME: LazyLock<HashMap<&str, &Call>> = LazyLock::new(|| SUBJECTS.into_
 /// Calls of a program that stands on this crate.
 static MORE: OnceLock<&[Call]> = OnceLock::new();
 
-/// The calls, in the order in which they are listed.
+/// Returns the calls, in the order in which they are listed.
 pub fn calls() -> impl Iterator<Item = &'static Call> {
     SUBJECTS.into_iter().chain(MORE.get().copied()).flatten()
 }
 
-/// The call of that name.
+/// Returns the call of that name.
 pub fn find(name: &str) -> Option<&'static Call> {
     BY_NAME.get(name).copied().or_else(|| MORE.get()?.iter().find(|call| call.name == name))
 }

@@ -13,7 +13,7 @@ use crate::call::{Argument, Call};
 use schemars::SchemaGenerator;
 use serde_json::Value as Json;
 
-/// A schema in a word or two.
+/// Returns a schema in a word or two.
 fn word(schema: &Json) -> String {
     if let Some(path) = schema["$ref"].as_str() {
         return path.rsplit('/').next().unwrap_or(path).to_owned();
@@ -34,18 +34,18 @@ fn word(schema: &Json) -> String {
     }
 }
 
-/// The answer of a call in a word or two; nothing where there is none.
+/// Returns the answer of a call in a word or two; none if there is none.
 fn answer(call: &Call) -> Option<String> {
     Some(word(&Json::from(call.answer_schema(&mut SchemaGenerator::default())))).filter(|word| word != "null")
 }
 
-/// The arguments that must be given, then those that may be left out.
+/// Returns the arguments that must be given, then those that may be left out.
 fn ordered(call: &Call) -> Vec<Argument> {
     let (must, may): (Vec<_>, Vec<_>) = call.arguments().into_iter().partition(|argument| argument.required);
     must.into_iter().chain(may).collect()
 }
 
-/// `name, [core], ...specification`: what stands in brackets may be left out, behind dots stands all that is left of the object.
+/// Returns `name, [core], ...specification`: what stands in brackets may be left out, behind dots stands all that is left of the object.
 fn signature(call: &Call) -> String {
     let named = ordered(call).into_iter().map(|a| if a.required { a.name } else { format!("[{}]", a.name) });
     named.chain(call.whole.map(|(name, _)| format!("...{name}"))).collect::<Vec<_>>().join(", ")

@@ -4,7 +4,7 @@
 /// Entry of a journal for a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Recorded {
-    /// Nothing: it only looks, or is of this life of the daemon alone.
+    /// The journal records nothing: it only looks, or is of this life of the daemon alone.
     Nothing,
     /// Later outcome of what the call started, not the call itself.
     Outcome,
@@ -16,7 +16,7 @@ pub enum Recorded {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Journalled {
     pub recorded: Recorded,
-    /// Of the calls with the same values of these arguments only the last one counts.
+    /// Arguments of which, among calls with the same values of them, only the last call counts.
     pub replaces: Option<&'static [&'static str]>,
     /// The call that deletes what this one made, and the argument of this one that names it.
     pub goes_with: Option<(&'static str, &'static str)>,

@@ -40,7 +40,7 @@ use model::refusal::{Class, Refusal};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// A value of the model from JSON; what is not of its form is refused as a definition error.
+/// Reads a value of the model from JSON; what is not of its form is refused as a definition error.
 pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
     let mut reader = serde_json::Deserializer::from_str(json);
     let read: Result<T, _> = serde_path_to_error::deserialize(&mut reader);
@@ -53,17 +53,17 @@ pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
     Ok(value)
 }
 
-/// JSON of a value. Errors: what JSON cannot say, a map whose keys are no texts.
+/// Returns the JSON of a value. Errors: what JSON cannot say, a map whose keys are no texts.
 pub fn to_json(value: &impl Serialize) -> Result<String, Refusals> {
     serde_json::to_string(value).map_err(|why| wrong_form(&why))
 }
 
-/// A refusal of a call itself: what was asked for cannot be understood.
+/// Makes a refusal of a call itself: what was asked for cannot be understood.
 pub fn refusal(message: &str) -> Refusal {
     Refusal::new(Class::CallError, message)
 }
 
-/// The answer of what cannot be refused.
+/// Returns the answer of what cannot be refused.
 fn sure<T>(answer: T) -> Result<T, Refusals> {
     Ok(answer)
 }

@@ -59,7 +59,8 @@ enum Interconnect {
     },
 }
 
-/// A real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind": "memory"}}`, where the
+/// Opens a real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind": "memory"}}`, where
+/// the
 /// interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the virtual clock; and
 /// `"processes": {"command": [...], "python": "..."}` says how processors get processes of their own; with `"adopt": true` those that lost a
 /// system of this name are looked for first, and `take_over` lets what runs there go on.

@@ -19,7 +19,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// All of them, the least first.
+    /// Roles, the least first.
     pub const ALL: [Role; 4] = [Role::Observe, Role::Operate, Role::Configure, Role::Download];
 
     /// Its word.

@@ -40,7 +40,7 @@ pub fn snapshot(system: &System, names: &[String], raw: bool) -> Result<Snapshot
     Ok(Snapshot { time_ns, values })
 }
 
-/// The last `count` values, oldest first.
+/// Returns the last `count` values, oldest first.
 pub(crate) fn history(system: &System, name: &str, count: usize, raw: bool) -> Result<Vec<Reading>, Refusals> {
     let of = type_of(system, name)?;
     let past = system.history(name, count)?;

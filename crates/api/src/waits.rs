@@ -9,7 +9,7 @@ use supervisor::{System, Waited};
 /// Virtual time between two looks at the slice, ns.
 const ADVANCE_SLICE_NS: i64 = 10_000_000;
 
-/// When a wait gives up, on the system's clock: `until_ns`, or `timeout_ns` from now.
+/// Returns when a wait gives up, on the system's clock: `until_ns`, or `timeout_ns` from now.
 pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i64>) -> Result<Option<i64>, Refusals> {
     match (timeout_ns, until_ns) {
         (Some(_), Some(_)) => Err(vec![Refusal::new(Class::CallError, "a wait has timeout_ns or until_ns, not both")]),

@@ -14,7 +14,7 @@ crate::calls! {
         Configure emergency_stop_input(
             must device: String,
             must channel: String,
-            /// It stops at zero, not at one.
+            /// True if it stops at zero, not at one.
             may at_zero: bool,
         ) -> (): commands("device"), goes_with("delete_physical_device", "device"), watches
             => |system| system.emergency_stop_input(&device, &channel, at_zero);

@@ -69,7 +69,7 @@ crate::calls! {
             must name: String,
             /// "timer", "trigger" or "software".
             must kind: String,
-            /// Of a timer.
+            /// Period of a timer.
             may period_ns: u64,
             must priority: u8,
             /// Cost of a firing under the virtual clock.
@@ -88,7 +88,7 @@ crate::calls! {
             must name: String,
             /// The driver: "mujoco", "loopback", "scripted", ...
             must kind: String,
-            /// Those of the driver.
+            /// Options of the driver.
             may options: Option<Map<String, Json>>,
             must source: String,
             may place: Option<Place>,
@@ -102,7 +102,7 @@ crate::calls! {
             must device: String,
             /// Service that the driver declares: `configuration` lists them.
             must service: String,
-            /// Those of the service.
+            /// Arguments of the service.
             may arguments: Option<Map<String, Json>>,
         ) -> Option<Value>: commands("device"), told, lasts, moves
             => |system, slice| {
@@ -114,7 +114,7 @@ crate::calls! {
         Configure scan_devices(
             /// The driver.
             must kind: String,
-            /// Those of the driver that say where to look.
+            /// Options of the driver that say where to look.
             may options: Option<Map<String, Json>>,
         ) -> Option<Value>: unjournalled, lasts, free
             => |system, slice| {
@@ -144,7 +144,7 @@ fn served(system: &System, errand: u64, slice: Duration) -> Result<Outcome<Optio
     Ok(lasting(system.served(errand, slice)?, None, "device_served", || json!({ "errand": errand })))
 }
 
-/// The kind of an interrupt source by its name; a timer has a period.
+/// Returns the kind of an interrupt source by its name; a timer has a period.
 fn source_kind(kind: &str, period_ns: u64) -> Result<SourceKind, Refusals> {
     match kind {
         "timer" => Ok(SourceKind::Timer { period_ns }),

@@ -20,7 +20,7 @@ crate::calls! {
             must name: String,
             /// Time limit from now, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Until when at most, instead.
+            /// Time of the limit, instead.
             may until_ns: Option<i64>,
         ) -> bool: lasts
             => |system, slice| {

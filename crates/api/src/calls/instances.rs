@@ -44,7 +44,7 @@ crate::calls! {
             must instance: u64,
             /// Time limit from now, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Until when at most, instead.
+            /// Time of the limit, instead.
             may until_ns: Option<i64>,
         ) -> Option<Report>: lasts, brief
             => |system, slice| {
@@ -57,7 +57,7 @@ crate::calls! {
             must instance: u64,
             /// Time limit from now, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Until when at most, instead.
+            /// Time of the limit, instead.
             may until_ns: Option<i64>,
         ) -> Option<Report>: commands("instance"), told, outcome_journalled, lasts, stops, free
             => |system, slice| {

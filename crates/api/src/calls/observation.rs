@@ -30,7 +30,7 @@ crate::calls! {
         /// Visits the blocks of a source, or of all, one a firing: then `statistics` tells how long they take.
         Observe probe(
             may source: Option<String>,
-            /// For how much real time, an hour at most.
+            /// Amount of real time, an hour at most.
             must for_ns: u64,
         ) -> ()
             => |system| system.probe(source.as_deref(), for_ns);

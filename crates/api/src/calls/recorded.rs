@@ -51,7 +51,7 @@ struct Trace {
     /// Value stored last before the span; of each column the first value, the last, and of each number the minimum and the maximum,
     /// whole values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
     samples: String,
-    /// Of each number, over all values of the span.
+    /// Sums of each number, over all values of the span.
     sums: Vec<Sums>,
 }
 
@@ -70,7 +70,7 @@ crate::calls! {
         /// Returns what was at a time of a recording.
         Observe recorded_at(
             must path: PathBuf,
-            /// On the system's clock.
+            /// Time on the system's clock.
             must time_ns: i64,
             /// Names of SVVs and cells.
             may names: Vec<String>,

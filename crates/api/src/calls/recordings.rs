@@ -62,7 +62,7 @@ crate::calls! {
             must path: PathBuf,
             /// Digests of code modules that may run. Over the control interface they are the daemon's own, and are left out.
             may trust: Vec<String>,
-            /// With the modules of the same names that the system has now in the place of the recording's: then the first difference is of them.
+            /// true: the modules of the same names that the system has now take the place of the recording's; then the first difference is of them.
             may present: bool,
         ) -> ReplayBegun: unjournalled, free, costs
             => |system| Again::start(system, &path, trust, present).map(|replay| ReplayBegun { replay });

@@ -11,7 +11,7 @@ crate::calls! {
     pub(super) const VALUES about "values and time" = [
         /// Returns one consistent snapshot.
         Observe read(
-            /// Those of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position".
+            /// Names of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position".
             must names: Vec<String>,
             /// Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C type in base64, little endian.
             may raw: bool,

@@ -7,7 +7,7 @@ use crate::Call;
 const BEGIN: &str = " * ---- the calls, made from their declarations in crates/api ----\n";
 const END: &str = " * ---- end of the calls ----\n";
 
-/// The list of calls, lines of a comment in C.
+/// Returns the list of calls, lines of a comment in C.
 pub fn header<'a>(calls: impl Iterator<Item = &'a Call>) -> String {
     by_subject(calls).into_iter().map(|(subject, calls)| format!(" * {subject}\n{}", calls.into_iter().map(one).collect::<String>())).collect()
 }
@@ -22,7 +22,7 @@ fn one(call: &Call) -> String {
     text.replace("*/", "* /")
 }
 
-/// A header with this list in the place of the one that it has. Nothing where it has no place for one.
+/// Returns a header with this list in the place of the one that it has. Nothing where it has no place for one.
 pub fn in_header(header: &str, list: &str) -> Option<String> {
     let (before, rest) = header.split_once(BEGIN)?;
     let (_, after) = rest.split_once(END)?;

@@ -13,7 +13,7 @@ and a JSON object of arguments; its answer is JSON. What stands in brackets may 
 the rest of the object. Names of sources are `processor.source`, times are ns.
 ";
 
-/// The page.
+/// Returns the page.
 pub fn page<'a>(calls: impl Iterator<Item = &'a Call>) -> String {
     let subjects = by_subject(calls).into_iter().map(|(subject, calls)| {
         let (first, rest) = subject.split_at(1);
@@ -37,7 +37,7 @@ fn one(call: &Call) -> String {
     text
 }
 
-/// The role of a call, and what else is to be known of it, in a sentence each.
+/// Returns the role of a call, and what else is to be known of it, in a sentence each.
 fn properties(call: &Call) -> String {
     let role = format!("Role: {}{}.", call.role.word(), if call.free { ", without command" } else { "" });
     let more = [
