@@ -6,7 +6,7 @@ use crate::watchdog::TIMEOUT;
 use crate::words::OptionWord;
 use crate::worker;
 
-/// The options of a driver for a manual: its own, and those that each of its class has.
+/// Returns the options of a driver for a manual: its own, and those that each of its class has.
 pub fn options_of(of: &'static Declaration) -> Vec<&'static OptionWord> {
     accepted(of).collect()
 }
@@ -16,7 +16,7 @@ pub(crate) fn has_own_timeout(of: &Declaration) -> bool {
     of.options.iter().any(|word| word.name == TIMEOUT.name)
 }
 
-/// The options of a driver, and those that each of its class has.
+/// Returns the options of a driver, and those that each of its class has.
 pub(crate) fn accepted(of: &'static Declaration) -> impl Iterator<Item = &'static OptionWord> + Clone {
     let of_class: &[OptionWord] = if of.class == Class::Worker { &worker::WORDS } else { &[] };
     of.options.iter().chain((!has_own_timeout(of)).then_some(&TIMEOUT)).chain(of_class)

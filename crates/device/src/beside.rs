@@ -30,7 +30,7 @@ pub enum Unserved {
 }
 
 impl Beside {
-    /// Of the driver `kind` that was made just now.
+    /// Takes them from the driver `kind` that was made just now.
     pub fn of(kind: &str, driver: &dyn Driver) -> Beside {
         Beside { kind: kind.to_owned(), services: driver.services(), counters: driver.counters() }
     }

@@ -5,7 +5,7 @@ use crate::types::Type;
 /// Direction of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Direction {
-    /// From the machine.
+    /// The channel comes from the machine.
     Read,
     /// To the machine.
     Write,
@@ -49,22 +49,22 @@ impl Channel {
         Channel { name, direction, type_text: of.to_string(), unit: String::new(), doc: String::new(), offset: 0, len: of.len(), safe, slew_max: None }
     }
 
-    /// With this unit.
+    /// Sets this unit.
     pub fn unit(self, unit: impl Into<String>) -> Channel {
         Channel { unit: unit.into(), ..self }
     }
 
-    /// With this line that says what it is.
+    /// Sets this description.
     pub fn doc(self, doc: impl Into<String>) -> Channel {
         Channel { doc: doc.into(), ..self }
     }
 
-    /// With this safe value, as bytes of the type.
+    /// Sets this safe value, as bytes of the type.
     pub fn safe(self, safe: Vec<u8>) -> Channel {
         Channel { safe, ..self }
     }
 
-    /// With this limit of its change, in units per second; none where nothing is given.
+    /// Sets this limit of its change, in units per second; none if nothing is given.
     pub fn slew(self, slew_max: Option<f64>) -> Channel {
         Channel { slew_max, ..self }
     }

@@ -5,11 +5,11 @@ use std::fmt;
 /// Thread on which a driver exchanges its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// On the thread of its source: its reads and writes are bounded, and neither allocate nor wait.
+    /// The thread of its source: its reads and writes are bounded, and neither allocate nor wait.
     Inline,
-    /// On a thread of its own; the newest values are exchanged, each with its age.
+    /// A thread of its own; the newest values are exchanged, each with its age.
     Worker,
-    /// In a process of its own under the guard.
+    /// A process of its own under the guard.
     Process,
 }
 

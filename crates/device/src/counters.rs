@@ -60,7 +60,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// All of them at 0.
+    /// Makes all of them, at 0.
     pub fn new(words: &'static [CounterWord]) -> Counters {
         Counters { words, values: words.iter().map(|_| AtomicU64::new(0)).collect() }
     }
@@ -82,13 +82,13 @@ impl Counters {
         self.values[index.into()].store(value, Ordering::Relaxed);
     }
 
-    /// The value of one.
+    /// Returns the value of one.
     #[inline]
     pub fn get(&self, index: impl Into<usize>) -> u64 {
         self.values[index.into()].load(Ordering::Relaxed)
     }
 
-    /// Where one is counted, for code of another language. It is there as long as these counters.
+    /// Returns the address at which one is counted, for code of another language. It is there as long as these counters.
     pub fn address(&self, index: usize) -> *const AtomicU64 {
         &raw const self.values[index]
     }

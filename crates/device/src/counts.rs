@@ -78,12 +78,12 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// The number itself, as wide as in C.
+    /// Returns the number itself, as wide as in C.
     pub fn of(number: Number) -> Counts {
         Counts { number, bits: 8 * number.width() as u32, scale: 1.0, offset: 0.0 }
     }
 
-    /// The value of these counts, the lowest bits of `raw`. Real-time safe.
+    /// Returns the value of these counts, the lowest bits of `raw`. Real-time safe.
     pub fn value(&self, raw: u64) -> f64 {
         let unused = 64 - self.bits;
         let counts = match self.number {
@@ -95,8 +95,8 @@ impl Counts {
         self.scale * counts + self.offset
     }
 
-    /// The counts nearest to a value, in the lowest bits, and whether it lies in their range: a value beyond it is told as the last of them,
-    /// never as infinity. None: it is no number. Real-time safe.
+    /// Returns the counts nearest to a value, in the lowest bits, and whether it lies in their range: a value beyond it is told as the last
+    /// of them, never as infinity. None: it is no number. Real-time safe.
     pub fn counts(&self, value: f64) -> Option<(u64, bool)> {
         let exact = (value - self.offset) / self.scale;
         let unused = 64 - self.bits;

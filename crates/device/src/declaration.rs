@@ -45,7 +45,7 @@ pub struct Declaration {
     pub trial: Option<Of<()>>,
     /// Driver and options that stand for it where time is virtual; none: itself.
     pub in_virtual_time: Option<StandIn>,
-    /// Of one that was loaded from a file: it makes drivers, and looks for devices, in place of `open` and `scan`.
+    /// Maker of a driver that was loaded from a file: it makes drivers, and looks for devices, in place of `open` and `scan`.
     pub loaded: Option<&'static dyn Loaded>,
 }
 
@@ -58,7 +58,7 @@ impl Declaration {
         self.loaded.map_or_else(|| (self.open)(given), |loaded| loaded.open(given))
     }
 
-    /// One with these options, which is inline and has nothing beyond what every driver has.
+    /// Makes a declaration with these options, which is inline and has nothing beyond what every driver has.
     pub const fn new(kind: &'static str, doc: &'static str, options: &'static [OptionWord], open: Of<Opened>) -> Declaration {
         Declaration {
             kind,

@@ -13,9 +13,9 @@ use std::sync::Arc;
 /// All calls but `new`-like construction come from the thread of the device's source (under the virtual clock: from
 /// the one thread of the system); `read`, `write` and `safe_state` must not allocate, lock or wait.
 pub trait Driver: Send {
-    /// The channels, fixed for the life of the driver.
+    /// Returns the channels, fixed for the life of the driver.
     fn channels(&self) -> &[Channel];
-    /// Called once before the first firing, off the real-time path. `now_ns`: the clock.
+    /// Opens the device; called once before the first firing, off the real-time path. `now_ns`: the clock.
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError>;
     /// Reads every channel at the firing released at `release_ns` (a simulated plant first advances to that time).
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError>;
@@ -25,20 +25,20 @@ pub trait Driver: Send {
     /// Brings all outputs to their safe state now: after a fault of the source, at an emergency stop, or at the end. At an emergency stop it
     /// takes the place of the first `write`; those behind it carry safe values, and nothing is engaged, until a channel is engaged again.
     fn safe_state(&mut self);
-    /// Called once at the end, off the real-time path.
+    /// Closes the device; called once at the end, off the real-time path.
     fn close(&mut self);
     /// Returns the handles that bring the outputs to their safe state without this process, from `open` on. Asked once, after `open`, off the
     /// real-time path. Default: nothing; then the outputs stay as they are when the process is lost.
     fn safe_handles(&self) -> Vec<SafeHandle> {
         Vec::new()
     }
-    /// The watchdog of the device itself: where no new command comes for so long, it goes to its safe state without anybody, and its next
+    /// Returns the watchdog of the device itself: if no new command comes for so long, it goes to its safe state by itself, and its next
     /// [`Driver::read`] says so. It is known from the making on, and a source that is too slow for it is refused. Default: it has none.
     fn watchdog_ns(&self) -> Option<i64> {
         None
     }
-    /// When the device took the readings of the latest [`Driver::read`], on the clock of its `release_ns`: earlier than that where the device has
-    /// told nothing new. Asked after each `read`; real-time safe. The default is the time of the `read`.
+    /// Returns when the device took the readings of the latest [`Driver::read`], on the clock of its `release_ns`: earlier than that if the
+    /// device has told nothing new. Asked after each `read`; real-time safe. The default is the time of the `read`.
     fn taken_ns(&self) -> Option<i64> {
         None
     }

@@ -7,7 +7,7 @@ use thiserror::Error;
 /// Reason why [`open`](crate::open) failed. Each message says what to do next, where that is known.
 #[derive(Debug, Error)]
 pub enum DriverError {
-    /// No driver of that name.
+    /// There is no driver of that name.
     #[error("no driver '{kind}'{meant}; the drivers are {known}")]
     UnknownKind { kind: String, meant: String, known: String },
     /// An option is missing, unknown or has a wrong value.
@@ -16,16 +16,16 @@ pub enum DriverError {
     /// A file that an option names cannot be read.
     #[error("driver '{kind}' cannot read '{}': {problem}", path.display())]
     File { kind: String, path: PathBuf, problem: String },
-    /// It exchanges in a way that nothing in this process serves.
+    /// The driver exchanges in a way that nothing in this process serves.
     #[error("driver '{kind}' is declared as {class}, which this program does not serve; open it by crate drivers, or declare it inline")]
     Class { kind: String, class: Class },
-    /// It has no such service.
+    /// The driver has no such service.
     #[error("driver '{kind}' has no service '{service}'; {problem}")]
     Service { kind: String, service: String, problem: String },
     /// An argument of a service is missing, unknown or has a wrong value.
     #[error("service '{service}' of driver '{kind}': argument '{argument}': {problem}")]
     Argument { kind: String, service: String, argument: String, problem: String },
-    /// It cannot look for devices.
+    /// The driver cannot look for devices.
     #[error("driver '{kind}' cannot look for devices; its manual says which options open one")]
     NoScan { kind: String },
     /// Another driver of that name is registered.
@@ -42,6 +42,6 @@ pub enum DriverError {
 /// Reason why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
 #[derive(Debug)]
 pub struct DeviceError {
-    /// For people.
+    /// Text for people.
     pub message: String,
 }

@@ -45,12 +45,12 @@ impl Layout {
         self.channels.iter().any(|channel| channel.name == name)
     }
 
-    /// The channels so far, in the order in which they were added.
+    /// Returns the channels so far, in the order in which they were added.
     pub fn channels(&self) -> &[Channel] {
         &self.channels
     }
 
-    /// The channels, for [`Driver::channels`](crate::Driver::channels).
+    /// Returns the channels, for [`Driver::channels`](crate::Driver::channels).
     pub fn into_channels(self) -> Vec<Channel> {
         self.channels
     }
@@ -79,7 +79,7 @@ impl Slot {
         &mut all[self.offset..self.offset + self.len]
     }
 
-    /// Element `index` of a channel of doubles.
+    /// Returns element `index` of a channel of doubles.
     #[inline]
     pub fn double(self, all: &[u8], index: usize) -> f64 {
         let mut eight = [0; 8];

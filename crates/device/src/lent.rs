@@ -5,12 +5,12 @@ use std::sync::OnceLock;
 
 static INTERPRETER: OnceLock<OsString> = OnceLock::new();
 
-/// The Python interpreter that a driver may start, to try something in a process of its own. The first one stays.
+/// Sets the Python interpreter that a driver may start, to try something in a process of its own. The first one stays.
 pub fn lend_interpreter(interpreter: impl Into<OsString>) {
     INTERPRETER.get_or_init(|| interpreter.into());
 }
 
-/// That interpreter; `python3` where nobody lends one.
+/// Returns that interpreter; `python3` where nobody lends one.
 pub fn interpreter() -> OsString {
     INTERPRETER.get().cloned().unwrap_or_else(|| "python3".into())
 }

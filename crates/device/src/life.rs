@@ -12,7 +12,7 @@ pub struct Life {
 }
 
 impl Life {
-    /// It is there when it is opened, and its next exchange fails when it is gone.
+    /// Life of a device that is there when it is opened, and whose next exchange fails when it is gone.
     pub const IN_PLACE: Life = Life { waits_ns: 0, lost_within_ns: 0 };
 }
 
@@ -51,7 +51,7 @@ pub struct SafeState {
 }
 
 impl SafeState {
-    /// Each output carries its safe value when [`Driver::safe_state`](crate::Driver::safe_state) returns.
+    /// Safe state in which each output carries its safe value when [`Driver::safe_state`](crate::Driver::safe_state) returns.
     pub const BY_DRIVER: SafeState = SafeState { doc: "each output carries its safe value", by: &[SafeBy::Driver], within_ns: 0 };
     /// The safe values, of a machine that is computed in the driver.
     pub const OF_SIMULATION: SafeState = SafeState { by: &[SafeBy::Driver, SafeBy::End], ..SafeState::BY_DRIVER };

@@ -9,7 +9,7 @@ use std::sync::{PoisonError, RwLock};
 /// Reads the drivers of a file: it gives the declaration of each. A driver stays known for the life of its process.
 pub type Loader = fn(&Path) -> Result<Vec<&'static Declaration>, DriverError>;
 
-/// Each with the ending of its files.
+/// Loaders, each with the ending of its files.
 static LOADERS: RwLock<Vec<(&'static str, Loader)>> = RwLock::new(Vec::new());
 
 /// Sets the loader of files that end in `.ending` in this process. The first one of an ending stays.
@@ -20,7 +20,7 @@ pub fn lend_loader(ending: &'static str, loader: Loader) {
     }
 }
 
-/// The drivers in a file.
+/// Returns the drivers in a file.
 ///
 /// # Errors
 /// Nothing here loads such a file, or what is wrong with it.
@@ -34,7 +34,7 @@ pub fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
     loader(file)
 }
 
-/// The driver that `name@file` asks for; none: the kind names no file.
+/// Returns the driver that `name@file` asks for; none: the kind names no file.
 pub(crate) fn in_file(kind: &str) -> Option<Result<&'static Declaration, DriverError>> {
     let (name, file) = kind.split_once('@')?;
     let found = load(Path::new(file)).and_then(|drivers| {

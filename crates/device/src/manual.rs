@@ -61,7 +61,7 @@ pub struct ServiceAbout {
     pub arguments: Vec<OptionAbout>,
     /// The kind of its answer; null: it answers nothing.
     pub answer: Option<String>,
-    /// It moves the device: it is refused while an emergency stop is latched.
+    /// True if it moves the device: it is refused while an emergency stop is latched.
     #[serde(default)]
     pub moves: bool,
 }

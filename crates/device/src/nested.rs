@@ -52,7 +52,7 @@ fn quotes(error: &str, options: &Value, path: &[Step]) -> bool {
     }
 }
 
-/// All values inside one, each by its path.
+/// Collects all values inside one, each by its path.
 fn paths(value: &Value, here: &mut Vec<Step>, all: &mut Vec<Vec<Step>>) {
     let inside: Vec<(Step, &Value)> = match value {
         Value::Object(table) => table.iter().map(|(name, value)| (Step::Name(name.clone()), value)).collect(),
@@ -92,7 +92,7 @@ fn remove(value: &mut Value, path: &[Step]) {
     }
 }
 
-/// A path as a person writes it: an element of a list by its `name`, where it has one.
+/// Returns a path as a person writes it: an element of a list by its `name`, if it has one.
 fn written(options: &Value, path: &[Step]) -> String {
     let mut text = String::new();
     for (depth, step) in path.iter().enumerate() {

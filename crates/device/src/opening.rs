@@ -11,12 +11,12 @@ pub type Opened = (Box<dyn Driver>, Value);
 
 /// Maker of drivers of a declaration that was loaded: a function pointer knows no file, this does.
 pub trait Loaded: Send + Sync {
-    /// As [`Declaration::open`](crate::Declaration::open).
+    /// Opens as [`Declaration::open`](crate::Declaration::open).
     ///
     /// # Errors
     /// The driver's own.
     fn open(&self, given: &Given<'_>) -> Result<Opened, DriverError>;
-    /// As [`Declaration::scan`](crate::Declaration::scan).
+    /// Scans as [`Declaration::scan`](crate::Declaration::scan).
     ///
     /// # Errors
     /// The driver's own.

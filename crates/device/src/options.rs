@@ -25,7 +25,7 @@ impl<'a> Given<'a> {
         }
     }
 
-    /// As [`check`](Self::check), where any of them may be left out: a search for devices does not know them all.
+    /// Checks as [`check`](Self::check), where any of them may be left out: a search for devices does not know them all.
     pub(crate) fn check_known<'w>(kind: &'a str, options: &Value, words: impl Iterator<Item = &'w OptionWord> + Clone) -> Result<Given<'a>, DriverError> {
         let wrong = |option: &str, problem: String| Err(DriverError::Option { kind: kind.into(), option: option.into(), problem });
         let given: Map<String, Value> = match options {
@@ -48,7 +48,7 @@ impl<'a> Given<'a> {
         Ok(Given { kind, options: Value::Object(given) })
     }
 
-    /// The options as the driver's own type.
+    /// Reads the options as the driver's own type.
     ///
     /// # Errors
     /// [`DriverError::Option`]: something inside one of them is not as that type wants it.
@@ -60,17 +60,17 @@ impl<'a> Given<'a> {
         })
     }
 
-    /// The options as they are.
+    /// Returns the options as they are.
     pub fn value(&self) -> &Value {
         &self.options
     }
 
-    /// An error that names one of them.
+    /// Makes an error that names one of them.
     pub fn wrong(&self, option: &str, problem: impl Into<String>) -> DriverError {
         DriverError::Option { kind: self.kind.into(), option: option.into(), problem: problem.into() }
     }
 
-    /// The same without an option.
+    /// Returns the same without an option.
     pub(crate) fn without(&self, option: &str) -> Given<'a> {
         let mut options = self.options.clone();
         if let Some(given) = options.as_object_mut() {

@@ -97,7 +97,7 @@ fn meant(word: &OptionWord, range: Interval, number: f64) -> Option<String> {
     Some(format!("did you mean {text}, which is {}?", short(number)))
 }
 
-/// A number with its unit, for people: 10000000 ns is 10 ms.
+/// Returns a number with its unit, for people: 10000000 ns is 10 ms.
 fn shown(number: f64, unit: &str) -> String {
     let (number, unit) = match unit {
         "ns" => TIMES.iter().rev().find(|(_, ns)| number.abs() >= *ns).map_or((number, "ns"), |(unit, ns)| (number / ns, *unit)),

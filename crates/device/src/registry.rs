@@ -34,12 +34,12 @@ pub fn register(driver: &'static Declaration) -> Result<(), DriverError> {
     Ok(())
 }
 
-/// The drivers that are registered, by name.
+/// Returns the drivers that are registered, by name.
 pub fn declarations() -> Vec<&'static Declaration> {
     DRIVERS.read().unwrap_or_else(PoisonError::into_inner).values().copied().collect()
 }
 
-/// The driver of that name, or in that file: `name@file.so`.
+/// Returns the driver of that name, or in that file: `name@file.so`.
 ///
 /// # Errors
 /// [`DriverError::UnknownKind`] lists those that there are.
@@ -131,7 +131,7 @@ pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
     of.trial.map_or(Ok(()), |trial| trial(&Given::check(of.kind, options, accepted(of))?))
 }
 
-/// The driver and options that stand for these where time is virtual, where nothing can run at a pace of its own.
+/// Returns the driver and options that stand for these where time is virtual, where nothing can run at a pace of its own.
 pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
     let Ok(of) = find(kind) else { return (kind.to_owned(), options.clone()) };
     let other = of.in_virtual_time.and_then(|of| of(options));

@@ -15,14 +15,14 @@ pub struct ServiceWord {
     pub arguments: &'static [OptionWord],
     /// Kind of its answer; none: it gives none.
     pub answer: Option<Kind>,
-    /// It moves the device: it is refused while an emergency stop is latched.
+    /// True if it moves the device: it is refused while an emergency stop is latched.
     pub moves: bool,
 }
 
 /// Services of an open driver. It is called from threads that are not the device's source, while the source exchanges,
 /// so it shares with the driver only what may wait for neither.
 pub trait Services: Send + Sync {
-    /// The services of this device, where they are others than its driver declares; none: those. See [`Told`](crate::Told).
+    /// Returns the services of this device, if they are others than its driver declares; none: those. See [`Told`](crate::Told).
     fn words(&self) -> Option<&'static [ServiceWord]> {
         None
     }

@@ -6,7 +6,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Geometry {
-    /// In the order of the model; the first is the world.
+    /// Bodies in the order of the model; the first is the world.
     pub bodies: Vec<Body>,
     pub meshes: Vec<Mesh>,
     /// The name by which contacts are read, six numbers each: place, m, and force, N, in the world; null: none are told.
@@ -39,7 +39,7 @@ pub struct Joint {
     pub kind: JointKind,
     pub axis: [f64; 3],
     pub position: [f64; 3],
-    /// Of a hinge or slide: its position as the model is drawn, rad or m. A page turns by position - reference.
+    /// Position of a hinge or slide as the model is drawn, rad or m. A page turns by position - reference.
     pub reference: Option<f64>,
     /// The name by which its position is read; null: no channel tells it.
     pub svv: Option<String>,
@@ -63,7 +63,7 @@ pub enum JointKind {
 pub struct Shape {
     /// `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `mesh`, `sdf`.
     pub kind: String,
-    /// As MuJoCo counts it: half lengths, radii.
+    /// Size as MuJoCo counts it: half lengths, radii.
     pub size: [f64; 3],
     pub position: [f64; 3],
     /// w x y z.

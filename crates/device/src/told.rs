@@ -46,7 +46,7 @@ impl Told {
         Ok(told)
     }
 
-    /// The declaration of a driver with these in place of its own.
+    /// Returns the declaration of a driver with these in place of its own.
     pub fn declare(self, of: &'static Declaration) -> &'static Declaration {
         Box::leak(Box::new(Declaration { services: self.services, counters: self.counters, ..*of }))
     }

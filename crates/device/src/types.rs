@@ -19,7 +19,7 @@ pub enum Number {
     Double,
 }
 
-/// Each with its name in C and its bytes.
+/// Number types, each with its name in C and its bytes.
 const NUMBERS: [(Number, &str, usize); 11] = [
     (Number::Bool, "bool", 1),
     (Number::Int8, "int8_t", 1),
@@ -62,12 +62,12 @@ impl Type {
     pub const DOUBLE: Type = Type::of(Number::Double);
     pub const BOOL: Type = Type::of(Number::Bool);
 
-    /// One number.
+    /// Makes the type of one number.
     pub const fn of(number: Number) -> Type {
         Type { number, elements: None }
     }
 
-    /// An array of `elements` doubles; one alone is no array.
+    /// Makes the type of an array of `elements` doubles; one alone is no array.
     pub const fn doubles(elements: usize) -> Type {
         Type { number: Number::Double, elements: if elements == 1 { None } else { Some(elements) } }
     }
@@ -94,7 +94,7 @@ impl fmt::Display for Type {
 }
 
 impl FromStr for Type {
-    /// In words.
+    /// Error in words.
     type Err = String;
 
     fn from_str(text: &str) -> Result<Type, String> {

@@ -18,7 +18,7 @@ pub enum Kind {
 /// Reach of an option's value beyond its device. A door to other callers decides by it who may give the option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
-    /// Nothing.
+    /// The option reaches nothing beyond the device.
     Device,
     /// A file of this machine, which is read or written.
     File,
@@ -58,7 +58,7 @@ pub struct OptionWord {
 }
 
 impl Kind {
-    /// Each of them.
+    /// Kinds, all of them.
     pub const ALL: [Kind; 6] = [Kind::Text, Kind::Number, Kind::Whole, Kind::Bool, Kind::List, Kind::Table];
 
     /// Its name in a manual.
@@ -85,32 +85,32 @@ impl OptionWord {
         OptionWord { default: Some(default), ..OptionWord::needed(name, kind, doc) }
     }
 
-    /// With a unit.
+    /// Sets a unit.
     pub const fn unit(self, unit: &'static str) -> OptionWord {
         OptionWord { unit, ..self }
     }
 
-    /// With a range from `least` to `most`, of its number or of each number of its list.
+    /// Sets a range from `least` to `most`, of its number or of each number of its list.
     pub const fn within(self, least: f64, most: f64) -> OptionWord {
         OptionWord { range: Some(Interval::closed(least, most)), ..self }
     }
 
-    /// With a range above `least`, up to `most`.
+    /// Sets a range above `least`, up to `most`.
     pub const fn above(self, least: f64, most: f64) -> OptionWord {
         OptionWord { range: Some(Interval::above(least, most)), ..self }
     }
 
-    /// With a table of these words.
+    /// Sets a table of these words.
     pub const fn fields(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
         OptionWord { inside: Inside::Fields(words), ..self }
     }
 
-    /// With a list or a table of tables of these words.
+    /// Sets a list or a table of tables of these words.
     pub const fn entries(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
         OptionWord { inside: Inside::Entries(words), ..self }
     }
 
-    /// With a value that reaches beyond the device.
+    /// Declares that its value reaches beyond the device.
     pub const fn reaches(self, reach: Reach) -> OptionWord {
         OptionWord { reach, ..self }
     }

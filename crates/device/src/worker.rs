@@ -28,7 +28,7 @@ pub(crate) const WORDS: [OptionWord; 3] = [
     IN_PLACE,
 ];
 
-/// At what pace a worker exchanges.
+/// Pace of a worker's exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pace {
     pub period_ns: i64,
@@ -38,7 +38,7 @@ pub struct Pace {
     pub taken_max_ns: Option<i64>,
     /// Time that its device may take to be there, ns.
     pub waits_ns: i64,
-    /// On the thread of its source: no thread has a pace of its own under the virtual clock.
+    /// True if it exchanges on the thread of its source: no thread has a pace of its own under the virtual clock.
     pub in_place: bool,
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn lent() -> Option<Worker> {
     WORKER.get().copied()
 }
 
-/// The pace that the options ask for, and the options without it.
+/// Returns the pace that the options ask for, and the options without it.
 pub(crate) fn pace<'a>(given: &Given<'a>, life: &Life) -> Result<(Pace, Given<'a>), DriverError> {
     let of = |word: &OptionWord| given.value()[word.name].as_i64();
     let rest = WORDS.iter().fold(given.without(""), |rest, word| rest.without(word.name));
