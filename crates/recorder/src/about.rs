@@ -27,10 +27,10 @@ pub struct Recorded {
     pub ends_ns: i64,
     /// False where the file has no end: it is under way, or its recorder was killed, or the disk was full.
     pub complete: bool,
-    /// It can be run again: `opengpac replay`.
+    /// True if it can be run again: `opengpac replay`.
     pub replay: bool,
     pub channels: Vec<RecordedChannel>,
-    /// Other channels: `/log`, `/ends`, …
+    /// Topics of other channels: `/log`, `/ends`, …
     pub topics: Vec<String>,
     /// Verbs that were installed, in the order of their names; of a long recording those of its beginning.
     pub verbs: Vec<String>,
@@ -48,7 +48,7 @@ pub struct Recorded {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordedChannel {
-    /// Of a cell `INSTANCE:CELL`.
+    /// Name `INSTANCE:CELL` of a cell.
     pub name: String,
     /// `svv` or `cell`.
     pub kind: String,

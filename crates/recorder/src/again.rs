@@ -48,7 +48,7 @@ impl Again {
         self.apart.stop();
     }
 
-    /// With the value that differs, where only a digest is known: the recording has values of SVVs too.
+    /// Adds the value that differs, if only a digest is known: the recording has values of SVVs too.
     fn told(&self, found: Found) -> Found {
         let mut known = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         known

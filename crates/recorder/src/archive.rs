@@ -22,12 +22,12 @@ const CHUNKS_KEPT: usize = 16;
 /// One channel of a recording: where it has messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
-    /// Of an SVV or cell: its type, what it is (`svv` or `cell`), its unit.
+    /// Type of an SVV or cell, what it is (`svv` or `cell`), and its unit.
     pub values: Option<Values>,
     ids: Vec<u16>,
     /// Chunks with messages of it.
     pub chunks: Vec<usize>,
-    /// Of each of them: no message in it or behind it is earlier than this.
+    /// Floor of each of them: no message in it or behind it is earlier than this.
     floors: Vec<u64>,
     /// Number of its messages in the chunks before each of those.
     before: Vec<usize>,
@@ -60,7 +60,7 @@ impl Track {
 pub(crate) struct Index {
     pub file: Indexed,
     pub tracks: IndexMap<String, Track>,
-    /// Of each chunk: no value in it or behind it is earlier than this, none in it or before it later than that.
+    /// Bounds of each chunk: no value in it or behind it is earlier than this, none in it or before it later than that.
     pub floors: Vec<u64>,
     pub ceilings: Vec<u64>,
     taken: usize,
@@ -73,7 +73,7 @@ pub struct Archive {
     chunks: Mutex<VecDeque<(usize, Arc<Chunk>)>>,
     /// Chunks that turned out to be damaged when they were read, and in which way.
     damaged: Mutex<BTreeMap<usize, &'static str>>,
-    /// By channel and chunk.
+    /// Digests by channel and chunk.
     digests: Mutex<HashMap<(String, usize), Arc<Digest>>>,
 }
 
@@ -84,7 +84,7 @@ pub(crate) type Reading = (Vec<u8>, u64, i64);
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordedMessage {
-    /// On the system's clock.
+    /// Time on the system's clock.
     pub time_ns: i64,
     pub message: Json,
 }
@@ -126,8 +126,8 @@ impl Archive {
         self.index().tracks.contains_key(channel)
     }
 
-    /// Value, number and time in ns of an SVV or cell as it was stored last at a time; nothing where there was none yet, and where there is
-    /// no such name.
+    /// Returns value, number and time in ns of an SVV or cell as it was stored last at a time; none if there was none yet, or there is no
+    /// such name.
     pub fn reading_at(&self, name: &str, time_ns: i64) -> Result<Option<(Value, u64, i64)>, Refusals> {
         let found = self.value_at(name, time_ns)?;
         let index = self.index();
@@ -135,7 +135,7 @@ impl Archive {
         Ok(found.zip(of).map(|((bytes, number, at_ns), of)| (of.value_type.decode(&bytes), number, at_ns)))
     }
 
-    /// The same as bytes in the memory of its type.
+    /// Returns the same as bytes in the memory of its type.
     pub(crate) fn value_at(&self, name: &str, time_ns: i64) -> Result<Option<Reading>, Refusals> {
         let index = self.index();
         let Some(Track { values: Some(values), .. }) = index.tracks.get(name) else { return Ok(None) };
@@ -147,7 +147,7 @@ impl Archive {
         }))
     }
 
-    /// The message of another channel that came last at a time.
+    /// Returns the message of another channel that came last at a time.
     pub fn record_at(&self, topic: &str, time_ns: i64) -> Result<Option<RecordedMessage>, Refusals> {
         self.last_at(&self.index(), topic, time_ns)
     }
@@ -168,7 +168,7 @@ impl Archive {
         Ok((found, track.before.get(end).copied()))
     }
 
-    /// The next time behind (or before) one at which a value of any SVV or cell was stored: the next firing that stored something.
+    /// Returns the next time behind (or before) one at which a value of any SVV or cell was stored: the next firing that stored something.
     pub fn firing(&self, time_ns: i64, forward: bool) -> Result<Option<i64>, Refusals> {
         let index = self.index();
         let time = unsigned(time_ns);
@@ -228,7 +228,7 @@ impl Archive {
         self.damaged.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A chunk, out of memory where it was read lately. A damaged one is empty.
+    /// Returns a chunk, out of memory if it was read lately. A damaged one is empty.
     pub(crate) fn chunk(&self, index: &Index, at: usize) -> Result<Arc<Chunk>, Refusals> {
         let kept = || self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, chunk)) = kept().iter().find(|(known, _)| *known == at) {
@@ -308,7 +308,7 @@ impl Index {
     }
 }
 
-/// Of each place the minimum from there on.
+/// Returns for each place the minimum from there on.
 fn minima(of: impl DoubleEndedIterator<Item = u64>) -> Vec<u64> {
     let mut found: Vec<u64> = of
         .rev()

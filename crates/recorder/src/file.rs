@@ -13,13 +13,13 @@ use std::time::{Duration, Instant};
 pub(crate) struct Count {
     pub topic: String,
     id: u16,
-    /// In the file, in whole chunks.
+    /// Bytes in the file, in whole chunks.
     pub written: u64,
-    /// In the chunk that is being filled.
+    /// Bytes in the chunk that is being filled.
     pending: u64,
     /// Neither.
     pub lost: u64,
-    /// As many of these as were lost before this file.
+    /// Number of these that were lost before this file.
     lost_before: u64,
 }
 
@@ -160,7 +160,7 @@ impl Book {
         }
     }
 
-    /// The chunks reach the file, each as a whole.
+    /// Writes the chunk to the file, as a whole.
     fn finish_chunk(&mut self) {
         self.finish_chunks(mcap::Writer::finish_chunk);
     }
@@ -178,7 +178,7 @@ impl Book {
         }
     }
 
-    /// The file ends with its last whole chunk; what was on its way is lost.
+    /// Ends the file with its last whole chunk; what was on its way is lost.
     fn fail(&mut self, why: &io::Error) {
         let Some(writer) = self.writer.take() else { return };
         for count in &mut self.counts {
@@ -188,7 +188,7 @@ impl Book {
         self.failure = Some(format!("{why}{}", cut.unwrap_or_default()));
     }
 
-    /// The end of the file, with what was lost in it.
+    /// Ends the file, with what was lost in it.
     pub fn finish(&mut self) {
         self.finish_chunk();
         let lost = self.counts.iter().map(|count| (count, count.lost - count.lost_before)).filter(|(_, lost)| *lost > 0);

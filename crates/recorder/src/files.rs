@@ -25,7 +25,7 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Refused: bounds that cannot be kept, and files that follow each other of a recording that is to be run again.
+    /// Refuses bounds that cannot be kept, and files that follow each other of a recording that is to be run again.
     pub fn check(self, replay: bool) -> Result<(), Refusal> {
         let refused = |message: String, remedy: &str| Err(Refusal::new(Class::ValueRefused, message).remedy(remedy));
         match self {
@@ -95,12 +95,12 @@ impl Files {
         let _gone = self.folder.remove(&self.path);
     }
 
-    /// The file that is written.
+    /// Returns the file that is written.
     pub fn path(&self) -> &PathBuf {
         &self.path
     }
 
-    /// The files that are there, the oldest first.
+    /// Returns the files that are there, the oldest first.
     pub fn paths(&self) -> Vec<PathBuf> {
         self.whole.iter().map(|(path, _)| path).chain([&self.path]).cloned().collect()
     }

@@ -37,7 +37,7 @@ pub trait Folder: Send {
 
 /// Bytes that a recording leaves free on a large disk: a journal, an audit file and a log live beside it.
 const SPARED: u64 = 256 << 20;
-/// On a small disk it leaves this part.
+/// Part of a small disk that it leaves free.
 const SPARED_PART: u64 = 20;
 
 /// Number of names that are tried for the next file.
@@ -94,7 +94,7 @@ fn parent(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The next path in the series of a recording: `run.mcap`, then `run-2.mcap`, `run-3.mcap` and so on, behind the last one that is there.
+/// Returns the next path in the series of a recording: `run.mcap`, then `run-2.mcap`, `run-3.mcap` and so on, behind the last one that is there.
 ///
 /// A number that is free between others is not taken, so that the order of the numbers is that of the time.
 pub fn next_beside(path: &Path) -> PathBuf {

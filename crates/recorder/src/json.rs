@@ -114,7 +114,7 @@ fn number(json: &Json) -> Option<f64> {
     }
 }
 
-/// The schema of the messages of a value: `{"number", "value"}`.
+/// Returns the schema of the messages of a value: `{"number", "value"}`.
 pub(crate) fn schema(of: &Type, unit: &str) -> Json {
     let mut value = schema_of(of);
     if !unit.is_empty() {

@@ -24,7 +24,7 @@ pub(crate) fn read(of: &Type, data: &[u8], out: &mut Vec<f64>) -> Option<u64> {
     })
 }
 
-/// The same for a finite number as the recorder writes it.
+/// Returns the same for a finite number as the recorder writes it.
 fn quick(of: &Type, data: &[u8], out: &mut Vec<f64>) -> Option<u64> {
     let Type::Scalar(Scalar::Double | Scalar::Int32 | Scalar::Uint32 | Scalar::Int16 | Scalar::Uint16 | Scalar::Int8 | Scalar::Uint8) = of else {
         return None;

@@ -23,12 +23,12 @@ pub(crate) struct Definition {
 }
 
 impl Definition {
-    /// Log, ends, statistics and the like: few messages, which a reader takes as a whole, and not out of all chunks with values.
+    /// Returns true for log, ends, statistics and the like: few messages, which a reader takes as a whole, and not out of all chunks with values.
     pub fn is_apart(&self) -> bool {
         self.encoding == JSON && !self.metadata.contains_key("kind")
     }
 
-    /// A value or the shape of a device: it holds until the next message of its channel.
+    /// Returns true for a value or the shape of a device: it holds until the next message of its channel.
     pub fn is_state(&self) -> bool {
         self.metadata.contains_key("kind") || self.topic.starts_with(GEOMETRY)
     }
@@ -55,13 +55,13 @@ pub struct Page {
 }
 
 impl Page {
-    /// A new channel. `topic`: its name in the file; `schema`: name and JSON schema of its messages, an object.
+    /// Adds a new channel. `topic`: its name in the file; `schema`: name and JSON schema of its messages, an object.
     pub fn channel(&mut self, topic: &str, schema: (&str, &serde_json::Value), metadata: BTreeMap<String, String>) -> ChannelId {
         let schema = Schema { name: schema.0.to_owned(), encoding: JSON_SCHEMA, text: schema.1.to_string() };
         self.define(Definition { topic: topic.to_owned(), encoding: JSON, schema: Some(schema), metadata })
     }
 
-    /// A new channel of messages that are no JSON: what `encoding` names.
+    /// Adds a new channel of messages that are no JSON: what `encoding` names.
     pub fn channel_of_bytes(&mut self, topic: &str, encoding: &'static str) -> ChannelId {
         self.define(Definition { topic: topic.to_owned(), encoding, schema: None, metadata: BTreeMap::new() })
     }
@@ -71,7 +71,7 @@ impl Page {
         ChannelId(self.first + self.definitions.len() - 1)
     }
 
-    /// One message. `time_ns`: on the system's clock. `sequence`: the number that tools see.
+    /// Adds one message. `time_ns`: on the system's clock. `sequence`: the number that tools see.
     pub fn put(&mut self, channel: ChannelId, time_ns: i64, sequence: u64, fill: impl FnOnce(&mut Vec<u8>)) {
         fill(&mut self.bytes);
         #[allow(clippy::cast_possible_truncation, reason = "the lower half is what a file holds")]
@@ -79,7 +79,7 @@ impl Page {
         self.entries.push(Entry { channel, time_ns, sequence, end: self.bytes.len() });
     }
 
-    /// So many messages of a channel were lost before they came here.
+    /// Counts so many messages of a channel as lost before they came here.
     pub fn lost(&mut self, channel: ChannelId, count: u64) {
         if count > 0 {
             *self.lost.entry(channel).or_default() += count;
@@ -109,7 +109,7 @@ impl Page {
         self.bytes.len() + self.entries.len() * size_of::<Entry>()
     }
 
-    /// Empty, for what comes next.
+    /// Empties the page for what comes next.
     pub(crate) fn renew(&mut self, first: usize) {
         self.first = first;
         self.definitions.clear();

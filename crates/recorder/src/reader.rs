@@ -66,7 +66,7 @@ impl Damaged {
 /// A recording in memory.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
-    /// By SVV or cell, in the order in which they came to be recorded.
+    /// Series by SVV or cell, in the order in which they came to be recorded.
     pub series: IndexMap<String, Series>,
     /// Messages of all other channels: (time, message).
     pub records: IndexMap<String, Vec<(i64, Json)>>,
@@ -184,7 +184,7 @@ impl Recording {
         self.records.get(LOG).into_iter().flatten().map(|(_, entry)| entry)
     }
 
-    /// End reports.
+    /// Returns the end reports.
     pub fn ends(&self) -> impl Iterator<Item = &Json> {
         self.records.get(ENDS).into_iter().flatten().map(|(_, end)| end)
     }

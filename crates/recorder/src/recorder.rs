@@ -100,7 +100,7 @@ impl Recorder {
         Ok((system.accompany(recorder.clone()), recorder))
     }
 
-    /// The same into any folder, with `room` bytes for what waits for it, and without a place in the system.
+    /// Starts the same into any folder, with `room` bytes for what waits for it, and without a place in the system.
     pub fn start_in(system: &System, folder: Box<dyn Folder>, path: &Path, options: &Options, room: usize) -> Result<Arc<Recorder>, Refusals> {
         let bounds = Bounds { split: options.split_bytes, keep: options.keep };
         bounds.check(options.replay).map_err(|why| vec![why])?;

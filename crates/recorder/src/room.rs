@@ -31,7 +31,7 @@ impl Room {
         self.waiting.lock().expect("nobody panics with the lock held")
     }
 
-    /// A page goes to the writer. Where there is no room for it, it waits for room if it `may_wait`, else its messages become losses.
+    /// Hands a page to the writer. Where there is no room for it, it waits for room if it `may_wait`, else its messages become losses.
     /// An empty page comes back.
     pub fn put(&self, mut page: Page, may_wait: bool) -> Page {
         let mut waiting = self.locked();
@@ -47,14 +47,14 @@ impl Room {
         waiting.empty.pop().unwrap_or_default()
     }
 
-    /// The next page; none when the room is closed and empty.
+    /// Returns the next page; none when the room is closed and empty.
     pub fn take(&self) -> Option<Page> {
         let waiting = self.locked();
         let mut waiting = self.turned.wait_while(waiting, |waiting| waiting.pages.is_empty() && !waiting.closed).expect("nobody panics with the lock held");
         waiting.pages.pop_front()
     }
 
-    /// A page was written.
+    /// Notes that a page was written.
     pub fn written(&self, page: Page) {
         let mut waiting = self.locked();
         waiting.bytes -= page.len();
@@ -69,7 +69,7 @@ impl Room {
         self.locked().empty = Vec::new();
     }
 
-    /// Nothing more comes.
+    /// Closes the room: nothing more comes.
     pub fn close(&self) {
         self.locked().closed = true;
         self.turned.notify_all();

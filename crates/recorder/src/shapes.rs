@@ -28,7 +28,7 @@ impl Shapes {
         self.under_way.extend(begun);
     }
 
-    /// Those that are there by now; with `all` every one that was asked for, however long that takes.
+    /// Returns those that are there by now; with `all` every one that was asked for, however long that takes.
     pub fn take(&mut self, all: bool) -> Vec<Shape> {
         let there = self.under_way.extract_if(.., |thread| all || thread.is_finished());
         there.filter_map(|thread| thread.join().ok()).flatten().collect()

@@ -15,7 +15,7 @@ type Opened = (PathBuf, u64, Arc<Archive>);
 
 static SHELF: Mutex<Vec<Opened>> = Mutex::new(Vec::new());
 
-/// The recording at a path, with everything that is in the file by now. Refused where it cannot be read or is none of ours.
+/// Returns the recording at a path, with everything that is in the file by now. Refused where it cannot be read or is none of ours.
 pub fn opened(path: &Path) -> Result<Arc<Archive>, Refusals> {
     let known = || SHELF.lock().unwrap_or_else(PoisonError::into_inner);
     let identity = std::fs::metadata(path).map_or(0, |about| std::os::unix::fs::MetadataExt::ino(&about));
@@ -44,7 +44,7 @@ pub struct RecordingFile {
     pub written_unix_s: u64,
 }
 
-/// The recordings in a folder, the newest first: plain files named `*.mcap`. Refused where the folder cannot be read.
+/// Returns the recordings in a folder, the newest first: plain files named `*.mcap`. Refused where the folder cannot be read.
 pub fn recordings(folder: &Path) -> Result<Vec<RecordingFile>, Refusals> {
     let cannot = |why: std::io::Error| {
         let said = format!("cannot read the folder of recordings '{}': {why}", folder.display());

@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 use supervisor::{End, Entry, System};
 
-/// Something that gives messages. Drained every 20 ms or so by the recorder's thread, once more at the end.
+/// Source of messages. Drained every 20 ms or so by the recorder's thread, once more at the end.
 pub(crate) trait Source: Send {
     /// Appends what is new.
     fn drain(&mut self, page: &mut Page);
@@ -33,7 +33,7 @@ pub(crate) struct Numbered<T> {
 }
 
 impl Numbered<Entry> {
-    /// The log: conditions, faults, transitions, starts, commands; from the present on.
+    /// Returns the log: conditions, faults, transitions, starts, commands; from the present on.
     pub fn log(system: System) -> Numbered<Entry> {
         let text = || json!({"type": "string"});
         let properties = json!({"sequence": {"type": "integer"}, "time_s": {"type": "number"}, "kind": text(), "about": text(), "text": text()});
@@ -43,7 +43,7 @@ impl Numbered<Entry> {
 }
 
 impl Numbered<End> {
-    /// End reports, from the present on.
+    /// Returns end reports, from the present on.
     pub fn ends(system: System) -> Numbered<End> {
         let schema = ("opengpac.end", json!({"type": "object"}));
         Numbered { system, next: 0, channel: None, topic: ENDS, schema, since: System::ends_since, place: |end| (end.number, end.report.time_s) }.begun()
@@ -56,7 +56,7 @@ impl<T> Numbered<T> {
         self
     }
 
-    /// Number of the next one.
+    /// Returns the number of the next one.
     pub fn next(&self) -> u64 {
         self.next
     }

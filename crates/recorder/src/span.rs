@@ -13,7 +13,7 @@ pub struct Trace {
     /// Samples of a span: the value stored last before it, and of each column the first, the last, and of each number the minimum and the
     /// maximum: whole values with their own times.
     pub samples: Samples,
-    /// Of each number, over all values of the span.
+    /// Sums of each number, over all values of the span.
     pub sums: Vec<Sums>,
 }
 
@@ -26,7 +26,7 @@ pub struct Span {
 }
 
 impl Archive {
-    /// Some channels between two times, both included, in so many columns. Reads `chunks_max` chunks at the most that were not read before,
+    /// Returns some channels between two times, both included, in so many columns. Reads `chunks_max` chunks at the most that were not read before,
     /// from `since` on, which is 0 or the `next` of the part before. A chunk that is shorter than a column belongs to the column in which it
     /// begins. Refused for a name that is no SVV or cell of the recording.
     pub fn span(&self, names: &[String], (from_ns, to_ns): (i64, i64), columns: usize, since: usize, chunks_max: usize) -> Result<Span, Refusals> {
@@ -114,7 +114,7 @@ impl Columns {
         Columns { size, from, width, column: 0, open: Samples::default(), done }
     }
 
-    /// Value before the span.
+    /// Begins with a value before the span.
     fn begin(&mut self, before: Option<Reading>, of: &Track) {
         let (Some((bytes, number, time_ns)), Some(values)) = (before, &of.values) else { return };
         self.done.samples.times_ns.push(time_ns);
