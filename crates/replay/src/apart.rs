@@ -47,7 +47,7 @@ enum Said {
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Replaying {
-    /// It goes on.
+    /// True while it goes on.
     pub running: bool,
     /// Firings that were run again.
     pub firings: u64,
@@ -151,7 +151,7 @@ impl Listener {
     }
 }
 
-/// The life of the process: runs what it is asked for, and tells how far it has come and what was found.
+/// Runs the life of the process: it runs what it is asked for, and tells how far it has come and what was found.
 ///
 /// # Errors
 /// In words: it was not started for this.

@@ -37,12 +37,12 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// `recorded`: the code of the record. `other`: the code to compare it with.
+    /// Makes a comparison. `recorded`: the code of the record. `other`: the code to compare it with.
     pub fn new(recorded: Box<dyn Codes>, other: Box<dyn Codes>) -> Comparison {
         Comparison { before: Player::new(recorded), after: Player::new(other) }
     }
 
-    /// The next item in both: the moment with the other code, and the difference, where there is one.
+    /// Plays the next item in both: the moment with the other code, and the difference, if there is one.
     ///
     /// # Errors
     /// As of [`Player::play`]; and where the code of the record does not give what is recorded.
@@ -61,7 +61,7 @@ impl Comparison {
         Ok(Some((after, Some(difference))))
     }
 
-    /// The run with the other code.
+    /// Returns the run with the other code.
     pub fn player(&mut self) -> &mut Player {
         &mut self.after
     }

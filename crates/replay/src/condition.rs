@@ -42,7 +42,7 @@ impl Condition {
         Ok(Condition { any: any.collect::<Result<_, _>>()? })
     }
 
-    /// The SVVs that it asks for.
+    /// Returns the SVVs that it asks for.
     pub fn svvs(&self) -> impl Iterator<Item = &str> {
         self.any.iter().flatten().map(|part| part.svv.as_str())
     }
@@ -107,7 +107,7 @@ impl Svv {
     }
 }
 
-/// Element `element` of a value of C type `type_text`, as a number.
+/// Returns element `element` of a value of C type `type_text`, as a number.
 pub(crate) fn number(type_text: &str, bytes: &[u8], element: usize) -> Option<f64> {
     let scalar = type_text.split('[').next().unwrap_or_default().trim();
     let at = |len: usize| bytes.get(element.checked_mul(len)?..element.checked_add(1)?.checked_mul(len)?);

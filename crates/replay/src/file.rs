@@ -36,7 +36,7 @@ impl Reader {
         Ok(Reader { file, channel: None, next: 0 })
     }
 
-    /// The next item; none at the end. Where items are missing, because the disk was too slow for them, one that says so.
+    /// Returns the next item; none at the end. Where items are missing, because the disk was too slow for them, one that says so.
     ///
     /// # Errors
     /// In words: what of the file is damaged.
@@ -55,12 +55,12 @@ impl Reader {
         Ok(None)
     }
 
-    /// True where the file has a channel for replay, as far as it was read.
+    /// Returns true if the file has a channel for replay, as far as it was read.
     pub fn has_items(&self) -> bool {
         self.channel.is_some()
     }
 
-    /// It ended without saying so.
+    /// Returns true if it ended without saying so.
     pub fn is_cut_off(&self) -> bool {
         self.file.is_cut_off()
     }

@@ -60,7 +60,7 @@ pub struct Told {
     pub number: u64,
     /// Its release, ns.
     pub time_ns: i64,
-    /// It came between two firings.
+    /// True if it came between two firings.
     pub between: bool,
     /// Label of the block, with its instance; empty where it is not known.
     pub block: String,
@@ -121,7 +121,7 @@ impl Told {
     }
 }
 
-/// The elements of a value as text that says every bit; hexadecimal digits of what has no numbers.
+/// Returns the elements of a value as text that says every bit; hexadecimal digits of what has no numbers.
 pub fn elements(type_text: &str, bytes: &[u8]) -> Vec<String> {
     let numbers: Vec<String> = (0..).map_while(|element| number(type_text, bytes, element)).map(|number| format!("{number:?}")).collect();
     if numbers.is_empty() && !bytes.is_empty() {

@@ -14,13 +14,13 @@ type Keeper = Arc<dyn Any + Send + Sync>;
 
 /// Source of the code of blocks.
 pub trait Codes {
-    /// A module of the record.
+    /// Loads a module of the record.
     ///
     /// # Errors
     /// In words: it cannot be loaded.
     fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String>;
 
-    /// The code of a block.
+    /// Returns the code of a block.
     fn find(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)>;
 }
 
@@ -65,12 +65,12 @@ pub struct Exchanged {
 }
 
 impl Exchanged {
-    /// The code of the record.
+    /// Makes the code of the record.
     pub fn new(code: rtp::Code) -> Exchanged {
         Exchanged { code, others: HashMap::new() }
     }
 
-    /// The shared object `bytes` in the place of the record's module `name`.
+    /// Puts the shared object `bytes` in the place of the record's module `name`.
     pub fn exchange(&mut self, name: &str, bytes: Vec<u8>) {
         self.others.insert(name.to_owned(), bytes);
     }

@@ -77,7 +77,7 @@ pub struct Player {
 }
 
 impl Player {
-    /// `codes`: the code of the blocks.
+    /// Makes a player. `codes`: the code of the blocks.
     pub fn new(codes: Box<dyn Codes>) -> Player {
         let host = Arc::new(Host::playing());
         let ground = Recorded { codes, devices: HashMap::new(), host: host.clone() };
@@ -168,7 +168,7 @@ impl Player {
         self.fingerprint = bytes.fold(self.fingerprint ^ 0xcbf2_9ce4_8422_2325, |of, byte| (of ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     }
 
-    /// One number for all that happened so far: records of the same run have the same.
+    /// Returns one number for all that happened so far: records of the same run have the same.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
     }
@@ -178,7 +178,7 @@ impl Player {
         self.firings
     }
 
-    /// Name of a source.
+    /// Returns the name of a source.
     pub fn name(&self, source: SourceId) -> &str {
         self.sources.get(source.0 as usize).map_or("?", String::as_str)
     }
@@ -188,7 +188,7 @@ impl Player {
         self.host.stored(source)
     }
 
-    /// The SVVs that blocks of a source store, with what they have stored, in the order of their names.
+    /// Returns the SVVs that blocks of a source store, with what they have stored, in the order of their names.
     pub fn stored_svvs(&mut self, source: SourceId) -> Vec<Svv> {
         let mut found = Vec::new();
         for (name, places) in &mut self.svvs {
@@ -206,7 +206,7 @@ impl Player {
         self.svvs.keys().map(String::as_str)
     }
 
-    /// An SVV with its value: where a block that runs stores it, there; none where no script has named it yet.
+    /// Returns an SVV with its value: if a block that runs stores it, there; none if no script has named it yet.
     pub fn svv(&mut self, name: &str) -> Option<Svv> {
         let places = self.svvs.get_mut(name)?;
         for place in places.iter_mut().filter(|place| place.cell.is_none()) {
@@ -218,7 +218,7 @@ impl Player {
     }
 }
 
-/// No device has more bytes of readings or commands.
+/// Maximum bytes of a device's readings or commands.
 const IMAGE_MAX: usize = 1 << 24;
 
 fn is_sound(channel: &Channel) -> bool {

@@ -23,7 +23,7 @@ pub enum Item {
 }
 
 impl Item {
-    /// As bytes, as a record keeps it.
+    /// Returns it as bytes, as a record keeps it.
     ///
     /// # Panics
     /// Never: an item has nothing that cannot be written.
@@ -31,7 +31,7 @@ impl Item {
         postcard::to_allocvec(self).expect("every item can be written")
     }
 
-    /// From the bytes of a record.
+    /// Reads it from the bytes of a record.
     ///
     /// # Errors
     /// In words: they are none, or of another version.
@@ -44,7 +44,7 @@ impl Item {
         if let Item::Entry(Entry::Broken(why)) = self { Some(why) } else { None }
     }
 
-    /// Source and release of what happened, ns on the clock; none for what only prepares.
+    /// Returns source and release of what happened, ns on the clock; none for what only prepares.
     pub fn time_ns(&self) -> Option<i64> {
         if let Item::Entry(Entry::Stretch(_, stretch)) = self { Some(stretch.time_ns) } else { None }
     }

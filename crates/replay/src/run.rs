@@ -60,7 +60,7 @@ impl Run {
         Run::with_code(path, asked, others)
     }
 
-    /// The same with code modules that are in memory: (name, shared object) in the place of recorded ones.
+    /// Runs with code modules that are in memory: (name, shared object) in the place of recorded ones.
     pub(crate) fn with_code(path: &Path, asked: Asked, others: Vec<(String, Vec<u8>)>) -> Result<Run, String> {
         asked.trust.check_file(path)?;
         let until = asked.until.as_deref().map(Condition::read).transpose()?;
@@ -161,7 +161,7 @@ impl Run {
         }
     }
 
-    /// A difference of the recorded code itself: there is nothing to compare with but a digest.
+    /// Tells a difference of the recorded code itself: there is nothing to compare with but a digest.
     fn unnamed(&mut self, moment: &Moment) -> Told {
         let how = moment.differs.clone().unwrap_or_else(|| {
             "the code of the record gives other values here than when it was recorded: another version of the library, or a block that is not a function of its inputs".to_owned()
@@ -203,7 +203,7 @@ fn probe(python: &str) -> Vec<std::ffi::OsString> {
     }
 }
 
-/// True where `name` is as `pattern` says, in which `*` stands for anything.
+/// Returns true if `name` is as `pattern` says, in which `*` stands for anything.
 fn is_like(name: &str, pattern: &str) -> bool {
     match pattern.split_once('*') {
         None => name == pattern,

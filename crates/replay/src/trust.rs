@@ -10,9 +10,9 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 pub enum Trust {
-    /// All, or none.
+    /// All modules, or none.
     Said(bool),
-    /// Those with these digests.
+    /// Modules with these digests.
     Of(Vec<String>),
 }
 
@@ -39,7 +39,7 @@ impl Brought {
     }
 }
 
-/// The code modules that a file brings, as far as it can be read. Nothing of them runs.
+/// Returns the code modules that a file brings, as far as it can be read. Nothing of them runs.
 ///
 /// # Errors
 /// In words: the file is not there, or is none.
@@ -68,7 +68,7 @@ impl Trust {
         if strange.is_empty() { Ok(()) } else { Err(refusal(&path.display().to_string(), &strange)) }
     }
 
-    /// The same of one module that is about to be loaded: the file may be another one than that which was looked at.
+    /// Checks the same of one module that is about to be loaded: the file may be another one than that which was looked at.
     pub(crate) fn check(&self, path: &Path, name: &str, bytes: &[u8]) -> Result<(), String> {
         if *self == Trust::Said(true) {
             return Ok(());
