@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
-    """The one system that a verb, where it is placed and those of the arguments of a call that it is applied to belong to."""
+    """Returns the one system that a verb, where it is placed and those of the arguments of a call that it is applied to belong to."""
     names = verb.arguments_signature.parameters
     found = dict.fromkeys(system for name, given in arguments.items() if name in names for system in systems_in(given))
     for system in (verb._own_system(), verb.placed_in):
@@ -39,7 +39,7 @@ def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
 
 
 def bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, Any]) -> Any:
-    """The arguments of a call by the names of the verb's parameters. Raises `CallError` where they do not fit."""
+    """Binds the arguments of a call by the names of the verb's parameters. Raises `CallError` where they do not fit."""
     try:
         return signature.bind(*args, **kwargs)
     except TypeError as error:
@@ -92,7 +92,7 @@ def values_json(verb: Verb[..., Any], arguments: Mapping[str, Any], objects: Map
 
 
 def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any:
-    """`{"elbow": 1.2}` over the present: the other members keep where they are."""
+    """Returns `{"elbow": 1.2}` over the present: the other members keep where they are."""
     members = {device.short_name: device for device in group}
     wrong = next((key for key in given if key not in members), None)
     if wrong is not None:
@@ -135,7 +135,7 @@ def checked_values(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], obje
 
 
 def _known_values(verb: Verb[..., Any], bound: Any, objects: Mapping[str, Any]) -> dict[str, Any]:
-    """The values as far as a check knows them: some are made from what only a run gives."""
+    """Returns the values as far as a check knows them: some are made from what only a run gives."""
     try:
         return values_json(verb, bound.arguments, objects)
     except Error:

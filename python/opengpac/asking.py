@@ -18,7 +18,7 @@ class Asking:
         raise NotImplementedError
 
     def begin(self, name: str, arguments_json: str, slice_ns: int, /) -> str | None:
-        """As `call`, for this much real time; None where it is not over then. For calls that may be made again."""
+        """Makes the call as `call` does, for this much real time; None where it is not over then. For calls that may be made again."""
         raise NotImplementedError
 
     def _ask(self, name: str, arguments: Mapping[str, Any] | None = None) -> Any:

@@ -27,7 +27,7 @@ class FunctionBlock(Declared):
     """A function block: an application subroutine (`Block`) or a data flow graph (`Graph`). From outside the two look the same."""
 
     def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
-        """As `run` says, with the values in one dictionary."""
+        """Runs as `run` says, with the values in one dictionary."""
         raise NotImplementedError
 
 

@@ -28,7 +28,7 @@ def put(file: Path, content: bytes) -> None:
 
 
 def keep(file: Path, content: bytes) -> None:
-    """The same of a file within a `folder`, with the folders that it lies in. Errors: `ModuleError`, where there is no room for it."""
+    """Keeps a file within a `folder`, with the folders that it lies in. Errors: `ModuleError`, where there is no room for it."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         put(file, content)
@@ -37,8 +37,8 @@ def keep(file: Path, content: bytes) -> None:
 
 
 def folder(kind: str) -> Path:
-    """Where what is made of a `kind`, "python-blocks" or "models", is kept for this user: in the folder that OPENGPAC_COMPILED names,
-    else in that of the user's cache."""
+    """Returns the folder where what is made of a `kind`, "python-blocks" or "models", is kept for this user: the one that
+    OPENGPAC_COMPILED names, else one in the user's cache."""
     given = os.environ.get("OPENGPAC_COMPILED")
     made = (Path(given).absolute() if given else user_cache()) / kind
     try:

@@ -108,7 +108,7 @@ def _statement(tree: ast.Module, line: int) -> ast.AST | None:
 
 
 def _named(statement: ast.AST, word: str, message: str) -> Iterator[ast.expr | ast.keyword]:
-    """Where a word stands as a text, a keyword or a name: first in the arguments that the message speaks of, then in program order."""
+    """Yields where a word stands as a text, keyword or name: first in the arguments that the message speaks of, then in program order."""
     spoken = {id(inner) for k in ast.walk(statement) if isinstance(k, ast.keyword) and _speaks_of(message, k.arg) for inner in ast.walk(k)}
     found = [
         node

@@ -94,7 +94,7 @@ def ready() -> Command:
 
 
 def checked(command: Any, where: str) -> Command:
-    """The command, if it is one."""
+    """Returns the command, if it is one."""
     if isinstance(command, dict) and "command" in command:
         return command
     refuse(DefinitionError, f"{where} has {command!r}, which is not a command", "write execute('block'), activate('block', every='1 ms') …")

@@ -177,7 +177,7 @@ class ComposedVerb(Verb[..., Report]):
                 yield from (t.raises for t in part.conditions.values() if t.raises is not None and own in t.during)
 
     def _placed(self) -> tuple[dict[str, str], dict[str, int]]:
-        """Where its parts were placed with `on`, and the intervals that were changed there."""
+        """Returns where its parts were placed with `on`, and the intervals that were changed there."""
         shared = set(self.composition.share)
         placement: dict[str, str] = {}
         intervals: dict[str, int] = {}
@@ -229,7 +229,7 @@ def compose(
     share: Sequence[str] = (),
     doc: str = "",
 ) -> ComposedVerb:
-    """One verb of several: `compose("pick", {"approach": approach, "grasp": grasp}, transitions={("approach", "contact"): "grasp"})`.
+    """Makes one verb of several: `compose("pick", {"approach": approach, "grasp": grasp}, transitions={("approach", "contact"): "grasp"})`.
 
     `parts` are verbs by label, verbs (their labels are their names), or a chain made by `then` and `>>`, which gets a name here.
     A line of `transitions` leads from a part (every list of it that the condition ends), one list (`"approach.back_off"`) or a
@@ -280,7 +280,7 @@ def together(
     until: str = "any",
     doc: str = "",
 ) -> ComposedVerb:
-    """One verb that does several at once: the union, with one initial list, `start`, that has the leading commands of all, in order.
+    """Makes one verb that does several at once: the union, with one initial list, `start`, that has the leading commands of all, in order.
 
     `until="any"`: the first condition that ends one of them ends all, and returns what each of them says. `until="all"`: it ends,
     `completed`, when each of them has come to a normal end, and returns what all say; a part that has arrived keeps running until
@@ -300,7 +300,7 @@ def together(
 
 
 def then(verb: AnyVerb, condition: str | None, following: AnyVerb, label: str | None) -> ComposedVerb:
-    """`verb.then(condition, following)`: a chain goes on with one more part; any other verb begins one."""
+    """Makes `verb.then(condition, following)`: a chain goes on with one more part; any other verb begins one."""
     for part in (verb, following):
         _check_verb(part, "a composition")
     chain = Composition("", {verb.name: verb}, here(), open=True)
@@ -329,7 +329,7 @@ def _labelled(parts: Parts | Iterable[AnyVerb], name: str) -> dict[str, AnyVerb]
 
 
 def _unique(label: str, known: Mapping[str, AnyVerb]) -> str:
-    """`move`, `move_2`, `move_3` …"""
+    """Returns `move`, `move_2`, `move_3` …"""
     number, unique = 1, label
     while unique in known:
         number += 1

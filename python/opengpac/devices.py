@@ -375,7 +375,7 @@ class LogicalDevice(Shown, Declared, Argument):
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
-        """`with joint.enabled():` disables it at the end; `timeout` is that of `enable`."""
+        """Enables the device: `with joint.enabled():` disables it at the end; `timeout` is that of `enable`."""
         self.enable(timeout)
         try:
             yield self

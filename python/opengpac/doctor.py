@@ -223,7 +223,7 @@ def _virtual_machine(root: Path) -> Iterator[Finding]:
 
 
 def _measured(seconds: float, tell: Callable[[str], None]) -> tuple[list[Latency], list[str]]:
-    """Of a timer on each core, all at once, then of one on no core; and which rights were not given."""
+    """Measures a timer on each core, all at once, then one on no core; and returns which rights were not given."""
     cores: list[int | None] = [*sorted(os.sched_getaffinity(0))]
     latencies: list[Latency] = []
     missing: dict[str, None] = {}

@@ -105,7 +105,7 @@ class _Option(_Named):
         return value
 
     def about(self, name: str, kind: type | None) -> dict[str, Any]:
-        """As manuals have it."""
+        """Returns the option as manuals have it."""
         default = None if self.default is _NEEDED else str(self.default)
         ranged = {} if self.range is None or kind not in (int, float) else {"range": self.range}
         return {"name": name, "kind": _KIND_NAMES.get(kind, "text"), "unit": self.unit, **ranged, "default": default, "doc": self.doc}
@@ -173,7 +173,7 @@ class Part(_Named):
             channel.name = f"{name}.{word}"
 
     def about(self) -> dict[str, Any]:
-        """As devices have it."""
+        """Returns the part as devices have it."""
         return {"name": self.name, "unit": self.unit, "command": self.command, **self.limits}
 
 
@@ -203,7 +203,7 @@ class Counter(_Named):
         self.doc, self.unit = doc, unit
 
     def about(self) -> dict[str, Any]:
-        """As manuals have it."""
+        """Returns the counter as manuals have it."""
         return {"name": self.name, "unit": self.unit, "doc": self.doc}
 
 
@@ -240,7 +240,7 @@ class Service:
         return found
 
     def about(self) -> dict[str, Any]:
-        """As manuals have it."""
+        """Returns the service as manuals have it."""
         arguments = [option.about(name, kind) for name, (option, kind) in self.arguments.items()]
         answer = _KIND_NAMES[self.answer] if self.answer else None
         return {"name": self.name, "doc": self.doc, "arguments": arguments, "answer": answer, "moves": self.moves}
@@ -407,7 +407,7 @@ def channels_of(kind: type[Driver]) -> dict[str, Channel]:
 
 
 def place_of(driver: Driver, channel: Channel) -> tuple[dict[str, Any], str]:
-    """Where a channel has its value on the object: a dictionary, and the name in it."""
+    """Returns where a channel has its value on the object: a dictionary, and the name in it."""
     part, _, word = channel.name.rpartition(".")
     return (vars(driver.__dict__[part]) if part else driver.__dict__), word
 

@@ -83,7 +83,7 @@ def options(words: Iterable[str], declared: Iterable[Mapping[str, Any]]) -> dict
 
 
 def _value(text: str, option: Mapping[str, Any]) -> Any:
-    """The text as the kind of the option: a list or table as JSON, a list also as words between commas."""
+    """Reads the text as the kind of the option: a list or table as JSON, a list also as words between commas."""
     name, kind = option["name"], option["kind"]
     if kind == "text":
         return text

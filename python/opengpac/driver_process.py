@@ -74,7 +74,7 @@ class Exchange:
             self._driver.open()
 
     def exchange(self, commands: bytes, engaged: bytes = b"") -> tuple[bytes, list[int], float | None]:
-        """One exchange: the driver finds the commands in its channels, and leaves readings there.
+        """Makes one exchange: the driver finds the commands in its channels, and leaves readings there.
 
         Returns the readings, what it has counted so far, and how old the readings are, s; None where they are those from before.
         `engaged`: for each channel that is written, whether a verb commands it; all are where nothing is said.
@@ -132,7 +132,7 @@ def _age_of(told: Any) -> float | None:
 
 
 def loaded(path: str | None, module: str | None, name: str | None) -> type[Driver]:
-    """The class, from a file or from a module."""
+    """Loads the class, from a file or from a module."""
     if path is None:
         found = importlib.import_module(module or "")
         return the_driver(vars(found), found.__name__, f"module '{module}'", name)

@@ -313,7 +313,7 @@ _WORDS = {
 
 
 def _unfit(error: Exception) -> str:
-    """In words, why an argument does not fit into a call of the real-time system."""
+    """Returns, in words, why an argument does not fit into a call of the real-time system."""
     text = str(error)
     if isinstance(error, OverflowError):
         return "a number that is given is out of the range that the call takes"
@@ -329,7 +329,7 @@ def _unfit(error: Exception) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """`did you mean 'near'?` with the known name that is near `word`, else the names that there are (at most eight), else nothing."""
+    """Returns `did you mean 'near'?` with the known name near `word`, else the names that there are (at most eight), else nothing."""
     # Half of a surrogate pair is near to nothing, and the core takes none.
     return _native.did_you_mean(str(word).encode(errors="replace").decode(), [str(name) for name in known])
 

@@ -41,7 +41,7 @@ def fill(system: System) -> None:
 
 
 def instance(system: System, name: str, verb: Verb[..., R] | None) -> VerbInstance[R]:
-    """As `System.instance` says."""
+    """Returns the instance as `System.instance` says."""
     known = {i["name"]: i for i in system.statistics["instances"]}
     found = known.get(name)
     if found is None:
@@ -68,7 +68,7 @@ def _verb(name: str) -> Any:
 
 
 def device(system: System, name: str, kind: type[D]) -> D:
-    """As `System.device` says."""
+    """Returns the device as `System.device` says."""
     there = _configuration(system)
     of = there["logical_devices"].get(name)
     if of is None:

@@ -78,7 +78,7 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
 
 
 def _settle(folder: Path) -> None:
-    """The new name is on the disk too, not only the contents."""
+    """Writes the new name to the disk too, not only the contents."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)

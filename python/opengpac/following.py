@@ -115,7 +115,7 @@ class _Guarded(ast.NodeTransformer):
 
 
 def _guard(statement: ast.stmt, broken: bool) -> ast.stmt:
-    """`try: statement`; where that is refused its error is noted, and its targets are absent. `broken`: other exceptions are told."""
+    """Guards a statement: if it is refused its error is noted, and its targets are absent. `broken`: other exceptions are told."""
     if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
         return statement
     absent = [ast.Assign([ast.Name(name, ast.Store())], ast.Name(_ABSENT, ast.Load())) for name in _names(statement)]

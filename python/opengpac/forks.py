@@ -30,7 +30,7 @@ class NotHere:
 
 
 def known(system: System) -> None:
-    """A system that a fork has to know of."""
+    """Notes a system that a fork has to know of."""
     _systems.add(system)
 
 

@@ -132,7 +132,7 @@ class Pose:
         return _native.pose_between(self._numbers, other._numbers)[0]
 
     def angle(self, other: Pose) -> float:
-        """By how much the other is turned against it, rad, 0 to pi."""
+        """Returns by how much the other is turned against it, rad, 0 to pi."""
         return _native.pose_between(self._numbers, other._numbers)[1]
 
     def __matmul__(self, other: Any) -> Any:

@@ -53,7 +53,7 @@ _DEFINING = ("commands", "composition", "conditions", "graphs", "parameters", "s
 
 
 def _parts(annotation: str) -> list[str]:
-    """`str | Mapping[str, int | None]` → `str`, `Mapping`."""
+    """Returns the parts of a type's text: `str | Mapping[str, int | None]` → `str`, `Mapping`."""
     parts, depth, part = [], 0, ""
     for sign in annotation:
         depth += (sign == "[") - (sign == "]")
@@ -76,7 +76,7 @@ def name_of(name: Any, what: str) -> str:
 
 
 def whole(value: Any, what: str, least: int, most: int) -> int:
-    """A whole number from `least` to `most`."""
+    """Returns a whole number from `least` to `most`."""
     value = number(value)
     if not _is_whole(value) or not least <= value <= most:
         refuse(CallError, f"{what} is {_short(value)}", f"give a whole number, {least} to {most:_}".replace("_", ","))
@@ -129,7 +129,7 @@ def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwarg
 
 
 def taking(call: Callable[P, R]) -> Callable[P, R]:
-    """A call that looks at what it is given before it begins."""
+    """Returns a call that looks at what it is given before it begins."""
     signature = inspect.signature(call)
     parameters = signature.parameters
     rules = {name: rule for name, parameter in parameters.items() if (rule := _rule(name, parameter)) is not None}
@@ -161,7 +161,7 @@ def taking(call: Callable[P, R]) -> Callable[P, R]:
 
 
 def all_taking(of: type[C]) -> type[C]:
-    """A class whose public calls look at what they are given."""
+    """Returns a class whose public calls look at what they are given."""
     for name, member in list(vars(of).items()):
         if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
             setattr(of, name, taking(member))

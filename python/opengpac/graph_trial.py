@@ -39,7 +39,7 @@ def _refuse_trial(graph: Graph, why: str) -> None:
 
 
 def run(graph: Graph, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
-    """As `Graph.run` says: block after block, each with all values of those before it."""
+    """Runs it as `Graph.run` says: block after block, each with all values of those before it."""
     ratio = next((p for p in (*graph.inputs.values(), *graph.outputs.values()) if p and str(p.item.mode).startswith("ratio")), None)
     if graph.divide or ratio is not None:
         _refuse_trial(graph, "its blocks run at several rates")

@@ -151,7 +151,7 @@ class Graph(Pictured, FunctionBlock):
         return Occurrence(label, BlockUse(self, {}))
 
     def insert(self, label: str, block: Any, *, between: tuple[Any, Any], input: str | None = None, output: str | None = None) -> Graph:
-        """A new graph with `block`, labelled `label`, between an output port (or an input of the graph) and the input port that it fed.
+        """Returns a new graph with `block`, labelled `label`, between an output port (or input of the graph) and the input port that it fed.
 
         `input` and `output` name the ports of the new block where it has more than one that must be bound.
         """
@@ -172,7 +172,7 @@ class Graph(Pictured, FunctionBlock):
         refuse(UnknownName, f"graph '{self.name}' has no connection from '{source}' to '{sink}'", f"its connections: {self._connections()}")
 
     def replace(self, label: str, block: Any) -> Graph:
-        """A new graph with another block in place of the one with this label, bound alike."""
+        """Returns a new graph with another block in place of the one with this label, bound alike."""
         self._known(label)
         new = self._copy()
         new.blocks[label] = use_of(block, label)
@@ -180,7 +180,7 @@ class Graph(Pictured, FunctionBlock):
         return new
 
     def remove(self, label: str) -> Graph:
-        """A new graph without the block of this label: what fed its one input feeds what its one output fed."""
+        """Returns a new graph without the block of this label: what fed its one input feeds what its one output fed."""
         self._known(label)
         new = self._copy()
         prefix = f"{label}."

@@ -75,7 +75,7 @@ class Group(Shown, Declared, Argument, Generic[D]):
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
-        """`with arm.enabled():` disables them at the end; `timeout` is that of `enable`."""
+        """Enables the devices: `with arm.enabled():` disables them at the end; `timeout` is that of `enable`."""
         self.enable(timeout)
         try:
             yield self
@@ -84,7 +84,7 @@ class Group(Shown, Declared, Argument, Generic[D]):
                 self.disable()
 
     def values(self, member: str) -> list[Any]:
-        """The value of one member of each device: `arm.values("sensed")`, one consistent snapshot for SVVs."""
+        """Returns the value of one member of each device: `arm.values("sensed")`, one consistent snapshot for SVVs."""
         kind = type(self._devices[0])
         if member in kind.svv_members():
             return list(self.system.read(*(getattr(device, member) for device in self._devices)))

@@ -108,7 +108,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
         return self
 
     def wait(self, timeout: Quantity | None = None) -> R:
-        """The report of the end; raises where the end is not normal, and `TimeoutError`, leaving it running, after `timeout`.
+        """Returns the report of the end; raises where the end is not normal, and `TimeoutError`, leaving it running, after `timeout`.
 
         Of an instance made by `asynch` the wait deletes it. Ctrl-C ends the wait only.
         """
@@ -247,14 +247,14 @@ def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
 
 
 def create(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
-    """`verb.new_instance(...)`."""
+    """Makes an instance: `verb.new_instance(...)`."""
     if checking.active():
         return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.arguments_signature))
     return _create(verb, bind(verb, verb.arguments_signature, args, kwargs), once=False)
 
 
 def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
-    """`verb.asynch(...)`: one that cannot be started is deleted again."""
+    """Starts an instance: `verb.asynch(...)`; one that cannot be started is deleted again."""
     if checking.active():
         return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.signature))
     options = options_json(kwargs, verb)
@@ -278,7 +278,7 @@ def _drop(instance: VerbInstance[Any]) -> None:
 
 
 def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
-    """`verb(...)`: Ctrl-C halts the instance, waits for its report, deletes it and comes through.
+    """Calls a verb: `verb(...)`; Ctrl-C halts the instance, waits for its report, deletes it and comes through.
 
     One request to the real-time system, where the verb ends soon; one that lasts is waited for as any other.
     """

@@ -69,7 +69,7 @@ def _is_certain(error: Exception) -> bool:
 
 
 def _meant(error: Exception, names: Mapping[str, Any]) -> str:
-    """`did you mean 'blocks'?`, where something is close."""
+    """Returns `did you mean 'blocks'?`, where something is close."""
     word, known = _asked(error, names)
     close = _native.nearest(word.encode(errors="replace").decode(), [str(name) for name in known]) if word else None
     return f"did you mean '{close}'?" if close else ""

@@ -28,21 +28,21 @@ class CheckedInstance:
         self.state, self.done, self.name = "ended", True, report.instance
 
     def start(self, *args: Any, **kwargs: Any) -> Self:
-        """Nothing runs; the values are looked at."""
+        """Starts nothing; the values are looked at."""
         self._check(args, kwargs)
         return self
 
     def wait(self, timeout: Any = None) -> Report:
-        """The report with zeros."""
+        """Returns the report with zeros."""
         return self.report
 
     def delete(self) -> None:
-        """Nothing was made."""
+        """Deletes nothing, as nothing was made."""
 
     suspend = resume = halt = delete
 
     def set(self, **_: Any) -> None:
-        """Nothing runs."""
+        """Sets nothing, as nothing runs."""
 
     def __await__(self) -> Any:
         yield from ()

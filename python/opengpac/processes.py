@@ -19,12 +19,12 @@ sys.exit(getattr(native, sys.argv[2])())
 
 
 def command(entry: str) -> list[str]:
-    """A process that calls `_native.ENTRY()` and ends when that returns; a text that it returns is the reason of a failure."""
+    """Returns the command of a process that calls `_native.ENTRY()` and ends when that returns; a returned text is the reason of a failure."""
     return [sys.executable, "-I", "-S", "-c", _BODY, _native.__file__, entry]
 
 
 def command_with_package(entry: str) -> list[str]:
-    """As `command`, of a process that needs the package too, as one in which a driver in Python runs."""
+    """Returns the command of a process that needs the package too, as one in which a driver in Python runs."""
     return [sys.executable, "-c", "import sys; from opengpac import _native; sys.exit(getattr(_native, sys.argv[1])())", entry]
 
 

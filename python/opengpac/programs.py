@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def add_to(parser: argparse.ArgumentParser, **of_program: Any) -> None:
-    """The program and its arguments, the last words of a command."""
+    """Adds the program and its arguments, the last words of a command."""
     parser.add_argument("program", **of_program)
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
     parser.set_defaults(_command=parser)
@@ -49,10 +49,10 @@ class Watcher:
     """Actions of a command on the systems of the program that it runs."""
 
     def made(self, system: System) -> None:
-        """The program has made a system; nothing is configured yet."""
+        """Notes that the program has made a system; nothing is configured yet."""
 
     def left(self, system: System) -> None:
-        """The program leaves the system in order, and it is closed when this returns."""
+        """Notes that the program leaves the system in order, and it is closed when this returns."""
 
 
 _watchers: list[Watcher] = []

@@ -50,7 +50,7 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
 
 
 def optional_ns(duration: Quantity | None, what: str) -> int | None:
-    """As `duration_ns`, and nothing for nothing."""
+    """Returns as `duration_ns`, and nothing for nothing."""
     return None if duration is None else duration_ns(duration, what)
 
 
@@ -76,7 +76,7 @@ def size_bytes(size: int | str, what: str = "the size") -> int:
 
 
 def unknown_unit(unit: str) -> str | None:
-    """None where a unit of a port is known (`"rad|m"` is either, one that begins with `=` is that of another item), else what to write.
+    """Returns None if a unit of a port is known (`"rad|m"` is either, one with `=` before it that of another item), else what to write.
 
     >>> unknown_unit("N.m"), unknown_unit("Nm")
     (None, "did you mean 'N.m'?")

@@ -22,7 +22,7 @@ class RealTimeSystem(Calls):
         raise NotImplementedError
 
     def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int, names: list[str], /) -> bytes:
-        """Virtual clock: stores numbers, runs what is due within the duration, and reads: the bytes of all SVVs, one after the other.
+        """Stores numbers, runs what is due within the duration, and reads, under the virtual clock: the bytes of all SVVs in turn.
 
         A system in this process does so in one call.
         """
@@ -36,7 +36,7 @@ class RealTimeSystem(Calls):
         raise NotImplementedError
 
     def performing(self, arguments_json: str, made: list[int], slice_ns: int, /) -> str | None:
-        """The call `perform` for this long: the end report; None where the verb goes on, whose instance is in `made` then."""
+        """Makes the call `perform` for this long, and returns the end report; None if the verb goes on: its instance is in `made`."""
         raise NotImplementedError
 
     def ended_fd(self) -> int:

@@ -123,7 +123,7 @@ def begin(
     split: int | str | None,
     keep: int | None,
 ) -> Recording:
-    """See `System.record`."""
+    """Begins a recording; see `System.record`."""
     if isinstance(svvs, str) or not all(isinstance(name, str) for name in ([] if svvs is None else svvs)):
         refuse(CallError, f"svvs= is {svvs!r}", 'give a list of names, for example ["arm.*"]')
     if keep is not None and not 0 <= keep < 2**32:

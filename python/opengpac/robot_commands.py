@@ -38,5 +38,5 @@ def _robots(given: argparse.Namespace) -> int:
 
 
 def _installed(arm: Any) -> str:
-    """`yes`, or the command that installs its package."""
+    """Returns `yes`, or the command that installs its package."""
     return "yes" if arm.is_installed() else arm.package.installing

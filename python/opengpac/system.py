@@ -374,7 +374,7 @@ class System(Commanded, Timed, Declared):
             self.close()
 
     def _abandon(self) -> None:
-        """A program that fails has not left in order: what it started in a remote system follows its policy."""
+        """Abandons a program that fails: it has not left in order, and what it started in a remote system follows its policy."""
         if self.session is not None and not self.session.whole:
             self.session.abandon()
 

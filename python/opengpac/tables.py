@@ -43,7 +43,7 @@ class Table:
         return any(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
 
     def lines(self, title: bool = True) -> list[str]:
-        """As lines of text."""
+        """Returns the table as lines of text."""
         rows = [tuple(self.columns), *self.rows]
         wide = [max(len(row[column]) for row in rows) for column in range(len(self.columns))]
         right = [self.numeric(column) for column in range(len(self.columns))]
@@ -128,7 +128,7 @@ class Shown:
 
 
 def identifiers(names: Iterable[str]) -> list[str]:
-    """Those that can stand behind a dot."""
+    """Returns those that can stand behind a dot."""
     return [name for name in names if name.isidentifier()]
 
 

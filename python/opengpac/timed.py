@@ -27,7 +27,7 @@ class Timed:
             return self._alive().now() * 1e-9
 
     def advance(self, duration: Quantity | None = None, *, until: Callable[[], Any] | None = None, within: Quantity = "60 s") -> None:
-        """Virtual clock: runs the firings in (now, now + duration], or until a predicate holds, `until=joint.sensed > 1.0`.
+        """Runs the firings in (now, now + duration], or until a predicate holds, `until=joint.sensed > 1.0`, under the virtual clock.
 
         With `until`, `TimeoutError` comes when it does not hold `within` that time.
         """

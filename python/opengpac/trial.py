@@ -69,7 +69,7 @@ def _series(item: Item, value: Any) -> tuple[Any, int]:
 
 
 def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
-    """As `Block.run` says."""
+    """Runs as `Block.run` says."""
     values: dict[str, Any] = {}
     inputs: dict[str, Any] = {}
     lengths: dict[str, int] = {}

@@ -237,7 +237,7 @@ class Verb(VerbTables, Declared, Generic[P, R]):
         return Verb._chain(self, condition, following, label)
 
     def __rshift__(self, following: Verb[..., Any]) -> ComposedVerb:
-        """`approach >> grasp`: this verb, and the other one when this one is done, that is at each of its normal ends."""
+        """Returns `approach >> grasp`: this verb, and the other one when this one is done, that is at each of its normal ends."""
         return self.then(None, following)
 
     # ---- the definition ----

@@ -183,7 +183,7 @@ _EDGES = {"rising": True, "falling": False}
 
 
 def _edges(kwargs: dict[str, Any]) -> dict[str, Any]:
-    """`edge="rising"` is a value that it must change to."""
+    """Returns the arguments of an edge: `edge="rising"` is a value that it must change to."""
     edge = kwargs.get("edge")
     if not isinstance(edge, str):
         return kwargs

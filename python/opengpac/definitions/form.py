@@ -40,7 +40,7 @@ class Finding:
 
 
 def findings(tree: Any) -> list[Finding]:
-    """Everything by which a tree is no file with definitions; a file of another format or version is nothing but that."""
+    """Finds everything by which a tree is no file with definitions; a file of another format or version is nothing but that."""
     if isinstance(tree, dict):
         given = tree.get("format")
         if given != FORMAT:
@@ -130,7 +130,7 @@ def _check_time(value: str, path: Path) -> Iterator[Finding]:
 
 
 def _check_one_of(value: Any, variants: list[Schema], path: Path) -> Iterator[Finding]:
-    """One of several forms: where none fits, what is wrong with the one that was most likely meant."""
+    """Checks one of several forms: if none fits, what is wrong with the one that was most likely meant."""
     flat = [*_flat(variants)]
     fitting = [of for of in flat if _fits_kind(value, of)]
     if not fitting:

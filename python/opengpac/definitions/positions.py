@@ -18,7 +18,7 @@ _SHORT = {"n": "\n", "t": "\t", "r": "\r", "b": "\b", "f": "\f"}
 
 
 def lines_of(text: str, toml: bool) -> dict[Path, int]:
-    """Path → line, from 1, of each key, table and element."""
+    """Returns the line, from 1, of the path of each key, table and element."""
     scanner = _Scanner(text, toml)
     scanner.document() if toml else scanner.value(())
     return scanner.lines
@@ -47,7 +47,7 @@ class _Scanner:
         self.lines.setdefault(path, self.line())
 
     def skip(self) -> None:
-        """White space, ends of lines and comments."""
+        """Skips white space, ends of lines and comments."""
         while self.at < len(self.text):
             if self.text[self.at] in " \t\r\n\ufeff":
                 self.at += 1

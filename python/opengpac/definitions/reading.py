@@ -52,7 +52,7 @@ def load(
     devices: Devices = None,
     forms: Given = None,
 ) -> DefinitionFile:
-    """The definitions of the TOML or JSON file at `path`: `shapes = gpac.load("shapes.toml")`, then `shapes.smooth`.
+    """Loads the definitions of the TOML or JSON file at `path`: `shapes = gpac.load("shapes.toml")`, then `shapes.smooth`.
 
     Nothing of the file is executed. Exception classes that its conditions name are this package's, or those that you give:
     `raises={"Collision": Collision}`, or a list of classes; so are device types with `devices`, and functions with `forms`. Code modules
@@ -66,7 +66,7 @@ def load(
 
 
 def read_file(path: str | os.PathLike[str], *, stand_in: bool = False, **given: Any) -> tuple[DefinitionFile, list[Error]]:
-    """As `load`, with the errors beside what could be made. `stand_in`: exception classes that are not given are made up."""
+    """Loads as `load`, with the errors beside what could be made. `stand_in`: exception classes that are not given are made up."""
     file = File(path).expanduser()
     text = read(file, "the file of definitions")
     if text is None:
@@ -228,7 +228,7 @@ class _Reading:
         return system._definitions if system is not None else checks.without_system()
 
     def _checked(self, kind: str, drawn: Tree, uses: Mapping[str, BlockUse], device_types: list[type[LogicalDevice]]) -> None:
-        """Everything that the model finds, in one go."""
+        """Checks everything that the model finds, in one go."""
         definitions = self._definitions(uses)
         definitions.enter_modules(uses.values())
         for device_type in device_types:

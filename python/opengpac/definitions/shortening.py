@@ -65,7 +65,7 @@ def _keep_layouts(made: Tree, tree: Tree) -> None:
 
 
 def _filled(**given: Any) -> Tree:
-    """Without what is empty, absent or false."""
+    """Returns a tree without what is empty, absent or false."""
     return {key: value for key, value in given.items() if value not in (None, "", [], {}) and value is not False}
 
 
@@ -147,7 +147,7 @@ def _requirement(given: Tree) -> Any:
 
 
 def _command(command: Tree) -> Tree:
-    """A command in short; in long where that would not say the same."""
+    """Returns a command in short; in long where that would not say the same."""
     match command["command"]:
         case "install":
             return {"install": _one(command["blocks"])}
@@ -183,7 +183,7 @@ def _timed(name: str, ns: int) -> Tree:
 
 
 def _time_text(ns: int) -> str | None:
-    """`20 ms`; nothing where no such text is exactly that time."""
+    """Returns `20 ms`; nothing where no such text is exactly that time."""
     for unit, scale in _UNITS:
         if (ns >= scale and ns % max(1, scale // 1000) == 0) or unit == "ns":
             number = f"{ns / scale:.3f}".rstrip("0").rstrip(".")

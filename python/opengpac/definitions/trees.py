@@ -68,7 +68,7 @@ class Collected:
         return _copied(tree) | _layout(verb)
 
     def _put(self, kind: str, name: str, tree: Tree) -> str:
-        """Under its name; where another definition has it already, `name_2`."""
+        """Puts it under its name; if another definition has it already, under `name_2`."""
         known = self.trees[kind]
         key = next((key for key, other in known.items() if other == tree), None)
         if key is None:

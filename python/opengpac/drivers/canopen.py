@@ -75,5 +75,5 @@ def canopen(
 
 
 def _paths(nodes: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """With the paths of data sheets as another process finds them."""
+    """Returns the nodes with the paths of data sheets as another process finds them."""
     return [{**node, "eds": str(Path(node["eds"]).resolve())} if node.get("eds") is not None else node for node in nodes]

@@ -80,7 +80,7 @@ _CLASSES = {
 
 
 def safe_state_text(about: Mapping[str, Any]) -> str:
-    """`torque off, by driver and device, within 20 ms`."""
+    """Returns `torque off, by driver and device, within 20 ms`."""
     within = f", within {duration_text(about['within_ns'])}" if about["within_ns"] else ""
     return f"{about['doc']}, by {' and '.join(about['by'])}{within}"
 

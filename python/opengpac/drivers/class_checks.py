@@ -70,7 +70,7 @@ class Subject:
             raise Wrong(f"{name}() raises {said(why)}") from why
 
     def exchange(self, value: Callable[[Channel], Any] = lambda channel: channel.initial) -> None:
-        """One exchange with these commands; what it raises is for the caller."""
+        """Makes one exchange with these commands; what it raises is for the caller."""
         commands = b"".join(channel.pack(value(channel)) for channel in self.writes)
         self.counted = self._exchange.exchange(commands)[1]
 
@@ -94,20 +94,20 @@ class Subject:
         return values[name]
 
     def odd(self) -> Channel | None:
-        """A channel whose reading is not finite."""
+        """Returns a channel whose reading is not finite."""
         values = ((channel, self.value(channel)) for channel in self.reads)
         flat = ((channel, one) for channel, value in values for one in (value if isinstance(value, (list, tuple)) else [value]))
         return next((channel for channel, one in flat if isinstance(one, float) and not math.isfinite(one)), None)
 
 
 def said(why: BaseException) -> str:
-    """An exception in one line."""
+    """Returns an exception in one line."""
     return f"{type(why).__name__}: {str(why).splitlines()[0] if str(why) else 'no text'}"
 
 
 @contextmanager
 def opened(options: str) -> Iterator[Subject]:
-    """An object that is open; it is made safe and closed behind the check."""
+    """Yields an object that is open; it is made safe and closed behind the check."""
     subject = Subject(options)
     subject.call("open")
     try:
@@ -207,7 +207,7 @@ def values(options: str) -> None:
 
 
 def left(options: str, count: Callable[[], int], what: str) -> None:
-    """Wrong: there are more of something behind many exchanges, or behind some lives."""
+    """Fails if there are more of something behind many exchanges, or behind some lives."""
     with opened(options) as subject:
         subject.steady(20)
         before = count()

@@ -24,7 +24,7 @@ from .loading import load
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """The command `driver`."""
+    """Adds the command `driver`."""
     driver = commands.add_parser("driver", help="drivers of machines").add_subparsers(required=True, metavar="WHAT")
     check = driver.add_parser("check", help="run the conformance kit on a driver; a file is compiled first")
     check.add_argument(
@@ -164,7 +164,7 @@ def _drivers(name: str, options: Mapping[str, Any]) -> Iterator[Driver]:
 
 
 def _option(text: str) -> tuple[str, Any]:
-    """`gain=2` is a number, `name=belt` a text, `ids=[1, 2]` a list."""
+    """Reads an option: `gain=2` is a number, `name=belt` a text, `ids=[1, 2]` a list."""
     name, is_one, value = text.partition("=")
     if not is_one:
         refuse(CallError, f"'{text}' is no option", "write name=value")

@@ -85,13 +85,13 @@ def _pdo(of: Element, is_output: bool, path: Path) -> dict[str, Any]:
 
 
 def _name(names: Sequence[Element]) -> str:
-    """The English one where there are several."""
+    """Returns the name, the English one if there are several."""
     english = [name for name in names if name.get("LcId") in ("1033", None)]
     return ((english or names)[0].text or "").strip() if names else ""
 
 
 def _number(text: str | None) -> int | None:
-    """`#x1a00` or `26`."""
+    """Reads `#x1a00` or `26`."""
     text = (text or "").strip()
     try:
         return int(text[2:], 16) if text.lower().startswith("#x") else int(text)

@@ -47,7 +47,7 @@ def python(
 
 
 def where(source: Any, class_: str | None) -> dict[str, str | None]:
-    """Where the class of a driver is, as its options say it."""
+    """Returns where the class of a driver is, as its options say it."""
     if isinstance(source, type) and issubclass(source, written.Driver):
         if source.__module__ == "__main__":
             refuse(

@@ -86,7 +86,7 @@ class Drivers:
 
 
 def _option(words: Mapping[str, dict[str, Any]], name: str, value: Any) -> tuple[str, Any]:
-    """An option as the driver takes it."""
+    """Returns an option as the driver takes it."""
     word = words.get(name)
     if word is None and f"{name}_ns" in words:
         return f"{name}_ns", duration_ns(value, f"option '{name}'")

@@ -58,7 +58,7 @@ def dynamixel(
     echo: bool | None = None,
     watchdog: Quantity | None = None,
 ) -> Driver:
-    """Dynamixel servos of the X series (protocol 2.0) on the serial line `port`; as `feetech`.
+    """Dynamixel servos of the X series (protocol 2.0) on the serial line `port`; otherwise as `feetech`.
 
     `watchdog` (20 ms to 2.54 s in steps of 20 ms; none) is set in the servos themselves, from firmware 38 on: one with torque that hears
     nothing on the line for so long stands still, whatever has become of this host, and the device is lost.

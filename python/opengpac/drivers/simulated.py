@@ -33,7 +33,7 @@ def mujoco(path: str | os.PathLike[str], *, timestep: Quantity | None = None, co
 
 
 def mujoco_folder() -> str | None:
-    """Where MuJoCo's library is on this machine: `OPENGPAC_MUJOCO`, else the folder of the Python package; None where there is none."""
+    """Returns the path of MuJoCo's library here: `OPENGPAC_MUJOCO`, else the folder of the Python package; None if there is none."""
     told = os.environ.get("OPENGPAC_MUJOCO")
     found = importlib.util.find_spec("mujoco") if told is None else None
     return told if found is None or not found.submodule_search_locations else next(iter(found.submodule_search_locations))

@@ -254,7 +254,7 @@ def _description(graph: Graph, name: str, token: str, members: list[Member], per
 
 
 def export_of_file(asked: str, every: str, output: str | None, library: str | None) -> Path:
-    """As `opengpac export fmu` says: a graph of a file of definitions, `FILE.toml:NAME`, or the only one of it."""
+    """Exports as `opengpac export fmu` says: a graph of a file of definitions, `FILE.toml:NAME`, or the only one of it."""
     file, _, name = asked.partition(":")
     defined = load(file)
     graphs = {label: made for label, made in defined.items() if isinstance(made, Graph)}

@@ -74,7 +74,7 @@ def _chosen(fmu: Description, block: str, side: str, given: Sequence[str] | Mapp
 
 
 def _is_taken(name: str) -> bool:
-    """True for a word of C, and for the states that the block of an FMU has itself."""
+    """Returns true for a word of C, and for the states that the block of an FMU has itself."""
     return _native.is_word_of_c(name) or name in ("lease", "begun")
 
 

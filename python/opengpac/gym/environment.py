@@ -103,7 +103,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         return self._observations.of(self._take(self._ports.turn([], 0)), nothing), {}
 
     def step(self, action: np.ndarray) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """One step of `every`: observation, reward, terminated, truncated, info."""
+        """Makes one step of `every`: observation, reward, terminated, truncated, info."""
         action = np.asarray(action, dtype=np.float32)
         if action.shape != self._acted.scale.shape:
             refuse(CallError, f"an action has shape {action.shape}, the actions of the environment have {self._acted.scale.shape}")

@@ -87,7 +87,7 @@ class Observed(Side):
         return (np.minimum(np.maximum(within - self.offset, self.low), self.high) * self.scale).astype(np.float32)
 
     def begin(self) -> None:
-        """Nothing was before."""
+        """Begins an episode: nothing was before."""
         self._rows = []
 
     def of(self, numbers: np.ndarray, action: np.ndarray) -> np.ndarray:
@@ -133,7 +133,7 @@ class Observations:
         )
 
     def begin(self) -> None:
-        """An episode begins."""
+        """Begins an episode."""
         for observed in [self._one] if self._one else self._several.values():
             observed.begin()
 

@@ -92,7 +92,7 @@ class Ports:
         return [(variable._asked, self.size(name) // len(variables)) for variable in variables]
 
     def values(self, numbers: np.ndarray) -> Values:
-        """The same by name."""
+        """Returns the same by name."""
         return Values(
             {name: numbers[place].reshape(shape) if shape else float(numbers[place][0]) for name, (place, shape) in self._places.items()}
         )

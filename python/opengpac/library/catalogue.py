@@ -59,7 +59,7 @@ class Catalogue:
         return exact[0]
 
     def add(self, given: str | os.PathLike[str] | ModuleType, origin: str | None) -> Found:
-        """As `library.add` says."""
+        """Adds as `library.add` says."""
         if not isinstance(given, ModuleType):
             if not isinstance(given, str | os.PathLike):
                 refuse(CallError, f"library.add was given {given!r}", "give the path of a folder or file, or a Python module")

@@ -38,7 +38,7 @@ def _score(component: Component, wanted: list[str]) -> int:
 
 
 def _has(text: str, word: str) -> int:
-    """2 where the text has the word, 1 where one of its words begins so, else 0; words that are joined count as one too."""
+    """Returns 2 where the text has the word, 1 where one of its words begins so, else 0; words that are joined count as one too."""
     compounds = re.findall(r"[a-z0-9]+(?:[-_][a-z0-9]+)*", text.lower())
     tokens = [token for compound in compounds for token in (*re.split("[-_]", compound), _squeezed(compound))]
     return 2 if word in tokens else int(any(token.startswith(word) for token in tokens))

@@ -96,7 +96,7 @@ def _turn(boxes: Mapping[str, Box], edges: list[Edge]) -> None:
 
 
 def _rank(boxes: Mapping[str, Box], edges: list[Edge]) -> None:
-    """The longest way decides; what nothing feeds stands directly before what it feeds."""
+    """Ranks the boxes: the longest way decides; what nothing feeds stands directly before what it feeds."""
     forward = [edge for edge in edges if not edge.back]
     least = 1 if any(box.rank == "first" for box in boxes.values()) else 0
     for box in boxes.values():
@@ -119,7 +119,7 @@ def _rank(boxes: Mapping[str, Box], edges: list[Edge]) -> None:
 
 
 def _lay_lanes(layers: Layers) -> None:
-    """A forward edge has a lane in each layer between its ends; one that leads back also in those of its ends, around the boxes."""
+    """Lays the lanes: a forward edge has one in each layer between its ends, one that leads back also in those of its ends."""
     for number, edge in enumerate(layers.edges):
         tail, head = layers.boxes[edge.tail].layer, layers.boxes[edge.head].layer
         passed = range(tail, head - 1, -1) if edge.back else range(tail + 1, head)

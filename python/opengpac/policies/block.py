@@ -106,7 +106,7 @@ def _name_of(source: Path) -> str:
 
 
 def _positive(duration: Quantity | None, what: str) -> int | None:
-    """A duration in ns that is not 0 and not negative, or nothing for nothing."""
+    """Returns a duration in ns that is not 0 and not negative, or nothing for nothing."""
     ns = optional_ns(duration, what)
     if ns is not None and ns <= 0:
         refuse(ValueRefused, f"{what} is {duration!r}", "give more than 0, for example '20 ms'")

@@ -143,7 +143,7 @@ def _allowed() -> str:
 
 
 def _math_problem(name: str) -> tuple[str, str] | None:
-    """None for a name of `math` that is compiled."""
+    """Returns what is wrong with a name of `math`; None for one that is compiled."""
     return None if name in MATH else (f"it uses math.{name}, which is not compiled", f"of math there are {', '.join(sorted(MATH))}")
 
 

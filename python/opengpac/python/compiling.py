@@ -78,7 +78,7 @@ def _numba_type(types: Any, item: Item) -> Any:
 
 
 def _check_types(made: Any, items: list[Item], refusing: Refusing) -> None:
-    """A number that a variable of whole numbers cannot hold is refused, where C would cut it off."""
+    """Refuses a number that a variable of whole numbers cannot hold, where C would cut it off."""
     for item in items:
         if item.shape or not item.written or item.element in ("double", "float"):
             continue
@@ -137,7 +137,7 @@ def _linked(made: Any, items: list[Item], refusing: Refusing, line: int) -> str:
 
 
 def _options(binding: Any) -> Any:
-    """Nothing side by side: one number after the other is what can be told in C, and gives the same bits."""
+    """Returns the options: nothing side by side; one number after the other is what can be told in C, and gives the same bits."""
     options = binding.create_pipeline_tuning_options(speed_level=2)
     options.loop_vectorization = options.slp_vectorization = options.loop_interleaving = options.loop_unrolling = False
     return options

@@ -64,7 +64,7 @@ def source(name: str, doc: str, items: list[Item], function: Callable[..., Any],
 
 
 def returning(tree: ast.FunctionDef, items: list[Item], space: dict[str, Any], file: str, refusing: Refusing) -> Callable[..., Any]:
-    """The function, which returns what its outputs, states and conditions hold at each end. Every line of it is the user's.
+    """Returns the function, which returns what its outputs, states and conditions hold at each end. Every line of it is the user's.
 
     `space` is the module's own names: what the function changes there stays changed.
     """

@@ -89,7 +89,7 @@ def _size(kind: str) -> int:
 
 
 def _cut(kind: str, text: str) -> str:
-    """Unsigned, and no wider than its type."""
+    """Returns it unsigned, and no wider than its type."""
     width = _width(kind)
     if width in (8, 16, 32, 64, 128):
         return f"({_c_type(kind)})({text})"

@@ -48,7 +48,7 @@ class Incoming:
         self._began = False
 
     def again(self) -> Self:
-        """The same from its beginning: whatever read it was interrupted."""
+        """Returns the same from its beginning: whatever read it was interrupted."""
         self._came = b"".join(self._all or ())
         return self
 
@@ -58,7 +58,7 @@ class Incoming:
         return not self._came
 
     def until(self, mark: bytes) -> bytes:
-        """Everything before a mark, which is taken too."""
+        """Returns everything before a mark, which is taken too."""
         while (end := self._came.find(mark)) < 0:
             if len(self._came) > _ROOM:
                 raise http.client.LineTooLong("head")
@@ -87,7 +87,7 @@ class Incoming:
             self._all.append(part)
 
     def rest(self) -> bytes:
-        """Everything to the end."""
+        """Returns everything to the end."""
         while self._more():
             pass
         taken, self._came = self._came, b""

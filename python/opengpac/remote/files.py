@@ -108,7 +108,7 @@ def model_files(main: Path) -> dict[str, bytes]:
 
 
 def _folders(root: ElementTree.Element) -> dict[str, str]:
-    """Where meshes and textures lie, as the model's compiler is told."""
+    """Returns where meshes and textures lie, as the model's compiler is told."""
     found: dict[str, str] = {}
     for compiler in root.iter("compiler"):
         both = compiler.attrib.pop("assetdir", "")

@@ -131,7 +131,7 @@ class Session:
         return self.transport.is_cut
 
     def kept_reports(self) -> list[Report]:
-        """As `System.kept_reports` says."""
+        """Returns the reports as `System.kept_reports` says."""
         path = f"/v1/sessions/{self.name}/reports"
         with refusals:
             kept = self.request("GET", path)
@@ -144,7 +144,7 @@ class Session:
     # ---- requests ----
 
     def request(self, method: str, path: str, body: Any = None, *, timeout_s: float | None = None) -> Any:
-        """One request with a body in JSON; its result. What is refused comes as `_native.Refused`."""
+        """Makes one request with a body in JSON, and returns its result. What is refused comes as `_native.Refused`."""
         return self.answer(method, path, b"" if body is None else json.dumps(body).encode(), timeout_s=timeout_s)["result"]
 
     def answer(
@@ -156,11 +156,11 @@ class Session:
         timeout_s: float | None = None,
         late: Callable[[Answer], None] | None = None,
     ) -> dict[str, Any]:
-        """One request; all of its answer. `late` gets the answer to one that was interrupted: `Transport.request`."""
+        """Makes one request, and returns all of its answer. `late` gets the answer to one that was interrupted: `Transport.request`."""
         return _told(self._answered(method, path, body, timeout_s, late))
 
     def result_text(self, method: str, path: str, body: bytes, late: Callable[[Answer], None]) -> str | dict[str, Any]:
-        """One request; its result as the text that it came as. Where the answer is no result, but says how to go on: all of it."""
+        """Makes one request, and returns its result as it came; if the answer says how to go on instead, all of it."""
         answer = self._answered(method, path, body, None, late)
         if answer.status == 200 and answer.body.startswith(_RESULT) and answer.body.endswith(b"}"):
             # What reads the text looks whether it is JSON.
@@ -213,7 +213,7 @@ class Session:
     # ---- the sign of life ----
 
     def _live(self) -> None:
-        """The thread: it holds a request that the system answers at the end of the session only, and shows that it is there."""
+        """Holds a request, on its thread, that the system answers at the end of the session only, and shows that it is there."""
         hold: http.client.HTTPConnection | None = None
         try:
             hold = self.transport.hold("/v1/hold", self.headers)

@@ -94,7 +94,7 @@ class Stream:
         return got
 
     def _send(self, kind: int, text: bytes) -> None:
-        """One frame, masked as a client's have to be."""
+        """Sends one frame, masked as a client's have to be."""
         mask = os.urandom(4)
         size = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + struct.pack(">H", len(text))
         masked = bytes(byte ^ mask[k % 4] for k, byte in enumerate(text))

@@ -76,7 +76,7 @@ class Transport:
         timeout_s: float | None = None,
         late: Callable[[Answer], None] | None = None,
     ) -> Answer:
-        """One request and its answer. `timeout_s`: how long the answer may take; left out, as long as the connection lasts.
+        """Makes one request, and returns its answer. `timeout_s`: how long the answer may take; left out, as long as the connection lasts.
 
         Raises `ConnectionLost` where no answer comes; an interrupt, Ctrl-C, ends it at once. With `late` it is waited for the answer
         all the same, which comes soon, and `late` gets it before the interrupt goes on: what the request has begun is known then.
@@ -113,7 +113,7 @@ class Transport:
         return answers.read(wire, incoming)
 
     def hold(self, path: str, more: Mapping[str, str]) -> http.client.HTTPConnection:
-        """A request on a connection of its own whose answer the caller waits for, and which he gives back to `release`."""
+        """Makes a request on a connection of its own whose answer the caller waits for, and which he gives back to `release`."""
         connection = self._new()
         try:
             wire = _opened(connection)

@@ -59,7 +59,7 @@ def _parameters(verb: Verb[..., Any], signature: inspect.Signature) -> list[str]
 
 
 def _required_first(texts: list[str]) -> list[str]:
-    """A parameter that must be given stands after one that may be left out: from there on by name, as Python has it."""
+    """Puts a parameter that must be given behind one that may be left out by name, from there on, as Python has it."""
     first = next((n for n, text in enumerate(texts) if text.endswith(" = ...")), len(texts))
     late = any(not text.endswith(" = ...") for text in texts[first:])
     return [*texts[:first], "*", *texts[first:]] if late else texts

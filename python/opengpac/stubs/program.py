@@ -76,7 +76,7 @@ def _function(function: ast.FunctionDef | ast.AsyncFunctionDef, value: Any) -> l
 
 
 def _bare(function: ast.FunctionDef | ast.AsyncFunctionDef) -> ast.AST:
-    """Without body and decorators; defaults are `...`."""
+    """Returns it without body and decorators; defaults are `...`."""
     given = function.args
     plain = ast.arguments(
         posonlyargs=given.posonlyargs, args=given.args, vararg=given.vararg, kwonlyargs=given.kwonlyargs, kwarg=given.kwarg,

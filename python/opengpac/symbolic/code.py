@@ -114,7 +114,7 @@ def _taken(argument: Argument) -> list[str]:
 
 
 def _offered(argument: Argument) -> list[str]:
-    """A result goes into a variable first: the function may read a state and write its next value at once."""
+    """Returns the lines by which a result goes into a variable first: the function may read a state and write its next value at once."""
     if (argument.item is None and argument.back is None) or not argument.places:
         return []
     local = f"opengpac_out_{argument.index}"

@@ -71,14 +71,14 @@ def _encoded(text: str) -> str:
 
 
 def _sqpmethod(part: str) -> str | None:
-    """Leaving the loop of `sqpmethod` by its number of iterations or by the length of its step is a failure."""
+    """Makes leaving the loop of `sqpmethod` by its number of iterations or by the length of its step a failure."""
     tests = re.compile(r"^( *if \(iter_count >= \d+(?: && iter_count >= \d+ && dx_norminf <= [^)]*)?\)) break;$", re.MULTILINE)
     part, n = tests.subn(r"\1 return 1;", part)
     return part if n == 2 else None
 
 
 def _fast_newton(part: str) -> str | None:
-    """The loop of `fast_newton` is left early where it has converged."""
+    """Changes the loop of `fast_newton`, which is left early where it has converged."""
     part, n = re.subn(r"^( *)(/\* Get the solution \*/)$", r"\1if (!opengpac_converged) return 1;\n\1\2", part, flags=re.MULTILINE)
     part, m = re.subn(r"if \(casadi_newton\(&m\)\) break;", "if (casadi_newton(&m)) { opengpac_converged = 1; break; }", part)
     part, k = re.subn(r"^( *)casadi_int iter;$", r"\1casadi_int iter; int opengpac_converged = 0;", part, flags=re.MULTILINE)
@@ -86,7 +86,7 @@ def _fast_newton(part: str) -> str | None:
 
 
 def _qrqp(part: str) -> str | None:
-    """`qrqp` returns 4 where it finds no search direction, which `sqpmethod` goes on from. -1000, for `error_on_fail`, ends that too."""
+    """Makes `qrqp` fail if it finds no search direction: `sqpmethod` goes on from its 4; -1000, for `error_on_fail`, ends that too."""
     known = re.search(r"^    return (?:-1000|-1);$", part, re.MULTILINE)
     return part.replace("    return 4;", "    return -1000;") if known and known[0].endswith("-1000;") else part if known else None
 

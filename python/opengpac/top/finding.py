@@ -18,7 +18,7 @@ class Found(NamedTuple):
 
 
 def folder() -> Path:
-    """Where the daemons of this user have their sockets, unless they were given another place."""
+    """Returns the folder of the sockets of this user's daemons, unless they were given another place."""
     runtime = os.environ.get("XDG_RUNTIME_DIR", "")
     if os.path.isabs(runtime) and os.path.isdir(runtime):
         return Path(runtime) / "opengpac"
@@ -26,7 +26,7 @@ def folder() -> Path:
 
 
 def daemons() -> list[Found]:
-    """Those that take a connection now, by name. A socket that a killed daemon has left behind is none."""
+    """Returns those that take a connection now, by name. A socket that a killed daemon has left behind is none."""
     try:
         sockets = sorted(path for path in folder().glob("*.sock") if path.is_socket())
     except OSError:

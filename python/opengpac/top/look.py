@@ -87,7 +87,7 @@ class Look:
         return {(name, b["instance"], b["label"]): b for name, s in self.statistics["sources"].items() for b in s.get("blocks", [])}
 
     def json(self, before: Look | None) -> dict[str, Any]:
-        """All of it, as `opengpac top --json` prints it."""
+        """Returns all of it, as `opengpac top --json` prints it."""
         s = self.statistics
         return {
             "now_s": s["now_s"], "mode": s["mode"], "paused": s["paused"], "emergency": s["emergency"],

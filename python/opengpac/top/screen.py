@@ -26,7 +26,7 @@ _ESCAPE, _RETURN, _RUB = "\x1b", ("\r", "\n"), ("\x7f", "\b")
 
 @contextmanager
 def keys() -> Iterator[None]:
-    """The terminal gives every key at once and does not show it; afterwards it is as it was, whatever happens."""
+    """Lets the terminal give every key at once and not show it; afterwards it is as it was, whatever happens."""
     before = termios.tcgetattr(sys.stdin)
     try:
         tty.setcbreak(sys.stdin)
@@ -47,7 +47,7 @@ class Screen:
         self._looks: tuple[Look, Look | None] = watch.look()
 
     def run(self) -> None:
-        """Until `q` or Ctrl-C."""
+        """Runs until `q` or Ctrl-C."""
         console = Console()
         with keys(), Live(console=console, screen=True, auto_refresh=False, vertical_overflow="crop") as live:
             while True:

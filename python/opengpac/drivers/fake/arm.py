@@ -63,7 +63,7 @@ class JointArm:
         return [0.0, 0.0, 0.0]
 
     def pose(self) -> list[float]:
-        """Where its flange is: x, y, z and a rotation vector, as its controller says it."""
+        """Returns where its flange is: x, y, z and a rotation vector, as its controller says it."""
         whole = np.eye(4)
         for q, (a, d, alpha) in zip(self.q, _DH, strict=True):
             ct, st, ca, sa = math.cos(q), math.sin(q), math.cos(alpha), math.sin(alpha)

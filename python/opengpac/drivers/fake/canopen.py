@@ -88,7 +88,7 @@ class CanOpenBus(Emulated):
         self._say({"do": "power", "node": node, "on": on})
 
     def fail(self, node: int, error: int = 0x7121) -> None:
-        """A drive finds something wrong: an error code of CiA 402, here that its motor is blocked. It sends an emergency."""
+        """Makes a drive find something wrong: an error code of CiA 402, here that its motor is blocked. It sends an emergency."""
         self._say({"do": "fail", "node": node, "error": error})
 
     def enable_input(self, node: int, closed: bool) -> None:
@@ -96,7 +96,7 @@ class CanOpenBus(Emulated):
         self._say({"do": "enable_input", "node": node, "closed": closed})
 
     def bus_off(self) -> None:
-        """The adapter of the controller reports that it has left the bus."""
+        """Makes the adapter of the controller report that it has left the bus."""
         self._say({"do": "bus_off"})
 
 

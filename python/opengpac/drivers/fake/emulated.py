@@ -47,11 +47,11 @@ class Emulated:
         return self._say({"do": "show"})
 
     def lose(self, frames: int) -> None:
-        """The next frames that answer do not come."""
+        """Loses the next frames that answer."""
         self._say({"do": "lose", "frames": frames})
 
     def spoil(self, frames: int) -> None:
-        """The next frames that answer are wrong: on EtherCAT a bit turns behind the check sum, on CANopen they are too short."""
+        """Spoils the next frames that answer: on EtherCAT a bit turns behind the check sum, on CANopen they are too short."""
         self._say({"do": "spoil", "frames": frames})
 
     def close(self) -> None:

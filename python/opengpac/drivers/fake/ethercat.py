@@ -85,7 +85,7 @@ class EtherCatSegment(Emulated):
         return [Terminal(**terminal) for terminal in self._shown()["terminals"]]
 
     def put(self, position: int, input: int, value: float) -> None:
-        """The wire of an input, counted from 0, of the terminal at this position carries this: 0 and 1, or counts of an analog one."""
+        """Puts this on the wire of an input, counted from 0, of the terminal at this position: 0 and 1, or counts of an analog one."""
         self._say({"do": "put", "position": position, "input": input, "value": int(value)})
 
     def counts(self) -> dict[str, int]:
@@ -109,7 +109,7 @@ class EtherCatSegment(Emulated):
         self._say({"do": "swap", "position": position, "other": other})
 
     def fail(self, position: int, error: int = 0x7121) -> None:
-        """A drive finds something wrong: an error code of CiA 402, here that its motor is blocked."""
+        """Makes a drive find something wrong: an error code of CiA 402, here that its motor is blocked."""
         self._say({"do": "fail", "position": position, "error": error})
 
     def enable_input(self, position: int, closed: bool) -> None:

@@ -34,7 +34,7 @@ class Tables:
         (self.holding if table == "holding" else self.input).update(enumerate(words, address))
 
     def get(self, table: str, address: int, type: str = "uint16") -> float:
-        """The number that lies there."""
+        """Returns the number that lies there."""
         if table in ("coil", "discrete"):
             return (self.coil if table == "coil" else self.discrete)[address]
         registers = self.holding if table == "holding" else self.input

@@ -39,7 +39,7 @@ class Sts:
     """Feetech STS: `ff ff id length word … sum`."""
 
     def take(self, stream: bytearray) -> Request | None:
-        """The next whole request of a stream, which loses it and what is before it; None: there is none yet."""
+        """Takes the next whole request of a stream, which loses it and what is before it; None: there is none yet."""
         while (head := stream.find(b"\xff\xff")) >= 0:
             del stream[:head]
             if len(stream) < 4 or len(stream) < 4 + stream[3]:
@@ -63,7 +63,7 @@ class Dynamixel2:
     HEAD = b"\xff\xff\xfd\x00"
 
     def take(self, stream: bytearray) -> Request | None:
-        """As of `Sts`."""
+        """Takes a request as `Sts` does."""
         while (head := stream.find(self.HEAD)) >= 0:
             del stream[:head]
             if len(stream) < 7:

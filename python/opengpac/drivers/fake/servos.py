@@ -120,7 +120,7 @@ class FakeServo:
         return self._table is _DYNAMIXEL and self.registers[_WATCHDOG] == _TRIPPED
 
     def _hear(self, now: float) -> None:
-        """Something was asked on the line. Its watchdog stops it where there was nothing for its time: it stands, and takes no goals."""
+        """Notes that something was asked on the line. Its watchdog stops it if there was nothing for its time: it takes no goals."""
         units, silent = self.registers[_WATCHDOG], now - self._heard
         self._heard = now
         if self._table is _DYNAMIXEL and self.torque and 0 < units < _TRIPPED and silent > units * _WATCHDOG_UNIT:

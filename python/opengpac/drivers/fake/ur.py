@@ -136,11 +136,11 @@ class ur:
         return self.do(lambda: None if self._program is None else self._program.name)
 
     def protective_stop(self) -> None:
-        """As if it had touched something."""
+        """Stops it as if it had touched something."""
         self.do(lambda: self.stop_by(PROTECTIVE))
 
     def emergency_stop(self) -> None:
-        """As if its button were pressed; `release` and `power_on` follow."""
+        """Stops it as if its button were pressed; `release` and `power_on` follow."""
         self.do(lambda: self.stop_by(EMERGENCY, POWER_OFF))
 
     def release(self) -> None:
@@ -152,11 +152,11 @@ class ur:
         self.do(self.switch_on)
 
     def stop_program(self) -> None:
-        """As the pendant does."""
+        """Stops the program as the pendant does."""
         self.do(self.end_program)
 
     def pause_program(self) -> None:
-        """As the pendant does; the arm stands."""
+        """Pauses the program as the pendant does; the arm stands."""
 
         def pause() -> None:
             if self._program is not None:
@@ -166,7 +166,7 @@ class ur:
         self.do(pause)
 
     def press(self, force: Sequence[float]) -> None:
-        """A force (N) and, with six numbers, a torque (N.m) at its tool, in the frame of the base."""
+        """Presses with a force (N) and, with six numbers, a torque (N.m) at its tool, in the frame of the base."""
         self.do(lambda: setattr(self, "force", [*map(float, force), 0.0, 0.0, 0.0][:6]))
 
     def set_input(self, number: int, level: bool) -> None:
@@ -178,11 +178,11 @@ class ur:
         self.do(store)
 
     def output(self, number: int) -> bool:
-        """A digital output of its control box."""
+        """Returns a digital output of its control box."""
         return self.do(lambda: bool(self.digital_outputs >> number & 1))
 
     def off(self) -> None:
-        """As if its power were cut: each connection is reset, and nothing answers."""
+        """Switches it off as if its power were cut: each connection is reset, and nothing answers."""
 
         def off() -> None:
             self.stop_by(NORMAL)
@@ -196,7 +196,7 @@ class ur:
         self.do(off)
 
     def on(self, *, powered: bool = True) -> None:
-        """It answers again, its arm where it was, powered on or not."""
+        """Lets it answer again, its arm where it was, powered on or not."""
 
         def on() -> None:
             self.mode = RUNNING if powered else POWER_OFF
@@ -236,7 +236,7 @@ class ur:
         self.safety = NORMAL
 
     def switch_on(self) -> None:
-        """Power and brakes."""
+        """Switches on power and brakes."""
         if self.safety == NORMAL:
             self.mode = RUNNING
 
@@ -246,7 +246,7 @@ class ur:
         self.arm.rest()
 
     def begin_program(self, text: str) -> None:
-        """A program comes in place of the one that runs; refused, as on a real one, in silence: its log says why."""
+        """Begins a program in place of the one that runs; refused, as on a real one, in silence: its log says why."""
         if not self.is_remote or self.safety != NORMAL or self.mode != RUNNING:
             self.log.append("a program was refused: the arm is not ready, or not in remote control")
             return
@@ -258,7 +258,7 @@ class ur:
             self.log.append(str(why))
 
     def cycle(self) -> None:
-        """One controller cycle: program, arm, packages."""
+        """Runs one controller cycle: program, arm, packages."""
         self.cycles += 1
         if self._program is not None and self.runtime == PLAYING:
             try:
@@ -299,7 +299,7 @@ class ur:
         }  # fmt: skip
 
     def felt(self) -> list[float]:
-        """Force and torque at its tool: what it touches, and what presses."""
+        """Returns force and torque at its tool: what it touches, and what presses."""
         touched = [*self.arm.touch(), 0.0, 0.0, 0.0]
         return [own + pressed for own, pressed in zip(touched, self.force, strict=True)]
 

@@ -68,10 +68,10 @@ class Peer:
         return True
 
     def taken(self) -> None:
-        """More is in the buffer."""
+        """Notes that more is in the buffer."""
 
     def gone(self) -> None:
-        """The other end has closed it."""
+        """Notes that the other end has closed it."""
 
     def send(self, contents: bytes) -> None:
         """Sends as much as the connection takes: who does not read loses packages, as with a real one."""
@@ -141,7 +141,7 @@ class Rtde(Peer):
 
 
 def _names(contents: bytes) -> list[str]:
-    """The names that are asked for; one client that is in wide use ends them with a comma."""
+    """Returns the names that are asked for; one client that is in wide use ends them with a comma."""
     return [name for name in contents.decode(errors="replace").split(",") if name]
 
 

@@ -105,7 +105,7 @@ def _statements(text: str) -> list[str]:
 
 
 def _translated(text: str, lasting: set[str]) -> tuple[ast.Module, str]:
-    """A program as a module of generators, and the name of the one that is the program."""
+    """Translates a program into a module of generators, and returns it with the name of the one that is the program."""
     lines: list[str] = []
     depth, locals_of, functions = 0, [], set()
     for line in _statements(text):

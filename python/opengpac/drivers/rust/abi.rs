@@ -164,7 +164,7 @@ pub struct Module {
     pub compiler: *const c_char,
 }
 
-/// The text at an address; empty where there is none.
+/// Returns the text at an address; empty where there is none.
 ///
 /// # Safety
 /// It is null or ends with a 0.

@@ -27,7 +27,7 @@ impl Host {
         self.whole(name) != 0
     }
 
-    /// Any option as JSON; a list or a table.
+    /// Returns any option as JSON; a list or a table.
     pub fn json(&mut self, name: &CStr) -> String {
         // SAFETY: as above; what is given is a text.
         unsafe { abi::text(((*self.0).json)(self.0, name.as_ptr())) }
@@ -39,30 +39,30 @@ impl Host {
         unsafe { ((*self.0).length)(self.0, name.as_ptr()) }
     }
 
-    /// A number of a list, counted from 0.
+    /// Returns a number of a list, counted from 0.
     pub fn number_at(&mut self, name: &CStr, index: i64) -> f64 {
         // SAFETY: as above.
         unsafe { ((*self.0).number_at)(self.0, name.as_ptr(), index) }
     }
 
-    /// A text of a list, counted from 0.
+    /// Returns a text of a list, counted from 0.
     pub fn text_at(&mut self, name: &CStr, index: i64) -> String {
         // SAFETY: as above; what is given is a text.
         unsafe { abi::text(((*self.0).text_at)(self.0, name.as_ptr(), index)) }
     }
 
-    /// In `make`: where a declared counter counts.
+    /// Returns the counter of a declared name, in `make`.
     pub fn counter(&mut self, name: &CStr) -> Counter {
         // SAFETY: as above.
         Counter(unsafe { ((*self.0).counter)(self.0, name.as_ptr()) }.cast())
     }
 
-    /// A channel that is read: `"part.channel"`, of a type of C.
+    /// Adds a channel that is read: `"part.channel"`, of a type of C.
     pub fn reads(&mut self, of: &CStr, name: &CStr, doc: &CStr, unit: &CStr) -> Slot {
         self.channel(0, of, name, doc, unit, 0.0)
     }
 
-    /// A channel that is written, with its safe value.
+    /// Adds a channel that is written, with its safe value.
     pub fn writes(&mut self, of: &CStr, name: &CStr, safe: f64, doc: &CStr, unit: &CStr) -> Slot {
         self.channel(1, of, name, doc, unit, safe)
     }
@@ -74,25 +74,26 @@ impl Host {
         unsafe { ((*self.0).channel)(self.0, &channel) }
     }
 
-    /// Four channels are a joint: its position, velocity and bias, and the effort that moves it.
+    /// Makes four channels a joint: its position, velocity and bias, and the effort that moves it.
     pub fn joint(&mut self, name: &CStr, kp: f64, kd: f64) {
         self.part(name, Part { kp, kd, ..Part::HINGE });
     }
 
-    /// A joint with its limits: `host.part(c"belt", Part { speed_max: 2.0, ..Part::SLIDE })`.
+    /// Makes a joint with its limits: `host.part(c"belt", Part { speed_max: 2.0, ..Part::SLIDE })`.
     pub fn part(&mut self, name: &CStr, part: Part) {
         let part = Part { name: name.as_ptr(), ..part };
         // SAFETY: as above; the host copies it.
         unsafe { ((*self.0).part)(self.0, &part) };
     }
 
-    /// In `make`: the device goes to its safe state by itself where no command comes for so long.
+    /// Sets, in `make`, the time without a command after which the device goes to its safe state by itself.
     pub fn watchdog(&mut self, ns: i64) {
         // SAFETY: as above.
         unsafe { ((*self.0).watchdog)(self.0, ns) };
     }
 
-    /// In `handles`: what is written to a descriptor when this process is gone. `latches`: it stays in force until a driver opens the device again.
+    /// Adds, in `handles`, what is written to a descriptor when this process is gone. `latches`: it stays in force until a driver opens the device
+    /// again.
     pub fn safe_handle(&mut self, descriptor: i32, offset: u64, bytes: &[u8], latches: bool) {
         let (size, length) = (size_of::<Handle>() as u32, bytes.len() as u32);
         let handle = Handle { size, latches: latches.into(), descriptor, length, offset, bytes: bytes.as_ptr().cast() };
@@ -100,14 +101,14 @@ impl Host {
         unsafe { ((*self.0).handle)(self.0, &handle) };
     }
 
-    /// In a service: what is answered, as JSON.
+    /// Sets, in a service, what is answered, as JSON.
     pub fn answer(&mut self, json: &str) {
         let json = c_text(json);
         // SAFETY: as above; the host copies it.
         unsafe { ((*self.0).answer)(self.0, json.as_ptr()) };
     }
 
-    /// In `scan`: a device, and the options that open it, as JSON.
+    /// Adds, in `scan`, a device, and the options that open it, as JSON.
     pub fn found(&mut self, what: &str, options_json: &str) {
         let (what, options) = (c_text(what), c_text(options_json));
         // SAFETY: as above; the host copies them.
@@ -135,7 +136,7 @@ impl Part {
     pub const SLIDE: Part = Part { is_slide: 1, ..Part::HINGE };
 }
 
-/// A text as C has it.
+/// Returns a text as C has it.
 pub(crate) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', " ")).unwrap_or_default()
 }
@@ -163,7 +164,7 @@ impl Readings {
         unsafe { self.0.add(slot.offset as usize).cast::<f64>().write_unaligned(value) };
     }
 
-    /// A value of another type than double: as many bytes as it has.
+    /// Stores a value of another type than double: as many bytes as it has.
     pub fn set_bytes(&self, slot: Slot, value: &[u8]) {
         // SAFETY: as above; the channel was declared with a type of this length.
         unsafe { self.0.add(slot.offset as usize).copy_from_nonoverlapping(value.as_ptr(), value.len()) };
@@ -179,7 +180,7 @@ impl Commands {
         unsafe { self.0.add(slot.offset as usize).cast::<f64>().read_unaligned() }
     }
 
-    /// A value of another type than double, of so many bytes.
+    /// Returns a value of another type than double, of so many bytes.
     pub fn get_bytes<const N: usize>(&self, slot: Slot) -> [u8; N] {
         // SAFETY: as above; the channel was declared with a type of this length.
         unsafe { self.0.add(slot.offset as usize).cast::<[u8; N]>().read_unaligned() }

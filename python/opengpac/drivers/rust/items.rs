@@ -75,7 +75,7 @@ pub const fn needed_table(name: &'static CStr, doc: &'static CStr) -> Item {
     needed(kind::TABLE, name, doc, c"")
 }
 
-/// It exchanges on a thread of its own, and may wait.
+/// Declares that it exchanges on a thread of its own, and may wait.
 pub const fn worker() -> Item {
     Item { kind: class::WORKER, ..item(what::CLASS, c"", c"", c"") }
 }
@@ -85,7 +85,7 @@ pub const fn waits(ns: i64) -> Item {
     Item { whole: ns, ..item(what::WAITS, c"", c"", c"") }
 }
 
-/// Within what a machine that is gone is a device that is lost, ns.
+/// Time within which a machine that is gone is a device that is lost, ns.
 pub const fn lost_within(ns: i64) -> Item {
     Item { whole: ns, ..item(what::LOST_WITHIN, c"", c"", c"") }
 }
@@ -95,7 +95,7 @@ pub const fn safe(doc: &'static CStr, within_ns: i64) -> Item {
     safe_by(doc, within_ns, by::DRIVER)
 }
 
-/// The same, brought about by others too: `by::DRIVER | by::GUARD | by::DEVICE | by::END`.
+/// Its safe state, brought about by others too: `by::DRIVER | by::GUARD | by::DEVICE | by::END`.
 pub const fn safe_by(doc: &'static CStr, within_ns: i64, by: u32) -> Item {
     Item { whole: within_ns, by, ..item(what::SAFE, c"", doc, c"") }
 }
@@ -115,7 +115,7 @@ pub const fn service(name: &'static CStr, doc: &'static CStr) -> Item {
     service_of(name, answers::NOTHING, doc)
 }
 
-/// The same, with an answer: `answers::NUMBER`, `WHOLE`, `BOOL`, `TEXT`, `LIST` or `TABLE`.
+/// A service with an answer: `answers::NUMBER`, `WHOLE`, `BOOL`, `TEXT`, `LIST` or `TABLE`.
 pub const fn service_of(name: &'static CStr, answer: u32, doc: &'static CStr) -> Item {
     Item { kind: answer, ..item(what::SERVICE, name, doc, c"") }
 }

@@ -30,26 +30,27 @@ pub trait Driver: Sized + Send {
 
     /// Channels and parts, from the options. Nothing of the machine is touched.
     fn make(host: &mut Host) -> Result<Self, String>;
-    /// Once before the first exchange: connects to the machine.
+    /// Connects to the machine, once before the first exchange.
     fn open(&mut self, _now_ns: i64) -> Done {
         Ok(())
     }
-    /// At the start of each firing. An error means that the device is lost.
+    /// Reads, at the start of each firing. An error means that the device is lost.
     fn read(&mut self, release_ns: i64, readings: Readings) -> Done;
-    /// After each `read`: when the machine took its readings, on the clock of `release_ns`. One that has heard nothing new answers the time from
+    /// Returns, after each `read`, when the machine took its readings, on the clock of `release_ns`. One that has heard nothing new answers the time
+    /// from
     /// before, and the channel `age` of its device grows. Left out: with the read.
     fn taken_ns(&self) -> Option<i64> {
         None
     }
-    /// At the end of each firing.
+    /// Writes, at the end of each firing.
     fn write(&mut self, release_ns: i64, commands: Commands) -> Done;
-    /// All outputs to their safe state now.
+    /// Brings all outputs to their safe state now.
     fn safe_state(&mut self);
-    /// Once behind `open`: what the guard writes when this process is gone, by `host.safe_handle`.
+    /// Declares, once behind `open`, what the guard writes when this process is gone, by `host.safe_handle`.
     fn handles(&mut self, _host: &mut Host) -> Done {
         Ok(())
     }
-    /// Once behind `make`: what carries out the services of its items.
+    /// Returns, once behind `make`, what carries out the services of its items.
     fn services(&self) -> Option<Arc<dyn Services>> {
         None
     }
@@ -89,13 +90,13 @@ impl<T: Driver> Cycle<T> {
         unsafe { &mut (*memory.cast::<Place<T>>()).cycle }
     }
 
-    /// None: it was not made, or is closed.
+    /// Returns the driver; none: it was not made, or is closed.
     fn driver(&mut self) -> Option<&mut T> {
         // SAFETY: null, or from `make`.
         unsafe { self.driver.as_mut() }
     }
 
-    /// The cause stays until the next one.
+    /// Returns the cause, which stays until the next one.
     fn cause(&mut self, done: Done) -> Cause {
         let Err(why) = done else { return std::ptr::null() };
         self.forget();
@@ -111,7 +112,7 @@ impl<T: Driver> Cycle<T> {
     }
 }
 
-/// The cause of what is not the cycle's.
+/// Returns the cause of what is not the cycle's.
 fn told(done: Done) -> Cause {
     let Err(why) = done else { return std::ptr::null() };
     TOLD.with_borrow_mut(|told| {
