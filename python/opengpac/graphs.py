@@ -151,7 +151,7 @@ class Graph(Pictured, FunctionBlock):
         return Occurrence(label, BlockUse(self, {}))
 
     def insert(self, label: str, block: Any, *, between: tuple[Any, Any], input: str | None = None, output: str | None = None) -> Graph:
-        """Returns a new graph with `block`, labelled `label`, between an output port (or input of the graph) and the input port that it fed.
+        """Returns a new graph with `block`, labelled `label`, between an output port (or input of the graph) and the input port it fed.
 
         `input` and `output` name the ports of the new block where it has more than one that must be bound.
         """

@@ -19,7 +19,7 @@ sys.exit(getattr(native, sys.argv[2])())
 
 
 def command(entry: str) -> list[str]:
-    """Returns the command of a process that calls `_native.ENTRY()` and ends when that returns; a returned text is the reason of a failure."""
+    """Returns the command of a process that calls `_native.ENTRY()` and ends when that returns; a returned text is why it failed."""
     return [sys.executable, "-I", "-S", "-c", _BODY, _native.__file__, entry]
 
 
