@@ -243,7 +243,7 @@ pub enum EventAs {
 }
 
 impl EventAs {
-    /// Of an event there; the script of an acknowledgement is known by the number that it has there. None for what only a host tells
+    /// Encodes an event there; the script of an acknowledgement is known by the number that it has there. None for what only a host tells
     /// itself.
     pub fn of(event: Event) -> Option<EventAs> {
         match event {
@@ -253,7 +253,8 @@ impl EventAs {
         }
     }
 
-    /// As an event here; `script` gives the script that was submitted under a number. None for an acknowledgement of one that was never submitted,
+    /// Decodes it as an event here; `script` gives the script that was submitted under a number. None for an acknowledgement of one that was never
+    /// submitted,
     /// and for what only a host tells itself.
     pub fn event(self, script: impl FnOnce(u64) -> Option<Box<kernel::Script>>) -> Option<Event> {
         match self {

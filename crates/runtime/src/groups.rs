@@ -30,7 +30,7 @@ fn is_fit(block: &Arc<Block>) -> bool {
     fit(block.descriptor()).is_ok()
 }
 
-/// From the first block whose value another one reads to the last that reads one; the others gain nothing.
+/// Returns the group from the first block whose value another one reads to the last that reads one; the others gain nothing.
 fn group(blocks: &[&Arc<Block>]) -> Option<Group> {
     let mut stored: HashMap<Place, (usize, usize)> = HashMap::new();
     let mut members: Vec<Member> = Vec::with_capacity(blocks.len());
@@ -67,7 +67,7 @@ fn overlap((one, length): Place, (other, of): Place) -> bool {
     one < other + of as usize && other < one + length as usize
 }
 
-/// The items of a block that are bound to a cell.
+/// Returns the items of a block that are bound to a cell.
 fn bound(block: &Block) -> impl Iterator<Item = (usize, &Item, &Cell)> {
     let (_, _, bound) = block.parts();
     block.items().iter().zip(bound).enumerate().filter_map(|(index, (item, cell))| Some((index, item, cell.as_ref()?)))

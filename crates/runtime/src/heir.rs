@@ -85,7 +85,7 @@ pub fn heir(of: &Arc<Device>) -> Result<Arc<Device>, DeviceError> {
     Ok(device)
 }
 
-/// `heir` takes over driver and last outputs of the device that it is heir of; nothing where it is none. `ahead_ns`: how much the clock of the
+/// Lets `heir` take over driver and last outputs of the device that it is heir of; does nothing if it is none. `ahead_ns`: how much the clock of the
 /// host before was ahead of this one's. What it gives is to be freed off the real-time path.
 ///
 /// # Safety

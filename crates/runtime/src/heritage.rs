@@ -36,7 +36,7 @@ impl Holding {
         Holding { source, blocks: table.steps.iter().filter_map(held).collect(), devices: table.devices.clone() }
     }
 
-    /// The labels of its blocks.
+    /// Returns the labels of its blocks.
     pub fn labels(&self) -> impl Iterator<Item = &str> {
         self.blocks.iter().map(|held| held.block.name())
     }
@@ -109,7 +109,7 @@ impl Heritage {
         (Heritage { passes, times, devices: to.devices.clone(), ahead_ns, left, is_done: Arc::default() }, passed)
     }
 
-    /// Set when it has been carried out.
+    /// Returns the flag that is set when it has been carried out.
     pub fn is_done(&self) -> Arc<AtomicBool> {
         self.is_done.clone()
     }

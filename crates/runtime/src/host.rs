@@ -31,7 +31,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock, RwLockRea
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// All kernels of this process.
+/// Host of all kernels of this process.
 pub struct Host {
     pub(crate) carrier: Mutex<Box<dyn Carrier>>,
     sources: RwLock<Vec<Arc<Source>>>,
@@ -39,9 +39,9 @@ pub struct Host {
     remote_sources: RemoteSources,
     /// The record that is made of it.
     trace: OnceLock<Arc<Trace>>,
-    /// It does again what is recorded.
+    /// True if it does again what is recorded.
     plays: AtomicBool,
-    /// Of sources that are recorded or played.
+    /// Tapes of sources that are recorded or played.
     tapes: Mutex<HashMap<SourceId, Arc<SourceTape>>>,
     /// Memory in which the next sources note which block runs.
     black_box: Mutex<Option<BlackBox>>,
@@ -87,12 +87,14 @@ impl BlackBox {
 const BUDGET_MIN_NS: i64 = 100_000_000;
 
 impl Host {
-    /// No sources yet. `carrier`: what carries connections. Installs the fault handlers (once a process; earlier handlers are called for what is not ours).
+    /// Makes a host without sources. `carrier`: what carries connections. Installs the fault handlers (once a process; earlier handlers are called
+    /// for what is not ours).
     pub fn new(clock: ClockKind, carrier: Box<dyn Carrier>) -> Host {
         Host::since(clock, carrier, monotonic_ns())
     }
 
-    /// The same with an epoch of its own, ns of CLOCK_MONOTONIC: that of the host whose sources some of these are. Under the virtual clock the epoch
+    /// Makes a host with an epoch of its own, ns of CLOCK_MONOTONIC: that of the host whose sources some of these are. Under the virtual clock the
+    /// epoch
     /// has no effect.
     pub fn since(clock: ClockKind, carrier: Box<dyn Carrier>, epoch_ns: i64) -> Host {
         containment::install();
@@ -133,14 +135,14 @@ impl Host {
         (sources.is_empty() && self.trace.set(trace.clone()).is_ok()).then_some(trace)
     }
 
-    /// A host under the virtual clock whose sources do what is recorded of others: [`Host::play`].
+    /// Makes a host under the virtual clock whose sources do what is recorded of others: [`Host::play`].
     pub fn playing() -> Host {
         let host = Host::new(ClockKind::Virtual { seed: 0 }, Box::new(interconnect::Memory));
         host.plays.store(true, Ordering::Release);
         host
     }
 
-    /// The record that is made of it.
+    /// Returns the record that is made of it.
     pub fn trace(&self) -> Option<&Arc<Trace>> {
         self.trace.get()
     }
@@ -216,12 +218,13 @@ impl Host {
         id
     }
 
-    /// Virtual: the kernel of a source, between two firings.
+    /// Runs a function on the kernel of a source, between two firings, under the virtual clock.
     pub(crate) fn with_kernel<T>(&self, source: SourceId, then: impl FnOnce(&mut Kernel) -> T) -> T {
         self.executor().with_kernel(source.0 as usize, then)
     }
 
-    /// Virtual: true where so much is requested at this instant that one request more is refused. It is never true under the monotonic clock.
+    /// Returns true, under the virtual clock, if so much is requested at this instant that one request more is refused. It is never true under the
+    /// monotonic clock.
     pub fn is_full(&self) -> bool {
         self.executor.as_ref().is_some_and(|executor| executor.lock().expect("nobody panics with the lock held").is_full())
     }
@@ -236,12 +239,12 @@ impl Host {
         source.bell().wake();
     }
 
-    /// True where time is a number that `fire_next` and `set_now` move.
+    /// Returns true if time is a number that `fire_next` and `set_now` move.
     pub fn is_virtual(&self) -> bool {
         self.executor.is_some()
     }
 
-    /// ns on the clock since the host's epoch; the first release of a timer of period T is at T.
+    /// Returns ns on the clock since the host's epoch; the first release of a timer of period T is at T.
     pub fn now_ns(&self) -> i64 {
         match self.executor {
             Some(_) => self.now_ns.load(Ordering::Relaxed),
@@ -325,7 +328,7 @@ impl Host {
         self.tapes.lock().expect("nobody panics with the lock held").get(&source).cloned()
     }
 
-    /// Joined when the host is closed.
+    /// Keeps a thread, to be joined when the host is closed.
     pub(crate) fn keep_thread(&self, thread: JoinHandle<()>) {
         self.threads().push((None, thread));
     }

@@ -23,7 +23,7 @@ use std::thread::JoinHandle;
 /// Period at which it polls for groups, whose arrival is not signalled, and for rows that found no room, ns.
 const LOOK_NS: i64 = 1_000_000;
 
-/// Behind every source and before ordinary programs, where the right is given.
+/// Priority behind every source and before ordinary programs, if the right is given.
 const PRIORITY: u8 = 1;
 /// Rows of one connection that are handed on before the others have their turn: its writer may be a process that never ends.
 const ROWS_MAX: usize = 4096;
@@ -86,7 +86,7 @@ impl Relays {
         Ok(wanted)
     }
 
-    /// The thread, which is started with the first relay.
+    /// Returns the thread, which is started with the first relay.
     fn relaying(&self, epoch_ns: i64, keep_thread: impl FnOnce(JoinHandle<()>)) -> Result<Arc<Thread>, EndError> {
         let mut started = locked(&self.0);
         if let Some(thread) = started.as_ref() {
@@ -99,7 +99,7 @@ impl Relays {
         Ok(started.insert(thread).clone())
     }
 
-    /// The thread ends.
+    /// Ends the thread.
     pub(crate) fn close(&self) {
         if let Some(thread) = locked(&self.0).as_ref() {
             thread.closing.store(true, Ordering::Release);

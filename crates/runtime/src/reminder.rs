@@ -6,7 +6,7 @@ use kernel::bell::Bell;
 /// Time that the caller has, ns.
 const REMIND_NS: i64 = 1_000_000;
 
-/// Of one source.
+/// Reminder of one source.
 #[derive(Default)]
 pub(crate) struct Reminder {
     since_ns: Option<i64>,

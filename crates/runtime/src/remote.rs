@@ -22,7 +22,7 @@ pub trait Remote: RemoteWord {
     /// Counters and histograms of a source, as it told last.
     fn statistics(&self, source: SourceId) -> Statistics;
 
-    /// [`Host::probe`](crate::Host::probe), there.
+    /// Probes there, as [`Host::probe`](crate::Host::probe) does here.
     fn probe(&self, source: SourceId, for_ns: u64);
 
     /// Returns the durations of the invocations of a block there, as it told last.
@@ -34,16 +34,16 @@ pub trait Remote: RemoteWord {
     /// Sets or clears the flag that every write of a device there obeys.
     fn stop(&self, set: bool);
 
-    /// The host on which it runs; none where that is this one.
+    /// Returns the host on which it runs; none if that is this one.
     fn host(&self) -> Option<&str>;
 
-    /// The writing end here of a connection to it.
+    /// Returns the writing end here of a connection to it.
     ///
     /// # Errors
     /// What keeps it from being made.
     fn sender(&self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
 
-    /// The reading end here of a connection from it.
+    /// Returns the reading end here of a connection from it.
     ///
     /// # Errors
     /// As for `sender`.

@@ -8,9 +8,9 @@ use std::sync::atomic::Ordering;
 /// State of a device, as its processor tells it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct DeviceState {
-    /// It failed.
+    /// True if it failed.
     pub lost: bool,
-    /// For each channel: it asks; it asked since the last `forget`; how often its slew limit acted.
+    /// State of each channel: it asks; it asked since the last `forget`; how often its slew limit acted.
     pub channels: Vec<(bool, bool, u64)>,
     /// Calls of `forget` that it has seen.
     pub forgotten: u64,
@@ -39,7 +39,7 @@ impl DeviceState {
     }
 }
 
-/// A remote device, with these channels. `calls` asks its processor.
+/// Makes a remote device, with these channels. `calls` asks its processor.
 ///
 /// # Errors
 /// None: as of [`Device::open`].
@@ -49,7 +49,7 @@ pub fn open(name: &str, channels: Vec<Channel>, calls: Box<dyn Fn(DeviceCall) + 
     Ok(device)
 }
 
-/// A device of a record, with these channels: what it reads comes from there.
+/// Makes a device of a record, with these channels: what it reads comes from there.
 ///
 /// # Errors
 /// None: as of [`Device::open`].

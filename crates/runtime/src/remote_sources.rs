@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, RwLock, Weak};
 pub(crate) struct RemoteSources {
     by_source: RwLock<HashMap<SourceId, Arc<dyn Remote>>>,
     is_any: AtomicBool,
-    /// Of the connections that reach there.
+    /// Number of the last connection that reaches there.
     last_way: AtomicU64,
     /// Processes with sources there.
     processes: Mutex<HashMap<u64, Reaching>>,
@@ -30,7 +30,7 @@ pub(crate) struct RemoteSources {
 /// A process with remote sources.
 struct Reaching {
     process: Weak<Process>,
-    /// Of one that is spread: whose kernels tell what comes, and know which stage it belongs to.
+    /// Hosts of a process that is spread: their kernels tell what comes, and know which stage it belongs to.
     places: Vec<Arc<dyn Remote>>,
 }
 
@@ -58,7 +58,7 @@ impl RemoteSources {
         all.iter().enumerate().filter(|(index, remote)| !all[..*index].iter().any(|other| Arc::ptr_eq(other, remote))).for_each(|(_, remote)| remote.close());
     }
 
-    /// `remote` runs this source.
+    /// Notes that `remote` runs this source.
     pub(crate) fn enter(&self, source: SourceId, remote: Arc<dyn Remote>) {
         self.by_source.write().expect("nobody panics with the lock held").insert(source, remote);
         self.is_any.store(true, Ordering::Release);
@@ -72,12 +72,12 @@ impl RemoteSources {
         self.by_source.read().expect("nobody panics with the lock held").get(&source).cloned()
     }
 
-    /// The number of a new connection that leads to a remote source.
+    /// Returns the number of a new connection that leads to a remote source.
     pub(crate) fn next_way(&self) -> u64 {
         self.last_way.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// An event came from a remote source; `serial`: its order among the events of the host.
+    /// Notes an event that came from a remote source; `serial`: its order among the events of the host.
     pub(crate) fn told(&self, serial: u64, event: Event) {
         self.is_any.store(true, Ordering::Release);
         locked(&self.told).push_back((serial, event));
@@ -88,7 +88,7 @@ impl RemoteSources {
         self.by_source.read().expect("nobody panics with the lock held").values().for_each(|remote| remote.stop(set));
     }
 
-    /// A process with steps in `sources`. See [`Process::new`]. Where they all lie in one remote place its word is there.
+    /// Makes a process with steps in `sources`. See [`Process::new`]. Where they all lie in one remote place its word is there.
     pub(crate) fn new_process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
         let mut places: Vec<Option<Arc<dyn Remote>>> = Vec::new();
         for remote in sources.iter().map(|source| self.of(*source)) {

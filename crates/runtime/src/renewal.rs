@@ -38,7 +38,7 @@ impl Retired {
 }
 
 impl Renewal {
-    /// The driver of a lost device goes: nothing takes its place so far.
+    /// Retires the driver of a lost device: nothing takes its place so far.
     pub fn retire(device: &Arc<Device>) -> (Renewal, Retired) {
         let empty = remote_device::recorded(device.name(), device.channels().to_vec()).expect("a driver that does nothing opens");
         let is_done = Arc::<AtomicBool>::default();
@@ -59,12 +59,12 @@ impl Renewal {
         Ok(Renewal { device: device.clone(), by: Some(fresh), is_open: true, is_done: Arc::default() })
     }
 
-    /// Of a record that is played: what is read comes from there.
+    /// Makes the renewal of a device of a record that is played: what is read comes from there.
     pub fn recorded(device: Arc<Device>, is_open: bool) -> Renewal {
         Renewal { device, by: None, is_open, is_done: Arc::default() }
     }
 
-    /// Set when it has been carried out.
+    /// Returns the flag that is set when it has been carried out.
     pub fn is_done(&self) -> Arc<AtomicBool> {
         self.is_done.clone()
     }

@@ -29,7 +29,7 @@ pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     (missing, real_time)
 }
 
-/// The calling thread serves what kernels tell, at `priority` and on `core`, where that is given. Says what is not.
+/// Gives the calling thread, which serves what kernels tell, `priority` and `core`, if they are given. Says what is not.
 pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     let mut missing = Vec::new();
     // SAFETY: sets the timer slack of this thread.
@@ -45,8 +45,8 @@ pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     missing
 }
 
-/// The calling thread says that kernels serve, and is not held up by any of them, nor by what else runs at a real-time priority: above every
-/// kernel, where that is given.
+/// Raises the calling thread, which says that kernels serve, above every kernel, if that is given: none of them holds it up, nor what else
+/// runs at a real-time priority.
 pub fn take_for_heart() {
     const PRIORITY: u8 = 98;
     let _given = limit_real_time() && prioritise(PRIORITY);
@@ -74,7 +74,7 @@ fn pin(core: usize) -> bool {
     }
 }
 
-/// Without this limit nothing runs at a real-time priority.
+/// Sets the limit without which nothing runs at a real-time priority.
 pub(crate) fn limit_real_time() -> bool {
     // SAFETY: reads and lowers a limit of this process.
     unsafe {
@@ -90,7 +90,7 @@ pub(crate) fn limit_real_time() -> bool {
     }
 }
 
-/// SCHED_FIFO at `priority`, for this thread.
+/// Sets SCHED_FIFO at `priority`, for this thread.
 pub(crate) fn prioritise(priority: u8) -> bool {
     let parameter = libc::sched_param { sched_priority: i32::from(priority.clamp(1, 99)) };
     // SAFETY: this thread's own scheduling. Threads that it makes do not inherit it.

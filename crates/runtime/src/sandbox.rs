@@ -34,7 +34,7 @@ impl Sandbox {
         Sandbox::with_budget(BUDGET_NS)
     }
 
-    /// The same for a block whose body is run by the interpreter of this process. It has no budget: a call that was ended there would keep
+    /// Makes a sandbox for a block whose body is run by the interpreter of this process. It has no budget: a call that was ended there would keep
     /// the interpreter's lock without end.
     pub fn interpreted() -> Sandbox {
         Sandbox::with_budget(i64::MAX)

@@ -61,7 +61,7 @@ impl RemoteSources {
     }
 }
 
-/// A script that moved a process has been carried out: what it remembered acts, or its word here follows.
+/// Serves a script that moved a process and has been carried out: what it remembered acts, or its word here follows.
 fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Option<Event> {
     match (process.home(), step) {
         (Home::Spread, _) => return serve_remembered(process, source, time_ns),
@@ -72,7 +72,7 @@ fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Opt
     None
 }
 
-/// A condition that came before the stage that waits for it acts when that is entered.
+/// Serves a condition that came before the stage that waits for it, as that is entered.
 fn serve_remembered(process: &Process, source: SourceId, time_ns: i64) -> Option<Event> {
     let (word, watch, moved) = serving::act_late(&mut Here, process)?;
     Some(Occurrence::late(source, process, word, watch, time_ns).watched(watch, Some(moved), false, Vec::new()))

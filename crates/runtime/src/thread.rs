@@ -17,7 +17,7 @@ const SPIN_NS: i64 = 30_000;
 /// A source with a shorter period sleeps only: spinning would take a good part of the core.
 const SPIN_PERIOD_MIN_NS: i64 = 10 * SPIN_NS;
 
-/// The thread of one source, until it is closed. `ready` is told when it has taken what rights there are.
+/// Runs the thread of one source, until it is closed. `ready` is told when it has taken what rights there are.
 pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     let (missing, real_time) = rights::take(&kernel.source.spec);
     *kernel.source.rights_missing.lock().expect("nobody panics with the lock held") = missing;
@@ -44,7 +44,7 @@ pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     kernel.close();
 }
 
-/// Firing k releases at epoch + k · period. A release that was missed consumes its number; there is never a burst.
+/// Runs a timer: firing k releases at epoch + k · period. A release that was missed consumes its number; there is never a burst.
 fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
     let mut next = (monotonic_ns() - epoch_ns) / period_ns + 1;
     kernel.firing = next as u64 - 1;
@@ -69,7 +69,7 @@ fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
     }
 }
 
-/// Each request is one firing.
+/// Runs a software source: each request is one firing.
 fn software(kernel: &mut Kernel, epoch_ns: i64) {
     let mut reminder = Reminder::default();
     while !kernel.source.closing.load(Ordering::Acquire) {

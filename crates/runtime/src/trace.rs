@@ -55,7 +55,7 @@ pub enum Entry {
         /// Its cell, which a later script may be the first to name.
         cell: crate::encoding::CellAt,
     },
-    /// From here on the record cannot be run again, and why.
+    /// Mark from which on the record cannot be run again, and why.
     Broken(String),
 }
 
@@ -97,7 +97,7 @@ impl Trace {
         Trace { scripts: Mutex::new(scripts), takers: Mutex::default(), serials: Arc::default(), ways: AtomicU64::new(WAYS_WITHIN) }
     }
 
-    /// The tape of a source that is being made.
+    /// Returns the tape of a source that is being made.
     pub(crate) fn tape(&self, id: SourceId, spec: &SourceSpec) -> Arc<SourceTape> {
         let (tape, taker) = SourceTape::recording(self.serials.clone());
         locked(&self.scripts).put(Entry::Source(spec.clone()));
@@ -105,7 +105,7 @@ impl Trace {
         tape
     }
 
-    /// The name of a connection within the host.
+    /// Returns the name of a connection within the host.
     pub(crate) fn way(&self) -> u64 {
         self.ways.fetch_add(1, Ordering::Relaxed)
     }
@@ -133,7 +133,7 @@ impl Trace {
         *last
     }
 
-    /// The value of an SVV lies in `cell` of the image of `source`.
+    /// Names the `cell` of an SVV's value in the image of `source`.
     pub fn name(&self, source: SourceId, name: &str, type_text: &str, unit: &str, cell: &Cell) {
         let mut scripts = locked(&self.scripts);
         let cell = scripts.writer.place(cell);
@@ -141,7 +141,7 @@ impl Trace {
         scripts.put(Entry::Named { source, name, type_text, unit, cell });
     }
 
-    /// From here on the record cannot be run again.
+    /// Marks the record as one that cannot be run again from here on.
     pub fn broken(&self, why: &str) {
         let mut scripts = locked(&self.scripts);
         if !std::mem::replace(&mut scripts.is_broken, true) {
@@ -155,7 +155,7 @@ impl Trace {
         out.extend(locked(&self.scripts).entries.drain(..));
     }
 
-    /// The record is over, though the host goes on: what comes is given up.
+    /// Abandons the record, though the host goes on: what comes is given up.
     pub fn abandon(&self) {
         let mut scripts = locked(&self.scripts);
         scripts.is_abandoned = true;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! All sources under the virtual clock: one thread, ordered by time, priority, RTP, source.
+//! Sources under the virtual clock: one thread, ordered by time, priority, RTP, source.
 //!
 //! A firing of a source with a virtual cost occupies [release, release + cost). What is released in that time by a source of
 //! higher priority on the same RTP, or by any source of another RTP, may run inside it: at its points (inside and between latches,
@@ -104,14 +104,14 @@ impl Virtual {
         if member.standing.get().is_some() { kernel.answer_readings(now_ns) } else { kernel.carry_out_all(now_ns) }
     }
 
-    /// The kernel of a source, between two firings.
+    /// Runs a function on the kernel of a source, between two firings.
     pub(crate) fn with_kernel<T>(&self, source: usize, then: impl FnOnce(&mut Kernel) -> T) -> T {
         let _standard = Standard::enter();
         // SAFETY: as for `carry_out`.
         then(unsafe { &mut *self.member(source).kernel.get() })
     }
 
-    /// When the next firing begins, or one that stands is over, and of which source. What ends at an instant ends before what begins then.
+    /// Returns when the next firing begins, or one that stands is over, and of which source. What ends at an instant ends before what begins then.
     pub(crate) fn next(&self) -> Option<(i64, usize)> {
         let sources = self.sources.borrow();
         let due = sources.iter().enumerate().filter_map(|(index, member)| Some((self.served_ns(&sources, member)?, index)));
@@ -130,7 +130,7 @@ impl Virtual {
         Some(self.held_until_ns(sources, member).map_or(release_ns, |end_ns| release_ns.max(end_ns)))
     }
 
-    /// Until when firings that stand hold up a source that cannot preempt them.
+    /// Returns until when firings that stand hold up a source that cannot preempt them.
     #[allow(clippy::vec_box, reason = "see `sources`")]
     fn held_until_ns(&self, sources: &[Box<Member>], member: &Member) -> Option<i64> {
         if self.standing.get() == 0 {
@@ -148,7 +148,7 @@ impl Virtual {
         sources.iter().filter_map(|member| Some(member.standing.get()?.end_ns)).min().unwrap_or(i64::MAX)
     }
 
-    /// The latest end of a firing with a cost that is over, as far as its kernel goes.
+    /// Returns the latest end of a firing with a cost that is over, as far as its kernel goes.
     pub(crate) fn busy_until_ns(&self) -> i64 {
         self.busy_until_ns.get()
     }
@@ -184,7 +184,7 @@ impl Virtual {
         self.sources.borrow().iter().map(|member| member.source.requests.pending.load(Ordering::SeqCst)).sum()
     }
 
-    /// True where one more request is one too many for an instant.
+    /// Returns true if one more request is one too many for an instant.
     pub(crate) fn is_full(&self) -> bool {
         self.requested() >= u64::from(FIRINGS_AN_INSTANT)
     }
@@ -251,7 +251,7 @@ impl Virtual {
         }
     }
 
-    /// The rest of a firing that stood, then what was submitted to its source meanwhile.
+    /// Runs the rest of a firing that stood, then what was submitted to its source meanwhile.
     fn conclude(&self, member: &Member, Standing { release_ns, end_ns, computed }: Standing) {
         // SAFETY: nothing of this source runs while its firing stands, so this is the one reference.
         let kernel = unsafe { &mut *member.kernel.get() };
@@ -291,7 +291,7 @@ fn stored(table: &Table) -> Vec<Stored> {
 }
 
 impl Member {
-    /// True where `other` may run inside a firing of this source.
+    /// Returns true if `other` may run inside a firing of this source.
     fn yields_to(&self, other: &Member) -> bool {
         let (this, spec) = (&self.source.spec, &other.source.spec);
         spec.rtp != this.rtp || spec.priority > this.priority
@@ -321,14 +321,14 @@ struct Within<'a> {
     executor: &'a Virtual,
     member: &'a Member,
     end_ns: i64,
-    /// At one point in `rarity` + 1, a power of two, something starts.
+    /// Rarity of starts: at one point in `rarity` + 1, a power of two, something starts.
     rarity: u64,
     clock: &'a AtomicI64,
     outer: Option<&'a Within<'a>>,
 }
 
 impl Within<'_> {
-    /// True where `other` may run inside this firing and all that it is in.
+    /// Returns true if `other` may run inside this firing and all that it is in.
     fn yields_to(&self, other: &Member) -> bool {
         self.member.yields_to(other) && self.outer.is_none_or(|outer| outer.yields_to(other))
     }

@@ -2,7 +2,8 @@
 //! Reads the state of a thread of this process from the operating system.
 use std::fs;
 
-/// True of the thread of this clock where it could run, or where a debugger or a stop signal keeps it from it. Where the system does not say, false.
+/// Returns true of the thread of this clock if it could run, or if a debugger or a stop signal keeps it from it. Where the system does not say,
+/// false.
 #[must_use]
 pub fn waits_for_a_core(clock: libc::clockid_t) -> bool {
     // The number of the thread is in its clock, whose form is part of the system's face: its complement, above three bits.

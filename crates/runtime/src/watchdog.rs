@@ -32,7 +32,8 @@ impl Watchdog {
         Watchdog { shared, sources: RwLock::default(), closing: AtomicBool::new(false), wait: Mutex::default(), closed: Condvar::new() }
     }
 
-    /// A thread that takes no signal cannot be ended, and one that is gone makes nothing safe. A process that was started for its processors ends
+    /// Looks at a source: a thread that takes no signal cannot be ended, and one that is gone makes nothing safe. A process that was started for its
+    /// processors ends
     /// with it, and its guard makes its outputs safe.
     fn look(&self, source: &Source, now_ns: i64) {
         // In this order: who is told to close may be gone.
@@ -63,7 +64,7 @@ impl Watchdog {
         self.closed.notify_all();
     }
 
-    /// The thread.
+    /// Runs the thread.
     pub(crate) fn run(&self) {
         rights::prioritise(PRIORITY);
         let mut looks = 0;

@@ -17,13 +17,13 @@ use std::sync::Arc;
 
 /// Surroundings of a reader: the code, the devices and the connections of the place where the sources run.
 pub trait Ground {
-    /// The code of a block, and what keeps it loaded.
+    /// Returns the code of a block, and what keeps it loaded.
     fn code(&self, name: &CodeName) -> Option<(&'static Descriptor, Arc<dyn Any + Send + Sync>)>;
-    /// A device that was opened here.
+    /// Returns a device that was opened here.
     fn device(&self, name: &str) -> Option<Arc<Device>>;
-    /// The writing end of a connection.
+    /// Returns the writing end of a connection.
     fn sender(&mut self, way: &Way) -> Box<dyn Sender>;
-    /// The reading end of a connection.
+    /// Returns the reading end of a connection.
     fn receiver(&mut self, way: &Way) -> Box<dyn Receiver>;
 }
 
@@ -45,7 +45,7 @@ enum Object {
     Edge(Arc<Edge>),
 }
 
-/// No connection or ring is larger: what asks for more is not meant so.
+/// Maximum bytes of a connection or ring: what asks for more is not meant so.
 const BYTES_MAX: u64 = 1 << 30;
 
 type Read<T> = Result<T, String>;
@@ -81,7 +81,7 @@ impl Reader {
         Ok(Box::new(Script { id: submission, ops: self.ops(parcel.ops)? }))
     }
 
-    /// The process whose number in events is `id`.
+    /// Returns the process whose number in events is `id`.
     pub fn process_of(&self, id: u64) -> Option<&Arc<Process>> {
         self.objects.values().find_map(|object| match object {
             Object::Process(process) if process.id() == id => Some(process),
@@ -89,27 +89,27 @@ impl Reader {
         })
     }
 
-    /// The cell that the other side calls so; none where it has not been named by a parcel, or is forgotten.
+    /// Returns the cell that the other side calls so; none if it has not been named by a parcel, or is forgotten.
     pub fn find(&self, at: CellAt) -> Option<Cell> {
         self.cell(at).ok()
     }
 
-    /// The inbound connections, with their numbers.
+    /// Returns the inbound connections, with their numbers.
     pub fn inbounds(&self) -> impl Iterator<Item = (u64, &Arc<Inbound>)> {
         self.objects.iter().filter_map(|(number, object)| if let Object::Inbound(inbound) = object { Some((*number, inbound)) } else { None })
     }
 
-    /// The blocks.
+    /// Returns the blocks.
     pub fn blocks(&self) -> impl Iterator<Item = &Arc<Block>> {
         self.objects.values().filter_map(|object| if let Object::Block(block) = object { Some(block) } else { None })
     }
 
-    /// A reader of each ring of rows, with its number.
+    /// Returns a reader of each ring of rows, with its number.
     pub fn rings(&self) -> impl Iterator<Item = (u64, RowsReader)> {
         self.objects.iter().filter_map(|(number, object)| if let Object::Rows(rows) = object { Some((*number, rows.reader())) } else { None })
     }
 
-    /// The sources that channels of devices raise.
+    /// Returns the sources that channels of devices raise.
     pub fn raised(&self) -> impl Iterator<Item = SourceId> {
         self.objects.values().filter_map(|object| if let Object::Edge(edge) = object { Some(edge.raises) } else { None })
     }
@@ -119,7 +119,7 @@ impl Reader {
         self.objects.len()
     }
 
-    /// True where there is none.
+    /// Returns true if there is none.
     pub fn is_empty(&self) -> bool {
         self.objects.is_empty()
     }
@@ -373,7 +373,7 @@ impl Reader {
         })
     }
 
-    /// A device that has these channels.
+    /// Returns a device that has these channels.
     fn channels(&self, device: u64, channels: &[u16]) -> Read<Arc<Device>> {
         let device = self.device(device)?;
         let known = device.channels().len();

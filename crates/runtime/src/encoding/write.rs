@@ -39,7 +39,7 @@ const SWEEP_MIN: usize = 256;
 pub type Names<'a> = &'a dyn Fn(&Block) -> Option<CodeName>;
 
 impl Writer {
-    /// A script, with all that it names for the first time. Errors: a block whose code `names` does not know, in words.
+    /// Returns a script as a parcel, with all that it names for the first time. Errors: a block whose code `names` does not know, in words.
     pub fn parcel(&mut self, script: &Script, names: Names) -> Result<Parcel, String> {
         self.sweep();
         let ops = self.ops(&script.ops, names);
@@ -47,7 +47,7 @@ impl Writer {
         Ok(Parcel { made, ops: ops? })
     }
 
-    /// The devices that were named for the first time since the last call, with their channels.
+    /// Returns the devices that were named for the first time since the last call, with their channels.
     pub fn take_devices(&mut self) -> Vec<(String, Vec<device::Channel>)> {
         mem::take(&mut self.devices)
     }
@@ -57,12 +57,12 @@ impl Writer {
         self.cell(cell)
     }
 
-    /// The inbound connection that the other side calls so.
+    /// Returns the inbound connection that the other side calls so.
     pub fn inbound_of(&self, number: u64) -> Option<Arc<Inbound>> {
         self.inbounds.get(&number)?.upgrade()
     }
 
-    /// The ring of rows that the other side calls so.
+    /// Returns the ring of rows that the other side calls so.
     pub fn rows_of(&self, number: u64) -> Option<Arc<RowsEnd>> {
         self.rings.get(&number)?.upgrade()
     }
@@ -72,7 +72,7 @@ impl Writer {
         self.known.len()
     }
 
-    /// True where it has none.
+    /// Returns true if it has none.
     pub fn is_empty(&self) -> bool {
         self.known.is_empty()
     }
@@ -100,7 +100,7 @@ impl Writer {
         self.made.push(Made::Forget { numbers });
     }
 
-    /// The number of an object, and whether it is new.
+    /// Returns the number of an object, and whether it is new.
     fn number<T: Send + Sync + 'static>(&mut self, of: &Arc<T>) -> (u64, bool) {
         if let Some(known) = self.known.get(&address(of)) {
             return (known.number, false);
@@ -173,7 +173,7 @@ impl Writer {
         }
     }
 
-    /// A process, with its stages once it has them; one that is spread has none there.
+    /// Returns the number of a process, with its stages once it has them; one that is spread has none there.
     fn process(&mut self, process: &Arc<Process>, names: Names) -> Result<u64, String> {
         let (number, is_new) = self.number(process);
         if is_new {

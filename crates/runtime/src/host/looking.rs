@@ -3,7 +3,7 @@
 use super::*;
 
 impl Host {
-    /// The next event, if there is one. The supervisor alone calls it. Events come in the order in which they were made, over all
+    /// Returns the next event, if there is one. The supervisor alone calls it. Events come in the order in which they were made, over all
     /// sources; a script's acknowledgement is one of them.
     pub fn poll(&self) -> Option<Event> {
         if let Some(event) = self.remote_sources.pop_first() {
@@ -43,7 +43,8 @@ impl Host {
         Some(if is_gone { Event::Ended { source: source.id, time_ns } } else { Event::Deaf { source: source.id, time_ns } })
     }
 
-    /// Monotonic: waits until an event is there, `unpark` was called, or the time has come. It is not called on a real-time path of a source.
+    /// Waits, under the monotonic clock, until an event is there, `unpark` was called, or the time has come. It is not called on a real-time path of
+    /// a source.
     /// Call it when `poll` has given nothing. Under the virtual clock it returns at once.
     pub fn park(&self, until_ns: Option<i64>) {
         if self.executor.is_none() {
@@ -57,15 +58,15 @@ impl Host {
         self.shared.supervisor.rings()
     }
 
-    /// `park` for a supervisor that is not alone in polling: returns at once where it was rung for since `seen`.
+    /// Parks a supervisor that is not alone in polling: returns at once if it was rung for since `seen`.
     pub fn park_since(&self, seen: u32, until_ns: Option<i64>) {
         if self.executor.is_none() {
             self.shared.supervisor.sleep(seen, until_ns.map(|until| (self.epoch_ns + until).max(0)));
         }
     }
 
-    /// The calling thread polls in the supervisor's place until [`Host::stop_attending`]: what the kernels tell leaves the supervisor asleep,
-    /// for 1 ms at most.
+    /// Lets the calling thread poll in the supervisor's place until [`Host::stop_attending`]: what the kernels tell leaves the supervisor
+    /// asleep, for 1 ms at most.
     pub fn attend(&self) {
         self.shared.supervisor.attend();
     }
@@ -80,15 +81,15 @@ impl Host {
         self.shared.supervisor.ring();
     }
 
-    /// Virtual: when the next thing happens (a release, a pending request, an arrival on the carrier).
+    /// Returns, under the virtual clock, when the next thing happens (a release, a pending request, an arrival on the carrier).
     pub fn next_time(&self) -> Option<i64> {
         let firing = self.executor().next().map(|(time, _)| time);
         let arrival = self.carrier.lock().expect("nobody panics with the lock held").next_arrival();
         [firing, arrival].into_iter().flatten().min()
     }
 
-    /// Virtual: sets the clock to the time of the next firing, if that is not after `limit_ns`, and runs that one firing (with
-    /// whatever preempts it). Nothing of a firing that ends behind `limit_ns` is visible before the clock comes to its end. False if there
+    /// Sets the virtual clock to the time of the next firing, if that is not after `limit_ns`, and runs that one firing (with whatever
+    /// preempts it). Nothing of a firing that ends behind `limit_ns` is visible before the clock comes to its end. False if there
     /// is none; the clock is then left as it is. Errs when more than 10,000 requested firings fall in one instant; the others are refused.
     pub fn fire_next(&self, limit_ns: i64) -> Result<bool, String> {
         containment::prepare_thread();
@@ -109,17 +110,17 @@ impl Host {
         }
     }
 
-    /// Virtual: the end of everything that was computed.
+    /// Returns, under the virtual clock, the end of everything that was computed.
     pub fn busy_until_ns(&self) -> i64 {
         self.executor().busy_until_ns()
     }
 
-    /// Virtual: moves the clock forward where nothing happens.
+    /// Moves the virtual clock forward where nothing happens.
     pub fn set_now(&self, now_ns: i64) {
         self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
     }
 
-    /// The period of a timer; none of other sources.
+    /// Returns the period of a timer; none of other sources.
     pub fn period_ns(&self, source: SourceId) -> Option<i64> {
         self.source(source).period_ns()
     }

@@ -39,7 +39,7 @@ pub struct Change {
 }
 
 impl Host {
-    /// The reading end, of a source of this host, of a connection that the record has: it gives what is recorded.
+    /// Returns the reading end, of a source of this host, of a connection that the record has: it gives what is recorded.
     pub fn played(&self, way: &Way) -> Box<dyn Receiver> {
         // A record that is damaged may name a source that it has not made.
         match self.tape(SourceId(way.spec.reader)) {
@@ -48,7 +48,7 @@ impl Host {
         }
     }
 
-    /// The writing end of a connection that the record has: its reader gets what is recorded.
+    /// Returns the writing end of a connection that the record has: its reader gets what is recorded.
     pub fn played_sender(&self, way: &Way) -> Box<dyn Sender> {
         Box::new(Unread(vec![0; way.spec.asynchronous_len], vec![0; way.spec.queue_row_len]))
     }
@@ -65,7 +65,7 @@ impl Host {
         self.with_kernel(source, |kernel| play(kernel, tape.as_deref(), stretch, script))
     }
 
-    /// True where a block in the table of `source` stores to `cell`.
+    /// Returns true if a block in the table of `source` stores to `cell`.
     pub fn stores(&self, source: SourceId, cell: &Cell) -> bool {
         self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).any(|block| block.writes(cell)))
     }

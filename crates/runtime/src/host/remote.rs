@@ -11,7 +11,7 @@ use kernel::{Nowhere, Process, Reach, Way, clock};
 use std::any::Any;
 
 impl Host {
-    /// A source that `remote` runs: it is called by number like those here.
+    /// Adds a source that `remote` runs: it is called by number like those here.
     pub fn add_remote_source(&self, spec: SourceSpec, remote: Arc<dyn Remote>) -> SourceId {
         let id = self.reserve(spec);
         self.remote_sources.enter(id, remote);
@@ -28,17 +28,17 @@ impl Host {
         self.remote_sources.of(source)
     }
 
-    /// The epoch of its clock, ns of CLOCK_MONOTONIC.
+    /// Returns the epoch of its clock, ns of CLOCK_MONOTONIC.
     pub fn epoch_ns(&self) -> i64 {
         self.epoch_ns
     }
 
-    /// A process with steps in `sources`. See [`Process::new`]. Where they all lie in one remote place its word is there.
+    /// Makes a process with steps in `sources`. See [`Process::new`]. Where they all lie in one remote place its word is there.
     pub fn process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
         self.remote_sources.new_process(id, created, sources)
     }
 
-    /// A connection between two sources, over whatever carries it.
+    /// Makes a connection between two sources, over whatever carries it.
     pub fn connect(&self, spec: &ConnectionSpec) -> (End<dyn Sender>, End<dyn Receiver>) {
         let (writer, reader) = (SourceId(spec.writer), SourceId(spec.reader));
         let (from, to) = (self.remote(writer), self.remote(reader));
@@ -69,7 +69,7 @@ impl Host {
         (End { end: sender, way: Some(way) }, End { end: receiver, way: Some(way) })
     }
 
-    /// A connection between a process of this host and another host: each has its end of a way to here.
+    /// Makes a connection between a process of this host and another host: each has its end of a way to here.
     fn relayed(&self, way: Way, from: &dyn Remote, to: &dyn Remote) -> (End<dyn Sender>, End<dyn Receiver>) {
         let to_here = |remote: &dyn Remote| Some(Way { reach: if remote.host().is_some() { Reach::Network } else { Reach::Host }, ..way });
         let wanted = self
@@ -93,7 +93,7 @@ impl Host {
         }
     }
 
-    /// An end that could not be made says so, and nothing comes over it.
+    /// Returns the stand-in for an end that could not be made, and says so: nothing comes over it.
     fn unconnected(&self, way: &Way, why: &EndError) -> Nowhere {
         let (writer, reader) = (SourceId(way.spec.writer), SourceId(way.spec.reader));
         self.tell(Event::Unconnected { writer, reader, message: why.message.clone() });

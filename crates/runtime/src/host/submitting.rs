@@ -11,7 +11,7 @@ impl Host {
         self.put(source, script, true);
     }
 
-    /// The same for a script without a wait for its acknowledgement: a source of this process that sleeps is not woken for it. It is carried out with what comes next,
+    /// Submits a script without a wait for its acknowledgement: a source of this process that sleeps is not woken for it. It is carried out with what comes next,
     /// of a timer before its next firing.
     pub fn submit_at_leisure(&self, source: SourceId, script: Box<Script>) {
         self.put(source, script, false);

@@ -67,7 +67,7 @@ impl Ask {
 const ANSWERS_MAX: usize = 1 << 20;
 const WAITING_MAX: usize = 1 << 23;
 
-/// Of one source. Its kernel alone touches what is inside.
+/// Tape of one source. Its kernel alone touches what is inside.
 pub(crate) struct SourceTape(UnsafeCell<Side>);
 
 // SAFETY: touched only by the kernel of its source: its thread, or the one thread of the virtual clock.
@@ -128,13 +128,13 @@ impl SourceTape {
         }
     }
 
-    /// Playing: what the answers did not fit, if anything; answers that were left over are such a thing too.
+    /// Returns, playing, what the answers did not fit, if anything; answers that were left over are such a thing too.
     pub fn differs(&self) -> Option<String> {
         let Side::Plays(side) = self.side() else { return None };
         side.differs.take().or_else(|| (side.at < side.answers.len()).then(|| format!("the record goes on with {}", Ask::of(side.answers[side.at]))))
     }
 
-    /// Recording: an answer of a connection.
+    /// Stores, recording, an answer of a connection.
     pub fn put(&self, ask: Ask, words: &[u64], bytes: &[u8]) {
         if let Side::Records(side) = self.side() {
             side.put(ask, &[]);
@@ -143,12 +143,12 @@ impl SourceTape {
         }
     }
 
-    /// Playing: which of these the next answer is.
+    /// Returns, playing, which of these the next answer is.
     pub fn one_of(&self, asks: &[Ask]) -> Option<Ask> {
         if let Side::Plays(side) = self.side() { side.one_of(asks) } else { None }
     }
 
-    /// Playing: the bytes of an answer.
+    /// Takes, playing, the bytes of an answer.
     pub fn take(&self, into: &mut [u8]) {
         if let Side::Plays(side) = self.side()
             && let Some(bytes) = side.take(into.len())
@@ -157,7 +157,7 @@ impl SourceTape {
         }
     }
 
-    /// Playing: a word of an answer.
+    /// Takes, playing, a word of an answer.
     pub fn take_word(&self) -> u64 {
         let mut word = [0; 8];
         self.take(&mut word);
