@@ -23,7 +23,7 @@ pub struct ClockOffset {
 }
 
 impl ClockOffset {
-    /// As the other host sees it.
+    /// Returns the offset as the other host sees it.
     pub(crate) fn reversed(self) -> Self {
         ClockOffset { clock_offset_ns: -self.clock_offset_ns, wall_offset_ns: -self.wall_offset_ns, ..self }
     }
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A ping between clocks that differ by `offset_ns`, whose ways take these times.
+    /// Returns a ping between clocks that differ by `offset_ns`, whose ways take these times.
     fn ping(left_ns: i64, there_ns: i64, back_ns: i64, offset_ns: i64) -> Ping {
         let answered_ns = left_ns + there_ns + offset_ns;
         Ping { left_ns, came_ns: left_ns + there_ns + back_ns, left_wall_ns: left_ns + 7, answered_ns, answered_wall_ns: answered_ns + 9 }

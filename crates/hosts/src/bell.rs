@@ -50,7 +50,7 @@ impl Bell {
         self.state.swap(QUIET, Ordering::AcqRel);
     }
 
-    /// The slots that rang since the last call, after [`wait`](Self::wait). The bridge alone calls it.
+    /// Takes the slots that rang since the last call, after [`wait`](Self::wait). The bridge alone calls it.
     pub(crate) fn take(&self, mut each: impl FnMut(usize)) {
         let mut news = self.news.swap(0, Ordering::AcqRel);
         while news != 0 {

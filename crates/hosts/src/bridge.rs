@@ -27,7 +27,7 @@ const GOODBYE: Duration = Duration::from_secs(1);
 pub(crate) struct Core {
     pub(crate) options: Options,
     pub(crate) wire: Arc<dyn Network>,
-    /// This host.
+    /// Number of this host.
     pub(crate) id: u64,
     /// The host that listens.
     listener: u64,
@@ -43,7 +43,7 @@ pub(crate) struct Core {
     stops: AtomicBool,
 }
 
-/// All keys of a system start with this.
+/// Prefix of all keys of a system.
 pub(crate) fn root(system: &str) -> String {
     format!("opengpac/{system}")
 }
@@ -116,7 +116,7 @@ impl Core {
         outlet.send(control.emit());
     }
 
-    /// A control packet came.
+    /// Handles a control packet that came.
     fn heard(&self, bytes: &[u8]) {
         let (now_ns, now_wall_ns) = (self.time.steady_ns(), self.time.wall_ns());
         match Control::parse(bytes) {
@@ -207,7 +207,7 @@ impl Core {
         self.say(self.listener, &Control::Ping { from: self.id, left_ns: self.time.steady_ns(), left_wall_ns: self.time.wall_ns(), offset });
     }
 
-    /// True where everything that was sent is known to have arrived.
+    /// Returns true if everything that was sent is known to have arrived.
     fn is_idle(&self) -> bool {
         let idle = AtomicBool::new(true);
         self.slots.each(|served: &dyn Served| {
@@ -216,14 +216,14 @@ impl Core {
         idle.into_inner()
     }
 
-    /// Everyone else is told that this host goes.
+    /// Tells everyone else that this host goes.
     fn bye(&self) {
         let others: Vec<u64> = self.outlets.lock().unwrap_or_else(PoisonError::into_inner).keys().copied().collect();
         others.into_iter().for_each(|host| self.say(host, &Control::Bye { from: self.id }));
     }
 }
 
-/// The calling thread comes before ordinary programs and behind every source, where the rights are given: values wait for it. It sleeps
+/// Puts the calling thread before ordinary programs and behind every source, if the rights are given: values wait for it. It sleeps
 /// whenever there is nothing to send.
 fn hasten() {
     let parameter = libc::sched_param { sched_priority: 1 };

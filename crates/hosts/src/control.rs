@@ -15,9 +15,9 @@ const TEXT_BYTES_MAX: usize = 1024;
 pub(crate) enum Control {
     /// A host wants to join.
     Hello(Hello),
-    /// It is taken in by the host with this number. `proof`: that it has the secret, where there is one.
+    /// The host is taken in by the host with this number. `proof`: that it has the secret, where there is one.
     Welcome { id: u64, name: String, target: String, proof: [u8; PROOF_LEN] },
-    /// It is not.
+    /// The host is not taken in.
     Refusal { reason: String },
     /// Asks for the time. With what the asking host knows already: the listener's clocks minus its own.
     Ping { from: u64, left_ns: i64, left_wall_ns: i64, offset: Option<ClockOffset> },
@@ -86,7 +86,7 @@ impl Control {
         fields
     }
 
-    /// None where the bytes are not as they were sent.
+    /// Parses a packet; none if the bytes are not as they were sent.
     pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
         let (sum, fields) = bytes.split_first_chunk::<8>()?;
         if u64::from_le_bytes(*sum) != checksum(fields) {

@@ -21,7 +21,7 @@ pub(crate) enum Scheme {
 }
 
 impl Endpoint {
-    /// True where nothing but this host can be at the other side: every address that the name stands for is a loopback address.
+    /// Returns true if nothing but this host can be at the other side: every address that the name stands for is a loopback address.
     pub(crate) fn is_loopback(&self) -> bool {
         let bare = self.host.trim_start_matches('[').trim_end_matches(']');
         if let Ok(address) = bare.parse::<IpAddr>() {

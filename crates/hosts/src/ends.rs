@@ -61,7 +61,7 @@ pub(crate) struct Writing {
 struct WritingState {
     local: Box<dyn Receiver>,
     outbound: Outbound,
-    /// Until when the end is kept after it was dropped.
+    /// Time until which the end is kept after it was dropped.
     until_ns: Option<i64>,
     /// Packets for this end come as long as it is there.
     subscription: Option<Subscription>,
@@ -97,7 +97,7 @@ impl Writing {
         locked(&self.state).subscription = Some(subscription);
     }
 
-    /// A packet came from the reading end.
+    /// Handles a packet that came from the reading end.
     pub(crate) fn came(&self, bytes: &[u8]) {
         let Some(repr) = parse(bytes, self.connection) else { return };
         self.send(|state, out| {
@@ -245,7 +245,7 @@ impl Reading {
         locked(&self.state).subscription = Some(subscription);
     }
 
-    /// A packet came from the writing end.
+    /// Handles a packet that came from the writing end.
     pub(crate) fn came(&self, bytes: &[u8]) {
         let Some(repr) = parse(bytes, self.connection) else { return };
         let now_ns = self.time.steady_ns();

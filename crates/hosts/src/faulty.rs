@@ -19,12 +19,12 @@ pub struct WireFaults {
 }
 
 impl WireFaults {
-    /// One packet in ten lost, repeated, held back, corrupted.
+    /// Makes faults of every kind: one packet in ten lost, repeated, held back, corrupted.
     pub fn every() -> Self {
         WireFaults { drop: 0.1, repeat: 0.1, reorder: 0.1, corrupt: 0.1 }
     }
 
-    /// Nothing passes.
+    /// Makes a cut: nothing passes.
     pub fn cut() -> Self {
         WireFaults { drop: 1.0, ..WireFaults::default() }
     }
@@ -119,7 +119,7 @@ impl State {
         ((self.next() >> 11) as f64) < probability * (1u64 << 53) as f64
     }
 
-    /// SplitMix64 (Steele, Lea, Flood 2014).
+    /// Returns the next number of SplitMix64 (Steele, Lea, Flood 2014).
     fn next(&mut self) -> u64 {
         self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.random ^ (self.random >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -39,7 +39,7 @@ impl Hosts {
         Hosts::listen_over(options, wire)
     }
 
-    /// As [`listen`](Self::listen), over a wire that is there.
+    /// Listens as [`listen`](Self::listen), over a wire that is there.
     ///
     /// # Errors
     /// As for [`listen`](Self::listen).
@@ -65,7 +65,7 @@ impl Hosts {
         Hosts::join_over(options, wire)
     }
 
-    /// As [`join`](Self::join), over a wire that is there.
+    /// Joins as [`join`](Self::join), over a wire that is there.
     ///
     /// # Errors
     /// As for [`join`](Self::join).
@@ -91,7 +91,7 @@ impl Hosts {
         Ok(Hosts(bridge))
     }
 
-    /// The other hosts: all that have joined, or the one that listens.
+    /// Returns the other hosts: all that have joined, or the one that listens.
     pub fn peers(&self) -> Vec<Peer> {
         let now_ns = self.0.core.time.steady_ns();
         self.0.core.peers().all(now_ns)
@@ -103,7 +103,7 @@ impl Hosts {
         self.0.core.wait_for_peers(Instant::now() + limit, measured)
     }
 
-    /// The link with this number to a host, for commands. Both sides make it, in any order, each once.
+    /// Returns the link with this number to a host, for commands. Both sides make it, in any order, each once.
     ///
     /// # Errors
     /// No such host has joined, or it is gone.
@@ -129,7 +129,7 @@ impl Hosts {
         self.0.core.time.set_epoch(epoch_ns);
     }
 
-    /// An instant of the listening host's CLOCK_MONOTONIC on this host's, ns: so that timers of all hosts count from one epoch.
+    /// Returns an instant of the listening host's CLOCK_MONOTONIC on this host's, ns: so that timers of all hosts count from one epoch.
     pub fn here_ns(&self, listener_ns: i64) -> i64 {
         self.0.core.time.here_ns(listener_ns)
     }
@@ -181,7 +181,7 @@ impl Ends for Hosts {
     }
 }
 
-/// The wire of a host that listens: zenoh. [`Hosts::listen_over`] takes it, with something between.
+/// Returns the wire of a host that listens: zenoh. [`Hosts::listen_over`] takes it, with something between.
 ///
 /// # Errors
 /// As for [`Hosts::listen`].
@@ -189,7 +189,7 @@ pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Network>, Refused> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Listens)?))
 }
 
-/// The wire of a host that joins: zenoh. [`Hosts::join_over`] takes it, with something between.
+/// Returns the wire of a host that joins: zenoh. [`Hosts::join_over`] takes it, with something between.
 ///
 /// # Errors
 /// As for [`Hosts::join`].
@@ -197,7 +197,7 @@ pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Network>, Refused> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Joins)?))
 }
 
-/// The port of an endpoint that was checked.
+/// Returns the port of an endpoint that was checked.
 fn port_of(endpoint: &str) -> u16 {
     endpoint.rsplit(':').next().and_then(|port| port.parse().ok()).unwrap_or_default()
 }
@@ -244,7 +244,7 @@ fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: I
     Ok(None)
 }
 
-/// A host says hello: it is let in, or told why not.
+/// Greets a host that says hello: it is let in, or told why not.
 fn greet(core: &Weak<Core>, bytes: &[u8]) {
     let Some(Control::Hello(hello)) = Control::parse(bytes) else { return };
     with(core, |core| {

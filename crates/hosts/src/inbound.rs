@@ -5,7 +5,7 @@ use interconnect::Header;
 use interconnect::message::ends::ReadingEnd;
 use interconnect::message::packet::{Content, Repr};
 
-/// After how long without an answer the room is told again, and a reader to whom nothing came asks again, ns.
+/// Time without an answer after which the room is told again, and a reader to whom nothing came asks again, ns.
 const ASK_NS: i64 = 50_000_000;
 /// Maximum period at which a reader asks, after it has asked in vain again and again, ns.
 const ASK_NS_MAX: i64 = 1_000_000_000;
@@ -25,7 +25,7 @@ pub(crate) struct Inbound {
 }
 
 impl Inbound {
-    /// For groups of a length, and rows of one (of any without it), of which at most `window` are on their way.
+    /// Makes an end for groups of a length, and rows of one (of any without it), of which at most `window` are on their way.
     pub(crate) fn new(connection: u64, group_len: usize, row_len: Option<usize>, window: usize) -> Self {
         let end = ReadingEnd::new(group_len, row_len);
         Inbound {
@@ -40,7 +40,7 @@ impl Inbound {
         }
     }
 
-    /// The writing side said something. A publication that is newer than all before is returned. What is damaged, late or repeated
+    /// Takes a packet of the writing side. A publication that is newer than all before is returned. What is damaged, late or repeated
     /// changes nothing.
     pub(crate) fn came(&mut self, content: Content<'_>, out: &mut Packets) -> Option<(Header, Vec<u8>)> {
         match content {
@@ -72,12 +72,12 @@ impl Inbound {
         self.end.take()
     }
 
-    /// The number and bytes of the oldest row, which stays.
+    /// Returns the number and bytes of the oldest row, which stays.
     pub(crate) fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
         self.end.oldest()
     }
 
-    /// The reader has popped `count` rows in all, of those that were taken out.
+    /// Notes that the reader has popped `count` rows in all, of those that were taken out.
     pub(crate) fn popped(&mut self, count: u64) {
         self.end.popped(count);
     }
@@ -87,7 +87,7 @@ impl Inbound {
         self.end.waiting()
     }
 
-    /// The answers that are owed: a few for many packets, or the way back would be as busy as the way there.
+    /// Sends the answers that are owed: a few for many packets, or the way back would be as busy as the way there.
     pub(crate) fn tick(&mut self, now_ns: i64, out: &mut Packets) {
         if self.ask_ns.is_some_and(|ask_ns| ask_ns <= now_ns) {
             self.ask_ns = Some(now_ns + self.ask_interval_ns);

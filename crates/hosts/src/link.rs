@@ -28,7 +28,7 @@ const LINGER_NS: i64 = 5_000_000_000;
 const MORE: u8 = 0;
 /// A part is the last of its frame.
 const LAST: u8 = 1;
-/// No frame follows.
+/// Flag: no frame follows.
 const CLOSES: u8 = 2;
 
 /// One side of a link.
@@ -98,7 +98,7 @@ impl LinkState {
         self.outbox().subscriptions = subscriptions;
     }
 
-    /// A part came from the other side.
+    /// Takes a part that came from the other side.
     pub(crate) fn part_came(&self, bytes: &[u8]) {
         let Some(repr) = self.parse(bytes) else { return };
         let mut out = Packets::new();
@@ -116,7 +116,7 @@ impl LinkState {
         self.answer(out);
     }
 
-    /// An answer came from the other side.
+    /// Takes an answer that came from the other side.
     pub(crate) fn answer_came(&self, bytes: &[u8]) {
         let Some(repr) = self.parse(bytes) else { return };
         let now_ns = self.time.steady_ns();
@@ -189,7 +189,7 @@ impl LinkState {
 }
 
 impl Inbox {
-    /// The next frame, if all of it is here. `Closed` behind the last.
+    /// Returns the next frame, if all of it is here. `Closed` behind the last.
     fn frame(&mut self) -> Result<Option<Vec<u8>>, Closed> {
         while let Some(part) = self.parts.pop_front() {
             self.taken += 1;
@@ -294,7 +294,7 @@ impl Link for HostLink {
 }
 
 impl LinkState {
-    /// True where this side closed it: nothing more is expected from the other.
+    /// Returns true if this side closed it: nothing more is expected from the other.
     fn closed_here(&self, inbox: &Inbox) -> bool {
         self.closed.load(Ordering::Acquire) && inbox.parts.is_empty()
     }

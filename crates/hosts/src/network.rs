@@ -45,7 +45,7 @@ pub enum Urgency {
 /// Reason why a way between hosts cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetworkError {
-    /// For people.
+    /// Text for people.
     pub message: String,
 }
 

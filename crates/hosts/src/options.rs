@@ -16,7 +16,7 @@ pub type ClockWatch = Arc<dyn Fn(&ClockReport) + Send + Sync>;
 pub struct Options {
     /// The real-time system: letters, digits, `-`, `_` and `.`, at most 64.
     pub system: String,
-    /// This host, in the same letters; each host of a system has its own.
+    /// Name of this host, in the same letters; each host of a system has its own.
     pub name: String,
     /// Where to listen, or where the other listens: `tcp/HOST:PORT` or `tls/HOST:PORT`.
     pub endpoint: String,
@@ -32,12 +32,12 @@ pub struct Options {
     pub clock_limit_ns: Option<i64>,
     /// Told when the limit is passed, in either direction.
     pub clock_watch: Option<ClockWatch>,
-    /// This host's clocks.
+    /// Clocks of this host.
     pub clocks: Clocks,
 }
 
 impl Options {
-    /// A host of a system, with every default, but for the secret: without one nobody is let in.
+    /// Makes the options of a host of a system, with every default, but for the secret: without one nobody is let in.
     pub fn new(system: &str, name: &str, endpoint: &str) -> Self {
         Options {
             system: system.to_owned(),
@@ -53,7 +53,7 @@ impl Options {
         }
     }
 
-    /// The endpoint, if these options may be used on it.
+    /// Returns the endpoint, if these options may be used on it.
     pub(crate) fn check(&self) -> Result<Endpoint, Refused> {
         for (what, name) in [("system", &self.system), ("host", &self.name)] {
             let fits = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
@@ -121,7 +121,7 @@ impl Security {
         }
     }
 
-    /// Each file: what it is, where, whether it is secret.
+    /// Returns each file: what it is, where, whether it is secret.
     fn files(&self) -> impl Iterator<Item = (&'static str, &Path, bool)> {
         let (authority, certificate, key) = match self {
             Security::Loopback { .. } => (None, None, None),

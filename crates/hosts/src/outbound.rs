@@ -5,7 +5,7 @@ use interconnect::Header;
 use interconnect::message::ends::WritingEnd;
 use interconnect::message::packet::{Content, Repr};
 
-/// After how long without an answer something is sent again, ns.
+/// Time without an answer after which something is sent again, ns.
 const RETRANSMIT_NS: i64 = 50_000_000;
 /// The same at most, after it was doubled again and again.
 const RETRANSMIT_NS_MAX: i64 = 400_000_000;
@@ -40,18 +40,18 @@ impl Due {
         Due { at_ns: None, interval_ns: RETRANSMIT_NS }
     }
 
-    /// Something was sent.
+    /// Notes that something was sent.
     fn sent(&mut self, now_ns: i64) {
         self.at_ns.get_or_insert(now_ns + self.interval_ns);
     }
 
-    /// There was an answer; more is on its way or not.
+    /// Notes that there was an answer; more is on its way or not.
     fn answered(&mut self, waits: bool, now_ns: i64) {
         self.interval_ns = RETRANSMIT_NS;
         self.at_ns = waits.then_some(now_ns + self.interval_ns);
     }
 
-    /// True where it is to be sent again now; then less often.
+    /// Returns true if it is to be sent again now; then less often.
     fn take(&mut self, waits: bool, now_ns: i64) -> bool {
         let due = self.at_ns.is_some_and(|at_ns| at_ns <= now_ns);
         if due {
@@ -89,12 +89,12 @@ impl Outbound {
         self.end.room_until()
     }
 
-    /// True where everything is known to have arrived.
+    /// Returns true if everything is known to have arrived.
     pub(crate) fn is_idle(&self) -> bool {
         self.end.group().is_none() && !self.end.has_rows()
     }
 
-    /// The reading side said something; true if there may be room that was not there before.
+    /// Takes a packet of the reading side; returns true if there may be room that was not there before.
     pub(crate) fn came(&mut self, content: Content<'_>, now_ns: i64, out: &mut Packets) -> bool {
         match content {
             Content::GroupReceived { sequence } => {

@@ -2,7 +2,7 @@
 //! The other hosts: who they are, when they were last heard, how far their clocks are.
 use crate::agreement::{Agreement, ClockOffset, ClockReport, Ping};
 
-/// After how long without a ping a host with the same name may take another's place, ns: it was started again.
+/// Time without a ping after which a host with the same name may take another's place, ns: it was started again.
 const REPLACED_AFTER_NS: i64 = 1_000_000_000;
 /// A silence that makes everything be sent again when it ends, ns.
 pub(crate) const PARTITION_NS: i64 = 350_000_000;
@@ -54,7 +54,7 @@ pub(crate) struct Peers {
 /// Meaning of a message from another host.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Heard {
-    /// It was silent: everything is sent again.
+    /// True if it was silent: everything is sent again.
     pub(crate) whole_again: bool,
     /// To be told.
     pub(crate) clock: Option<ClockReport>,
@@ -78,7 +78,7 @@ impl Peers {
         Ok(replaced)
     }
 
-    /// A host was heard; it said, or its answer to a ping showed, how far its clocks are.
+    /// Notes that a host was heard; it said, or its answer to a ping showed, how far its clocks are.
     pub(crate) fn heard(&mut self, id: u64, said: Option<ClockOffset>, ping: Option<Ping>, limit_ns: Option<i64>, now_ns: i64) -> Option<Heard> {
         let known = self.known.iter_mut().find(|known| known.id == id)?;
         let whole_again = now_ns - known.heard_ns > PARTITION_NS;
@@ -97,13 +97,13 @@ impl Peers {
         Some(Heard { whole_again, clock })
     }
 
-    /// The hosts that have become silent for too long.
+    /// Takes the hosts that have become silent for too long.
     pub(crate) fn take_gone(&mut self, silent_max_ns: i64, now_ns: i64) -> Vec<u64> {
         let silent = self.known.iter_mut().filter(|known| !known.gone && now_ns - known.heard_ns > silent_max_ns);
         silent.map(|known| (known.gone = true, known.id).1).collect()
     }
 
-    /// A host said that it goes.
+    /// Removes a host that said that it goes.
     pub(crate) fn remove(&mut self, id: u64) {
         self.known.retain(|known| known.id != id);
     }

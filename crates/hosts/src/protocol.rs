@@ -80,7 +80,7 @@ impl Way {
         true
     }
 
-    /// One millisecond: what arrives; the reader pops what came; every fifth, what is due.
+    /// Steps one millisecond: what arrives; the reader pops what came; every fifth, what is due.
     fn step(&mut self) {
         self.now_ns += MS;
         while let Some(entry) = self.flying.first_entry().filter(|entry| entry.key().0 <= self.now_ns) {

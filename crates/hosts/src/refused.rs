@@ -5,10 +5,10 @@ use std::path::PathBuf;
 /// Reason why a host does not take part. Nothing was started.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Refused {
-    /// Not a form of endpoint.
+    /// The endpoint has no known form.
     #[error("'{endpoint}' is no endpoint; write tcp/HOST:PORT or tls/HOST:PORT")]
     Endpoint {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
     },
     /// A name that does not fit.
@@ -16,25 +16,25 @@ pub enum Refused {
     Name {
         /// A system or a host.
         what: &'static str,
-        /// As it was given.
+        /// Name as it was given.
         name: String,
     },
     /// Values and commands would travel for all to read and change.
     #[error("'{endpoint}' can be reached from other hosts, so it needs TLS; use tls/HOST:PORT with certificates or a token, or tcp/127.0.0.1:PORT")]
     PlainOutside {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
     },
     /// TLS without certificates.
     #[error("'{endpoint}' needs certificates: give authority, certificate and key, or a token with the listening side's certificate")]
     NoCertificates {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
     },
     /// Certificates that would have no effect.
     #[error("certificates have no effect on '{endpoint}'; write tls/HOST:PORT")]
     CertificatesUnused {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
     },
     /// A token that could be guessed, or none.
@@ -61,17 +61,17 @@ pub enum Refused {
     /// The network, or the other side's security, says no.
     #[error("no way to '{endpoint}': {reason}")]
     NoWay {
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
         /// Answer of the other side.
         reason: String,
     },
-    /// Nobody answered at the endpoint.
+    /// There was no answer at the endpoint.
     #[error("no system '{system}' answered at '{endpoint}' within {seconds} s; is it running there, under this name?")]
     NoAnswer {
         /// The system.
         system: String,
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
         /// Time for which it was tried, s.
         seconds: u64,
@@ -81,11 +81,11 @@ pub enum Refused {
     ByListener {
         /// The system.
         system: String,
-        /// As it was given.
+        /// Endpoint as it was given.
         endpoint: String,
-        /// This host.
+        /// Name of this host.
         name: String,
-        /// In the listening side's words.
+        /// Reason in the listening side's words.
         reason: String,
     },
 }

@@ -27,7 +27,7 @@ const RENEWAL: Duration = Duration::from_secs(2);
 /// A way between hosts over zenoh.
 pub(crate) struct ZenohWire {
     shared: Arc<Shared>,
-    /// Of a joining side: ends its thread by being dropped.
+    /// Watcher of a joining side: it ends its thread by being dropped.
     watching: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
 }
 
@@ -53,7 +53,7 @@ struct ZenohOutlet {
     shared: Arc<Shared>,
     key: String,
     priority: Priority,
-    /// With the session that it is of.
+    /// Publisher, with the session that it is of.
     declared: Mutex<(u64, Publisher<'static>)>,
 }
 

@@ -20,7 +20,8 @@ const FILE: &str = "hosts-secret";
 /// Digits of a secret: 256 bits.
 const LEN: usize = 64;
 
-/// The secret of all programs of a user on this host: a file, mode 0600, in `folder`, which others must not enter. It is made where there is none.
+/// Returns the secret of all programs of a user on this host: a file, mode 0600, in `folder`, which others must not enter. It is made where there is
+/// none.
 ///
 /// # Errors
 /// [`Refused::File`]: it cannot be read or made, or others may read it.

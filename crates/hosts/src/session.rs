@@ -18,7 +18,7 @@ pub(crate) enum Side {
 
 /// Silence after which a way is given up and replaced, ms.
 const LEASE_MS: u32 = 2_000;
-/// After how long an attempt to make a way is given up, ms.
+/// Time after which an attempt to make a way is given up, ms.
 const OPEN_MS: u32 = 1_000;
 /// The name of all who have the token.
 const USER: &str = "opengpac";
@@ -78,7 +78,7 @@ fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(S
     Ok(settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
 }
 
-/// No group, row or part of a frame is larger.
+/// Maximum bytes of a group, row or part of a frame.
 const MESSAGE_BYTES_MAX: usize = 1 << 26;
 
 fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)>, Refused> {
@@ -115,7 +115,7 @@ fn shown(secret: &str) -> [(&'static str, String); 2] {
     [("transport/auth/usrpwd/user", format!("{USER:?}")), ("transport/auth/usrpwd/password", format!("{secret:?}"))]
 }
 
-/// A path as a JSON text.
+/// Returns a path as a JSON text.
 fn text(path: &Path) -> String {
     format!("{:?}", path.to_string_lossy())
 }
@@ -142,7 +142,7 @@ impl Drop for Dictionary {
     }
 }
 
-/// The library's words without the places in its source that it adds, ` at FILE.rs:LINE`.
+/// Returns the library's words without the places in its source that it adds, ` at FILE.rs:LINE`.
 fn plain(words: &str) -> String {
     let mut text = String::new();
     let mut rest = words;

@@ -6,19 +6,19 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Work of the bridge for an end or a link. Times are of the host's CLOCK_MONOTONIC.
 pub(crate) trait Served: Send + Sync {
-    /// The real-time end rang.
+    /// Notes that the real-time end rang.
     fn rung(&self, now_ns: i64);
 
-    /// Some milliseconds have passed: what is due is sent. False where nothing will ever be due again.
+    /// Sends what is due, as some milliseconds have passed. False where nothing will ever be due again.
     fn tick(&self, now_ns: i64) -> bool;
 
-    /// The way is whole again.
+    /// Notes that the way is whole again.
     fn again(&self, now_ns: i64);
 
-    /// The host with this number is gone.
+    /// Notes that the host with this number is gone.
     fn lose(&self, _host: u64) {}
 
-    /// True where nothing waits to be sent.
+    /// Returns true if nothing waits to be sent.
     fn is_idle(&self) -> bool {
         true
     }

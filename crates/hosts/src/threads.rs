@@ -23,11 +23,11 @@ pub(crate) fn one_for_links() {
 }
 
 thread_local! {
-    /// This thread, on which a packet has come, was seen to.
+    /// True if this thread, on which a packet has come, was seen to.
     static HASTENED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The thread on which packets come and go is called before those of ordinary programs, where the right is given: values wait for it. Never at
+/// Makes the thread on which packets come and go run before those of ordinary programs, if the right is given: values wait for it. Never at
 /// a real-time priority: what a network sends is no measure of how long it runs. Called on it, when a packet has come.
 pub(crate) fn hasten() {
     if !HASTENED.replace(true) {
@@ -36,5 +36,5 @@ pub(crate) fn hasten() {
     }
 }
 
-/// Of that thread: just behind the most that can be asked for.
+/// Niceness of that thread: just behind the most that can be asked for.
 const NICE: i32 = -19;

@@ -17,12 +17,12 @@ impl Timebase {
         Timebase { clocks, epoch_ns: AtomicI64::new(0), offset_ns: AtomicI64::new(0) }
     }
 
-    /// CLOCK_MONOTONIC, ns.
+    /// Returns CLOCK_MONOTONIC, ns.
     pub(crate) fn steady_ns(&self) -> i64 {
         (self.clocks.steady)()
     }
 
-    /// CLOCK_REALTIME, ns.
+    /// Returns CLOCK_REALTIME, ns.
     pub(crate) fn wall_ns(&self) -> i64 {
         (self.clocks.wall)()
     }
@@ -35,17 +35,17 @@ impl Timebase {
         self.offset_ns.store(offset_ns, Ordering::Relaxed);
     }
 
-    /// A time of the listening host's CLOCK_MONOTONIC, on this host's.
+    /// Returns a time of the listening host's CLOCK_MONOTONIC, on this host's.
     pub(crate) fn here_ns(&self, listener_ns: i64) -> i64 {
         listener_ns.wrapping_sub(self.offset_ns.load(Ordering::Relaxed))
     }
 
-    /// A system's time here, as it travels.
+    /// Returns a system's time here, as it travels.
     pub(crate) fn travelling(&self, time_ns: i64) -> i64 {
         time_ns.wrapping_add(self.epoch_ns.load(Ordering::Relaxed)).wrapping_add(self.offset_ns.load(Ordering::Relaxed))
     }
 
-    /// A time that travelled, as the system's time here. Not in the future: clocks agree within an uncertainty only.
+    /// Returns a time that travelled, as the system's time here. Not in the future: clocks agree within an uncertainty only.
     pub(crate) fn arrived_ns(&self, travelled_ns: i64, now_ns: i64) -> i64 {
         self.here_ns(travelled_ns).min(now_ns).wrapping_sub(self.epoch_ns.load(Ordering::Relaxed))
     }
