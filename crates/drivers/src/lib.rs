@@ -77,7 +77,7 @@ fn register() {
     });
 }
 
-/// The drivers that are known here, those of other crates included, by name.
+/// Returns the drivers that are known here, those of other crates included, by name.
 pub fn declarations() -> Vec<&'static Declaration> {
     register();
     device::declarations()
@@ -106,7 +106,7 @@ pub fn open(kind: &str, options: &Value) -> Result<Opened, DriverError> {
     device::open(kind, options)
 }
 
-/// The drivers in a file; as [`device::load`].
+/// Returns the drivers in a file; as [`device::load`].
 ///
 /// # Errors
 /// What is wrong with the file.

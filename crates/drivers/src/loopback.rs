@@ -49,7 +49,7 @@ struct Options {
 
 struct Loopback {
     channels: Vec<Channel>,
-    /// Of each part.
+    /// Slots of each part.
     slots: Vec<Slots>,
     fail_at_ns: i64,
     nan_at_ns: i64,
@@ -59,7 +59,7 @@ struct Loopback {
     velocity: Vec<f64>,
     placed: Arc<Placed>,
     counters: Arc<Counters>,
-    /// Of parts that take positions, and are told one.
+    /// Goals of parts that take positions, and are told one.
     goal: Vec<Option<f64>>,
 }
 
@@ -67,7 +67,7 @@ struct Loopback {
 struct Slots {
     position: Slot,
     velocity: Slot,
-    /// Of parts that take efforts.
+    /// Slot of parts that take efforts.
     bias: Option<Slot>,
     command: Slot,
 }

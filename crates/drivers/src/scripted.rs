@@ -50,7 +50,7 @@ struct RowOptions {
     values: Map<String, Value>,
 }
 
-/// From `at_ns` on, these bytes are read at `offset`.
+/// Bytes that are read at `offset` from `at_ns` on.
 struct Row {
     at_ns: i64,
     offset: usize,
@@ -125,7 +125,7 @@ fn channel(given: &ChannelOptions) -> Result<Channel, String> {
     }
 }
 
-/// The bytes of a number, of a truth value or of a list of them. `"nan"` and `"inf"` are values of a double.
+/// Returns the bytes of a number, of a truth value or of a list of them. `"nan"` and `"inf"` are values of a double.
 fn encode(of: Type, value: &Value) -> Result<Vec<u8>, String> {
     let one = [value.clone()];
     let values: &[Value] = value.as_array().map_or(&one, |list| list);

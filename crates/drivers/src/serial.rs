@@ -218,7 +218,7 @@ pub(crate) mod tests {
     use std::ffi::CStr;
     use std::os::fd::FromRawFd;
 
-    /// A pseudo terminal: the end that plays the device, and the path of the other.
+    /// Makes a pseudo terminal: the end that plays the device, and the path of the other.
     pub(crate) fn pty() -> (File, String) {
         // SAFETY: plain calls on a descriptor of our own; the name is copied out of a buffer of ours.
         unsafe {

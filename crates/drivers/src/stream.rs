@@ -22,7 +22,8 @@ pub(crate) enum Address {
 }
 
 impl Address {
-    /// `serial`: the word that a serial line begins with; `settings`: how it is set where the address does not say; `port`: that of TCP.
+    /// Parses an address. `serial`: the word that a serial line begins with; `settings`: how it is set where the address does not say; `port`: that
+    /// of TCP.
     ///
     /// # Errors
     /// In words: how an address is written.
@@ -91,7 +92,7 @@ impl Stream {
         }
     }
 
-    /// As [`SerialLine::read`].
+    /// Reads as [`SerialLine::read`].
     ///
     /// # Errors
     /// The other end is gone.
@@ -115,7 +116,7 @@ impl Stream {
         }
     }
 
-    /// As [`SerialLine::write_all`].
+    /// Writes as [`SerialLine::write_all`].
     ///
     /// # Errors
     /// The other end is gone, or takes nothing by the deadline.

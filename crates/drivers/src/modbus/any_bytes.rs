@@ -22,7 +22,7 @@ static PLACES: LazyLock<Vec<Place>> = LazyLock::new(|| {
 /// Requests and stores of a client.
 static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| blocks(&PLACES, 20));
 
-/// The first byte says what the others are: what a client of a server sends, an answer to a client, a frame on a serial line.
+/// Reads bytes: the first says what the others are: what a client of a server sends, an answer to a client, a frame on a serial line.
 pub fn modbus(bytes: &[u8]) {
     match bytes.split_first() {
         Some((0, rest)) => requests(rest),
@@ -32,7 +32,7 @@ pub fn modbus(bytes: &[u8]) {
     }
 }
 
-/// Each request is carried out or refused, in a frame that is read again as it was written.
+/// Checks that each request is carried out or refused, in a frame that is read again as it was written.
 fn requests(mut bytes: &[u8]) {
     let mut tables = Tables::new(&PLACES);
     while let Ok(Some(frame)) = framed(bytes) {
@@ -51,7 +51,7 @@ fn requests(mut bytes: &[u8]) {
     }
 }
 
-/// Two bytes say what was asked.
+/// Reads answers: two bytes say what was asked.
 fn answers(bytes: &[u8]) {
     let [table, count, pdu @ ..] = bytes else { return };
     let space = [Space::Coil, Space::Discrete, Space::Input, Space::Holding][usize::from(table % 4)];
@@ -70,7 +70,7 @@ fn answers(bytes: &[u8]) {
     BLOCKS.iter().for_each(|block| block.store(pdu, &mut readings));
 }
 
-/// A frame is as long as its beginning says, and the only one of its unit and PDU.
+/// Checks that a frame is as long as its beginning says, and the only one of its unit and PDU.
 fn line(bytes: &[u8]) {
     if let Ok(Some(len)) = answer_len(bytes) {
         assert!(len <= FRAME_MAX);

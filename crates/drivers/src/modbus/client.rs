@@ -26,7 +26,7 @@ struct Output {
     place: Place,
     /// Its index among the write channels.
     index: usize,
-    /// As on the wire, and what the device took last.
+    /// Value as on the wire, and what the device took last.
     wire: [u8; 8],
     taken: Option<[u8; 8]>,
     is_due: bool,
@@ -106,7 +106,7 @@ impl Client {
     }
 }
 
-/// The answer to a request. `once`: it is not repeated.
+/// Returns the answer to a request. `once`: it is not repeated.
 fn asked(link: &Link, request: &Request<'_>, once: bool) -> Result<Answer, DeviceError> {
     if once { link.ask_once(request).map_err(|fault| link.error(request, &fault)) } else { link.ask(request) }
 }
@@ -156,7 +156,7 @@ fn closed() -> DeviceError {
     DeviceError { message: "it is closed; open the device anew".to_owned() }
 }
 
-/// The data of one request, and its count of registers or bits.
+/// Returns the data of one request, and its count of registers or bits.
 fn data_of(outputs: &[Output]) -> ([u8; PDU_MAX], u16) {
     let (mut data, mut count) = ([0; PDU_MAX], 0_u16);
     for output in outputs {

@@ -19,11 +19,11 @@ pub(super) struct Framed<'a> {
     pub len: usize,
 }
 
-/// It is no frame, and where the next one begins nobody can say.
+/// Error: the bytes are no frame, and nobody can say where the next one begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Damaged;
 
-/// A frame for TCP, and its length.
+/// Makes a frame for TCP, and returns its length.
 pub(super) fn mbap(transaction: u16, unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
     let mut frame = [0; FRAME_MAX];
     let len = pdu.len().min(PDU_MAX);
@@ -34,7 +34,7 @@ pub(super) fn mbap(transaction: u16, unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], 
     (frame, MBAP + len)
 }
 
-/// The frame that the bytes begin with; none: it is not whole yet.
+/// Returns the frame that the bytes begin with; none: it is not whole yet.
 pub(super) fn framed(bytes: &[u8]) -> Result<Option<Framed<'_>>, Damaged> {
     // What is wrong shows before the frame is whole, so that nobody waits for the rest of nonsense.
     if bytes.len() >= 4 && bytes[2..4] != [0, 0] {
@@ -50,7 +50,7 @@ pub(super) fn framed(bytes: &[u8]) -> Result<Option<Framed<'_>>, Damaged> {
     Ok(rest.get(..length - 1).map(|pdu| Framed { transaction: u16::from_be_bytes([t0, t1]), unit, pdu, len: MBAP + pdu.len() }))
 }
 
-/// A frame for a serial line, and its length.
+/// Makes a frame for a serial line, and returns its length.
 pub(super) fn rtu(unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
     let mut frame = [0; FRAME_MAX];
     let len = 1 + pdu.len().min(PDU_MAX);
@@ -61,7 +61,7 @@ pub(super) fn rtu(unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
     (frame, len + 2)
 }
 
-/// Unit and PDU of a whole frame of a serial line.
+/// Returns unit and PDU of a whole frame of a serial line.
 pub(super) fn unframed(frame: &[u8]) -> Result<(u8, &[u8]), Damaged> {
     let (body, crc) = frame.split_last_chunk::<2>().ok_or(Damaged)?;
     match body.split_first() {
@@ -84,7 +84,7 @@ pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, Damaged> {
     if len.is_some_and(|len| len > FRAME_MAX) { Err(Damaged) } else { Ok(len) }
 }
 
-/// Unit, function, type, code, conformity, more, next, count, the objects, CRC.
+/// Returns the length of unit, function, type, code, conformity, more, next, count, the objects, CRC.
 fn identification_len(begins: &[u8]) -> Option<usize> {
     let mut at = 8;
     for _ in 0..*begins.get(7)? {
@@ -93,7 +93,7 @@ fn identification_len(begins: &[u8]) -> Option<usize> {
     Some(at + 2)
 }
 
-/// CRC-16/MODBUS: polynomial 0x8005, reflected, from 0xFFFF on.
+/// Returns the CRC-16/MODBUS: polynomial 0x8005, reflected, from 0xFFFF on.
 pub(super) fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc, byte| {
         let at = usize::from((crc ^ u16::from(*byte)) & 0xFF);

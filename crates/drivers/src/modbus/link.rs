@@ -31,7 +31,7 @@ device::counters! {
     }
 }
 
-/// An address; where the standard leaves it open: port 502; 19,200 baud, even parity.
+/// Reads an address; where the standard leaves it open: port 502; 19,200 baud, even parity.
 pub(super) fn address_of(text: &str) -> Result<Address, String> {
     Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
 }
@@ -103,7 +103,7 @@ pub(super) struct Link<L = Arc<Turns<Line>>> {
 static LINES: Mutex<BTreeMap<String, Weak<Turns<Line>>>> = Mutex::new(BTreeMap::new());
 
 impl Link {
-    /// Nothing is connected or opened yet.
+    /// Makes a link that is not connected or opened yet.
     ///
     /// # Errors
     /// In words: the line is in use at another speed.
@@ -127,7 +127,7 @@ impl Link {
         Ok(Link { line, place: address.to_string(), unit, answer, retries, counters: Arc::new(Counters::new(Count::WORDS)) })
     }
 
-    /// The same, which keeps no line open.
+    /// Returns the same, which keeps no line open.
     pub(super) fn downgrade(&self) -> Link<Weak<Turns<Line>>> {
         Link {
             line: Arc::downgrade(&self.line),
@@ -151,7 +151,7 @@ impl Link {
         self.counters.add(what, 1);
     }
 
-    /// The answer to a request, which is sent again as often as declared.
+    /// Returns the answer to a request, which is sent again as often as declared.
     pub(super) fn ask(&self, request: &Request<'_>) -> Result<Answer, DeviceError> {
         let mut left = self.retries;
         loop {
@@ -168,7 +168,7 @@ impl Link {
         DeviceError { message: format!("unit {} at {} did not {request}: {fault}", self.unit, self.place) }
     }
 
-    /// The answer to a request that is sent once, in this unit's turn.
+    /// Returns the answer to a request that is sent once, in this unit's turn.
     pub(super) fn ask_once(&self, request: &Request<'_>) -> Result<Answer, Fault> {
         let mut line = self.line.take();
         let answer = line.exchange(self, request);
@@ -188,7 +188,7 @@ impl Link {
 }
 
 impl Link<Weak<Turns<Line>>> {
-    /// None: the device was closed.
+    /// Returns the link; none: the device was closed.
     pub(super) fn upgrade(&self) -> Option<Link> {
         let line = self.line.upgrade()?;
         Some(Link { line, place: self.place.clone(), unit: self.unit, answer: self.answer, retries: self.retries, counters: self.counters.clone() })
@@ -203,7 +203,7 @@ pub(super) struct Line {
     transaction: u16,
     bytes: [u8; 2 * FRAME_MAX],
     filled: usize,
-    /// Until then a serial line is left silent, so that all units know that a frame begins.
+    /// Time until which a serial line is left silent, so that all units know that a frame begins.
     silent_until: Option<Instant>,
 }
 
@@ -320,7 +320,7 @@ impl Line {
         }
     }
 
-    /// The rest of what was damaged is no beginning of the next answer. Adapters hand on what they have every 16 ms.
+    /// Waits until the rest of what was damaged is no beginning of the next answer. Adapters hand on what they have every 16 ms.
     fn wait_for_silence(&mut self, deadline: Instant) {
         loop {
             self.filled = 0;
@@ -338,7 +338,7 @@ impl Line {
         }
     }
 
-    /// 3.5 characters, and 1.75 ms above 19,200 baud.
+    /// Returns 3.5 characters, and 1.75 ms above 19,200 baud.
     fn silence(&self) -> Duration {
         (self.byte_time() * 7 / 2).max(Duration::from_micros(1_750))
     }

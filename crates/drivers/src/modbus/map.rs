@@ -59,20 +59,20 @@ enum Byte {
 /// End of the wire of the channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
-    /// It asks a device.
+    /// The driver asks a device.
     Client,
-    /// It is the device that others ask: what it reads is what they wrote.
+    /// The driver is the device that others ask: what it reads is what they wrote.
     Server,
 }
 
 /// Condition on which a channel is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Write {
-    /// It is read.
+    /// The channel is read.
     Never,
-    /// It is written when its value on the wire has changed.
+    /// The channel is written when its value on the wire has changed.
     Changed,
-    /// In each period.
+    /// The channel is written in each period.
     Each,
 }
 
@@ -112,13 +112,13 @@ impl Place {
         self.form.mask() != u16::MAX
     }
 
-    /// Behind its last one.
+    /// Returns the address behind its last one.
     pub(super) fn end(&self) -> u32 {
         u32::from(self.address) + u32::from(self.count())
     }
 }
 
-/// The channels, and where each lies; in the order in which they are declared.
+/// Returns the channels, and where each lies; in the order in which they are declared.
 ///
 /// # Errors
 /// In words, with the name of the channel that is wrong.
@@ -257,8 +257,8 @@ pub(super) struct Block {
     pub places: Vec<Place>,
 }
 
-/// The fewest requests that read these channels: neighbours of the same table and pace are one, over at most `gap` that nobody asked for,
-/// up to what the protocol allows.
+/// Returns the fewest requests that read these channels: neighbours of the same table and pace are one, over at most `gap` that nobody
+/// asked for, up to what the protocol allows.
 pub(super) fn blocks(places: &[Place], gap: u16) -> Vec<Block> {
     let mut read: Vec<&Place> = places.iter().filter(|place| place.write == Write::Never).collect();
     read.sort_by_key(|place| (place.every_ns, place.space, place.address, place.count()));

@@ -180,7 +180,7 @@ impl Pdu {
 }
 
 impl<'a> Request<'a> {
-    /// As a client sends it.
+    /// Encodes it as a client sends it.
     pub(super) fn encode(&self) -> Pdu {
         let mut pdu = Pdu::EMPTY;
         match *self {
@@ -279,7 +279,7 @@ pub(super) fn refusal(function: u8, why: Exception) -> Pdu {
     pdu
 }
 
-/// The objects of an identification: `(id, text)` each, and from where to ask on.
+/// Returns the objects of an identification: `(id, text)` each, and from where to ask on.
 pub(super) fn objects(data: &[u8]) -> (impl Iterator<Item = (u8, &[u8])>, Option<u8>) {
     let (more, count, mut rest) = match data {
         [_conformity, more, next, count, rest @ ..] => ((*more == 0xFF).then_some(*next), *count, rest),

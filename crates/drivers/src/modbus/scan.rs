@@ -13,7 +13,7 @@ const ANSWER: Duration = Duration::from_millis(100);
 /// Over TCP, where a device may be behind a gateway.
 const ANSWER_TCP: Duration = Duration::from_millis(500);
 
-/// `address`: a serial line, or TCP addresses with commas between them; `unit`: that one alone.
+/// Searches `address`: a serial line, or TCP addresses with commas between them; `unit`: that one alone.
 pub(super) fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
     let value = given.value();
     let Some(asked) = value["address"].as_str() else {

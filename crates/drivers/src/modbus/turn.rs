@@ -11,7 +11,7 @@ pub(super) struct Turns<T> {
     of: Mutex<T>,
 }
 
-/// It is this one's turn.
+/// Turn of one unit.
 pub(super) struct Turn<'a, T> {
     turns: &'a Turns<T>,
     /// None only while it is dropped.

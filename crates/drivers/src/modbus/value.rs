@@ -31,7 +31,7 @@ impl Of {
         }
     }
 
-    /// As C has it.
+    /// Returns the number as C has it.
     fn number(self) -> Number {
         match self {
             Of::Int16 => Number::Int16,
@@ -51,7 +51,7 @@ impl Of {
     }
 }
 
-/// The lowest bits of counts as bytes, highest first.
+/// Returns the lowest bits of counts as bytes, highest first.
 fn bytes_of(counts: &Counts, raw: u64) -> [u8; 8] {
     (raw << (64 - counts.bits)).to_be_bytes()
 }
@@ -78,7 +78,7 @@ pub(super) enum Order {
 }
 
 impl Order {
-    /// From the wire to highest first, or back: each of them is its own inverse.
+    /// Turns bytes from the wire to highest first, or back: each order is its own inverse.
     fn turn(self, bytes: &mut [u8]) {
         if matches!(self, Order::Cdab | Order::Dcba) {
             let words = bytes.len() / 2;
@@ -117,7 +117,7 @@ impl Form {
         }
     }
 
-    /// Mask of its bits in its register; all of them where it takes whole registers.
+    /// Returns the mask of its bits in its register; all of them if it takes whole registers.
     pub(super) fn mask(&self) -> u16 {
         match self {
             Form::Bit(bit) => 1 << bit,
@@ -126,7 +126,7 @@ impl Form {
         }
     }
 
-    /// The type of its channel.
+    /// Returns the type of its channel.
     pub(super) fn channel_type(&self) -> Type {
         match self {
             Form::Coil | Form::Bit(_) => Type::BOOL,
@@ -135,7 +135,7 @@ impl Form {
         }
     }
 
-    /// From the registers on the wire to a channel. Both are as long as the form says; what is shorter is left alone.
+    /// Reads the registers on the wire into a channel. Both are as long as the form says; what is shorter is left alone.
     pub(super) fn read(&self, wire: &[u8], channel: &mut [u8]) {
         let len = 2 * usize::from(self.registers());
         let (Some(wire), true) = (wire.get(..len), channel.len() == self.channel_type().len()) else { return };
@@ -161,7 +161,7 @@ impl Form {
         }
     }
 
-    /// From a channel to the wire, and whether the value could be written as it is: else it became the nearest that can.
+    /// Writes a channel to the wire, and returns whether the value could be written as it is: else it became the nearest that can.
     /// None: it is no number.
     pub(super) fn write(&self, channel: &[u8]) -> Option<([u8; 8], bool)> {
         let len = 2 * usize::from(self.registers());
@@ -191,7 +191,7 @@ impl Form {
     }
 }
 
-/// A value on the wire, and whether it could be written as it is.
+/// Returns a value on the wire, and whether it could be written as it is.
 fn written(counts: &Counts, order: Order, value: f64) -> Option<([u8; 8], bool)> {
     let (raw, fits) = counts.counts(value)?;
     let mut bytes = bytes_of(counts, raw);
@@ -199,23 +199,23 @@ fn written(counts: &Counts, order: Order, value: f64) -> Option<([u8; 8], bool)>
     Some((bytes, fits))
 }
 
-/// The counts of one byte.
+/// Returns the counts of one byte.
 fn byte(scale: f64, offset: f64) -> Counts {
     Counts { scale, offset, ..Counts::of(Number::Uint8) }
 }
 
-/// The number of bits by which a byte is shifted in its register.
+/// Returns the number of bits by which a byte is shifted in its register.
 fn shift(is_high: bool) -> u32 {
     if is_high { 8 } else { 0 }
 }
 
-/// The two bytes of a register as they are sent, in front of zeros.
+/// Returns the two bytes of a register as they are sent, in front of zeros.
 fn in_register(value: u16) -> [u8; 8] {
     let [high, low] = value.to_be_bytes();
     [high, low, 0, 0, 0, 0, 0, 0]
 }
 
-/// From highest first to the order of this machine, or back.
+/// Turns bytes from highest first to the order of this machine, or back.
 fn native(bytes: &mut [u8]) {
     if cfg!(target_endian = "little") {
         bytes.reverse();

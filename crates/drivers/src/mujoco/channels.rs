@@ -6,20 +6,20 @@ use device::{Channel, Layout, Slot, Type};
 
 /// Slots of the values of an arm.
 pub(super) struct Slots {
-    /// Of each joint: position, velocity, bias, effort of the motor and its limit; effort.
+    /// Slots of each joint: position, velocity, bias, effort of the motor and its limit; effort.
     pub joints: Vec<([Slot; 5], Slot)>,
     pub force: Option<Slot>,
     pub sensors: Vec<Slot>,
     pub contacts: Option<Slot>,
-    /// Of each free body: its pose.
+    /// Pose of each free body.
     pub free: Vec<Slot>,
     pub push: Option<Slot>,
-    /// Of each joint: its decoupled effort, and which written channel the first of them is.
+    /// Decoupled effort of each joint, and which written channel the first of them is.
     pub decoupled: Vec<Slot>,
     pub first_decoupled: usize,
 }
 
-/// All channels of an arm.
+/// Returns all channels of an arm.
 pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
     let mut layout = Layout::default();
     let effort_unit = |unit: &str| if unit == "rad" { "N.m" } else { "N" };

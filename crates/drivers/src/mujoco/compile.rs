@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! From a file to a compiled model.
+//! Compilation of a file into a model.
 use super::contacts::model_with;
 use super::functions::{Files, Model, MuJoCo};
 use super::{log, refusals, trial};
@@ -7,7 +7,7 @@ use device::DriverError;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::path::{Path, PathBuf};
 
-/// MuJoCo shortens `a/../b` by text, which is wrong behind a symbolic link.
+/// Returns the whole path: MuJoCo shortens `a/../b` by text, which is wrong behind a symbolic link.
 pub(super) fn whole(path: &Path) -> Result<PathBuf, DriverError> {
     path.canonicalize().map_err(|e| DriverError::File { kind: "mujoco".into(), path: path.into(), problem: e.to_string() })
 }

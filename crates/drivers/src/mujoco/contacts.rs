@@ -13,8 +13,8 @@ pub(super) const TOLD: usize = 12;
 /// Numbers of the channel for a contact: place and force in the world.
 pub(super) const GIVEN: usize = 6;
 
-/// A file that includes the model at `model`, with the sensor of so many contacts, and where it has to stand: beside the model, from where the
-/// model's own files are looked for.
+/// Returns a file that includes the model at `model`, with the sensor of so many contacts, and where it has to stand: beside the model, from
+/// where the model's own files are looked for.
 pub(super) fn model_with(model: &Path, contacts: u32) -> (PathBuf, String) {
     let name = model.file_name().unwrap_or_default().to_string_lossy();
     let name = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
@@ -22,7 +22,7 @@ pub(super) fn model_with(model: &Path, contacts: u32) -> (PathBuf, String) {
     (model.with_file_name(FILE), format!(r#"<mujoco><include file="{name}"/><sensor>{sensor}</sensor></mujoco>"#))
 }
 
-/// A contact as the channel has it: its place, m, and the force of its first shape on its second, N, both in the world.
+/// Returns a contact as the channel has it: its place, m, and the force of its first shape on its second, N, both in the world.
 pub(super) fn given(told: &[f64; TOLD]) -> [f64; GIVEN] {
     let [along, first, second, x, y, z, normal @ .., tx, ty, tz] = *told;
     let tangent = [tx, ty, tz];

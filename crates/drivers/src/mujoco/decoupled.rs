@@ -131,7 +131,7 @@ impl Plant {
         is_any
     }
 
-    /// The largest share of what is asked that every motor of a tree can give.
+    /// Returns the largest share of what is asked that every motor of a tree can give.
     fn share(&self, tree: i32) -> f64 {
         let of = |j: usize| {
             let (v, most) = (self.arm.joints[j].velocity, self.arm.joints[j].part.effort_max);

@@ -16,7 +16,7 @@ const MESH: i32 = 7;
 /// `mjtJoint`, by number.
 const JOINTS: [JointKind; 4] = [JointKind::Free, JointKind::Ball, JointKind::Slide, JointKind::Hinge];
 
-/// The bodies in the order of the model; the first is the world. `triangles`: gives the meshes with these numbers.
+/// Returns the bodies in the order of the model; the first is the world. `triangles`: gives the meshes with these numbers.
 pub(super) fn geometry(arm: &Arm, fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> Geometry {
     let (parents, positions, turns) = (fields.ints("body_parentid"), fields.reals("body_pos"), fields.reals("body_quat"));
     let name = |body: usize| arm.name(object::BODY, body as i32).unwrap_or_else(|| format!("body_{body}"));
@@ -42,12 +42,12 @@ fn of_body<T: Clone>(body: usize, all: &[(usize, T)]) -> Vec<T> {
     all.iter().filter(|(of, _)| *of == body).map(|(_, value)| value.clone()).collect()
 }
 
-/// One row of a field that has N numbers for each thing.
+/// Returns one row of a field that has N numbers for each thing.
 fn row<T: Copy, const N: usize>(field: &[T], index: usize) -> [T; N] {
     std::array::from_fn(|column| field[N * index + column])
 }
 
-/// The joints with their bodies. `reference`: the position at which the body stands as the model has drawn it.
+/// Returns the joints with their bodies. `reference`: the position at which the body stands as the model has drawn it.
 fn joints(arm: &Arm, fields: &Fields) -> Vec<(usize, Joint)> {
     let (kinds, bodies, first) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("jnt_qposadr"));
     let (axes, anchors, references) = (fields.reals("jnt_axis"), fields.reals("jnt_pos"), fields.reals("qpos0"));
@@ -67,7 +67,7 @@ fn joints(arm: &Arm, fields: &Fields) -> Vec<(usize, Joint)> {
     (0..kinds.len()).map(joint).collect()
 }
 
-/// The shapes that are shown with their bodies, and the meshes that these are drawn by. One whose triangles are not given is drawn as the box
+/// Returns the shapes that are shown with their bodies, and the meshes that these are drawn by. One whose triangles are not given is drawn as the box
 /// around it, whose half lengths are its size.
 fn shapes(fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> (Vec<(usize, Shape)>, Vec<Mesh>) {
     let (kinds, bodies, groups) = (fields.ints("geom_type"), fields.ints("geom_bodyid"), fields.ints("geom_group"));
@@ -93,7 +93,7 @@ fn shapes(fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) 
     (shown.into_iter().map(shape).collect(), meshes)
 }
 
-/// Of these shapes, with the numbers of their meshes in the model: which of the meshes that are given each is drawn by.
+/// Returns, for these shapes with the numbers of their meshes in the model, which of the meshes that are given each is drawn by.
 fn meshes_of(shapes: Vec<(usize, i32)>, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> (BTreeMap<usize, usize>, Vec<Mesh>) {
     let mut asked: Vec<i32> = shapes.iter().map(|(_, number)| *number).collect();
     asked.sort_unstable();

@@ -11,7 +11,7 @@ use std::sync::Mutex;
 /// Libraries that are loaded, by file. None is ever unloaded: it holds our log receiver, and others may hold it.
 static LOADED: Mutex<Vec<(PathBuf, &'static MuJoCo)>> = Mutex::new(Vec::new());
 
-/// The library at `place`: the folder of the Python package `mujoco`, or the file itself; loaded once, with our log receiver.
+/// Loads the library at `place`: the folder of the Python package `mujoco`, or the file itself; loaded once, with our log receiver.
 ///
 /// Without a place, `OPENGPAC_MUJOCO` says where. Errors: not found, not MuJoCo 4, not complete.
 pub fn load(place: Option<&Path>) -> Result<&'static MuJoCo, DriverError> {

@@ -78,7 +78,7 @@ impl Plant {
         }
     }
 
-    /// The push at the tool as a force and a torque at the centre of mass of its body, which is where MuJoCo takes them.
+    /// Loads the push at the tool as a force and a torque at the centre of mass of its body, which is where MuJoCo takes them.
     pub(super) fn load_push(&mut self) {
         let Some(tool) = &self.arm.tool else { return };
         let (site, centre) = (self.world(tool, &tool.site_m), self.world(tool, &tool.centre_m));

@@ -43,7 +43,7 @@ pub(super) fn watch(calls: impl FnOnce()) -> bool {
     })
 }
 
-/// The first message of the last [`watch`] of this thread.
+/// Returns the first message of the last [`watch`] of this thread.
 pub(super) fn text() -> String {
     KEPT.with(|kept| {
         // SAFETY: only this thread reaches its own buffer, and no `receive` runs during this call.

@@ -13,7 +13,7 @@ const FACES_MAX: usize = 150_000;
 /// Vertices are told to this part of a metre.
 const PER_M: f64 = 1e6;
 
-/// Those of these meshes, by their numbers in the model; as many of them, in order, as [`FACES_MAX`] leaves room for. `library`: MuJoCo's. Blocks
+/// Reads these meshes, by their numbers in the model; as many of them, in order, as [`FACES_MAX`] leaves room for. `library`: MuJoCo's. Blocks
 /// until the child is through.
 pub(super) fn read(library: &Path, model: &Path, asked: &[i32]) -> Vec<Option<Mesh>> {
     let none = || vec![None; asked.len()];
@@ -27,13 +27,13 @@ pub(super) fn read(library: &Path, model: &Path, asked: &[i32]) -> Vec<Option<Me
     whole.unwrap_or_else(none)
 }
 
-/// The mesh, where as many faces are left.
+/// Returns the mesh, if as many faces are left.
 fn within(left: &mut usize, mesh: Mesh) -> Option<Mesh> {
     *left = left.checked_sub(mesh.faces.len() / 3)?;
     Some(mesh)
 }
 
-/// The next mesh that the child has written; nothing, where it did not write it whole.
+/// Returns the next mesh that the child has written; none if it did not write it whole.
 fn next(rest: &mut &[u8]) -> Option<Mesh> {
     let (vertices, faces) = (count(rest)?, count(rest)?);
     let vertices = words(rest, vertices)?.map(|word| (f64::from(f32::from_le_bytes(word)) * PER_M).round() / PER_M).collect();
@@ -47,7 +47,7 @@ fn count(rest: &mut &[u8]) -> Option<usize> {
     usize::try_from(u64::from_le_bytes(*count)).ok()
 }
 
-/// Three words of each of `rows`.
+/// Returns three words of each of `rows`.
 fn words<'a>(rest: &mut &'a [u8], rows: usize) -> Option<impl Iterator<Item = [u8; 4]> + use<'a>> {
     let (words, after) = rest.split_at_checked(rows.checked_mul(12)?)?;
     *rest = after;

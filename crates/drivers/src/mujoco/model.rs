@@ -107,12 +107,12 @@ pub(super) struct Arm {
     /// The part of the friction that the plant computes, and whether there is any: MuJoCo computes that of followers and of what is apart.
     pub plant_friction: Vec<f64>,
     pub rubs: bool,
-    /// For each degree of freedom: the tree of bodies that it belongs to. No force acts between two trees but by contact.
+    /// Tree of bodies that each degree of freedom belongs to. No force acts between two trees but by contact.
     pub trees: Vec<i32>,
     pub springs: Vec<Spring>,
-    /// For each degree of freedom: whether it belongs to a tree of bodies without a commanded joint, which does not feel the arm's inertia.
+    /// True for each degree of freedom of a tree of bodies without a commanded joint, which does not feel the arm's inertia.
     pub apart: Vec<bool>,
-    /// For each degree of freedom: the name of its joint.
+    /// Name of the joint of each degree of freedom.
     pub freedoms: Vec<String>,
     pub timestep_ns: i64,
     pub runge_kutta: bool,
@@ -208,27 +208,27 @@ impl Arm {
         (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
     }
 
-    /// Name of a joint; a free one without a name is called as its body.
+    /// Returns the name of a joint; a free one without a name is called as its body.
     pub fn joint_name(&self, joint: usize, kind: i32, body: i32) -> String {
         let of_body = || (kind == JOINT_FREE).then(|| self.name(object::BODY, body)).flatten();
         self.name(object::JOINT, joint as i32).or_else(of_body).unwrap_or_else(|| format!("joint_{joint}"))
     }
 }
 
-/// The free joints, and where their poses lie.
+/// Returns the free joints, and where their poses lie.
 fn free(arm: &Arm, fields: &Fields) -> Vec<(String, usize)> {
     let (kinds, bodies, first) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("jnt_qposadr"));
     let of = |j: usize| (kinds[j] == JOINT_FREE).then(|| (arm.joint_name(j, kinds[j], bodies[j]), first[j] as usize));
     (0..kinds.len()).filter_map(of).collect()
 }
 
-/// The names of the joints that the degrees of freedom are of.
+/// Returns the names of the joints that the degrees of freedom are of.
 fn freedoms(arm: &Arm, fields: &Fields) -> Vec<String> {
     let (kinds, bodies, of) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("dof_jntid"));
     of.iter().map(|&j| arm.joint_name(j as usize, kinds[j as usize], bodies[j as usize])).collect()
 }
 
-/// The springs of hinges and slides.
+/// Returns the springs of hinges and slides.
 fn springs(fields: &Fields) -> Vec<Spring> {
     let (kind, position, velocity) = (fields.ints("jnt_type"), fields.ints("jnt_qposadr"), fields.ints("jnt_dofadr"));
     let (stiffness, rest) = (fields.reals("jnt_stiffness"), fields.reals("qpos_spring"));
@@ -241,7 +241,7 @@ fn springs(fields: &Fields) -> Vec<Spring> {
     (0..kind.len()).filter_map(of).collect()
 }
 
-/// The degrees of freedom in trees of bodies that have no commanded joint.
+/// Returns the degrees of freedom in trees of bodies that have no commanded joint.
 fn apart(fields: &Fields, joints: &[Joint]) -> Vec<bool> {
     let tree = fields.ints("dof_treeid");
     tree.iter().map(|of| joints.iter().all(|joint| tree[joint.velocity] != *of)).collect()
@@ -256,7 +256,7 @@ fn plant_friction(fields: &Fields, friction: &[f64], joints: &[Joint], apart: &[
     friction.iter().enumerate().map(|(v, most)| if is_ours(v) { *most } else { 0.0 }).collect()
 }
 
-/// The joints that an actuator drives alone, in the order of the joints.
+/// Returns the joints that an actuator drives alone, in the order of the joints.
 fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
     let (kind, position, velocity) = (fields.ints("jnt_type"), fields.ints("jnt_qposadr"), fields.ints("jnt_dofadr"));
     let (limited, range) = (fields.flags("jnt_limited"), fields.reals("jnt_range"));
@@ -301,7 +301,7 @@ fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
     Some(Tool { body, site_m: three(fields.reals("site_pos"), site), centre_m: three(fields.reals("body_ipos"), body), sensor: sensed.map(|s| s as i32) })
 }
 
-/// Every sensor of the model, in its order, without ours; one without a name is `sensor_N`.
+/// Returns every sensor of the model, in its order, without ours; one without a name is `sensor_N`.
 fn sensors(arm: &Arm, fields: &Fields) -> Vec<Sensor> {
     let (kind, elements, object, of) = (fields.ints("sensor_type"), fields.ints("sensor_dim"), fields.ints("sensor_objid"), fields.ints("jnt_type"));
     (0..kind.len())
@@ -314,7 +314,7 @@ fn sensors(arm: &Arm, fields: &Fields) -> Vec<Sensor> {
         .collect()
 }
 
-/// The unit of a sensor of that kind (`mjtSensor`); nothing where it has none, or depends on the model.
+/// Returns the unit of a sensor of that kind (`mjtSensor`); empty if it has none, or depends on the model.
 fn sensor_unit(kind: i32, slides: bool) -> &'static str {
     match kind {
         SENSOR_TOUCH | SENSOR_FORCE => "N",
@@ -368,7 +368,7 @@ impl<'a> Fields<'a> {
         Ok(Fields { arm, batch })
     }
 
-    /// Where a field lies in the batch, how many elements it has and how large one is; nothing for a field of no elements.
+    /// Returns where a field lies in the batch, how many elements it has and how large one is; none for a field of no elements.
     fn place(&self, name: &str) -> (*mut c_void, usize, usize) {
         let name = CString::new(name).expect("field names hold no NUL");
         let (mut count, mut size): (c_int, c_int) = (0, 0);

@@ -22,7 +22,7 @@ impl Motion {
         Motion(unsafe { (arm.mujoco.mj_makeData)(arm.model) }, arm.mujoco)
     }
 
-    /// The data, for a call of MuJoCo.
+    /// Returns the data, for a call of MuJoCo.
     pub fn data(&self) -> *mut Data {
         self.0
     }

@@ -43,16 +43,16 @@ pub(super) struct Plant {
     pub(super) standing: Vec<f64>,
     /// Force of dry friction that is assumed on each degree of freedom.
     pub(super) rubbing: Vec<f64>,
-    /// For each degree of freedom: whether a brake holds it. All do at first.
+    /// True for each degree of freedom that a brake holds. All do at first.
     pub(super) braked: Vec<bool>,
-    /// For each joint: for how long its brake may still slow it down before it holds it, ns; 0 where it does not slow it down.
+    /// Time for which each joint's brake may still slow it down before it holds it, ns; 0 if it does not slow it down.
     pub(super) slowing: Vec<i64>,
-    /// For each joint: the effort written last, and where its brake holds it.
+    /// Effort written last for each joint, and where its brake holds it.
     pub(super) efforts: Vec<f64>,
     held: Vec<f64>,
-    /// For each joint: the decoupled effort written last; NaN where nobody gives one.
+    /// Decoupled effort written last for each joint; NaN where nobody gives one.
     pub(super) decoupled: Vec<f64>,
-    /// For each joint: the effort of its motor in the last time step.
+    /// Effort of each joint's motor in the last time step.
     pub(super) motors: Vec<f64>,
     pub(super) push: [f64; 3],
     /// Room for what one sensor tells.
@@ -203,7 +203,7 @@ impl Plant {
         }
     }
 
-    /// One time step under the last commands.
+    /// Makes one time step under the last commands.
     fn step(&mut self) {
         if self.slowing.iter().any(|left_ns| *left_ns > 0) {
             self.catch();
@@ -280,7 +280,7 @@ impl Plant {
         DeviceError { message: format!("the simulated arm failed at {} ns: {reason}{joint}", self.time_ns) }
     }
 
-    /// Name of the joint whose degree of freedom a message of MuJoCo names: "Nan, Inf or huge value in QACC at DOF 3."
+    /// Returns the name of the joint whose degree of freedom a message of MuJoCo names: "Nan, Inf or huge value in QACC at DOF 3."
     fn blamed(&self, reason: &str) -> Option<&str> {
         let (_, behind) = reason.split_once("at DOF ")?;
         let digits = behind.split(|sign: char| !sign.is_ascii_digit()).next()?;
@@ -288,12 +288,12 @@ impl Plant {
     }
 }
 
-/// The refusal of an effort that is no number.
+/// Returns the refusal of an effort that is no number.
 fn unbounded(joint: &str, channel: &str) -> DeviceError {
     DeviceError { message: format!("the effort written to '{joint}.{channel}' is not finite; see which block writes it") }
 }
 
-/// The numbers of the sensor that tells most, of which the force at the tool has three.
+/// Returns the numbers of the sensor that tells most, of which the force at the tool has three.
 fn elements_max(arm: &Arm) -> usize {
     let of_contacts = arm.contacts.map(|(_, count)| contacts::TOLD * count);
     arm.sensors.iter().map(|sensor| sensor.elements).chain(of_contacts).fold(3, usize::max)

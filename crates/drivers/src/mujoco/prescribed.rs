@@ -64,7 +64,7 @@ impl Prescribed {
         self.factorise(inertia, left_out, left_out.len());
     }
 
-    /// The accelerations M^-1 `effort` by the inertia that was taken; those that were left out have none.
+    /// Returns the accelerations M^-1 `effort` by the inertia that was taken; those that were left out have none.
     pub fn accelerations(&mut self, left_out: &[bool], effort: &[f64]) -> &[f64] {
         for (i, is_left_out) in left_out.iter().enumerate() {
             self.acceleration[i] = if *is_left_out { 0.0 } else { effort[i] };
@@ -101,7 +101,7 @@ impl Prescribed {
         }
     }
 
-    /// Cholesky: M_ff = L L'. A row of a prescribed degree of freedom is left out.
+    /// Factorises by Cholesky: M_ff = L L'. A row of a prescribed degree of freedom is left out.
     fn factorise(&mut self, inertia: &[f64], prescribed: &[bool], n: usize) {
         for i in (0..n).filter(|i| !prescribed[*i]) {
             for j in (0..=i).filter(|j| !prescribed[*j]) {

@@ -36,7 +36,7 @@ const ACCELERATION_MAX_M: f64 = 1.0;
 /// left over: an arm that cannot hold some of its poses can still move in the others.
 const EFFORT_SHARE: f64 = 0.7;
 const EFFORT_LEFT: f64 = 0.1;
-/// Of the effort that one joint needs in the worst case, a joint with less than this share is not slowed down for it.
+/// Minimum share of the effort that one joint needs in the worst case: a joint with less is not slowed down for it.
 const SHARE_MIN: f64 = 0.05;
 /// Rounds of slowing down; each mends the worst joint and pose.
 const ROUNDS: usize = 200;
@@ -70,12 +70,12 @@ pub(super) fn fit(arm: &mut Arm) {
     limit_accelerations(arm, &poses);
 }
 
-/// Critically damped.
+/// Returns gains of critical damping.
 fn gains(inertia: f64, bandwidth: f64) -> Servo {
     Servo { kp: inertia * bandwidth * bandwidth, kd: 2.0 * inertia * bandwidth }
 }
 
-/// The start, and poses spread evenly over the ranges of the commanded joints: the additive sequence of the generalised golden ratio.
+/// Returns the start, and poses spread evenly over the ranges of the commanded joints: the additive sequence of the generalised golden ratio.
 fn poses(arm: &Arm) -> Vec<Pose> {
     let size = |component| {
         // SAFETY: the model is valid.
@@ -109,12 +109,12 @@ fn poses(arm: &Arm) -> Vec<Pose> {
     (0..=POSES).map(pose).collect()
 }
 
-/// The positive root of x^(d+1) = x + 1, whose powers fill d dimensions evenly.
+/// Returns the positive root of x^(d+1) = x + 1, whose powers fill d dimensions evenly.
 fn ratio(dimensions: usize) -> f64 {
     (0..60).fold(1.5, |x: f64, _| (1.0 + x).powf(1.0 / (dimensions as f64 + 1.0)))
 }
 
-/// Of each joint, the smallest inertia that it moves while all others give way.
+/// Returns the smallest inertia that each joint moves while all others give way.
 fn free_inertias(arm: &Arm, poses: &[Pose]) -> Vec<f64> {
     let n = arm.apart.len();
     let (mut solver, mut effort, mut least) = (Prescribed::new(n), vec![0.0; n], vec![f64::INFINITY; arm.joints.len()]);
@@ -129,7 +129,7 @@ fn free_inertias(arm: &Arm, poses: &[Pose]) -> Vec<f64> {
     least
 }
 
-/// The largest eigenvalue of m^1/2 M^-1 m^1/2 over the poses, where m are the inertias of the joints moved alone: 1 without coupling.
+/// Returns the largest eigenvalue of m^1/2 M^-1 m^1/2 over the poses, where m are the inertias of the joints moved alone: 1 without coupling.
 fn coupling(arm: &Arm, poses: &[Pose], inertias: &[f64]) -> f64 {
     let mut solver = Prescribed::new(arm.apart.len());
     let largest = |pose: &Pose| {
@@ -139,7 +139,7 @@ fn coupling(arm: &Arm, poses: &[Pose], inertias: &[f64]) -> f64 {
     poses.iter().map(largest).fold(1.0, f64::max) * POWER_RESERVE
 }
 
-/// The largest one in the pose whose inertia the solver has taken, by power iteration.
+/// Returns the largest one in the pose whose inertia the solver has taken, by power iteration.
 fn eigenvalue(arm: &Arm, solver: &mut Prescribed, inertias: &[f64]) -> f64 {
     let (mut vector, mut effort, mut value) = (vec![1.0; inertias.len()], vec![0.0; arm.apart.len()], 1.0);
     for _ in 0..POWER_ROUNDS {

@@ -98,7 +98,7 @@ impl PlantProcess {
         }
     }
 
-    /// With what the driver there carries out, and what it counts.
+    /// Adds what the driver there carries out, and what it counts.
     pub fn serving(mut self, told: Told, link: Option<UnixLink>) -> PlantProcess {
         self.shape.counters = told.counters.len();
         self.services = (!told.services.is_empty()).then(|| Arc::new(Asked { words: told.services, link: Mutex::new(link), rests: AtomicU64::new(0) }));
@@ -106,7 +106,7 @@ impl PlantProcess {
         self
     }
 
-    /// A driver in a process of its own: its readings have an age.
+    /// Reads a driver in a process of its own: its readings have an age.
     fn read_aged(&mut self, age: Slot, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let Some(session) = &mut self.session else { return Err(DeviceError { message: "its process is not open".to_owned() }) };
         session.readings.latch();

@@ -38,7 +38,7 @@ use words::{Answer, Ask, Described, Made};
 const LINGER_NS: i64 = 10_000_000_000;
 const SILENT_NS: i64 = 500_000_000;
 const NAME_MAX: usize = 40;
-/// For how long nobody judges whether anybody listens there.
+/// Time for which a new plant need have no client.
 const NEW: Duration = Duration::from_secs(1);
 
 pub(crate) static DRIVER: Declaration = Declaration {
@@ -82,7 +82,7 @@ struct Inner {
     options: Value,
 }
 
-/// Where time is virtual: the driver that the process would run, in this process.
+/// Returns the driver under virtual time: the one that the process would run, in this process.
 fn in_place(options: &Value) -> Option<(String, Value)> {
     let mut inner: Inner = serde_json::from_value(options["driver"].clone()).ok()?;
     if let (Some(timeout_ns), Some(of)) = (options["timeout_ns"].as_i64(), inner.options.as_object_mut()) {
@@ -126,7 +126,7 @@ fn scan(_: &Given<'_>) -> Result<Vec<Found>, DriverError> {
     Ok(names.iter().filter_map(|name| found(name)).collect())
 }
 
-/// The plant of that name; none where what listens there does not say what it is.
+/// Returns the plant of that name; none if what listens there does not say what it is.
 fn found(name: &str) -> Option<Found> {
     let link = connect(&place(name).ok()?).ok()?;
     let Ok(Answer::Described(described)) = ask(&link, Ask::Describe) else { return None };
@@ -179,7 +179,7 @@ pub fn clean() {
     }
 }
 
-/// The program that runs plants.
+/// Returns the program that runs plants.
 /// The command line of this installation's own process: the program beside this one, or the package of this program's interpreter.
 fn beside() -> Result<Vec<OsString>, DriverError> {
     let beside = std::env::current_exe().map(|program| program.with_file_name("opengpac-plant"));

@@ -52,7 +52,7 @@ struct Options {
     period_ns: Option<i64>,
     age_max_ns: Option<i64>,
     timeout_ns: Option<i64>,
-    /// Those of the driver that the process runs, checked already.
+    /// Options of the driver that the process runs, checked already.
     #[serde(flatten)]
     object: serde_json::Map<String, Value>,
 }

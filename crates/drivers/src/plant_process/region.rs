@@ -23,14 +23,14 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
 /// Bytes that start a line of their own.
 const LINE: usize = 64;
-/// Not 0: the safe commands count, and no others.
+/// Word that is not 0 while the safe commands count, and no others.
 const FLAG: usize = 0;
 const STEPS: usize = LINE;
 /// Length of the text of the failure; 0: none.
 const FAILED: usize = 2 * LINE;
 const TEXT: usize = FAILED + 8;
 const TEXT_MAX: usize = 4 * LINE - 8;
-/// Not 0: no commands came for the timeout of the plant.
+/// Word that is not 0 if no commands came for the timeout of the plant.
 const TIMED_OUT: usize = 6 * LINE;
 /// Number of times that the driver asked for the safe state.
 const RESTS: usize = 7 * LINE;
@@ -64,7 +64,7 @@ impl Shape {
         self.commands + self.writes
     }
 
-    /// The safe group: safe commands, of which none is claimed.
+    /// Returns the safe group: safe commands, of which none is claimed.
     pub fn safe_group(&self, channels: &[Channel]) -> Vec<u8> {
         let mut group = vec![0; self.group()];
         for channel in channels.iter().filter(|channel| channel.direction == Direction::Write) {
@@ -86,12 +86,12 @@ impl Shape {
     }
 }
 
-/// `len` and what fills its last line; at least one line.
+/// Returns `len` and what fills its last line; at least one line.
 fn lines(len: usize) -> usize {
     len.max(1).next_multiple_of(LINE)
 }
 
-/// The word and three buffers.
+/// Returns the length of the word and three buffers.
 fn triple_len(len: usize) -> usize {
     LINE + 3 * lines(len)
 }
@@ -107,7 +107,7 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// New memory, by the plant.
+    /// Makes new memory, for the plant.
     pub fn new(shape: Shape, safe_group: &[u8]) -> io::Result<Region> {
         let region = Region { memory: Arc::new(SharedMemory::new(shape.len())?), spoilt: Arc::default(), safe_group: safe_group.to_vec(), shape };
         for triple in [region.commands(), region.readings()] {
@@ -134,13 +134,13 @@ impl Region {
         Shared { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.readings_start(), len: self.shape.told() }
     }
 
-    /// The two ends of the plant. They are taken once for each region.
+    /// Returns the two ends of the plant. They are taken once for each region.
     pub fn plant_ends(&self) -> (TripleReader<Shared>, TripleWriter<Shared>) {
         // SAFETY: the plant alone makes these ends, once, of memory that it has just made; so each buffer is where it is at first.
         unsafe { (TripleReader::in_memory(self.commands(), FRONT_AT_FIRST), TripleWriter::in_memory(self.readings(), BACK_AT_FIRST)) }
     }
 
-    /// The two ends of the driver. They are taken once for each region.
+    /// Returns the two ends of the driver. They are taken once for each region.
     pub fn driver_ends(&self) -> (TripleWriter<Shared>, TripleReader<Shared>) {
         // SAFETY: the plant sends the memory of a session to one driver, which makes these ends once; it has exchanged nothing before, and
         // what the plant has exchanged it has exchanged against the middle.
@@ -189,7 +189,7 @@ impl Region {
         self.memory.word(STEPS)
     }
 
-    /// The plant does not go on, and why.
+    /// Notes that the plant does not go on, and why.
     pub fn fail(&self, why: &str) {
         let text = why.as_bytes();
         let len = text.len().clamp(1, TEXT_MAX);

@@ -92,9 +92,9 @@ struct Plant {
 
 /// Time at which the machine took the newest readings.
 struct Taken {
-    /// As the driver told it, on the clock of its steps.
+    /// Time as the driver told it, on the clock of its steps.
     told_ns: Option<i64>,
-    /// On the monotonic clock of this host.
+    /// Time on the monotonic clock of this host.
     at_ns: i64,
 }
 
@@ -278,7 +278,7 @@ impl Plant {
         self.links = links;
     }
 
-    /// False when the link is gone or says nothing that makes sense.
+    /// Returns false if the link is gone or says nothing that makes sense.
     fn act(&mut self, frame: &[u8], number: u64, link: &UnixLink) -> bool {
         let Ok(ask) = serde_json::from_slice(frame) else { return false };
         let told = match ask {
@@ -322,7 +322,7 @@ impl Plant {
         }
     }
 
-    /// A new session, safe until commands come; the holder of the one before commands no more.
+    /// Opens a new session, safe until commands come; the holder of the one before commands no more.
     fn open(&mut self, holder: u64) -> Result<(), String> {
         if let Some(why) = &self.failed {
             return Err(why.clone());
@@ -348,7 +348,7 @@ impl Plant {
     }
 }
 
-/// False when the link is gone.
+/// Returns false if the link is gone.
 fn answer(link: &UnixLink, answer: &Answer, descriptors: &[BorrowedFd<'_>]) -> bool {
     let frame = serde_json::to_vec(answer).expect("an answer has no map with keys that are no texts");
     link.send_with(&frame, descriptors, Some(Duration::from_secs(1))).is_ok()

@@ -20,7 +20,7 @@ pub(super) struct Asked {
 }
 
 impl Asked {
-    /// The device is closed. A call that waits ends with its process.
+    /// Notes that the device is closed. A call that waits ends with its process.
     pub fn close(&self) {
         if let Ok(mut link) = self.link.try_lock() {
             *link = None;

@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The process that was made so, found or started with this command.
+/// Opens the process that was made so, found or started with this command.
 pub(super) fn opened(
     given: &Given<'_>,
     kind: &'static str,

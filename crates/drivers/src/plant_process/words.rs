@@ -30,8 +30,8 @@ pub(super) struct Made {
     pub step_ns: Option<i64>,
     pub linger_ns: i64,
     pub timeout_ns: Option<i64>,
-    /// Of a driver in a process of its own, where others are machines: its outputs rest where no commands have come for so long, and
-    /// it ends, safe, as soon as nobody is connected.
+    /// Time without commands after which the outputs of a driver in a process of its own rest, where others are machines; it ends,
+    /// safe, as soon as nobody is connected.
     pub rest_ns: Option<i64>,
     pub name: Option<String>,
 }
@@ -59,7 +59,7 @@ pub(super) struct Described {
 /// State of a plant process, for a client that watches it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantState {
-    /// It obeys its safe commands, and has at least one step behind it in which it did.
+    /// True if it obeys its safe commands, and has at least one step behind it in which it did.
     pub is_safe: bool,
     /// When that step began, on the monotonic clock of the host, ns; 0 while it is not safe.
     pub obeyed_ns: i64,
@@ -101,7 +101,7 @@ impl From<ChannelText> for Channel {
     }
 }
 
-/// Where the channel lies that says how old readings are, of a process whose driver names it.
+/// Returns the channel that says how old readings are, of a process whose driver names it.
 pub(super) fn age_of(channels: &[Channel], about: &Value) -> Option<Slot> {
     let of = channels.iter().find(|channel| Some(channel.name.as_str()) == about["age"].as_str())?;
     Some(Slot { offset: of.offset, len: of.len }).filter(|slot| slot.len == size_of::<f64>())

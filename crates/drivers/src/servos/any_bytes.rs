@@ -3,7 +3,7 @@
 use super::frame::{Ask, FRAME_MAX, Frame, ID_MAX, Taken};
 use super::protocol::Protocol;
 
-/// The first byte says the protocol, and whether the others come from the line or are to be written.
+/// Reads bytes: the first says the protocol, and whether the others come from the line or are to be written.
 pub fn servos(bytes: &[u8]) {
     let Some((how, rest)) = bytes.split_first() else { return };
     let protocol = if how & 1 == 0 { Protocol::Sts } else { Protocol::Dynamixel };
@@ -30,7 +30,7 @@ fn came(protocol: Protocol, mut stream: &[u8]) {
     }
 }
 
-/// An id, an address, and what is written there.
+/// Reads an id, an address, and what is written there.
 fn asked(protocol: Protocol, bytes: &[u8]) {
     let [id, low, high, body @ ..] = bytes else { return };
     let (mut frame, mut scratch) = (Frame::new(), [0; FRAME_MAX]);

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Time limit for a servo to restart.
 const REBOOT: Duration = Duration::from_secs(2);
-/// Of an error number: that there is something to be read.
+/// Bit of an error number: there is something to be read.
 const ALERT: u8 = 0x80;
 
 impl Servos {
@@ -93,7 +93,7 @@ impl Servos {
         }
     }
 
-    /// Torque on, where the servo is: whatever its goal was, it does not move.
+    /// Switches torque on, where the servo is: whatever its goal was, it does not move.
     pub(super) fn hold(&mut self, joint: usize) -> Result<(), DeviceError> {
         let counts = self.joints[joint].present.counts;
         self.store(joint, self.map.goal, &self.protocol.goal(counts)[..usize::from(self.map.goal.len)])?;
@@ -113,7 +113,7 @@ impl Servos {
         Ok(())
     }
 
-    /// All torque off: at once for all, and then for each until it says so.
+    /// Switches all torque off: at once for all, and then for each until it says so.
     pub(super) fn rest(&mut self) {
         self.rows.clear();
         for joint in &mut self.joints {
@@ -130,7 +130,7 @@ impl Servos {
         }
     }
 
-    /// The frame that takes the torque of all, for the guard.
+    /// Makes the frame that takes the torque of all, for the guard.
     pub(super) fn relax(&self, frame: &mut Frame, rows: &[u8]) -> bool {
         let Register { address, len } = self.map.torque;
         self.protocol.write(frame, BROADCAST, Ask::SyncWrite { address, len, rows })

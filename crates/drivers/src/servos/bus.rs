@@ -82,7 +82,7 @@ impl Bus {
         })
     }
 
-    /// For the guard: the line, beside this one.
+    /// Returns the line, beside this one, for the guard.
     pub(super) fn descriptor(&self) -> Result<OwnedFd> {
         self.line.as_fd().try_clone_to_owned()
     }
@@ -111,7 +111,7 @@ impl Bus {
         self.one(id, Ask::Ping, len).map(|answered| answered.is_some())
     }
 
-    /// The value of a register of up to four bytes; none: no answer.
+    /// Returns the value of a register of up to four bytes; none: no answer.
     pub(super) fn read(&mut self, id: u8, register: Register) -> Result<Option<Answered>> {
         self.one(id, Ask::Read { address: register.address, len: register.len }, usize::from(register.len))
     }
@@ -155,7 +155,7 @@ impl Bus {
         Ok(())
     }
 
-    /// A request to one servo, made again where it does not answer.
+    /// Makes a request to one servo, again if it does not answer.
     fn one(&mut self, id: u8, ask: Ask<'_>, len: usize) -> Result<Option<Answered>> {
         let mut answered = None;
         for round in 0..=self.timing.retries {
@@ -169,7 +169,7 @@ impl Bus {
         Ok(answered)
     }
 
-    /// A request, and the answers to it within their time: `len` bytes from each of `ids` that is not `done`.
+    /// Makes a request, and takes the answers to it within their time: `len` bytes from each of `ids` that is not `done`.
     fn once(&mut self, id: u8, ask: Ask<'_>, ids: &[u8], done: &mut [bool], len: usize, take: &mut dyn FnMut(usize, Answer<'_>)) -> Result<()> {
         let mut missing = done.iter().filter(|done| !**done).count();
         let until = self.send(id, ask, missing, len)?;
@@ -264,7 +264,7 @@ impl Bus {
     }
 }
 
-/// An answer that carries only why there is no other.
+/// Returns true for an answer that carries only why there is no other.
 fn is_refusal(protocol: Protocol, answer: &Answer<'_>) -> bool {
     protocol == Protocol::Dynamixel && answer.bytes.is_empty() && answer.error & 0x7f != 0
 }

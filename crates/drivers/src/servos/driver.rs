@@ -22,7 +22,7 @@ pub(super) struct Servos {
     pub(super) port: String,
     pub(super) timing: Timing,
     max_speed: f64,
-    /// Of the servos themselves, in their units.
+    /// Watchdog of the servos themselves, in their units.
     pub(super) watchdog: Option<u8>,
     /// Index of the joint that was looked at last.
     pub(super) looked: usize,
@@ -98,7 +98,7 @@ impl Servos {
         (Box::new(driver), json!({ "parts": parts }))
     }
 
-    /// An error about a joint.
+    /// Makes an error about a joint.
     pub(super) fn wrong(&self, joint: usize, what: &str) -> DeviceError {
         let Wired { name, id, .. } = &self.joints[joint].wired;
         DeviceError { message: format!("servo '{name}' (id {id}) on {} {what}", self.port) }
@@ -154,7 +154,7 @@ impl Servos {
         Err(self.wrong(joint, &what))
     }
 
-    /// The value of a register.
+    /// Returns the value of a register.
     pub(super) fn ask(&mut self, joint: usize, register: Register) -> Result<Answered, DeviceError> {
         let id = self.joints[joint].wired.id;
         let read = self.line()?.read(id, register).map_err(|why| self.gone(&why))?;
@@ -179,7 +179,7 @@ impl Servos {
         }
     }
 
-    /// Torque where it is claimed, and nowhere else.
+    /// Switches torque on where it is claimed, and nowhere else.
     fn arm(&mut self, engaged: &[bool]) -> Result<(), DeviceError> {
         for (joint, engaged) in engaged.iter().enumerate() {
             match (engaged, self.joints[joint].has_torque) {
@@ -191,7 +191,7 @@ impl Servos {
         Ok(())
     }
 
-    /// The goals of those that hold, none farther from the last than its speed allows.
+    /// Sends the goals of those that hold, none farther from the last than its speed allows.
     fn goals(&mut self, span_s: f64, commands: &[u8]) -> Result<(), DeviceError> {
         self.rows.clear();
         let step = self.max_speed * span_s;
@@ -318,7 +318,7 @@ impl Joint {
     }
 }
 
-/// Processor time of this thread, ns.
+/// Returns processor time of this thread, ns.
 fn processor_ns() -> u64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: one `timespec` that is alive.

@@ -29,7 +29,7 @@ const fn table() -> [u16; 256] {
     table
 }
 
-/// CRC-16 over a frame without its last two bytes.
+/// Returns the CRC-16 over a frame without its last two bytes.
 pub(super) fn crc(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |crc, byte| (crc << 8) ^ CRC[usize::from((crc >> 8) ^ u16::from(*byte))])
 }

@@ -20,13 +20,13 @@ pub(super) enum Ask<'a> {
         address: u16,
         bytes: &'a [u8],
     },
-    /// Each answers with its own frame, in this order.
+    /// Reads of several servos: each answers with its own frame, in this order.
     SyncRead {
         address: u16,
         len: u16,
         ids: &'a [u8],
     },
-    /// Nobody answers. `rows`: an id and `len` bytes for each servo.
+    /// Writes to several servos: there is no answer. `rows`: an id and `len` bytes for each servo.
     SyncWrite {
         address: u16,
         len: u16,

@@ -53,7 +53,7 @@ pub(super) static DYNAMIXEL: [OptionWord; 9] = {
     [port, baud, servos, calibration, max_speed, retries, latency, echo, watchdog]
 };
 
-/// Those that say what is on the line; [`timing`] reads the others.
+/// Options that say what is on the line; [`timing`] reads the others.
 #[derive(Deserialize)]
 struct Options {
     port: String,
@@ -80,7 +80,7 @@ pub(super) struct Wanted {
     pub(super) port: String,
     pub(super) timing: Timing,
     pub(super) max_speed: f64,
-    /// In units of the servo's register.
+    /// Watchdog in units of the servo's register.
     pub(super) watchdog: Option<u8>,
     pub(super) joints: Vec<Wired>,
 }
@@ -155,7 +155,7 @@ pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, Driv
     }
 }
 
-/// A time in units of the servo's register; none: it has no such value.
+/// Returns a time in units of the servo's register; none: it has no such value.
 fn units(ns: i64) -> Option<u8> {
     u8::try_from(ns / WATCHDOG_UNIT_NS).ok().filter(|units| ns % WATCHDOG_UNIT_NS == 0 && (1..=WATCHDOG_UNITS_MAX).contains(&i64::from(*units)))
 }

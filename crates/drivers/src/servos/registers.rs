@@ -153,7 +153,7 @@ impl Map {
         }
     }
 
-    /// The names of error bits, joined.
+    /// Returns the names of error bits, joined.
     pub(super) fn named(&self, bits: u8) -> String {
         let names = self.errors.iter().enumerate().filter(|(bit, name)| bits & (1 << bit) != 0 && !name.is_empty());
         names.map(|(_, name)| *name).collect::<Vec<_>>().join(" and ")
@@ -175,18 +175,18 @@ impl Model {
     }
 }
 
-/// A number of up to four bytes, the lowest first.
+/// Returns a number of up to four bytes, the lowest first.
 pub(super) fn whole(bytes: &[u8]) -> u32 {
     bytes.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }
 
-/// A number whose bit `bit` is its sign.
+/// Returns a number whose bit `bit` is its sign.
 fn signed_by(bit: u32, number: u32) -> f64 {
     let size = f64::from(number & ((1 << bit) - 1));
     if number & (1 << bit) == 0 { size } else { -size }
 }
 
-/// A number of two bytes in two's complement.
+/// Returns a number of two bytes in two's complement.
 fn short(bytes: &[u8]) -> f64 {
     f64::from(whole(bytes) as u16 as i16)
 }
@@ -218,7 +218,7 @@ impl Protocol {
         })
     }
 
-    /// A position as the register of goals has it; its bytes, of which `Map::goal.len` count.
+    /// Returns a position as the register of goals has it; its bytes, of which `Map::goal.len` count.
     pub(super) fn goal(self, counts: f64) -> [u8; 4] {
         let counts = counts.round().clamp(-1_048_575.0, 1_048_575.0) as i32;
         match self {
@@ -230,7 +230,7 @@ impl Protocol {
         }
     }
 
-    /// A homing offset as its register has it.
+    /// Returns a homing offset as its register has it.
     pub(super) fn offset(self, number: u32) -> i64 {
         match self {
             Protocol::Sts => signed_by(11, number & 0xfff) as i64,

@@ -7,7 +7,7 @@ const HEAD: u8 = 0xff;
 /// Bytes before the word: two heads, the id, the length.
 const BEFORE: usize = 4;
 
-/// The last byte of a frame, from its bytes between heads and sum.
+/// Returns the last byte of a frame, from its bytes between heads and sum.
 fn sum(bytes: &[u8]) -> u8 {
     !bytes.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte))
 }

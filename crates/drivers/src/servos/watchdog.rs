@@ -5,7 +5,7 @@ use super::driver::Servos;
 use super::registers::{Register, WATCHDOG_UNIT_NS};
 use device::DeviceError;
 
-/// In its register: it has stopped the servo.
+/// Value of its register after it has stopped the servo.
 const TRIPPED: u32 = 0xff;
 
 impl Servos {
@@ -18,7 +18,7 @@ impl Servos {
         self.watched().map_or(Ok(()), |(register, _)| self.store(joint, register, &[0]))
     }
 
-    /// Before its torque comes on.
+    /// Sets the watchdog before its torque comes on.
     pub(super) fn set_watchdog(&mut self, joint: usize) -> Result<(), DeviceError> {
         self.watched().map_or(Ok(()), |(register, units)| self.store(joint, register, &[units]))
     }

@@ -38,7 +38,7 @@ static PATTERNS: LazyLock<Vec<Pattern>> = LazyLock::new(|| {
     texts.iter().map(|text| Pattern::parse(text, of).expect("it is right")).collect()
 });
 
-/// The first byte says how texts are framed.
+/// Reads bytes: the first says how texts are framed.
 pub fn text(bytes: &[u8]) {
     let Some((which, mut rest)) = bytes.split_first() else { return };
     let framing = &FRAMINGS[usize::from(*which) % FRAMINGS.len()];

@@ -54,7 +54,7 @@ pub(super) struct Field {
 /// The longest text of a channel.
 const TEXT_MAX: usize = 256;
 
-/// The channel of a field and what it is; its slot is given by the layout.
+/// Returns the channel of a field and what it is; its slot is given by the layout.
 ///
 /// # Errors
 /// In words.
@@ -164,7 +164,7 @@ impl Field {
     }
 }
 
-/// The number of a part, spaces and sign in front of it. Nothing is allocated: a number is at most 40 bytes.
+/// Returns the number of a part, spaces and sign in front of it. Nothing is allocated: a number is at most 40 bytes.
 fn parsed(part: &[u8], base: u32) -> Option<f64> {
     let part = part.trim_ascii();
     let (sign, digits) = match part.split_first() {

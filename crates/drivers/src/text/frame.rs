@@ -11,9 +11,9 @@ pub(super) const FRAME_MAX: usize = 1024;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Sum {
-    /// All bytes in exclusive or.
+    /// Exclusive or of all bytes.
     Xor,
-    /// All bytes added, modulo 256.
+    /// Sum of all bytes, modulo 256.
     Sum,
 }
 
@@ -49,7 +49,7 @@ impl Checksum {
         })
     }
 
-    /// The text that stands before it; none: it is another one.
+    /// Returns the text that stands before it; none: it is another one.
     fn checked<'a>(&self, body: &'a [u8]) -> Option<&'a [u8]> {
         let (text, tail) = body.split_at_checked(body.len().checked_sub(self.len())?)?;
         let sum = match tail.strip_prefix(&self.mark[..])? {
@@ -87,7 +87,7 @@ pub(super) struct Framing {
 /// Frame at the beginning of the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scanned<'a> {
-    /// No whole frame yet.
+    /// The frame is not whole yet.
     Wait,
     /// So many bytes belong to no frame: noise between two.
     Noise(usize),
@@ -146,7 +146,7 @@ impl Framing {
         }
     }
 
-    /// Text and checksum; none: not whole yet; an error: the end is not where it belongs.
+    /// Returns text and checksum; none: not whole yet; an error: the end is not where it belongs.
     fn body<'a>(&self, begins: &'a [u8]) -> Option<Result<&'a [u8], ()>> {
         match self.length {
             Some(length) => {
@@ -161,7 +161,7 @@ impl Framing {
         }
     }
 
-    /// A text with all that belongs around it.
+    /// Returns a text with all that belongs around it.
     pub(super) fn framed(&self, text: &[u8]) -> Vec<u8> {
         let mut frame = self.start.clone();
         frame.extend_from_slice(text);

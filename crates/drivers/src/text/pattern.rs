@@ -14,7 +14,7 @@ pub(super) struct Pattern {
 #[derive(Clone, Debug, PartialEq)]
 enum Piece {
     Literal(Vec<u8>),
-    /// Of this index.
+    /// Field of this index.
     Field(usize),
     /// Anything, up to what follows: `{}`.
     Any,
@@ -26,7 +26,7 @@ enum Part<'a> {
     Name(&'a str),
 }
 
-/// The names in a pattern, in their order.
+/// Returns the names in a pattern, in their order.
 ///
 /// # Errors
 /// In words: a brace without its other one.
@@ -59,7 +59,7 @@ fn parts<'a>(text: &'a str, mut found: impl FnMut(Part<'a>)) -> Result<(), Strin
 }
 
 impl Pattern {
-    /// `of` gives the field of a name.
+    /// Parses a pattern. `of` gives the field of a name.
     ///
     /// # Errors
     /// In words: braces that do not match, two fields of which nobody could say where one ends.
@@ -123,7 +123,7 @@ impl Pattern {
         rest.is_empty()
     }
 
-    /// The text with the values of `commands`; none: one of them is no number.
+    /// Returns the text with the values of `commands`; none: one of them is no number.
     pub(super) fn write(&self, commands: &[u8]) -> Option<Vec<u8>> {
         let mut text = Vec::new();
         for piece in &self.pieces {

@@ -119,12 +119,12 @@ impl Talker {
         }
     }
 
-    /// It says something only when it is asked.
+    /// Makes a talker that says something only when it is asked.
     pub(super) fn asking(self, asks: Option<Vec<u8>>, answer: Duration) -> Talker {
         Talker { asks, answer, ..self }
     }
 
-    /// It is lost when it says nothing for so long.
+    /// Sets the silence after which it is lost.
     pub(super) fn silent(self, silent_ns: Option<i64>) -> Talker {
         Talker { silent_ns, ..self }
     }

@@ -3,7 +3,7 @@
 use super::rtde::{Message, decode};
 use super::sample::Sample;
 
-/// A stream of messages, as a controller sends it.
+/// Reads a stream of messages, as a controller sends it.
 pub fn rtde(mut bytes: &[u8]) {
     while let Ok(Some((message, len))) = decode(bytes) {
         assert!((3..=bytes.len()).contains(&len), "it goes on, and takes no more than there is");

@@ -19,7 +19,7 @@ pub(super) struct Dashboard {
 }
 
 impl Dashboard {
-    /// `within`: how long each answer may take, and the connection.
+    /// Connects to the dashboard. `within`: how long each answer may take, and the connection.
     pub fn connect(to: SocketAddr, within: Duration) -> Result<Dashboard> {
         // A timeout of 0 would be none.
         let within = within.clamp(Duration::from_millis(1), WITHIN);
@@ -31,7 +31,7 @@ impl Dashboard {
         Ok(dashboard)
     }
 
-    /// The answer to a command.
+    /// Returns the answer to a command.
     pub fn ask(&mut self, command: &str) -> Result<String> {
         self.stream.get_mut().write_all(format!("{command}\n").as_bytes())?;
         self.line()
@@ -50,7 +50,7 @@ const fn service(name: &'static str, doc: &'static str) -> ServiceWord {
     ServiceWord { name, doc, arguments: &[], answer: Some(Kind::Text), moves: false }
 }
 
-/// Each service with the commands that it is.
+/// Services, each with the commands that it is.
 const ASKED: [(ServiceWord, &[&str]); 7] = [
     (service("unlock_protective_stop", "releases a protective stop; the controller refuses it for 5 s"), &["close safety popup", "unlock protective stop"]),
     (service("power_on", "powers the arm on and releases its brakes"), &["power on", "brake release"]),
@@ -88,7 +88,7 @@ mod tests {
     use std::net::TcpListener;
     use std::thread::JoinHandle;
 
-    /// A dashboard that answers each command with the same line, and gives the commands at its end.
+    /// Makes a dashboard that answers each command with the same line, and gives the commands at its end.
     fn dashboard(answer: &'static str) -> (Panel, JoinHandle<Vec<String>>) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let to = listener.local_addr().unwrap();

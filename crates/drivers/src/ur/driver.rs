@@ -51,7 +51,7 @@ pub(super) struct Ur {
     counters: Arc<Counters>,
     panel: Arc<Panel>,
     session: Option<Session>,
-    /// Nothing was read since it was opened.
+    /// True if nothing was read since it was opened.
     is_new: bool,
     /// A package has come in for which none was sent.
     fresh: bool,

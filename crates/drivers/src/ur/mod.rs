@@ -56,7 +56,7 @@ fn address(host: &str) -> Option<IpAddr> {
     (host, 0).to_socket_addrs().ok()?.map(|of: SocketAddr| of.ip()).min_by_key(IpAddr::is_ipv6)
 }
 
-/// Under the virtual clock a firing waits for the controller, however fast that is.
+/// Returns the driver under the virtual clock: a firing waits for the controller, however fast that is.
 fn in_lockstep(options: &Value) -> Option<(String, Value)> {
     let mut options = options.clone();
     options.as_object_mut()?.insert("lockstep".to_owned(), Value::Bool(true));

@@ -61,7 +61,7 @@ pub(super) enum Malformed {
     Contents { kind: u8, len: usize },
 }
 
-/// The message at the beginning of `bytes`, and how long it is; none: more bytes must come.
+/// Returns the message at the beginning of `bytes`, and how long it is; none: more bytes must come.
 pub(super) fn decode(bytes: &[u8]) -> Result<Option<(Message<'_>, usize)>, Malformed> {
     let [high, low, kind, rest @ ..] = bytes else { return Ok(None) };
     let said = u16::from_be_bytes([*high, *low]);
@@ -100,7 +100,7 @@ fn message(kind: u8, contents: &[u8]) -> Result<Message<'_>, Malformed> {
     }
 }
 
-/// A request.
+/// Makes a request.
 pub(super) fn request(kind: u8, contents: &[u8]) -> Vec<u8> {
     let len = u16::try_from(HEADER_LEN + contents.len()).expect("requests are lists of some names");
     [&len.to_be_bytes()[..], &[kind], contents].concat()

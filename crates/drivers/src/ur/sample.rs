@@ -59,7 +59,7 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// The values of a data package; none: they are of another length, or a position, a velocity or a force is no number.
+    /// Returns the values of a data package; none: they are of another length, or a position, a velocity or a force is no number.
     pub fn decode(values: &[u8]) -> Option<Sample> {
         if values.len() != VALUES_LEN {
             return None;
@@ -98,7 +98,7 @@ pub(super) struct Told {
 }
 
 impl Told {
-    /// The data package for the recipe that the controller gave.
+    /// Returns the data package for the recipe that the controller gave.
     pub fn encode(&self, recipe: u8) -> [u8; PACKAGE_LEN] {
         let mut package = [0; PACKAGE_LEN];
         let mut at = 0;
@@ -118,7 +118,7 @@ impl Told {
     }
 }
 
-/// The names of a recipe as they are asked for, and the types that the answer must have.
+/// Returns the names of a recipe as they are asked for, and the types that the answer must have.
 pub(super) fn recipe(of: &[(&str, &str)]) -> (String, String) {
     let list = |pick: fn(&(&str, &str)) -> String| of.iter().map(pick).collect::<Vec<_>>().join(",");
     (list(|(name, _)| (*name).to_owned()), list(|(_, kind)| (*kind).to_owned()))

@@ -12,10 +12,10 @@ pub(super) struct Program {
     pub session: i32,
     /// Number of cycles for which it waits for a new beat.
     pub patience: i64,
-    /// Of `servoj`: s, and no unit.
+    /// Look-ahead of `servoj`: s, and no unit.
     pub lookahead_s: f64,
     pub gain: f64,
-    /// With which it comes to rest, rad/s².
+    /// Deceleration with which it comes to rest, rad/s².
     pub deceleration: f64,
 }
 

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 /// Time limit of an answer of a controller that is there.
 const ANSWER: Duration = Duration::from_secs(10);
-/// In lockstep nothing depends on how fast anybody is, so this is for who never answers.
+/// Time limit of an answer in lockstep, where nothing depends on speed: it is for a controller that never answers.
 const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(120);
 /// However short a time is given, so long is waited for an arm whose controller is there.
 const LEAST: Duration = Duration::from_secs(1);
@@ -84,7 +84,7 @@ impl Session {
         open.as_mut().ok_or_else(String::new)
     }
 
-    /// A connection whose recipes the controller has taken, tried until the time is over that the controller may take to be there.
+    /// Returns a connection whose recipes the controller has taken, tried until the time is over that the controller may take to be there.
     fn connected(options: &Options, to: SocketAddr, deadline: Instant) -> Result<Session, String> {
         let tries_until = Instant::now() + Duration::from_nanos(options.wait_ns().unsigned_abs());
         let answer = if options.lockstep { ANSWER_IN_LOCKSTEP } else { ANSWER };
@@ -173,7 +173,7 @@ impl Session {
         Ok(true)
     }
 
-    /// One package there and one back, the arm at rest where it is.
+    /// Exchanges one package there and one back, the arm at rest where it is.
     fn exchange(&mut self) -> Result<(), String> {
         (self.told.mode, self.told.mask) = (0, 0);
         self.send().map_err(|why| why.to_string())?;
@@ -237,7 +237,7 @@ struct Answer {
 
 /// Reason why there is no connection.
 enum Failure {
-    /// It may be there later.
+    /// The controller may be there later.
     NotThere(String),
     Refused(String),
 }
@@ -261,7 +261,7 @@ fn agree(of: &[(&str, &str)], asked: &str, answered: &str) -> Result<(), Failure
     }))
 }
 
-/// A number that another session is unlikely to have.
+/// Returns a number that another session is unlikely to have.
 fn number() -> i32 {
     let nanos = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.subsec_nanos() ^ since.as_secs() as u32);
     1 + (nanos & 0x3fff_ffff) as i32

@@ -44,7 +44,7 @@ impl Shared {
         self.counters.add(what, 1);
     }
 
-    /// The frame that answers a request.
+    /// Returns the frame that answers a request.
     fn answer(&self, pdu: &[u8], transaction: u16, unit: u8) -> ([u8; FRAME_MAX], usize) {
         self.count(Count::Requests);
         self.asked.fetch_add(1, Ordering::Relaxed);
@@ -63,7 +63,7 @@ struct Client {
     came: [u8; FRAME_MAX],
     filled: usize,
     answer: [u8; FRAME_MAX],
-    /// Of the answer: from where to where it is still to be sent.
+    /// Range of the answer that is still to be sent.
     left: (usize, usize),
     /// When it was last heard, as a number that only grows.
     heard: u64,

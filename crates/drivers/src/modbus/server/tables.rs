@@ -4,7 +4,7 @@ use crate::modbus::map::{Place, Write};
 use crate::modbus::pdu::{Exception, Pdu, Request, Space};
 use std::collections::BTreeMap;
 
-/// Behind an address.
+/// Cell behind an address.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     value: u16,
@@ -42,7 +42,7 @@ impl Tables {
         fits
     }
 
-    /// The bytes of a channel, as a client wrote it.
+    /// Returns the bytes of a channel, as a client wrote it.
     pub(super) fn get(&self, place: &Place, channel: &mut [u8]) {
         let mut wire = [0; 8];
         for (at, two) in (0..place.count()).zip(wire.chunks_exact_mut(2)) {
@@ -113,7 +113,7 @@ impl Tables {
     }
 }
 
-/// The addresses of a range; none lies behind the last.
+/// Returns the addresses of a range; none lies behind the last.
 fn each(address: u16, count: u16) -> Result<impl Iterator<Item = u16>, Exception> {
     let last = address.checked_add(count.saturating_sub(1)).ok_or(Exception::ILLEGAL_ADDRESS)?;
     Ok(address..=last)
