@@ -47,7 +47,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// The command with that code.
+    /// Returns the command with that code.
     pub fn of(code: u8) -> Option<Command> {
         use Command::*;
         const ALL: [Command; 15] = [
@@ -93,7 +93,7 @@ pub struct Datagram {
 }
 
 impl Datagram {
-    /// Offset of its data.
+    /// Returns the offset of its data.
     pub fn data_at(&self) -> usize {
         self.at + DATAGRAM_HEADER
     }
@@ -177,7 +177,7 @@ impl Datagrams<'_> {
     }
 }
 
-/// The datagram that begins there, and whether another one follows it.
+/// Returns the datagram that begins there, and whether another one follows it.
 ///
 /// # Errors
 /// The bytes end before it does, or it has an unknown command.
@@ -202,7 +202,7 @@ pub struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// An empty frame from this station to all.
+    /// Begins an empty frame from this station to all.
     pub fn new(frame: &'a mut [u8; FRAME_MAX], source: [u8; 6]) -> Builder<'a> {
         frame[..6].fill(0xFF);
         frame[6..12].copy_from_slice(&source);
@@ -238,12 +238,12 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// A position on the line or a station address, and an address of its memory.
+/// Returns a position on the line or a station address, and an address of its memory.
 pub fn at(device: u16, memory: u16) -> u32 {
     u32::from(device) | u32::from(memory) << 16
 }
 
-/// The address of the subdevice at this position of the line: each that a frame passes counts it up, and the one that sees 0 is meant.
+/// Returns the address of the subdevice at this position of the line: each that a frame passes counts it up, and the one that sees 0 is meant.
 pub fn position(index: usize) -> u16 {
     0u16.wrapping_sub(index as u16)
 }

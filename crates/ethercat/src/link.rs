@@ -165,7 +165,7 @@ fn check(returned: i32) -> io::Result<i32> {
     if returned < 0 { Err(io::Error::last_os_error()) } else { Ok(returned) }
 }
 
-/// A name that no file has; it is gone with its socket.
+/// Returns a name that no file has; it is gone with its socket.
 fn local_address(name: &str) -> (libc::sockaddr_un, usize) {
     let text = format!("\0opengpac-ethercat-{name}");
     let to = address(&text);

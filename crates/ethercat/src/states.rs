@@ -16,7 +16,7 @@ pub enum State {
 pub const ERROR: u16 = 0x10;
 
 impl State {
-    /// The state in the low four bits of a register.
+    /// Returns the state in the low four bits of a register.
     pub fn of(register: u16) -> Option<State> {
         [State::Init, State::PreOp, State::Boot, State::SafeOp, State::Op].into_iter().find(|state| *state as u16 == register & 0x0F)
     }
@@ -34,7 +34,7 @@ impl fmt::Display for State {
     }
 }
 
-/// The text of a state register, and of its code where it has an error.
+/// Returns the text of a state register, and of its code if it has an error.
 pub fn describe(status: u16, code: u16) -> String {
     let state = State::of(status).map_or_else(|| format!("state {:#06x}", status & 0x0F), |state| state.to_string());
     if status & ERROR == 0 { state } else { format!("{state} with error {code:#06x}, {}", code_name(code)) }

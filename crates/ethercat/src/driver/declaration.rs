@@ -46,7 +46,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     Ok((Box::new(driver), json!({ "parts": parts })))
 }
 
-/// The terminals, with the channels that they have by their vendors' files, or else by their EEPROMs, which are read.
+/// Returns the terminals, with the channels that they have by their vendors' files, or else by their EEPROMs, which are read.
 fn terminals(given: &Given<'_>, options: &Options, layout: &mut Layout) -> Result<Vec<Terminal>, DriverError> {
     let is_asked = options.terminals.iter().any(|of| of.pdos.is_none());
     let found = if is_asked { Bus::open(&options.interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)? } else { Vec::new() };
@@ -67,7 +67,8 @@ fn named(of: &TerminalOptions, found: &[Contents]) -> Result<Vec<Named>, DriverE
     }
 }
 
-/// Under the virtual clock a firing waits for its frame, however fast the segment is; time that does not pass there trips no watchdog.
+/// Returns the driver under the virtual clock: a firing waits for its frame, however fast the segment is; time that does not pass there trips no
+/// watchdog.
 fn in_lockstep(options: &Value) -> Option<(String, Value)> {
     let mut options = options.clone();
     options.as_object_mut()?.insert("lockstep".to_owned(), Value::Bool(true));

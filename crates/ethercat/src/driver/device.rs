@@ -20,7 +20,7 @@ const TO_OP: Duration = Duration::from_secs(10);
 /// Number of frames that tell a drive to reset its fault: some of its cycles go by meanwhile.
 const RESETS: usize = 1_000;
 const ANSWER: Duration = Duration::from_millis(200);
-/// In lockstep nothing depends on how fast a segment is: this is for one that never answers.
+/// Time limit of an answer in lockstep, where nothing depends on how fast a segment is: it is for one that never answers.
 const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(5);
 
 pub(super) struct EtherCat {
@@ -36,7 +36,7 @@ pub(super) struct EtherCat {
     opened: (Instant, i64),
     counters: Arc<Counters>,
     beside: Arc<Beside>,
-    /// Those of the axes, then those of the terminals.
+    /// Stations of the axes, then those of the terminals.
     stations: Vec<Station>,
     cycle: Option<Cycle>,
     /// Number of consecutive cycles that brought nothing, and the reason of the last.
@@ -66,7 +66,7 @@ impl EtherCat {
         }
     }
 
-    /// One whose readings wait for the frame that is out, and whose drives have no watchdog: where time is virtual.
+    /// Makes a driver whose readings wait for the frame that is out, and whose drives have no watchdog: for virtual time.
     pub fn in_lockstep(self) -> EtherCat {
         EtherCat { lockstep: true, ..self }
     }
@@ -144,7 +144,7 @@ impl EtherCat {
         identity::check(&opened.collect::<Vec<_>>())
     }
 
-    /// The axis or terminal of this station: which of them it is, its name, its place and the identity that it is to have.
+    /// Returns the axis or terminal of this station: which of them it is, its name, its place and the identity that it is to have.
     fn member(&self, of: usize) -> (&'static str, &str, usize, identity::Expected) {
         match self.axes.get(of) {
             Some(axis) => ("axis", axis.name(), axis.at, axis.expected),
@@ -155,7 +155,7 @@ impl EtherCat {
         }
     }
 
-    /// A frame there and back with no axis commanded.
+    /// Exchanges a frame there and back with no axis commanded.
     fn exchange_idle(&mut self, cycle: &mut Cycle) -> Result<(), String> {
         let until = Instant::now() + TO_OP;
         loop {
@@ -328,7 +328,7 @@ impl Driver for EtherCat {
     }
 }
 
-/// The time of the source, as the clock of this host has it now.
+/// Returns the time of the source, as the clock of this host has it now.
 fn now_ns((opened, opened_ns): (Instant, i64)) -> u64 {
     opened_ns.unsigned_abs() + opened.elapsed().as_nanos() as u64
 }

@@ -8,9 +8,9 @@ use device::Number;
 /// An entry that a terminal exchanges.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Named {
-    /// In lower case with underscores: `channel_1`, `ai_standard_channel_1_value`.
+    /// Name in lower case with underscores: `channel_1`, `ai_standard_channel_1_value`.
     pub name: String,
-    /// As its vendor writes it.
+    /// Title as its vendor writes it.
     pub title: String,
     pub of: Entry,
     pub bits: usize,
@@ -55,7 +55,7 @@ pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<Named> {
     all
 }
 
-/// The entry that a text names: by the name of its channel, as its vendor writes it, or by its object, `0x6000:1`.
+/// Returns the entry that a text names: by the name of its channel, as its vendor writes it, or by its object, `0x6000:1`.
 pub(super) fn find<'a>(entries: &'a [Named], text: &str) -> Option<&'a Named> {
     let object = text.split_once(':').and_then(|(index, sub)| Some(Entry { index: whole(index)?, sub: u8::try_from(whole(sub)?).ok()? }));
     let name = lower(text);
@@ -67,13 +67,13 @@ fn whole(text: &str) -> Option<u16> {
     text.strip_prefix("0x").map_or_else(|| text.parse().ok(), |digits| u16::from_str_radix(digits, 16).ok())
 }
 
-/// In lower case, with one underscore for all that is no letter or digit.
+/// Returns a text in lower case, with one underscore for all that is no letter or digit.
 fn lower(text: &str) -> String {
     let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("_").to_ascii_lowercase()
 }
 
-/// The number that a data type of CoE is; without one, or one of another width, it is counted without a sign.
+/// Returns the number that a data type of CoE is; without one, or one of another width, it is counted without a sign.
 fn number(kind: u8, bits: u8) -> Number {
     match (kind, bits) {
         (_, 1) => Number::Bool,

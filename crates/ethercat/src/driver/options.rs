@@ -74,7 +74,7 @@ pub(super) struct Options {
 }
 
 impl Options {
-    /// SYNC0, where it is wanted.
+    /// Returns SYNC0, if it is wanted.
     pub fn sync0(&self) -> Option<Sync0> {
         self.sync0_ns.map(|cycle_ns| Sync0 { cycle_ns, shift_ns: self.sync0_shift_ns.unwrap_or(cycle_ns / 2) })
     }
@@ -101,7 +101,7 @@ pub(super) enum PdosFrom {
     /// The driver writes which objects are exchanged.
     #[default]
     Written,
-    /// Those that the drive exchanges already.
+    /// PDOs that the drive exchanges already.
     Device,
 }
 
@@ -112,7 +112,7 @@ pub(super) struct TerminalOptions {
     pub name: String,
     /// Its place on the line.
     pub at: usize,
-    /// By name; left out: all of its entries.
+    /// Channels by name; left out: all of its entries.
     pub channels: Option<BTreeMap<String, ChannelOptions>>,
     /// Its process data, as its vendor's file has them; left out: as its EEPROM has them.
     pub pdos: Option<Vec<PdoOptions>>,

@@ -35,7 +35,7 @@ struct Point {
 }
 
 impl Terminal {
-    /// A terminal with these entries, of which `options` says which are channels.
+    /// Makes a terminal with these entries, of which `options` says which are channels.
     ///
     /// # Errors
     /// For people: a channel names an entry that there is not, or has a value that its entry cannot carry.
@@ -160,13 +160,13 @@ impl Point {
         u64::from_ne_bytes(wide)
     }
 
-    /// The counts of a value, the nearest that there are.
+    /// Returns the counts of a value, the nearest that there are.
     fn told_as(&self, value: f64) -> u64 {
         self.counts.counts(value).map_or(self.safe, |(counts, _)| counts)
     }
 }
 
-/// So many bits of process data from this one on, the least significant first.
+/// Returns so many bits of process data from this one on, the least significant first.
 fn bits(process: &[u8], at: usize, count: usize) -> u64 {
     let mut value = 0;
     let mut done = 0;

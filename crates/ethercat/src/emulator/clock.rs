@@ -103,7 +103,7 @@ impl Clock {
         count
     }
 
-    /// When SYNC0 comes next, in the time of all.
+    /// Returns when SYNC0 comes next, in the time of all.
     pub fn next_sync_ns(&self) -> Option<u64> {
         self.sync.map(|sync| sync.next_ns)
     }

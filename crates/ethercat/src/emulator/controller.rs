@@ -74,7 +74,7 @@ impl Controller {
         put(&mut self.memory, address.into(), &value.to_le_bytes());
     }
 
-    /// A piece of process memory, as a SyncManager names it.
+    /// Returns a piece of process memory, as a SyncManager names it.
     pub fn buffer(&self, manager: usize) -> &[u8] {
         let (start, len) = self.area(manager);
         self.memory.get(start..start + len).unwrap_or_default()
@@ -85,7 +85,7 @@ impl Controller {
         self.memory.get_mut(start..start + len).unwrap_or_default()
     }
 
-    /// Start and length of a SyncManager's memory.
+    /// Returns start and length of a SyncManager's memory.
     pub fn area(&self, manager: usize) -> (usize, usize) {
         let at = sync_manager(manager);
         (u16_at(&self.memory, at).into(), u16_at(&self.memory, at + 2).into())
@@ -95,7 +95,7 @@ impl Controller {
         self.memory[sync_manager(manager) + 6] & 1 != 0
     }
 
-    /// A SyncManager's control says that its watchdog is on.
+    /// Returns true if a SyncManager's control says that its watchdog is on.
     pub fn is_watched(&self, manager: usize) -> bool {
         self.memory[sync_manager(manager) + 4] & 0x40 != 0
     }
@@ -120,7 +120,7 @@ impl Controller {
         self.memory[at + 7] = self.memory[at + 7] & !2 | self.memory[at + 6] & 2;
     }
 
-    /// The clock goes on; a frame comes now that is back at port 1 after that time.
+    /// Moves the clock on; a frame comes now that is back at port 1 after that time.
     pub fn tell_time(&mut self, now_ns: u64, behind_ns: Option<u64>) {
         self.behind_ns = behind_ns;
         self.clock.go_on(now_ns);
@@ -128,12 +128,12 @@ impl Controller {
         put(&mut self.memory, reg::DC_SYSTEM_TIME.into(), &system_ns.to_le_bytes());
     }
 
-    /// The time of all, as this one has it.
+    /// Returns the time of all, as this one has it.
     pub fn system_ns(&self) -> u64 {
         self.clock.local_ns().wrapping_add(u64::from_le_bytes(self.eight(reg::DC_OFFSET)))
     }
 
-    /// The time of the reference clock was written, 4 bytes of it or all 8.
+    /// Compares with the time of the reference clock, of which 4 bytes were written, or all 8.
     fn compare(&mut self, written: &[u8]) {
         let Some(reference) = written.first_chunk().map(|low| u32::from_le_bytes(*low)) else { return };
         let expected = reference.wrapping_add(u32_at(&self.memory, reg::DC_DELAY.into()));
@@ -141,7 +141,7 @@ impl Controller {
         put(&mut self.memory, reg::DC_DIFFERENCE.into(), &self.clock.difference().to_le_bytes());
     }
 
-    /// The times at which a frame came in at its ports, and at its unit of processing.
+    /// Latches the times at which a frame came in at its ports, and at its unit of processing.
     fn latch_times(&mut self) {
         let local_ns = self.clock.local_ns();
         put(&mut self.memory, reg::DC_RECEIVED.into(), &(local_ns as u32).to_le_bytes());
@@ -157,7 +157,7 @@ impl Controller {
         self.clock.set_sync(is_on.then_some(start), system_ns);
     }
 
-    /// SYNC0 is asked for, whether it comes or not.
+    /// Returns true if SYNC0 is asked for, whether it comes or not.
     pub fn is_synchronised(&self) -> bool {
         self.memory[usize::from(reg::SYNC_ACTIVATION)] & reg::SYNC0_ON == reg::SYNC0_ON
     }
@@ -190,7 +190,7 @@ impl Controller {
         }
     }
 
-    /// A mailbox that is empty cannot be read, one that is full cannot be written.
+    /// Returns true if a mailbox is refused: an empty one cannot be read, a full one cannot be written.
     fn is_refused(&self, start: usize, is_read: bool) -> bool {
         let manager = usize::from(is_read);
         let (mailbox, len) = self.area(manager);
@@ -295,7 +295,7 @@ impl Controller {
         (u16::from(done.0) | u16::from(done.1) << 1, changed)
     }
 
-    /// Some bits of one byte, as masters that look at the mailboxes by their process data map them.
+    /// Reads some bits of one byte, as masters that look at the mailboxes by their process data map them.
     fn read_bits(&mut self, fmmu: usize, physical: u16, of: &mut [u8]) -> bool {
         let (first, last, from) = (self.memory[fmmu + 6], self.memory[fmmu + 7], self.memory[fmmu + 10]);
         let (Some(to), true) = (of.first_mut(), first <= last && last < 8 && from < 8) else { return false };

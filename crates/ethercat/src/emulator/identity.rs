@@ -27,7 +27,7 @@ pub fn identify(objects: &mut Objects, options: &DriveOptions, serial: u32) {
     }
 }
 
-/// The process data as a main device finds it: the three cyclic modes, changed by 0x6060.
+/// Maps the process data as a main device finds it: the three cyclic modes, changed by 0x6060.
 pub fn map(objects: &mut Objects) {
     use Access::Configured;
     const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];

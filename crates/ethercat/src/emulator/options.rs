@@ -6,7 +6,7 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriveOptions {
-    /// As its EEPROM and its object 0x1008 say it.
+    /// Name in its EEPROM and its object 0x1008.
     pub name: String,
     /// Where its axis stands at the start, counts.
     #[serde(default)]
@@ -15,14 +15,14 @@ pub struct DriveOptions {
     pub watchdog: Option<bool>,
     /// Where the switches at the ends of its machine are, counts; left out: it has none.
     pub limits: Option<[f64; 2]>,
-    /// It has a brake, and a load that falls so fast where neither that nor its motor holds it, counts/s; left out: neither.
+    /// Speed at which a load falls that neither its brake nor its motor holds, counts/s; left out: it has neither load nor brake.
     pub falls: Option<f64>,
     /// Its serial number; left out: its place in the list, from 1.
     pub serial: Option<u32>,
     /// Its configured station alias; 0: none.
     #[serde(default)]
     pub alias: u16,
-    /// It is no drive, but a terminal with these channels.
+    /// Channels of a terminal; left out: it is a drive.
     pub terminal: Option<TerminalOptions>,
     /// Drift of its clock, millionths; positive: it is too fast.
     #[serde(default)]
@@ -47,7 +47,7 @@ impl TerminalOptions {
         0x8000_0000 | u32::from_le_bytes([self.digital_inputs, self.digital_outputs, self.analog_inputs, self.analog_outputs])
     }
 
-    /// Analog ones have objects, and a mailbox through which they are read.
+    /// Returns true for analog ones: they have objects, and a mailbox through which they are read.
     pub fn has_objects(&self) -> bool {
         self.analog_inputs > 0 || self.analog_outputs > 0
     }

@@ -112,7 +112,7 @@ impl SdoServer {
         Ok(())
     }
 
-    /// The transfer that goes on with this toggle bit.
+    /// Returns the transfer that goes on with this toggle bit.
     fn next(&mut self, toggle: bool) -> Result<&mut Transfer, (Entry, u32)> {
         let transfer = self.transfer.as_mut().ok_or((Entry { index: 0, sub: 0 }, NO_COMMAND))?;
         if transfer.toggle != toggle {

@@ -27,7 +27,7 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// A line of these drives and terminals, in their order.
+    /// Makes a line of these drives and terminals, in their order.
     pub fn new(drives: &[DriveOptions]) -> Segment {
         let subdevices: Vec<Subdevice> = (1..).zip(drives).map(|(place, options)| Subdevice::new(options, options.serial.unwrap_or(place))).collect();
         Segment { cut_at: subdevices.len(), subdevices, lose: 0, spoil: 0, random: 1, counts: Counts::default() }
@@ -65,7 +65,7 @@ impl Segment {
         true
     }
 
-    /// Time goes on to this, and no frame comes.
+    /// Moves time on to this, while no frame comes.
     pub fn go_on(&mut self, now_ns: u64) {
         self.subdevices.iter_mut().filter(|subdevice| subdevice.is_on).for_each(|subdevice| subdevice.go_on(now_ns, None));
     }
@@ -94,7 +94,7 @@ impl Segment {
         }
     }
 
-    /// A bit of a frame turns, as behind a check sum that did not see it.
+    /// Turns a bit of a frame, as behind a check sum that did not see it.
     fn spoil_one(&mut self, frame: &mut [u8]) {
         self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         // Not in the addresses of Ethernet, which say nothing here.
@@ -103,12 +103,12 @@ impl Segment {
         frame[at] ^= 1 << (self.random >> 29 & 7);
     }
 
-    /// The next frames do not come back.
+    /// Loses the next frames.
     pub fn lose(&mut self, frames: u64) {
         self.lose = frames;
     }
 
-    /// A bit of each of the next frames turns.
+    /// Turns a bit of each of the next frames.
     pub fn spoil(&mut self, frames: u64) {
         self.spoil = frames;
     }
@@ -141,7 +141,7 @@ impl Segment {
         }
     }
 
-    /// A drive finds something wrong: an error code of CiA 402.
+    /// Makes a drive find something wrong: an error code of CiA 402.
     pub fn fail(&mut self, position: usize, error: u16) {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.fail(error);
@@ -155,7 +155,7 @@ impl Segment {
         }
     }
 
-    /// The wire of an input of a terminal carries this: 0 and 1, or counts.
+    /// Puts this on the wire of an input of a terminal: 0 and 1, or counts.
     pub fn put(&mut self, position: usize, input: usize, value: i64) {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.put(input, value);
@@ -167,7 +167,7 @@ impl Segment {
         self.subdevices.get(position)?.terminal().map(|terminal| terminal.carried())
     }
 
-    /// An object of a drive as a number, as its display would show it.
+    /// Returns an object of a drive as a number, as its display would show it.
     pub fn number(&self, position: usize, index: u16) -> i64 {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.number(index))
     }
@@ -182,7 +182,7 @@ impl Segment {
         self.subdevices.iter_mut().for_each(Subdevice::forget_synced);
     }
 
-    /// The time of all that a drive has at a true time.
+    /// Returns the time of all that a drive has at a true time.
     pub fn system_ns(&self, position: usize, now_ns: u64) -> u64 {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.system_ns(now_ns))
     }
@@ -191,7 +191,7 @@ impl Segment {
         self.subdevices.get(position).map(Subdevice::state)
     }
 
-    /// The state of a subdevice, and what is wrong with it, by name.
+    /// Returns the state of a subdevice, and what is wrong with it, by name.
     pub fn status(&self, position: usize) -> String {
         self.subdevices.get(position).map_or_else(String::new, Subdevice::status)
     }

@@ -32,7 +32,7 @@ pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
     serve_by(interface, segment, time, Idle::GoesOn)
 }
 
-/// As [`serve`], at times of one's own: asked for each frame that comes, ns, never less than before. A test then depends on no load.
+/// Serves as [`serve`], at times of one's own: asked for each frame that comes, ns, never less than before. A test then depends on no load.
 ///
 /// # Errors
 /// As [`serve`].
@@ -80,7 +80,7 @@ fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: im
     }
 }
 
-/// A segment stands for hardware, which is never late: its thread goes before those that wait for it, where the right is given.
+/// Puts the thread of a segment, which stands for hardware and is never late, before those that wait for it, if the right is given.
 fn take_priority() {
     let wanted = libc::sched_param { sched_priority: PRIORITY };
     // SAFETY: it is told where the struct lies; 0 is this thread. Without the right it stays as it is.

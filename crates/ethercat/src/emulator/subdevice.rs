@@ -124,7 +124,7 @@ impl Subdevice {
         self.number(0x6064) as i32
     }
 
-    /// An object as a number; 0 where there is none.
+    /// Returns an object as a number; 0 if there is none.
     pub fn number(&self, index: u16) -> i64 {
         self.objects.find(crate::coe::Entry { index, sub: 0 }).map_or(0, |at| self.objects.number(at))
     }
@@ -144,7 +144,7 @@ impl Subdevice {
         }
     }
 
-    /// It, where it is a terminal.
+    /// Returns it, if it is a terminal.
     pub fn terminal(&self) -> Option<&Terminal> {
         match &self.application {
             Application::Terminal(terminal) => Some(terminal),
@@ -152,7 +152,7 @@ impl Subdevice {
         }
     }
 
-    /// The wire of an input of a terminal carries this.
+    /// Puts this on the wire of an input of a terminal.
     pub fn put(&mut self, number: usize, value: i64) {
         if let Application::Terminal(terminal) = &mut self.application {
             terminal.put(number, value);
@@ -185,7 +185,7 @@ impl Subdevice {
         self.options.cable_ns.unwrap_or(350)
     }
 
-    /// The time of all at a true time, as it would have it.
+    /// Returns the time of all at a true time, as it would have it.
     pub fn system_ns(&self, now_ns: u64) -> u64 {
         let mut clock = self.controller.clock.clone();
         clock.go_on(now_ns);
@@ -200,7 +200,7 @@ impl Subdevice {
         Synced { delay_ns: u32::from(delay[0]) | u32::from(delay[1]) << 16, difference_ns, ..self.synced }
     }
 
-    /// SYNC0 has come that often since the last frame: outputs that came before it are taken.
+    /// Counts the SYNC0 events since the last frame: outputs that came before them are taken.
     fn sync(&mut self) {
         let system_ns = self.controller.system_ns();
         let came = self.controller.clock.synced(system_ns);

@@ -73,7 +73,7 @@ impl Terminal {
         ((0..of.digital_inputs).map(input).collect(), (0..of.digital_outputs).map(output).collect())
     }
 
-    /// The objects that say what it exchanges.
+    /// Maps the objects that say what it exchanges.
     pub fn map(&self, objects: &mut Objects) {
         let (inputs, outputs) = self.pdos();
         for (assignment, pdos) in [(0x1C12u16, outputs), (0x1C13, inputs)] {
@@ -88,7 +88,7 @@ impl Terminal {
         }
     }
 
-    /// The wire of an input carries this: 0 and 1, or counts.
+    /// Puts this on the wire of an input: 0 and 1, or counts.
     pub fn put(&mut self, number: usize, value: i64) {
         if self.options.has_objects() {
             let at = ANALOG_INPUT * number + 2;

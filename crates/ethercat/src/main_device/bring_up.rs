@@ -18,11 +18,11 @@ const FMMU_WRITES: u8 = 2;
 /// Objects that a subdevice exchanges.
 #[derive(Clone, Debug)]
 pub enum Pdos {
-    /// Those that it has.
+    /// Objects that the subdevice has already.
     Device,
-    /// These: index, subindex and bits in a number each, outputs and inputs.
+    /// Objects written: index, subindex and bits in a number each, outputs and inputs.
     Written(Vec<u32>, Vec<u32>),
-    /// Those of a terminal, which may have no objects: then its EEPROM says them.
+    /// Objects of a terminal, which may have none: then its EEPROM says them.
     Terminal,
 }
 
@@ -114,7 +114,7 @@ fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &Wanted<'_>) -> Result<
     mapping::read(bus, subdevice, &mut mailbox)
 }
 
-/// A terminal exchanges what its objects say, where it has some, else what its EEPROM says.
+/// Brings a terminal to PREOP: it exchanges what its objects say, if it has some, else what its EEPROM says.
 fn terminal_to_pre_op(bus: &mut Bus, subdevice: &Subdevice) -> Result<Mapping, String> {
     let contents = &subdevice.contents;
     for (number, manager) in (0..).zip(&contents.sync_managers).filter(|(_, manager)| matches!(manager.kind, 1 | 2)) {
@@ -173,7 +173,7 @@ fn set_sync_manager(bus: &mut Bus, station: u16, number: u16, manager: &SyncMana
     bus.write(station, reg::SYNC_MANAGER + number * reg::SYNC_MANAGER_LEN, &[start, start_high, low, high, manager.control, 0, 1, 0])
 }
 
-/// Whole bytes, at this logical address.
+/// Returns the FMMU of whole bytes, at this logical address.
 fn fmmu_of(logical: usize, len: usize, physical: u16, kind: u8) -> [u8; 16] {
     let mut fmmu = [0; 16];
     fmmu[..4].copy_from_slice(&(logical as u32).to_le_bytes());

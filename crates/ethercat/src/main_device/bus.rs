@@ -91,7 +91,7 @@ impl Bus {
         self.try_read(station, memory, len)?.ok_or_else(|| silent(station))
     }
 
-    /// As [`Bus::read`]; none: the memory cannot be read now, as an empty mailbox.
+    /// Reads as [`Bus::read`]; none: the memory cannot be read now, as an empty mailbox.
     pub fn try_read(&mut self, station: u16, memory: u16, len: usize) -> Result<Option<Vec<u8>>, String> {
         let zeros = [0; FRAME_MAX];
         let answer = self.ask(Command::StationRead, frames::at(station, memory), &zeros[..len])?;
@@ -106,7 +106,7 @@ impl Bus {
         if self.try_write(station, memory, data)? { Ok(()) } else { Err(silent(station)) }
     }
 
-    /// As [`Bus::write`]; false: the memory cannot be written now, as a full mailbox.
+    /// Writes as [`Bus::write`]; false: the memory cannot be written now, as a full mailbox.
     pub fn try_write(&mut self, station: u16, memory: u16, data: &[u8]) -> Result<bool, String> {
         Ok(self.ask(Command::StationWrite, frames::at(station, memory), data)?.counter == 1)
     }

@@ -58,9 +58,9 @@ pub struct Timing {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refused {
     Malformed(Malformed),
-    /// It is that of another cycle, or of somebody else.
+    /// The frame is that of another cycle, or of another main device.
     Other,
-    /// It has other datagrams, or outputs that nobody sent.
+    /// The frame has other datagrams, or outputs that were not sent.
     Changed,
 }
 
@@ -69,16 +69,16 @@ pub enum Refused {
 pub enum Replied {
     /// All did what they should; the inputs are new.
     Whole,
-    /// It came back, and not all did what they should.
+    /// The frame came back, and not all did what they should.
     Short,
-    /// It did not come back.
+    /// The frame did not come back.
     Nothing,
     /// None was sent.
     NotAsked,
 }
 
 impl Cycle {
-    /// The frame of these subdevices. None: it does not fit.
+    /// Makes the frame of these subdevices. None: it does not fit.
     pub fn new(link: Link, line: &Line) -> Option<Cycle> {
         let Line { stations, outputs, inputs, reference, .. } = line;
         let (outputs, inputs) = (*outputs, *inputs);
@@ -103,13 +103,13 @@ impl Cycle {
         Some(Cycle { link, received: boxed(), newest: frame.clone(), frame, len, process, states, time, outputs, expected, index: 0, is_out: false })
     }
 
-    /// All outputs, to be stored to before [`Cycle::send`].
+    /// Returns all outputs, to be stored to before [`Cycle::send`].
     pub fn outputs(&mut self) -> &mut [u8] {
         let at = self.process.data_at();
         &mut self.frame[at..at + self.outputs]
     }
 
-    /// The process data that came back last: outputs, then inputs.
+    /// Returns the process data that came back last: outputs, then inputs.
     pub fn newest(&self) -> &[u8] {
         self.process.data(&self.newest[..])
     }
@@ -199,7 +199,7 @@ impl Cycle {
         Ok(if is_whole { Replied::Whole } else { Replied::Short })
     }
 
-    /// State and code of the subdevice of this index, as the last frame had them; none: it did not answer.
+    /// Returns state and code of the subdevice of this index, as the last frame had them; none: it did not answer.
     pub fn state(&self, of: usize) -> Option<(u16, u16)> {
         let of = self.states.get(of)?;
         let data = of.data(&self.newest[..]);
@@ -224,7 +224,7 @@ impl Cycle {
         self.time.as_ref().is_none_or(|time| time.reference_ns.wrapping_sub(to_ns as u32) as i32 >= 0)
     }
 
-    /// The frame as it was sent last.
+    /// Returns the frame as it was sent last.
     pub fn sent(&self) -> &[u8] {
         &self.frame[..self.len]
     }

@@ -10,7 +10,7 @@
 pub struct Ports {
     pub has_clock: bool,
     pub is_open: [bool; 4],
-    /// In its local time, ns.
+    /// Times of reception in its local time, ns.
     pub received: [u32; 4],
 }
 
@@ -18,24 +18,24 @@ pub struct Ports {
 const ORDER: [usize; 4] = [0, 3, 1, 2];
 
 impl Ports {
-    /// The open ports in the order of a frame, from the one by which it came.
+    /// Returns the open ports in the order of a frame, from the one by which it came.
     fn passed(&self) -> impl Iterator<Item = usize> {
         let is_open = self.is_open;
         ORDER.into_iter().filter(move |port| is_open[*port] || *port == 0)
     }
 
-    /// From port to port, ns.
+    /// Returns the time from port to port, ns.
     fn between(&self, from: usize, to: usize) -> u32 {
         self.received[to].wrapping_sub(self.received[from])
     }
 
-    /// The way through all that hangs on it and back, ns.
+    /// Returns the time through all that hangs on it and back, ns.
     fn through(&self) -> u32 {
         self.between(0, self.passed().last().unwrap_or(0))
     }
 }
 
-/// The delay of each from the first one with a clock, in the order of the line; none where there is no clock. ns.
+/// Returns the delay of each from the first one with a clock, in the order of the line; none if there is no clock. ns.
 pub fn delays(line: &[Ports]) -> Vec<Option<u32>> {
     let mut delays: Vec<Option<u32>> = vec![None; line.len()];
     // Ports at which others may hang: the subdevice and its ports that are left, the next one last.
@@ -72,7 +72,7 @@ fn delay(before: &Ports, before_ns: u32, port: usize, ports: &Ports) -> u32 {
 mod tests {
     use super::*;
 
-    /// One with a clock that is ahead, times of its ports from the moment at which the frame came in at port 0.
+    /// Returns ports of one with a clock that is ahead, times from the moment at which the frame came in at port 0.
     fn ports(ahead: u32, times: [Option<u32>; 4]) -> Ports {
         Ports { has_clock: true, is_open: times.map(|time| time.is_some()), received: times.map(|time| ahead.wrapping_add(time.unwrap_or(0))) }
     }

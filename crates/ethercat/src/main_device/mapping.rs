@@ -84,7 +84,7 @@ pub fn read(bus: &mut Bus, subdevice: &Subdevice, mailbox: &mut Mailbox) -> Resu
     Ok(mapping)
 }
 
-/// The process data that an EEPROM assigns to SyncManagers: those of a subdevice without objects.
+/// Returns the process data that an EEPROM assigns to SyncManagers: those of a subdevice without objects.
 pub fn of_eeprom(contents: &Contents) -> Mapping {
     let mut mapping = Mapping::default();
     for (is_output, kind, pdos) in [(true, OUTPUT_KIND, &contents.outputs), (false, INPUT_KIND, &contents.inputs)] {

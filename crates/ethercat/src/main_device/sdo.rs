@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// Time limit for a subdevice to answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 const LONGEST: usize = 1 << 20;
-/// Each answer is that long at most.
+/// Maximum length of an answer.
 const MAILBOX_MAX: usize = 1400;
 
 /// The mailbox of a subdevice.
@@ -76,7 +76,7 @@ impl Mailbox {
         Ok(())
     }
 
-    /// An object of up to 4 bytes as a number.
+    /// Returns an object of up to 4 bytes as a number.
     pub fn number(&mut self, bus: &mut Bus, index: u16, sub: u8) -> Result<u32, String> {
         let value = self.upload(bus, Entry { index, sub })?;
         Ok(value.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte)))

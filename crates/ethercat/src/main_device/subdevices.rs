@@ -49,7 +49,7 @@ impl Subdevice {
         }
     }
 
-    /// Number and content of its SyncManager of a kind.
+    /// Returns number and content of its SyncManager of a kind.
     pub fn sync_manager(&self, kind: u8) -> Option<(u16, SyncManager)> {
         (0..).zip(&self.contents.sync_managers).find(|(_, manager)| manager.kind == kind).map(|(number, manager)| (number, *manager))
     }
@@ -155,7 +155,7 @@ fn read_eeprom(bus: &mut Bus, which: Which) -> Result<Contents, String> {
     }
 }
 
-/// Four or eight bytes of an EEPROM, from this word on.
+/// Reads four or eight bytes of an EEPROM, from this word on.
 fn read_words(bus: &mut Bus, which: Which, word: u32) -> Result<Vec<u8>, String> {
     let mut command = [0; 6];
     command[1] = 1;

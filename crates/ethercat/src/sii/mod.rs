@@ -164,7 +164,7 @@ pub fn build(contents: &Contents) -> Vec<u8> {
 struct Strings(Vec<String>);
 
 impl Strings {
-    /// The number of a text; 0 for none.
+    /// Returns the number of a text; 0 for none.
     fn number(&mut self, text: &str) -> u8 {
         if text.is_empty() {
             return 0;
@@ -192,7 +192,7 @@ fn write_sync_manager(of: &SyncManager) -> [u8; 8] {
     [start, start_high, len, len_high, of.control, 0, of.enable, of.kind]
 }
 
-/// x⁸ + x² + x + 1, begun with ones.
+/// Returns the check sum by x⁸ + x² + x + 1, begun with ones.
 fn check_sum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0xFF, |sum, byte| (0..8).fold(sum ^ byte, |sum: u8, _| if sum & 0x80 == 0 { sum << 1 } else { sum << 1 ^ 0x07 }))
 }
