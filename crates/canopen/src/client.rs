@@ -25,9 +25,9 @@ pub struct Client {
 pub enum Refused {
     /// The node does not answer.
     Silent,
-    /// It refuses, with this code.
+    /// The node refuses, with this code.
     Aborted(u32),
-    /// It breaks the rules of the protocol.
+    /// The node breaks the rules of the protocol.
     Broken,
     Link(io::Error),
 }
@@ -112,7 +112,7 @@ impl Client {
         }
     }
 
-    /// The next answer of this node that is there, behind [`TAKEN_MAX`] other frames at most.
+    /// Returns the next answer of this node that is there, behind [`TAKEN_MAX`] other frames at most.
     fn next(&mut self, node: u8) -> Result<Option<[u8; 8]>, Refused> {
         for _ in 0..TAKEN_MAX {
             let Some(came) = self.link.receive().map_err(Refused::Link)? else { break };
@@ -126,7 +126,7 @@ impl Client {
         Ok(None)
     }
 
-    /// The nodes of the bus that answer a request for their type, with it.
+    /// Returns the nodes of the bus that answer a request for their type, with it.
     ///
     /// # Errors
     /// The interface is down.

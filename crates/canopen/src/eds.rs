@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// Description of a device in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Eds {
-    /// As its object 0x1018 says them; none: the file does not.
+    /// Vendor in its object 0x1018; none: the file does not say it.
     pub vendor: Option<u32>,
     pub product: Option<u32>,
     pub product_name: String,
@@ -17,11 +17,11 @@ pub struct Eds {
 /// An object of the device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
-    /// Of an entry of a record or an array, that and its own: `Identity object.Vendor-ID`.
+    /// Name; of an entry of a record or an array, that and its own: `Identity object.Vendor-ID`.
     pub name: String,
     pub kind: DataType,
     pub is_mappable: bool,
-    /// As the file has it: a number, a text, or one with `$NODEID`.
+    /// Default as the file has it: a number, a text, or one with `$NODEID`.
     default: String,
 }
 
@@ -100,17 +100,17 @@ impl Eds {
         Ok(())
     }
 
-    /// The object at an entry.
+    /// Returns the object at an entry.
     pub fn object(&self, of: Entry) -> Option<&Object> {
         self.objects.get(&(of.index, of.sub))
     }
 
-    /// All objects, in the order of their entries.
+    /// Returns all objects, in the order of their entries.
     pub fn objects(&self) -> impl Iterator<Item = (Entry, &Object)> {
         self.objects.iter().map(|((index, sub), object)| (Entry { index: *index, sub: *sub }, object))
     }
 
-    /// The object of a name; upper and lower case are the same.
+    /// Returns the object of a name; upper and lower case are the same.
     ///
     /// # Errors
     /// For people: there is none, or more than one.
@@ -129,7 +129,7 @@ impl Eds {
         }
     }
 
-    /// The default value of an object as a number, for the node of this number.
+    /// Returns the default value of an object as a number, for the node of this number.
     pub fn default_of(&self, of: Entry, node: u8) -> Option<i64> {
         let text = self.object(of)?.default.replace(' ', "").to_lowercase();
         if !text.contains("$nodeid") {
@@ -140,7 +140,7 @@ impl Eds {
         i64::from(node).checked_add(if rest.is_empty() { 0 } else { signed(rest)? })
     }
 
-    /// The objects that a PDO carries as the device comes: `mapping` is 0x1600 to 0x1603 or 0x1A00 to 0x1A03.
+    /// Returns the objects that a PDO carries as the device comes: `mapping` is 0x1600 to 0x1603 or 0x1A00 to 0x1A03.
     pub fn mapping(&self, mapping: u16, node: u8) -> Vec<Word> {
         let value = |sub| self.default_of(Entry { index: mapping, sub }, node);
         let count = value(0).unwrap_or(0).clamp(0, 64) as u8;
@@ -148,7 +148,7 @@ impl Eds {
     }
 }
 
-/// The sections of a file by their names in lower case, each with its lines by their keys in lower case.
+/// Returns the sections of a file by their names in lower case, each with its lines by their keys in lower case.
 fn sections(text: &str) -> Result<BTreeMap<String, Section<'_>>, String> {
     let mut sections = BTreeMap::<String, Section<'_>>::new();
     let mut current = None;
@@ -170,7 +170,7 @@ fn sections(text: &str) -> Result<BTreeMap<String, Section<'_>>, String> {
     Ok(sections)
 }
 
-/// Of a section that is an object: four digits.
+/// Returns the index of a section that is an object: four digits.
 fn index_of(name: &str) -> Option<u16> {
     (name.len() == 4).then(|| u16::from_str_radix(name, 16).ok()).flatten()
 }

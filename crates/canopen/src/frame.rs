@@ -32,12 +32,12 @@ pub enum Came {
         classes: u32,
         controller: u8,
     },
-    /// No frame of CANopen: 29 bits, a request, longer than 8 bytes, half a frame.
+    /// The bytes are no frame of CANopen: 29 bits, a request, longer than 8 bytes, half a frame.
     Strange,
 }
 
 impl Frame {
-    /// A frame of up to 8 bytes; what is longer is cut off.
+    /// Makes a frame of up to 8 bytes; what is longer is cut off.
     pub fn new(id: u16, bytes: &[u8]) -> Frame {
         let len = bytes.len().min(8);
         let mut data = [0; 8];
@@ -49,7 +49,7 @@ impl Frame {
         &self.data[..usize::from(self.len)]
     }
 
-    /// As a socket takes it.
+    /// Returns it as a socket takes it.
     pub fn encoded(&self) -> [u8; FRAME_LEN] {
         let mut all = [0; FRAME_LEN];
         all[..4].copy_from_slice(&u32::from(self.id).to_ne_bytes());
@@ -73,7 +73,7 @@ pub fn read(bytes: &[u8]) -> Came {
     Came::Frame(Frame::new(id as u16, &all[8..8 + usize::from(len)]))
 }
 
-/// A report about the bus, as a socket gives it.
+/// Returns a report about the bus, as a socket gives it.
 pub fn report(classes: u32, controller: u8) -> [u8; FRAME_LEN] {
     let mut all = [0; FRAME_LEN];
     all[..4].copy_from_slice(&(ERROR | classes).to_ne_bytes());

@@ -6,7 +6,7 @@ use crate::nmt::NodeState;
 /// Message of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message<'a> {
-    /// Something is wrong with it, or (code 0) no longer.
+    /// The node reports an error, or (code 0) its end.
     Emergency {
         node: u8,
         code: u16,

@@ -9,7 +9,7 @@ pub const NODE_MAX: u8 = 127;
 /// State of a node, as its heartbeat says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeState {
-    /// It has just started: its boot-up message.
+    /// The node has just started: its boot-up message.
     BootUp = 0,
     Stopped = 4,
     Operational = 5,
@@ -63,13 +63,13 @@ impl Command {
         Command::ALL.into_iter().find(|(_, of)| *of == name).map(|(command, _)| command)
     }
 
-    /// The frame that tells it to a node.
+    /// Returns the frame that tells it to a node.
     pub fn frame(self, node: u8) -> Frame {
         Frame::new(0, &[self as u8, node])
     }
 }
 
-/// The heartbeat of a node.
+/// Returns the heartbeat of a node.
 pub fn heartbeat(node: u8, state: NodeState) -> Frame {
     Frame::new(0x700 + u16::from(node), &[state as u8])
 }

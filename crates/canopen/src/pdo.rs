@@ -28,7 +28,7 @@ pub struct Pdo {
 /// The PDOs of a node in one direction; one without objects is not used.
 pub type Pdos = [Pdo; PDOS];
 
-/// The target of a drive in a mode.
+/// Returns the target of a drive in a mode.
 pub fn target(mode: Mode) -> Word {
     match mode {
         Mode::Velocity => 0x60FF_0020,
@@ -58,7 +58,7 @@ pub fn is_optional(word: Word) -> bool {
     matches!(word, TORQUE | VELOCITY | ERROR | MODE | MODE_SHOWN)
 }
 
-/// The entry of an object.
+/// Returns the entry of an object.
 pub fn entry(word: Word) -> Entry {
     Entry { index: (word >> 16) as u16, sub: (word >> 8) as u8 }
 }
@@ -85,7 +85,7 @@ pub fn len(word: Word) -> usize {
     (word & 0xFF) as usize / 8
 }
 
-/// An object in process data, as a signed number of 1, 2 or 4 bytes; none: it is not there. Real-time safe.
+/// Returns an object in process data, as a signed number of 1, 2 or 4 bytes; none: it is not there. Real-time safe.
 pub fn number(bytes: &[u8], pdo: &Pdo, of: Word) -> Option<i32> {
     let at = pdo.at(of)?;
     match bytes.get(at..at + len(of))? {

@@ -35,13 +35,13 @@ enum Doing {
 pub enum Answered {
     /// The transfer goes on with this request.
     Next([u8; 8]),
-    /// It is done; an upload has this value.
+    /// The transfer is done; an upload has this value.
     Done(Vec<u8>),
     /// The node refuses, with this code.
     Aborted(u32),
-    /// It is no answer to what was asked: nothing has changed.
+    /// The frame is no answer to what was asked: nothing has changed.
     Strange,
-    /// It breaks the rules; the node is told this code.
+    /// The node breaks the rules, and is told this code.
     Broken(u32),
 }
 
@@ -93,7 +93,7 @@ impl Transfer {
         }
     }
 
-    /// The frame that ends it from this side.
+    /// Returns the frame that ends it from this side.
     pub fn abort(&self, code: u32) -> [u8; 8] {
         framed(0x80, self.of, code.to_le_bytes())
     }
@@ -144,7 +144,7 @@ impl Transfer {
         }
     }
 
-    /// The next segment of what is written.
+    /// Returns the next segment of what is written.
     fn next(&mut self, value: Vec<u8>, sent: usize) -> Answered {
         let part = &value[sent..value.len().min(sent + 7)];
         let is_last = sent + part.len() == value.len();

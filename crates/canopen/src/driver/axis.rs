@@ -72,12 +72,12 @@ impl Axis {
         if self.error != 0 { self.error } else { self.emergency }
     }
 
-    /// It is told this until the next cycle.
+    /// Sets what it is told until the next cycle.
     pub fn tell(&mut self, commands: &[u8], is_engaged: bool, span_s: f64) {
         self.told = self.moved.tell(commands, is_engaged, span_s);
     }
 
-    /// It is told this while nothing is commanded.
+    /// Sets what it is told while nothing is commanded.
     pub fn tell_idle(&mut self) {
         self.told = self.moved.commander.tell_idle();
     }
@@ -87,7 +87,7 @@ impl Axis {
         self.in_words(&self.told, word)
     }
 
-    /// The same where somebody else tells it, because this process is gone.
+    /// Returns the same if another process tells it, because this one is gone.
     pub fn last_carried(&self, word: Word) -> u32 {
         self.in_words(&self.moved.commander.last_words(), word)
     }

@@ -101,7 +101,7 @@ pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> R
     }
 }
 
-/// An error value of 32 bits as one of 16, which some modules have; none: it is of another length, or does not fit.
+/// Returns an error value of 32 bits as one of 16, which some modules have; none: it is of another length, or does not fit.
 fn shortened(value: &[u8]) -> Option<[u8; 2]> {
     let whole = i32::from_le_bytes(value.try_into().ok()?);
     Some(i16::try_from(whole).ok()?.to_le_bytes())
@@ -134,7 +134,7 @@ impl Told<'_> {
         Ok(number(&value))
     }
 
-    /// The same, of an object that a node may lack.
+    /// Reads an object that a node may lack.
     fn try_read(&mut self, index: u16, sub: u8) -> Result<Option<u32>, String> {
         match self.client.upload(self.node, Entry { index, sub }) {
             Ok(value) => Ok(Some(number(&value))),
@@ -147,7 +147,7 @@ impl Told<'_> {
         self.client.download(self.node, Entry { index, sub }, value).map_err(|why| self.wrong(index, sub, &why))
     }
 
-    /// The same, of an object that a node may lack, or have otherwise; false: it refuses.
+    /// Writes an object that a node may lack, or have otherwise; false: it refuses.
     fn try_write(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<bool, String> {
         match self.client.download(self.node, Entry { index, sub }, value) {
             Ok(()) => Ok(true),
@@ -156,7 +156,7 @@ impl Told<'_> {
         }
     }
 
-    /// It is what it is asked for as: profile, mode, and the product of its data sheet.
+    /// Checks that it is what it is asked for as: profile, mode, and the product of its data sheet.
     fn recognise(&mut self, station: &Station) -> Result<(), String> {
         let title = self.title.clone();
         let profile = self.read(0x1000, 0)? & 0xFFFF;
@@ -184,7 +184,7 @@ impl Told<'_> {
         }
     }
 
-    /// It has as many terminals as channels need: each group's object, how many subindices are needed, and what they are.
+    /// Checks that it has as many terminals as channels need: each group's object, how many subindices are needed, and what they are.
     fn count(&mut self, groups: impl Iterator<Item = (u16, u8, &'static str)>) -> Result<(), String> {
         for (index, needed, what) in groups {
             let has = self.try_read(index, 0)?.unwrap_or(0);
@@ -195,7 +195,7 @@ impl Told<'_> {
         Ok(())
     }
 
-    /// The node says that it is there, and watches whether this controller is.
+    /// Lets the node say that it is there, and watch whether this controller is.
     fn watch(&mut self, terms: &Terms, is_watched: bool) -> Result<(), String> {
         let ms = |ns: i64| (ns / 1_000_000) as u16;
         self.write(0x1017, 0, &ms(terms.heartbeat_ns).to_le_bytes())?;
@@ -258,7 +258,7 @@ impl Told<'_> {
         if wanted.is_empty() { Ok(()) } else { self.write(mapping, 0, &[wanted.words.len() as u8]) }
     }
 
-    /// The objects that a PDO of the node carries as it is; none where it is not used, or has what is not counted in bytes.
+    /// Returns the objects that a PDO of the node carries as it is; none if it is not used, or has what is not counted in bytes.
     fn mapped(&mut self, index: u16, mapping: u16) -> Result<Pdo, String> {
         let is_used = self.try_read(index, 1)?.is_some_and(|id| id & UNUSED == 0);
         let count = if is_used { self.try_read(mapping, 0)?.unwrap_or(0) } else { 0 };
@@ -267,7 +267,7 @@ impl Told<'_> {
         Ok(if is_whole && pdo.len() <= LEN_MAX { pdo } else { Pdo::default() })
     }
 
-    /// A drive that keeps its own mapping exchanges what an axis needs.
+    /// Checks that a drive that keeps its own mapping exchanges what an axis needs.
     fn check_mapped(&self, mode: Mode, station: &Station) -> Result<(), String> {
         let has = |pdos: &pdo::Pdos, word| pdos.iter().any(|pdo| pdo.at(word).is_some());
         let outputs = [pdo::CONTROL, pdo::target(mode)].into_iter().find(|word| !has(&station.outputs, *word));
@@ -287,7 +287,7 @@ impl Told<'_> {
     }
 }
 
-/// A value of up to 4 bytes without a sign.
+/// Returns a value of up to 4 bytes without a sign.
 fn number(value: &[u8]) -> u32 {
     value.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }

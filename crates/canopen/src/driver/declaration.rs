@@ -33,7 +33,7 @@ pub static DRIVER: Declaration = Declaration {
     ..Declaration::new("canopen", "drives by CiA 402 on CANopen, an axis each, and modules by CiA 401", &OPTIONS, open)
 };
 
-/// Each axis and module may have an electronic data sheet.
+/// Reach of the electronic data sheets, which each axis and module may have.
 const SHEETS: Reach = Reach::Entries(&[("eds", Reach::File)]);
 
 const OPTIONS: [OptionWord; 8] = [
@@ -96,14 +96,14 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     Ok((Box::new(CanOpen::new(&options, bus, stations, layout.into_channels())), json!({ "parts": parts })))
 }
 
-/// The nodes of an emulated bus that has what is asked for.
+/// Returns the nodes of an emulated bus that has what is asked for.
 fn emulated(options: &Options) -> Vec<NodeOptions> {
     let axes = options.axes.iter().map(|of| NodeOptions { name: of.axis.name.clone(), node: of.node, ..NodeOptions::default() });
     let modules = options.modules.iter().map(|of| NodeOptions { name: of.name.clone(), node: of.node, module: Some(terminals(of)), ..NodeOptions::default() });
     axes.chain(modules).collect()
 }
 
-/// As many as the channels of a module need.
+/// Returns as many as the channels of a module need.
 fn terminals(of: &ModuleOptions) -> Terminals {
     let mut all = Terminals::default();
     for channel in of.channels.values() {

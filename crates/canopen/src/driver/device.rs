@@ -108,7 +108,7 @@ impl CanOpen {
         identity::check(&opened.collect::<Result<Vec<_>, String>>()?)
     }
 
-    /// A cycle with no axis commanded, off the clock; again until all drives have sent their process data.
+    /// Exchanges a cycle with no axis commanded, off the clock; again until all drives have sent their process data.
     fn exchange_idle(&mut self) -> Result<(), String> {
         let end = Instant::now() + TO_OPERATION;
         loop {

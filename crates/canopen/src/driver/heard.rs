@@ -15,7 +15,7 @@ pub struct Heard {
     /// Cycles one after another without them.
     pub cycles: u32,
     beats: i64,
-    /// It has left operation, or restarted.
+    /// State after it has left operation, or restarted.
     left: Option<NodeState>,
 }
 
@@ -33,7 +33,7 @@ impl Heard {
         *self = Heard::default();
     }
 
-    /// Something came from it.
+    /// Notes that something came from it.
     pub fn data(&mut self, now_ns: i64) {
         (self.when_ns, self.beats) = (Some(now_ns), 0);
     }
@@ -49,7 +49,7 @@ impl Heard {
         self.left = Some(state).filter(|state| *state != NodeState::Operational);
     }
 
-    /// At a cycle: what is wrong, and how many heartbeats more were missed.
+    /// Returns, at a cycle, what is wrong, and how many heartbeats more were missed.
     pub fn missing(&mut self, now_ns: i64, heartbeat_ns: i64, lost_after: u32) -> (Option<Missing>, u64) {
         let silent_ns = now_ns - *self.when_ns.get_or_insert(now_ns);
         // Half a period is how late one may be.

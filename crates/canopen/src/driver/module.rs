@@ -23,7 +23,7 @@ const ANALOG_IN_ONE: usize = 4;
 #[derive(Clone, Copy)]
 struct Wired {
     word: Word,
-    /// Of a digital one.
+    /// Bit of a digital one.
     bit: Option<u8>,
     counts: Counts,
 }
@@ -81,7 +81,7 @@ impl Module {
         pdos(self.outputs.iter().map(|output| output.wired.word))
     }
 
-    /// Each group of terminals that it needs: its object, how many subindices of it, and what they are.
+    /// Returns each group of terminals that it needs: its object, how many subindices of it, and what they are.
     pub fn groups(&self) -> impl Iterator<Item = (u16, u8, &'static str)> {
         let words = || self.inputs.iter().map(|of| of.wired.word).chain(self.outputs.iter().map(|of| of.wired.word));
         [
@@ -139,7 +139,7 @@ impl Module {
         }
     }
 
-    /// It is told these commands.
+    /// Sets the commands that it is told.
     pub fn tell(&mut self, commands: &[u8]) {
         for output in &mut self.outputs {
             output.told = match output.wired.bit {
@@ -152,7 +152,7 @@ impl Module {
         }
     }
 
-    /// It is told its safe values.
+    /// Sets its safe values as what it is told.
     pub fn be_safe(&mut self) {
         self.outputs.iter_mut().for_each(|output| output.told = output.safe);
     }
@@ -162,7 +162,7 @@ impl Module {
         self.joined(word, |output| output.told)
     }
 
-    /// The same of its safe values.
+    /// Returns the same of its safe values.
     pub fn safely_carried(&self, word: Word) -> u32 {
         self.joined(word, |output| output.safe)
     }
@@ -196,12 +196,12 @@ impl Wired {
     }
 }
 
-/// The object of the terminal group with this number from 0.
+/// Returns the object of the terminal group with this number from 0.
 fn entry(index: u16, number: u8, bits: u8) -> Word {
     Entry { index, sub: number + 1 }.mapped(bits)
 }
 
-/// Each object once: those of 8 bits in the first PDO, those of 16 in the others.
+/// Returns the PDOs with each object once: those of 8 bits in the first, those of 16 in the others.
 fn pdos(words: impl Iterator<Item = Word>) -> Pdos {
     let mut words: Vec<Word> = words.collect();
     words.sort_unstable();

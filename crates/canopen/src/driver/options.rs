@@ -42,7 +42,7 @@ struct Written {
     own_node: Option<u8>,
 }
 
-/// All of them, with what is left out.
+/// Options, with what is left out.
 pub struct Options {
     pub interface: String,
     pub axes: Vec<AxisOptions>,
@@ -90,7 +90,7 @@ pub enum PdosFrom {
 pub struct ModuleOptions {
     pub name: String,
     pub node: u8,
-    /// By name.
+    /// Channels by name.
     pub channels: BTreeMap<String, ChannelOptions>,
     pub watchdog: Option<bool>,
     pub eds: Option<PathBuf>,
@@ -158,7 +158,7 @@ impl ChannelOptions {
         digital.into_iter().chain(analog).flatten()
     }
 
-    /// The one that it is: that there is one was checked.
+    /// Returns the terminal that it is: that there is one was checked.
     pub fn terminal(&self) -> Terminal {
         self.terminals().next().unwrap_or(Terminal::Input(0))
     }
@@ -195,7 +195,7 @@ pub fn read(given: &Given<'_>) -> Result<Options, DriverError> {
     Ok(options)
 }
 
-/// The electronic data sheet of a node.
+/// Reads the electronic data sheet of a node.
 ///
 /// # Errors
 /// The file cannot be read, or is none.

@@ -25,7 +25,7 @@ pub enum What {
 pub struct Station {
     pub node: u8,
     pub name: String,
-    /// It watches whether this controller is there.
+    /// True if it watches whether this controller is there.
     pub is_watched: bool,
     /// The identity that it is to have.
     pub expected: Expected,
@@ -56,7 +56,7 @@ impl Station {
         station
     }
 
-    /// As `axis 'x'`.
+    /// Returns its name as `axis 'x'`.
     pub fn what(&self) -> String {
         match self.what {
             What::Axis(_) => format!("axis '{}'", self.name),
@@ -64,7 +64,7 @@ impl Station {
         }
     }
 
-    /// As `node 5 (axis 'x')`.
+    /// Returns its title as `node 5 (axis 'x')`.
     pub fn title(&self) -> String {
         format!("node {} ({})", self.node, self.what())
     }
@@ -153,7 +153,7 @@ impl Station {
         }
     }
 
-    /// The mode of an axis.
+    /// Returns the mode of an axis.
     pub fn mode(&self) -> Option<Mode> {
         match &self.what {
             What::Axis(axis) => Some(axis.mode),
@@ -167,7 +167,7 @@ impl Station {
         has(&self.outputs, pdo::MODE) && has(&self.inputs, pdo::MODE_SHOWN)
     }
 
-    /// It is told nothing but to be at rest: an axis where it is, a module its safe values.
+    /// Tells it nothing but to be at rest: an axis where it is, a module its safe values.
     pub fn tell_idle(&mut self) {
         match &mut self.what {
             What::Axis(axis) => axis.tell_idle(),
@@ -182,7 +182,7 @@ impl Station {
         }
     }
 
-    /// The frames of what it is told. Real-time safe.
+    /// Returns the frames of what it is told. Real-time safe.
     pub fn frames(&self) -> [Option<Frame>; PDOS] {
         self.framed(|word| match &self.what {
             What::Axis(axis) => axis.carried(word),
@@ -190,7 +190,7 @@ impl Station {
         })
     }
 
-    /// The frames that somebody else sends where this process is gone.
+    /// Returns the frames that another process sends if this one is gone.
     pub fn last_frames(&self) -> [Option<Frame>; PDOS] {
         self.framed(|word| match &self.what {
             What::Axis(axis) => axis.last_carried(word),

@@ -35,12 +35,12 @@ impl Bus {
         self.each(|node, out| node.take(frame, out));
     }
 
-    /// Time goes on.
+    /// Moves time on.
     pub fn go_on(&mut self, span_ns: i64) {
         self.each(|node, out| node.go_on(span_ns, out));
     }
 
-    /// The next frame, or report, that is on the line.
+    /// Returns the next frame, or report, that is on the line.
     pub fn said(&mut self) -> Option<[u8; FRAME_LEN]> {
         self.said.pop_front()
     }
@@ -62,17 +62,17 @@ impl Bus {
         }
     }
 
-    /// The next frames of nodes do not come.
+    /// Loses the next frames of nodes.
     pub fn lose(&mut self, frames: u64) {
         self.lose = frames;
     }
 
-    /// The next frames of nodes are shorter than they should be.
+    /// Shortens the next frames of nodes.
     pub fn spoil(&mut self, frames: u64) {
         self.spoil = frames;
     }
 
-    /// A drive finds something wrong: an error code of CiA 402.
+    /// Makes a drive find something wrong: an error code of CiA 402.
     pub fn fail(&mut self, node: u8, error: u16) {
         let mut out = Out { said: &mut self.said, lose: &mut self.lose, spoil: &mut self.spoil };
         if let Some(node) = self.nodes.iter_mut().find(|of| of.id() == node) {
@@ -87,12 +87,12 @@ impl Bus {
         }
     }
 
-    /// The controller's adapter has left the bus.
+    /// Makes the controller's adapter leave the bus.
     pub fn bus_off(&mut self) {
         self.said.push_back(frame::report(frame::BUS_OFF, 0));
     }
 
-    /// An object of a drive as a number; 0 where there is none.
+    /// Returns an object of a drive as a number; 0 if there is none.
     pub fn number(&mut self, node: u8, index: u16, sub: u8) -> i64 {
         self.find(node).map_or(0, |node| node.number(index, sub))
     }

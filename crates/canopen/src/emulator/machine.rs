@@ -32,7 +32,7 @@ impl Machine {
         }
     }
 
-    /// It finds something wrong.
+    /// Makes it find something wrong.
     pub fn fail(&mut self, error: u16, objects: &mut Objects) {
         match self {
             Machine::Drive(drive) => drive.fail(error, objects),

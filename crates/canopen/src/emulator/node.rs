@@ -137,7 +137,7 @@ impl Node {
         }
     }
 
-    /// Time goes on: heartbeats, and an axis that nobody commands.
+    /// Moves time on: heartbeats, and an axis that nobody commands.
     pub fn go_on(&mut self, span_ns: i64, out: &mut Out<'_>) {
         self.stepped_ns += span_ns;
         self.beaten_ns += span_ns;
@@ -244,7 +244,7 @@ impl Node {
         }
     }
 
-    /// A SYNC: what was received counts, the axis goes on, and what it measures is sent.
+    /// Handles a SYNC: what was received counts, the axis goes on, and what it measures is sent.
     fn synchronise(&mut self, out: &mut Out<'_>) {
         self.apply();
         self.step();

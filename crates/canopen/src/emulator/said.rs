@@ -18,11 +18,11 @@ pub struct NodeOptions {
     pub watchdog: Option<bool>,
     /// Where the switches at the ends of its machine are, counts; left out: it has none.
     pub limits: Option<[f64; 2]>,
-    /// It has a brake, and a load that falls so fast where neither that nor its motor holds it, counts/s; left out: neither.
+    /// Speed at which a load falls that neither its brake nor its motor holds, counts/s; left out: it has neither load nor brake.
     pub falls: Option<f64>,
     /// Its serial number; left out: that of its node.
     pub serial: Option<u32>,
-    /// It is a module with so many terminals; left out: it is a drive.
+    /// Numbers of terminals of a module; left out: it is a drive.
     pub module: Option<Terminals>,
 }
 

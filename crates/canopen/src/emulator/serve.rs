@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 const NOTICE_MS: i32 = 10;
 /// Time limit for an end that has asked for something to listen.
 const LISTENS: Duration = Duration::from_secs(1);
-/// For so long after a controller has told its time, that counts and no other.
+/// Time for which, after a controller has told its time, that counts and no other.
 const TOLD: Duration = Duration::from_millis(200);
 
 /// A bus that answers until it is dropped.
@@ -122,7 +122,7 @@ impl Line {
         }
     }
 
-    /// The queue of a local socket is short: its end is about to listen.
+    /// Puts a frame surely: the queue of a local socket is short, and its end is about to listen.
     fn put_surely(&self, bytes: &[u8], to: &Address) -> io::Result<()> {
         let until = Instant::now() + LISTENS;
         loop {

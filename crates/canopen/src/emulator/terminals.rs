@@ -50,7 +50,7 @@ impl Switched {
         self.outputs.extend(all.map(|((at, mode), value)| Output { at: *at, mode: *mode, value: *value, is_digital }));
     }
 
-    /// Each output that has an error value carries it.
+    /// Sets each output that has an error value to it.
     pub fn be_safe(&self, objects: &mut Objects) {
         for output in &self.outputs {
             let (now, mode, value) = (objects.number(output.at), objects.number(output.mode), objects.number(output.value));
@@ -71,7 +71,7 @@ fn add(objects: &mut Objects, index: u16, count: u8, access: Access, value: &[u8
     (1..=count).map(|sub| objects.add(index, sub, access, value)).collect()
 }
 
-/// Where a terminal is: its object, and its bit where it is digital. `what` is `input`, `output`, `analog_input` or `analog_output`.
+/// Returns where a terminal is: its object, and its bit if it is digital. `what` is `input`, `output`, `analog_input` or `analog_output`.
 pub(super) fn terminal(what: &str, number: u8) -> Option<(Entry, Option<u8>)> {
     let digital = |index| Some((Entry { index, sub: number / 8 + 1 }, Some(number % 8)));
     let analog = |index| Some((Entry { index, sub: number.checked_add(1)? }, None));

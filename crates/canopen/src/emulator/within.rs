@@ -107,7 +107,7 @@ pub fn publish(name: &str, bus: &Arc<Shared>) {
     buses.push((name.to_owned(), Arc::downgrade(bus)));
 }
 
-/// The bus of that name.
+/// Returns the bus of that name.
 pub fn published(name: &str) -> Option<Arc<Shared>> {
     let buses = BUSES.lock().unwrap_or_else(PoisonError::into_inner);
     buses.iter().rev().find(|(of, _)| of == name).and_then(|(_, bus)| bus.upgrade())

@@ -43,7 +43,7 @@ pub trait Link: Send {
         0
     }
 
-    /// Where somebody else can send frames, 16 bytes each; none: nowhere. It allocates.
+    /// Returns where another process can send frames, 16 bytes each; none: nowhere. It allocates.
     fn duplicate(&self) -> Option<OwnedFd> {
         None
     }

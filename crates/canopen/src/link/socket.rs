@@ -229,7 +229,7 @@ pub fn wishes(bytes: &[u8]) -> Option<Vec<(u16, u16)>> {
     (bytes[0] == 0 && rest.is_empty()).then(|| heard.collect())
 }
 
-/// A name that no file has; it is gone with its socket.
+/// Returns a name that no file has; it is gone with its socket.
 fn local_address(name: &str) -> (libc::sockaddr_un, libc::socklen_t) {
     let text = format!("\0opengpac-canopen-{name}");
     let to = address(&text);
