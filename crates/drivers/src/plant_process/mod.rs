@@ -38,7 +38,7 @@ use words::{Answer, Ask, Described, Made};
 const LINGER_NS: i64 = 10_000_000_000;
 const SILENT_NS: i64 = 500_000_000;
 const NAME_MAX: usize = 40;
-/// Time for which a new plant need have no client.
+/// Age up to which a socket is not judged as abandoned: its plant may not listen yet.
 const NEW: Duration = Duration::from_secs(1);
 
 pub(crate) static DRIVER: Declaration = Declaration {
