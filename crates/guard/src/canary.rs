@@ -14,7 +14,7 @@ use std::time::Duration;
 
 /// Above every kernel: when it is to end, it does so before anything else runs.
 const PRIORITY: i32 = 98;
-/// Of `pidfd_open`: a thread, not a process.
+/// Flag of `pidfd_open`: a thread, not a process.
 const PIDFD_THREAD: libc::c_long = libc::O_EXCL as libc::c_long;
 
 /// Canary of a heart.
@@ -44,7 +44,7 @@ impl Who {
     }
 }
 
-/// This thread is the canary of a heart as long as this value lives.
+/// Guard value: this thread is the canary of a heart as long as it lives.
 pub(crate) struct Sings<'a>(&'a Heartbeat);
 
 impl Sings<'_> {
@@ -55,13 +55,13 @@ impl Sings<'_> {
 }
 
 impl Drop for Sings<'_> {
-    /// It ends in good order.
+    /// Ends it in good order.
     fn drop(&mut self) {
         self.0.set_canary(0);
     }
 }
 
-/// The thread that a heart names is the canary of another one, too.
+/// Shares the thread that a heart names, which is the canary of another one, too.
 pub(crate) fn share(of: &Heartbeat, with: &Heartbeat) {
     with.set_canary(of.canary());
 }
@@ -117,7 +117,7 @@ impl Canary {
         self.thread.as_ref().map(|thread| thread.as_fd())
     }
 
-    /// The same, for a thread that waits without this value.
+    /// Returns the same, for a thread that waits without this value.
     pub fn thread(&self) -> Option<Arc<OwnedFd>> {
         self.thread.clone()
     }

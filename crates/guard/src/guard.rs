@@ -138,7 +138,7 @@ impl Guard {
         self.request(|registry| registry.release(ward, device))
     }
 
-    /// The process is about to end in good order, or its loss has been dealt with.
+    /// Forgets a process that is about to end in good order, or whose loss has been dealt with.
     ///
     /// # Errors
     /// [`GuardError`]: the guard is gone.
@@ -146,7 +146,7 @@ impl Guard {
         self.request(|registry| registry.forget(ward))
     }
 
-    /// The numbers of the two processes, where this supervisor started them.
+    /// Returns the numbers of the two processes, if this supervisor started them.
     pub fn pids(&self) -> [Option<i32>; 2] {
         self.members.each_ref().map(Member::pid)
     }

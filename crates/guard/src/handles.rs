@@ -15,7 +15,7 @@ struct Text {
     device: String,
     /// The writes of each handle; its descriptor has the same place among those of the frame.
     writes: Vec<Vec<(u64, Vec<u8>)>>,
-    /// Of each handle: what is written there stays in force.
+    /// True for each handle whose values stay in force.
     latches: Vec<bool>,
 }
 
@@ -36,7 +36,7 @@ pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Re
     link.send_with(&crate::messages::encode(&text), &descriptors, Some(UNREAD))
 }
 
-/// The next device and what makes it safe, for [`Guard::hold`](crate::Guard::hold); none where `limit` passed without one.
+/// Returns the next device and what makes it safe, for [`Guard::hold`](crate::Guard::hold); none if `limit` passed without one.
 ///
 /// # Errors
 /// [`Closed`]: the other side is gone, or what came is no handles of a device.

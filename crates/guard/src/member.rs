@@ -147,7 +147,7 @@ impl Member {
         self.shared.state().gone.is_some()
     }
 
-    /// The number of the process, where this supervisor started it.
+    /// Returns the number of the process, if this supervisor started it.
     pub fn pid(&self) -> Option<i32> {
         self.shared.state().child.as_ref().map(Child::pid)
     }
@@ -252,7 +252,7 @@ impl Shared {
         }
     }
 
-    /// The first to say that a process is lost is heard.
+    /// Notes that a process is lost; the first to say so is heard.
     fn lost(&self, loss: Loss) {
         let is_news = self.state().registry.lose(&loss);
         if is_news {
@@ -267,7 +267,7 @@ impl Shared {
         self.answered.notify_all();
     }
 
-    /// The guard that was started again has answered one thing that it was told; with the last answer it guards.
+    /// Notes that the guard that was started again has answered one thing that it was told; with the last answer it guards.
     fn handed_over(&self, answer: Result<(), String>) {
         let mut state = self.state();
         let Some(handover) = state.handover.as_mut() else { return };

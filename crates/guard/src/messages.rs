@@ -31,7 +31,7 @@ pub(crate) struct WardText {
     pub name: String,
     /// Bound for a standstill of its heart, where it has one.
     pub bounds: Option<Bounds>,
-    /// It is not killed where it stands still.
+    /// True if it is not killed when it stands still.
     pub is_spared: bool,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct HandleText {
     pub latches: bool,
 }
 
-/// From the guard.
+/// Message from the guard.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Tell {
@@ -62,13 +62,13 @@ pub(crate) enum Tell {
     Lost(Loss),
     /// A process that is spared stands still, and its outputs are safe.
     MadeSafe(Loss),
-    /// It goes on.
+    /// The process goes on.
     GoesOn {
         ward: u64,
     },
-    /// For [`Ask::Adopt`]. Descriptors: the hearts of guard and supervisor.
+    /// Answer to [`Ask::Adopt`]. Descriptors: the hearts of guard and supervisor.
     Hearts,
-    /// For [`Ask::Adopt`], with the descriptors of [`Ask::Ward`] and [`Ask::Handle`].
+    /// Answer to [`Ask::Adopt`], with the descriptors of [`Ask::Ward`] and [`Ask::Handle`].
     Ward(WardText),
     Handle(HandleText),
 }
@@ -88,7 +88,7 @@ pub struct Loss {
     pub safe_ns: i64,
     /// Number of safe handles that were written to.
     pub written: usize,
-    /// Those that could not be written to, and why; the guard goes on trying for some seconds.
+    /// Handles that could not be written to, and why; the guard goes on trying for some seconds.
     pub failed: Vec<String>,
 }
 
@@ -108,7 +108,7 @@ impl std::fmt::Display for Loss {
     }
 }
 
-/// The bytes of a message.
+/// Returns the bytes of a message.
 pub(crate) fn encode(message: &impl Serialize) -> Vec<u8> {
     serde_json::to_vec(message).expect("these messages have no map with keys that are no texts")
 }

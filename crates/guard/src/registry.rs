@@ -53,7 +53,7 @@ impl Ward {
     }
 }
 
-/// The same place to write to, by another descriptor of it.
+/// Returns the same place to write to, by another descriptor of it.
 pub(crate) fn copied(handle: &SafeHandle) -> io::Result<SafeHandle> {
     Ok(SafeHandle { descriptor: handle.descriptor.try_clone()?, writes: handle.writes.clone(), latches: handle.latches })
 }
@@ -140,7 +140,7 @@ impl Registry {
         lacks.map(|(number, ward)| Ok((*number, ward.copied()?, known(number).is_some()))).collect()
     }
 
-    /// From a guard that is adopted: a process. None where what was told is nothing of the kind.
+    /// Reads a process from a guard that is adopted. None where what was told is nothing of the kind.
     pub fn told_ward(&mut self, text: WardText, descriptors: Vec<OwnedFd>) -> Option<()> {
         let mut descriptors = descriptors.into_iter();
         let process = descriptors.next()?;
@@ -152,14 +152,14 @@ impl Registry {
         Some(())
     }
 
-    /// From a guard that is adopted: a safe handle.
+    /// Reads a safe handle from a guard that is adopted.
     pub fn told_handle(&mut self, text: HandleText, descriptors: Vec<OwnedFd>) -> Option<()> {
         let descriptor = descriptors.into_iter().next()?;
         self.wards.get_mut(&text.ward)?.handles.push((text.device, SafeHandle { descriptor, writes: text.writes, latches: text.latches }));
         Some(())
     }
 
-    /// Each process, for the supervisor that adopts it.
+    /// Returns each process, for the supervisor that adopts it.
     pub fn found(&self) -> io::Result<Vec<Found>> {
         let found = |ward: &Ward| {
             let mut devices: Vec<String> = ward.handles.iter().map(|(device, _)| device.clone()).collect();

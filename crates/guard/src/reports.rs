@@ -32,7 +32,7 @@ impl Reports {
         Reports { state: Mutex::default(), tell }
     }
 
-    /// One of the guards says something. It is told where the other one has not said it.
+    /// Hears one of the guards. It is told where the other one has not said it.
     pub fn hear(&self, event: GuardEvent) {
         let told = self.state.lock().unwrap_or_else(PoisonError::into_inner).news(event, now_ns());
         if let Some(event) = told {

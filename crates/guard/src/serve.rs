@@ -62,9 +62,9 @@ pub fn serve(link: UnixLink, hearts: Hearts, path: Option<&Path>) -> io::Result<
 /// The hearts of those who watch: each sees whether the other stands still.
 #[derive(Debug)]
 pub struct Hearts {
-    /// Of the guard.
+    /// Heart of the guard.
     pub guard: Heartbeat,
-    /// Of its supervisor.
+    /// Heart of its supervisor.
     pub supervisor: Heartbeat,
 }
 
@@ -136,7 +136,7 @@ impl Guarding {
         }
     }
 
-    /// A supervisor that is gone may have said something before: its link stays until that is heard.
+    /// Tells everyone; a supervisor that is gone may have said something before: its link stays until that is heard.
     fn tell_everyone(&self, frame: &[u8]) {
         self.links.iter().for_each(|of| tell(&of.link, frame, &[]));
     }
@@ -162,7 +162,7 @@ impl Guarding {
         self.links = links;
     }
 
-    /// False when the link or the supervisor is gone, and everything that came over the link has been heard.
+    /// Returns false if the link or the supervisor is gone, and everything that came over the link has been heard.
     fn hear_one(&mut self, of: &Supervisor) -> bool {
         // Asked first: what it said before it ended is heard below.
         let has_ended = of.has_ended();

@@ -30,7 +30,7 @@ pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts) -> Result<(UnixLin
     Ok((link, child))
 }
 
-/// Greeting of a guard to the supervisor that adopts it, with the rights that it lacks.
+/// Returns the greeting of a guard to the supervisor that adopts it, with the rights that it lacks.
 pub(crate) fn tale(link: &UnixLink, path: &Path) -> Result<(Registry, Hearts, Vec<String>), GuardError> {
     let silent = || GuardError(format!("what listens at '{}' does not answer as a guard does", path.display()));
     let (mut registry, mut hearts, mut lacks) = (Registry::default(), None, Vec::new());

@@ -26,7 +26,7 @@ impl Stops {
     }
 }
 
-/// `1234 (name) T …`: the name may hold anything, and what follows it is numbers.
+/// Returns true if the process is stopped, by `1234 (name) T …`: the name may hold anything, and what follows it is numbers.
 fn is_stopped(line: &[u8]) -> bool {
     let name_end = line.iter().rposition(|byte| *byte == b')');
     name_end.and_then(|end| line.get(end + 2)).is_some_and(|state| matches!(state, b'T' | b't'))

@@ -23,7 +23,7 @@ pub enum GuardEvent {
     Lost(Loss),
     /// This process stood still; its outputs were made safe, and it was spared.
     MadeSafe(Loss),
-    /// It goes on; its name.
+    /// The process of this name goes on.
     GoesOn(String),
     /// Rights that the operating system did not give the guard, one line each; once for each guard process that lacks something.
     Missing(Vec<String>),

@@ -189,7 +189,7 @@ impl Subject for Parts {
 }
 
 impl Handle {
-    /// All its writes, in order. Never waits.
+    /// Makes all its writes, in order. Never waits.
     fn write(&self) -> io::Result<()> {
         safe::write(self.descriptor.as_fd(), &self.text.writes)
     }

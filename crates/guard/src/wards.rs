@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! All processes that somebody watches: the guard, and the supervisor's watcher beside it, hold the same and judge alike.
+//! Processes that are watched: the guard, and the supervisor's watcher beside it, hold the same and judge alike.
 use crate::messages::Ask;
 use crate::ward::{Seen, Ward};
 use process_kit::{Heartbeat, now_ns};

@@ -16,14 +16,15 @@ use std::time::Duration;
 /// Bound for a standstill of a process's heart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bounds {
-    /// Until it counts as frozen, whatever the reason.
+    /// Time until it counts as frozen, whatever the reason.
     pub silent_ns: i64,
-    /// Until it counts as stopped, where the operating system says that it is.
+    /// Time until it counts as stopped, if the operating system says that it is.
     pub stopped_ns: i64,
 }
 
 impl Default for Bounds {
-    /// A heart beats every 20 ms. A process that was stopped is seen within some 120 ms; a silent one gets the time for which a loaded
+    /// Returns the bounds of a heart that beats every 20 ms. A process that was stopped is seen within some 120 ms; a silent one gets the time for
+    /// which a loaded
     /// machine may hold it up.
     fn default() -> Bounds {
         Bounds { silent_ns: 500_000_000, stopped_ns: 100_000_000 }
@@ -31,7 +32,7 @@ impl Default for Bounds {
 }
 
 impl From<Duration> for Bounds {
-    /// One bound for both: somebody said how long it may stand still, for whatever reason.
+    /// Makes one bound for both: it was said how long it may stand still, for whatever reason.
     fn from(bound: Duration) -> Bounds {
         let bound_ns = i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX);
         Bounds { silent_ns: bound_ns, stopped_ns: bound_ns }
@@ -69,18 +70,18 @@ pub struct Pulse {
 }
 
 impl Pulse {
-    /// Of a heart that has beaten so often by now.
+    /// Makes the pulse of a heart that has beaten so often by now.
     pub fn new(bounds: Bounds, beats: u64, now_ns: i64) -> Pulse {
         let bounds = Bounds { silent_ns: bounds.silent_ns.max(BOUND_NS_MIN), stopped_ns: bounds.stopped_ns.max(BOUND_NS_MIN) };
         Pulse { bounds, seen: beats, looked_ns: now_ns, still_ns: 0 }
     }
 
-    /// Interval between two looks.
+    /// Returns the interval between two looks.
     pub fn interval_ns(&self) -> i64 {
         (self.bounds.silent_ns.min(self.bounds.stopped_ns) / 5).clamp(LOOK_NS.0, LOOK_NS.1)
     }
 
-    /// One look. `is_stopped` is asked only of a heart that has stood still for long enough. A long time between two looks counts as two
+    /// Takes one look. `is_stopped` is asked only of a heart that has stood still for long enough. A long time between two looks counts as two
     /// intervals only: then it was who looks, or the whole machine, that stood still. A heart that has not beaten yet is not silent.
     pub fn look(&mut self, beats: u64, is_stopped: impl FnOnce() -> bool, now_ns: i64) -> Standing {
         let elapsed_ns = (now_ns - self.looked_ns).clamp(0, 2 * self.interval_ns());
@@ -99,7 +100,7 @@ impl Pulse {
 
 /// Process as a [`Watch`] sees it and acts on it. Nothing here may wait.
 pub trait Subject {
-    /// It is no more.
+    /// Returns true if it is no more.
     fn has_ended(&mut self) -> bool;
     /// Returns true if the process is exiting but has not been reaped yet: nothing of it runs.
     fn is_dying(&mut self) -> bool {
@@ -107,7 +108,7 @@ pub trait Subject {
     }
     /// Returns how often its heart has beaten.
     fn beats(&self) -> u64;
-    /// The operating system holds it stopped.
+    /// Returns true if the operating system holds it stopped.
     fn is_stopped(&self) -> bool;
     /// Returns whether what is written for it stays in force, whatever it writes itself afterwards.
     fn latches(&self) -> bool;
@@ -127,32 +128,32 @@ pub trait Subject {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
-    /// It has ended: killed, aborted, crashed, or by itself without a word.
+    /// The process has ended: killed, aborted, crashed, or by itself without a word.
     Died,
     /// Its heart stood still for its bound.
     Frozen,
-    /// It was stopped (SIGSTOP, a debugger) for its bound.
+    /// The process was stopped (SIGSTOP, a debugger) for its bound.
     Stopped,
 }
 
 /// Result of one look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// It is lost: its outputs have been made safe. This happens once in the life of a process.
+    /// The process is lost: its outputs have been made safe. This happens once in the life of a process.
     Lost {
         /// Cause of the loss.
         cause: Cause,
         /// Time at which that was seen.
         seen_ns: i64,
     },
-    /// It stands still and is spared: its outputs have been made safe.
+    /// The process stands still and is spared: its outputs have been made safe.
     MadeSafe {
         /// Cause of the loss.
         cause: Cause,
         /// Time at which that was seen.
         seen_ns: i64,
     },
-    /// It stood still, was spared, and goes on.
+    /// The process stood still, was spared, and goes on.
     GoesOn,
 }
 
@@ -165,16 +166,16 @@ pub struct Watch {
     pulse: Option<Pulse>,
     is_spared: bool,
     state: State,
-    /// Something could not be written so far.
+    /// True if something could not be written so far.
     is_owed: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum State {
     Guarded,
-    /// It stands still, and its outputs are safe.
+    /// The process stands still, and its outputs are safe.
     Still,
-    /// It stood still, was killed, and has not ended yet.
+    /// The process stood still, was killed, and has not ended yet.
     Killed {
         cause: Cause,
         seen_ns: i64,
@@ -187,18 +188,19 @@ enum State {
 }
 
 impl Watch {
-    /// `pulse`: none where the end of the process alone counts. `is_spared`: it is not killed where it stands still and its outputs latch.
+    /// Makes a watch. `pulse`: none if the end of the process alone counts. `is_spared`: it is not killed where it stands still and its outputs
+    /// latch.
     pub fn new(pulse: Option<Pulse>, is_spared: bool) -> Watch {
         Watch { pulse, is_spared, state: State::Guarded, is_owed: false }
     }
 
-    /// One look.
+    /// Takes one look.
     pub fn look(&mut self, of: &mut impl Subject, now_ns: i64) -> Option<Event> {
         self.look_as(of, true, now_ns)
     }
 
-    /// One look beside a guard that serves: where the process has ended it is written for at once, no matter who saw it first; one that stands still is
-    /// left to the guard.
+    /// Takes one look beside a guard that serves: if the process has ended it is written for at once, no matter who saw it first; one that stands still
+    /// is left to the guard.
     pub fn look_beside(&mut self, of: &mut impl Subject, now_ns: i64) -> Option<Event> {
         self.look_as(of, false, now_ns)
     }
@@ -249,7 +251,7 @@ impl Watch {
         }
     }
 
-    /// Something was added to what is to be written: where its outputs are safe already, it is written at once.
+    /// Notes that something was added to what is to be written: if its outputs are safe already, it is written at once.
     pub fn added(&mut self, of: &mut impl Subject) {
         if matches!(self.state, State::Lost { .. } | State::Still) {
             self.is_owed = !of.write(false);
@@ -267,7 +269,7 @@ impl Watch {
         }
     }
 
-    /// It is lost, and has ended.
+    /// Returns true if it is lost, and has ended.
     pub fn is_over(&self) -> bool {
         matches!(self.state, State::Lost { is_over: true, .. })
     }
@@ -305,7 +307,7 @@ impl Watch {
     }
 }
 
-/// Those who watch a process, as its own heart sees them.
+/// Watchers of a process, as its own heart sees them.
 #[derive(Clone, Debug)]
 pub struct Watchers {
     guard: Pulse,
@@ -313,13 +315,14 @@ pub struct Watchers {
 }
 
 impl Watchers {
-    /// They may stand still for `patience`.
+    /// Makes watchers that may stand still for `patience`.
     pub fn new(patience: Duration, now_ns: i64) -> Watchers {
         let pulse = || Pulse::new(patience.into(), 0, now_ns);
         Watchers { guard: pulse(), supervisor: pulse() }
     }
 
-    /// One look at how often their hearts have beaten. True: both have stood still for the patience, so nobody is left who would make the outputs
+    /// Takes one look at how often their hearts have beaten. True: both have stood still for the patience, so nobody is left who would make the
+    /// outputs
     /// of this process safe, and it does so itself.
     pub fn look(&mut self, guard: u64, supervisor: u64, now_ns: i64) -> bool {
         // One that has not beaten yet has the patience, too, and no more.

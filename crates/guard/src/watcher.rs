@@ -36,13 +36,13 @@ pub(crate) struct Watcher {
     /// The guard that is gone was ended by the watcher.
     is_ended: AtomicBool,
     ends: AtomicBool,
-    /// It watches what is registered, too; another watcher does where it does not.
+    /// True if it watches what is registered, too; another watcher does if it does not.
     watches: bool,
 }
 
 /// The guard process that serves.
 struct Present {
-    /// It has taken what is registered.
+    /// True if it has taken what is registered.
     guards: bool,
     process: OwnedFd,
     stops: Stops,
@@ -111,20 +111,20 @@ impl Watcher {
         });
     }
 
-    /// The guard has taken what is registered.
+    /// Notes that the guard has taken what is registered.
     pub fn is_guarded(&self) {
         if let Some(guard) = locked(&self.guard).as_mut() {
             guard.guards = true;
         }
     }
 
-    /// The guard is gone. Whether that was because it stood still, and was ended here.
+    /// Notes that the guard is gone. Whether that was because it stood still, and was ended here.
     pub fn is_gone(&self) -> bool {
         *locked(&self.guard) = None;
         self.is_ended.swap(false, Ordering::AcqRel)
     }
 
-    /// The thread of it ends.
+    /// Ends its thread.
     pub fn end(&self) {
         self.ends.store(true, Ordering::Release);
         self.wakes.wake();
@@ -156,7 +156,7 @@ impl Watcher {
         }
     }
 
-    /// Until a process ends, the link of the guard breaks, or it is time to look.
+    /// Waits until a process ends, the link of the guard breaks, or it is time to look.
     fn wait(&self) {
         let wait = |number: i32, events| libc::pollfd { fd: number, events, revents: 0 };
         let mut waits = vec![wait(self.wakes.0.as_raw_fd(), libc::POLLIN)];
