@@ -28,7 +28,7 @@ pub(crate) struct Agent {
     /// While it is set, every write of a device is the safe one.
     pub stop: Arc<AtomicBool>,
     pub farewells: HashMap<(u64, SourceId), Option<Parcel>>,
-    /// Something goes on without anybody who commands.
+    /// True if something goes on without a commander.
     pub goes_on: bool,
     pub patience: Duration,
     /// Sources of the system so far, here or not.
@@ -54,16 +54,16 @@ struct Opening {
 
 /// End of the service of one commander.
 pub(crate) enum Ended {
-    /// As it said.
+    /// The commander closed, as it said.
     Closed,
-    /// It is gone without a word.
+    /// The commander is gone without a word.
     Gone,
-    /// It asked for something that cannot be carried out.
+    /// The commander asked for something that cannot be carried out.
     Broken(String),
 }
 
 impl Agent {
-    /// For who greets over `link`. `before`: what runs here already.
+    /// Makes the agent of a commander that greets over `link`. `before`: what runs here already.
     pub fn hired(admitted: Admitted, terms: &Arc<Terms>, before: Option<Box<Agent>>) -> Result<Agent, (String, Option<Box<Agent>>)> {
         let Admitted { link, reaches, black_box, is_unguarded } = admitted;
         if let (true, Some(before)) = (is_unguarded, &before) {
@@ -233,7 +233,7 @@ impl Agent {
         Ok(false)
     }
 
-    /// A source that runs here, by its number.
+    /// Returns a source that runs here, by its number.
     fn mine(&self, source: SourceId) -> Result<SourceId, String> {
         if locked(&self.shared.sources).contains(&source) { Ok(source) } else { Err(format!("source {} does not run here", source.0)) }
     }
@@ -266,7 +266,7 @@ impl Agent {
         Ok(())
     }
 
-    /// Remote sources that a channel here raises are raised by who commands.
+    /// Passes on to the commander the remote sources that a channel here raises.
     fn pass_on(&mut self) -> Result<(), String> {
         let raised: Vec<SourceId> =
             locked(&self.shared.reader).raised().filter(|source| !self.passed.contains(source) && self.mine(*source).is_err()).collect();
@@ -330,7 +330,7 @@ impl Agent {
         self.before.as_ref().is_some_and(|before| before.opened.contains_key(name))
     }
 
-    /// The heir of the device of that name that runs here already. Errors: it is another one, in words.
+    /// Opens the heir of the device of that name that runs here already. Errors: it is another one, in words.
     fn open_heir(&self, name: &str, kind: &str, options: &serde_json::Value) -> Result<Option<(Arc<Device>, String, Beside)>, String> {
         let Some(before) = &self.before else { return Ok(None) };
         let device = locked(&before.shared.devices).get(name).cloned();

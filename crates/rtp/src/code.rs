@@ -19,7 +19,7 @@ pub struct Code {
 }
 
 impl Code {
-    /// The library. `probe`: what tries modules before they are loaded.
+    /// Makes the code with the library. `probe`: what tries modules before they are loaded.
     pub fn new(probe: Probe) -> Code {
         let types: Vec<TypeFace> = library::types().iter().filter_map(|of| TypeFace::read(of).ok()).collect();
         let faces: Vec<BlockFace> = library::blocks().iter().filter_map(|of| BlockFace::read(of, &types).ok()).collect();
@@ -60,7 +60,7 @@ impl Code {
         }
     }
 
-    /// The code of a block, and what keeps it loaded.
+    /// Returns the code of a block, and what keeps it loaded.
     pub fn find(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)> {
         self.known.get(name).cloned()
     }

@@ -56,7 +56,7 @@ impl Grounds {
     }
 }
 
-/// Message for a connection that is lost.
+/// Returns the message for a connection that is lost.
 pub(crate) fn unconnected(LostConnection { writer, reader, message }: LostConnection) -> Event {
     Event::Unconnected { writer: SourceId(writer), reader: SourceId(reader), message }
 }

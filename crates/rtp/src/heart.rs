@@ -42,7 +42,7 @@ pub(crate) fn run(shared: &Shared, terms: &Terms) {
     }
 }
 
-/// Of each timer: its firings, and when there was a new one last.
+/// Firings of each timer, and when there was a new one last.
 #[derive(Default)]
 pub struct Firings(HashMap<SourceId, (u64, i64)>);
 

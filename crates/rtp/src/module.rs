@@ -18,45 +18,45 @@ pub struct Module {
 }
 
 impl Module {
-    /// The library, which every processor has.
+    /// Makes the library, which every processor has.
     pub fn library() -> Module {
         Module { key: LIBRARY.to_owned(), name: LIBRARY.to_owned(), bytes: Arc::default() }
     }
 
-    /// A shared object. Two of the same bytes are one.
+    /// Makes a module of a shared object. Two of the same bytes are one.
     pub fn new(name: &str, bytes: Arc<[u8]>) -> Module {
         let mut hasher = DefaultHasher::new();
         bytes.hash(&mut hasher);
         Module { key: format!("{name}:{:016x}:{}", hasher.finish(), bytes.len()), name: name.to_owned(), bytes }
     }
 
-    /// Key of the module, the same on both sides.
+    /// Returns the key of the module, the same on both sides.
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// Name for people.
+    /// Returns the name for people.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The shared object; nothing of the library.
+    /// Returns the shared object; empty for the library.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// SHA-256 of the shared object, in hexadecimal digits.
+    /// Returns SHA-256 of the shared object, in hexadecimal digits.
     pub fn sha256(&self) -> String {
         sha256(&self.bytes)
     }
 
-    /// The module that keeps a block's code, where it is one that can be sent.
+    /// Returns the module that keeps a block's code, if it is one that can be sent.
     pub fn of(keeper: &Arc<dyn Any + Send + Sync>) -> Option<&Module> {
         keeper.downcast_ref()
     }
 }
 
-/// SHA-256 of a shared object, in hexadecimal digits: what says which code it is.
+/// Returns SHA-256 of a shared object, in hexadecimal digits: what says which code it is.
 pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -17,7 +17,7 @@ pub trait Places: Send + Sync {
     /// Sets the receiver of notes for people: their subject, and what happened. Called once, before the first process.
     fn tell_to(&self, _tell: Tell) {}
 
-    /// A process of this host for processors: `name` is that of the only one, or what those that share it call it.
+    /// Starts a process of this host for processors: `name` is that of the only one, or what those that share it call it.
     ///
     /// # Errors
     /// Returns why it cannot start, in words.
@@ -39,15 +39,15 @@ pub trait Places: Send + Sync {
         Err(NO_HOSTS.to_owned())
     }
 
-    /// The system is closed: nothing of what was started for it stays.
+    /// Closes: nothing of what was started for the system stays.
     fn close(&self) {}
 
-    /// The command line of a process that runs a recording again, and the interpreter that tries its modules; none where there is none.
+    /// Returns the command line of a process that runs a recording again, and the interpreter that tries its modules; none if there is none.
     fn replay(&self) -> Option<(Vec<OsString>, OsString)> {
         None
     }
 
-    /// A host that has joined, for a processor.
+    /// Returns a host that has joined, for a processor.
     ///
     /// # Errors
     /// None of that name has joined, in words.
@@ -62,18 +62,18 @@ pub trait Held: Send + Sync {
     /// Returns the holder that gives it handles; it may outlive this.
     fn holder(&self) -> Holder;
 
-    /// The kernels here serve. Never waits.
+    /// Notes that the kernels here serve. Never waits.
     fn beat(&self);
 }
 
 /// Bounds for the silence of each side of a remote processor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Of the processor, in a process of this host: it is ended where its heart stands still for so long; none: as long as its guard finds right.
+    /// Time after which a processor in a process of this host is ended if its heart stands still; none: as long as its guard finds right.
     pub lost_after: Option<Duration>,
     /// Time for which a process that goes on without its commander waits for a supervisor that takes it over.
     pub patience: Duration,
-    /// Of who commands it, where it only stands still: it counts as gone then.
+    /// Time after which its commander, if it only stands still, counts as gone.
     pub silence: Duration,
 }
 
@@ -94,9 +94,9 @@ pub struct Started {
     pub near: Near,
     /// Its process.
     pub running: Arc<dyn Running>,
-    /// It is lost where nothing came for so long.
+    /// Time without a word after which it is lost.
     pub silence: Duration,
-    /// It ran before, without a supervisor, and is about to be taken over.
+    /// True if it ran before, without a supervisor, and is about to be taken over.
     pub is_adopted: bool,
 }
 
@@ -105,17 +105,17 @@ pub trait Running: Send + Sync {
     /// Returns the cause of its end in words: `was killed by signal 9 (SIGKILL)`. May wait a moment for its end to be known.
     fn cause(&self) -> String;
 
-    /// The step that source `place`, by the order in which the sources there were made, ran when it was looked at; none where none did.
+    /// Returns the step that source `place`, by the order in which the sources there were made, ran when it was looked at; none if none did.
     fn step(&self, _place: usize) -> Option<u32> {
         None
     }
 
-    /// The place, by the same order, of the timer that kept its heart from beating when that was looked at; none where none did.
+    /// Returns the place, by the same order, of the timer that kept its heart from beating when that was looked at; none if none did.
     fn stuck(&self) -> Option<usize> {
         None
     }
 
-    /// It is about to be told to end.
+    /// Notes that it is about to be told to end.
     fn ending(&self) {}
 
     /// Notes that it was adopted, and belongs to this side.

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 /// A device that was opened there: its channels, and what the driver says of itself (JSON).
 #[derive(Debug)]
 pub struct Opened {
-    /// By index, as everywhere.
+    /// Channels by index, as everywhere.
     pub channels: Vec<Channel>,
     /// JSON text.
     pub description: String,
@@ -51,7 +51,7 @@ pub struct Processor {
     /// Bound for its silence.
     silence_ms: AtomicU64,
     running: Mutex<Option<Arc<dyn Running>>>,
-    /// Of each source there: the blocks of the steps of the table that it has.
+    /// Blocks of the steps of the table of each source there.
     tables: Mutex<HashMap<SourceId, Vec<Option<BlockId>>>>,
     closing: AtomicBool,
     /// Processes run there that this side has not taken over yet.
@@ -120,7 +120,7 @@ impl Processor {
         &self.bounds
     }
 
-    /// False before the first greeting, and after a loss.
+    /// Returns false before the first greeting, and after a loss.
     pub fn is_up(&self) -> bool {
         self.is_up.load(Ordering::Acquire)
     }
@@ -174,12 +174,12 @@ impl Processor {
         sources.into_iter().try_for_each(|(_, spec, here)| self.tell_source(spec, here))
     }
 
-    /// A source that the system has already: it is told of when a process is there.
+    /// Expects a source that the system has already: it is told of when a process is there.
     pub fn expect_source(&self, source: SourceId, spec: &SourceSpec, here: bool) {
         locked(&self.sources).push((source, spec.clone(), here));
     }
 
-    /// The next source of the system; `here`: it runs there.
+    /// Adds the next source of the system; `here`: it runs there.
     ///
     /// # Errors
     /// In words: it cannot be started, or it does not answer.
@@ -245,7 +245,7 @@ impl Processor {
         locked(&self.counted).get(device).cloned().unwrap_or_default()
     }
 
-    /// The device, as tables here have it.
+    /// Returns the device, as tables here have it.
     ///
     /// # Errors
     /// Channels that do not fit together, in words.

@@ -57,7 +57,7 @@ pub enum Order {
     Probe { source: SourceId, for_ns: u64 },
 }
 
-/// From the processor.
+/// Message from the processor.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum News {
     /// Answer to the greeting. `refused`: why it does not serve.
@@ -98,7 +98,7 @@ pub struct TakenOver {
     pub anew: Vec<(String, String)>,
     /// Blocks that ran and were not started again: they have ended.
     pub ended: Vec<String>,
-    /// From the last write of a device before to its first write after, ns; of the device with the longest. None where none was written.
+    /// Longest time from the last write of a device before to its first write after, ns. None where none was written.
     pub gap_ns: Option<i64>,
 }
 
@@ -114,7 +114,7 @@ pub struct Beat {
     /// Its own clock, ns since the epoch of the system.
     pub now_ns: i64,
     pub sources: Vec<(SourceId, Statistics)>,
-    /// Of the blocks that were visited since: how long they took.
+    /// Durations of the blocks that were visited since.
     pub blocks: Vec<(BlockId, BlockTimes)>,
     /// Inbound connections: what was brought last, and since when a ratio value is late.
     pub inbounds: Vec<(u64, Option<i64>, Option<i64>)>,
@@ -126,7 +126,7 @@ pub struct Beat {
     pub rows: Vec<(u64, Vec<RowAs>)>,
 }
 
-/// The bytes of a frame.
+/// Returns the bytes of a frame.
 pub fn frame(of: &impl Serialize) -> Vec<u8> {
     postcard::to_stdvec(of).expect("frames are plain values, which all have bytes")
 }

@@ -82,7 +82,7 @@ fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> 
     Agent::hired(admitted, &terms, Some(Box::new(agent))).map_err(|(_, before)| before.expect("it was given"))
 }
 
-/// The end without anybody who commands.
+/// Ends without a commander.
 fn leave(agent: Agent, ended: Ended, door: Option<Box<dyn Door>>) -> Result<(), String> {
     if agent.terms.leaves && matches!(ended, Ended::Gone) {
         // Every output is safe before it goes.
@@ -96,7 +96,7 @@ fn leave(agent: Agent, ended: Ended, door: Option<Box<dyn Door>>) -> Result<(), 
 }
 
 impl Agent {
-    /// The supervisor is gone: each process gets its farewell; what has none goes on as long as the patience lasts.
+    /// Bids farewell to each process, as the supervisor is gone; what has no farewell goes on as long as the patience lasts.
     fn bid(&mut self) {
         for ((process, source), parcel) in std::mem::take(&mut self.farewells) {
             let Some(parcel) = parcel else {
@@ -120,7 +120,7 @@ impl Agent {
         self.shared.link.close();
     }
 
-    /// Nothing more is told.
+    /// Hushes it: nothing more is told.
     pub fn hush(&mut self) {
         self.shared.ends.store(true, Ordering::Release);
         self.shared.host.unpark();

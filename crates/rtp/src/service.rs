@@ -71,21 +71,21 @@ pub struct BlackBox {
 // SAFETY: an address that the one who serves hands to its host.
 unsafe impl Send for BlackBox {}
 
-/// For places where the death of the commander shows only by its broken link.
+/// Rests, for places where the death of the commander shows only by its broken link.
 fn rest(span: Duration) -> bool {
     std::thread::sleep(span);
     false
 }
 
 impl Service {
-    /// A service without connections that cannot be taken over.
+    /// Makes a service without connections that cannot be taken over.
     pub fn new(terms: Terms) -> Service {
         Service { reaches: Reaches::default(), black_box: None, door: None, terms }
     }
 }
 
 impl Terms {
-    /// Without a guard.
+    /// Makes terms without a guard.
     pub fn new(probe: Probe) -> Terms {
         let (epoch, device, beat) = (Arc::new(|epoch_ns| epoch_ns), Arc::new(|_: &Device, _: bool| {}), Arc::new(|_| {}));
         Terms { probe, epoch, device, beat, unwatched: Arc::new(|_| false), rests: Arc::new(rest), leaves: false }

@@ -17,7 +17,7 @@ impl Silence {
         Silence { looked: Instant::now(), lasted: Duration::ZERO }
     }
 
-    /// One look: whether something was heard.
+    /// Takes one look: whether something was heard.
     pub fn looked(&mut self, heard: bool) {
         self.looked_at(heard, Instant::now());
     }

@@ -73,7 +73,7 @@ impl Agent {
         }
     }
 
-    /// The longest time for which a device was not written.
+    /// Returns the longest time for which a device was not written.
     fn gap_ns(&self) -> Option<i64> {
         let devices: Vec<Arc<Device>> = self.held.values().flat_map(Holding::devices).cloned().collect();
         holds_within(FIRST_WRITE, || devices.iter().all(|device| device.seen().gap_ns().is_some()));

@@ -19,7 +19,7 @@ const STATISTICS_EVERY: u64 = 5;
 const EVENTS_MAX: usize = 256;
 const ROWS_MAX: usize = 4096;
 
-/// Until the processor ends. A side that does not read holds this up, and nothing else.
+/// Runs until the processor ends. A side that does not read holds this up, and nothing else.
 pub(crate) fn run(shared: &Shared) {
     let mut beats = Beats::default();
     let mut next_ns = shared.host.now_ns();
@@ -79,7 +79,7 @@ struct Beats {
     count: u64,
     devices: HashMap<String, DeviceState>,
     inbounds: HashMap<u64, (Option<i64>, Option<i64>)>,
-    /// Of each block: how many of its invocations were visited.
+    /// Number of visited invocations of each block.
     blocks: HashMap<BlockId, u64>,
     /// Rows taken of each ring.
     taken: HashMap<u64, u64>,
@@ -104,7 +104,7 @@ impl Beats {
         beat
     }
 
-    /// Of the blocks that the probe has visited since they were told last.
+    /// Returns the durations of the blocks that the probe has visited since they were told last.
     fn block_times(&mut self, shared: &Shared) -> Vec<(BlockId, BlockTimes)> {
         let times: HashMap<BlockId, BlockTimes> = locked(&shared.reader).blocks().map(|block| (block.id(), block.block_times())).collect();
         self.blocks.retain(|block, _| times.contains_key(block));
@@ -112,7 +112,7 @@ impl Beats {
         visited.filter(|(block, times)| self.blocks.insert(*block, times.samples) != Some(times.samples)).collect()
     }
 
-    /// The new rows of each ring.
+    /// Returns the new rows of each ring.
     fn all_rows(&mut self, shared: &Shared) -> Vec<(u64, Vec<RowAs>)> {
         let mut rings: Vec<_> = locked(&shared.reader).rings().collect();
         self.taken.retain(|number, _| rings.iter().any(|(known, _)| known == number));

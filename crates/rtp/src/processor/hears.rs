@@ -79,7 +79,7 @@ impl Processor {
         }
     }
 
-    /// The block that the source at `place` there ran, as far as it is known.
+    /// Returns the block that the source at `place` there ran, as far as it is known.
     fn ran(&self, place: usize, source: SourceId) -> Option<BlockId> {
         let step = locked(&self.running).as_ref()?.step(place)?;
         locked(&self.tables).get(&source)?.get(step as usize).copied().flatten()
