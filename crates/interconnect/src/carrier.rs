@@ -34,7 +34,7 @@ pub trait Carrier: Send {
 
 /// The writing end of a connection. All calls but those of [`Message`](crate::Message) are real-time safe.
 pub trait Sender: Send {
-    /// The bytes of the next publication, `asynchronous_len` of them, starting on a cache line. They hold an earlier group or
+    /// Returns the bytes of the next publication, `asynchronous_len` of them, starting on a cache line. They hold an earlier group or
     /// anything: fill them whole each time.
     fn group(&mut self) -> &mut [u8];
 
@@ -45,8 +45,8 @@ pub trait Sender: Send {
     /// where the reader has too many waiting. Panics on a connection without a queue.
     fn push(&mut self, number: u64, now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full>;
 
-    /// True if the row pushed last was readable when `push` returned: then the writing source raises the reading one itself,
-    /// once a firing. Else [`Carrier::deliver`] raises it on arrival. Always true in memory.
+    /// Returns true if the row pushed last was readable when `push` returned: then the writing source raises the reading one
+    /// itself, once a firing. Else [`Carrier::deliver`] raises it on arrival. Always true in memory.
     fn arrived(&self) -> bool {
         true
     }
@@ -58,10 +58,10 @@ pub trait Receiver: Send {
     /// publication.
     fn latch(&mut self, now_ns: i64) -> Option<Header>;
 
-    /// The group latched last, `asynchronous_len` bytes; zeros before the first. It stays until the next latch.
+    /// Returns the group latched last, `asynchronous_len` bytes; zeros before the first. It stays until the next latch.
     fn group(&self) -> &[u8];
 
-    /// The writer's number and the bytes of the oldest row, which stays; none where no row waits.
+    /// Returns the writer's number and the bytes of the oldest row, which stays; none if no row waits.
     fn peek_row(&mut self) -> Option<(u64, &[u8])>;
 
     /// Removes the oldest row; false where no row waits.
@@ -98,14 +98,14 @@ impl Header {
         memory[at + 8..at + Self::LEN].copy_from_slice(&self.time_ns.to_ne_bytes());
     }
 
-    /// The one that [`write`](Self::write) put there.
+    /// Reads the header that [`write`](Self::write) put there.
     #[inline]
     pub fn read(memory: &[u8], at: usize) -> Self {
         let word = |at: usize| memory[at..at + 8].try_into().expect("eight bytes were cut out");
         Header { number: u64::from_ne_bytes(word(at)), time_ns: i64::from_ne_bytes(word(at + 8)) }
     }
 
-    /// Age of the group at `now_ns`, ns.
+    /// Returns the age of the group at `now_ns`, ns.
     pub fn age_ns(&self, now_ns: i64) -> i64 {
         now_ns.saturating_sub(self.time_ns)
     }

@@ -8,13 +8,13 @@ use std::time::Duration;
 /// Carries connections whose ends lie in different processes or on different hosts. Both ends of a connection are made with one number
 /// and one [`ConnectionSpec`], in any order, by the owner of the source; a reader that comes later than a publication finds the newest group.
 pub trait Ends: Send {
-    /// The writing end of connection `number`. Not on the real-time path.
+    /// Returns the writing end of connection `number`. Not on the real-time path.
     ///
     /// # Errors
     /// Cause that keeps it from being made: no room, no rights, no way to the other side.
     fn sender(&mut self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
 
-    /// The reading end. `raise` is called once for each row that became readable, on any thread but a real-time one; never for a group.
+    /// Returns the reading end. `raise` is called once for each row that became readable, on any thread but a real-time one; never for a group.
     /// Not on the real-time path.
     ///
     /// # Errors
@@ -48,7 +48,7 @@ pub trait Link: Send + Sync {
     /// [`Closed`]: the other side is gone.
     fn send(&self, frame: &[u8]) -> Result<(), Closed>;
 
-    /// The next frame; none where `limit` passed without one.
+    /// Returns the next frame; none if `limit` passed without one.
     ///
     /// # Errors
     /// [`Closed`]: the other side is gone, and everything it had sent has been received.
@@ -61,7 +61,7 @@ pub trait Link: Send + Sync {
 /// Error: an end of a connection could not be made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EndError {
-    /// For people.
+    /// Text for people.
     pub message: String,
 }
 

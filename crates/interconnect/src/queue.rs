@@ -35,23 +35,23 @@ pub unsafe trait QueueMemory {
     /// Rows pushed so far (wraps): written by the writer.
     fn pushed(&self) -> &AtomicUsize;
 
-    /// Number of rows that there is room for.
+    /// Returns number of rows that there is room for.
     fn depth(&self) -> usize;
 
-    /// Number and bytes of the row in a slot below the depth, for the end that may touch it.
+    /// Returns number and bytes of the row in a slot below the depth, for the end that may touch it.
     fn for_reading(&self, slot: usize) -> (*const u64, *const [u8]);
 
-    /// As [`for_reading`](Self::for_reading), to write into.
+    /// Returns the same as [`for_reading`](Self::for_reading), to write into.
     fn for_writing(&self, slot: usize) -> (*mut u64, *mut [u8]);
 
-    /// The reader's count, for a writer that has pushed `pushed`: 0 to `depth` behind it. Where other processes write the counts too this is
+    /// Returns the reader's count, for a writer that has pushed `pushed`: 0 to `depth` behind it. Where other processes write the counts too this is
     /// where they are checked; between two threads it costs nothing.
     #[inline]
     fn popped_of(&self, _pushed: usize) -> usize {
         self.popped().load(Ordering::Acquire)
     }
 
-    /// The writer's count, for a reader that has popped `popped`: 0 to `depth` ahead of it.
+    /// Returns the writer's count, for a reader that has popped `popped`: 0 to `depth` ahead of it.
     #[inline]
     fn pushed_of(&self, _popped: usize) -> usize {
         self.pushed().load(Ordering::Acquire)
@@ -71,7 +71,7 @@ pub struct QueueWriter<M = OwnQueue> {
 }
 
 impl<M: QueueMemory> QueueWriter<M> {
-    /// The writing end of a queue that lies in `memory`, behind the rows that wait there.
+    /// Makes the writing end of a queue that lies in `memory`, behind the rows that wait there.
     ///
     /// # Safety
     /// No other writer of it lives, and the counts are those that the ends before left.
@@ -109,7 +109,7 @@ impl<M: QueueMemory> QueueWriter<M> {
         self.pushed.wrapping_sub(self.memory.popped_of(self.pushed))
     }
 
-    /// True where no row waits.
+    /// Returns true if no row waits.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -128,7 +128,7 @@ pub struct QueueReader<M = OwnQueue> {
 }
 
 impl<M: QueueMemory> QueueReader<M> {
-    /// The reading end of a queue that lies in `memory`: the rows that wait there come first.
+    /// Makes the reading end of a queue that lies in `memory`: the rows that wait there come first.
     ///
     /// # Safety
     /// No other reader of it lives, and the counts are those that the ends before left.
@@ -138,7 +138,7 @@ impl<M: QueueMemory> QueueReader<M> {
         QueueReader { next: popped % memory.depth(), memory, popped, pushed_seen }
     }
 
-    /// The number and bytes of the oldest row, which stays; none where no row waits. Real-time safe.
+    /// Returns the number and bytes of the oldest row, which stays; none if no row waits. Real-time safe.
     #[inline]
     pub fn peek(&mut self) -> Option<(u64, &[u8])> {
         if !self.waits() {
@@ -167,7 +167,7 @@ impl<M: QueueMemory> QueueReader<M> {
         self.memory.pushed_of(self.popped).wrapping_sub(self.popped)
     }
 
-    /// True where no row waits.
+    /// Returns true if no row waits.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -234,7 +234,7 @@ unsafe impl Sync for Shared {}
 // SAFETY: it owns numbers and bytes only.
 unsafe impl Send for Shared {}
 
-/// The slot after `slot`, without a division.
+/// Returns the slot after `slot`, without a division.
 #[inline]
 fn following(slot: usize, depth: usize) -> usize {
     if slot + 1 == depth { 0 } else { slot + 1 }

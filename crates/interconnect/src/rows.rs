@@ -82,7 +82,7 @@ impl RowsWriter {
         self.shared.depth
     }
 
-    /// Another reader of this ring.
+    /// Returns another reader of this ring.
     pub fn reader(&self) -> RowsReader {
         RowsReader { shared: self.shared.clone() }
     }
@@ -166,7 +166,7 @@ pub struct RowsReader {
 }
 
 impl RowsReader {
-    /// The newest row; none before the first. Retries when the writer overtook it by the depth of the ring.
+    /// Returns the newest row; none before the first. Retries when the writer overtook it by the depth of the ring.
     pub fn newest(&self) -> Option<Row> {
         loop {
             let written = self.written();
@@ -212,7 +212,7 @@ impl RowsReader {
         }
     }
 
-    /// The last `n` rows or fewer, oldest first. A row that was written over while they were read is left out with the older ones.
+    /// Returns the last `n` rows or fewer, oldest first. A row that was written over while they were read is left out with the older ones.
     pub fn last(&self, n: usize) -> Vec<Row> {
         let mut out = Vec::new();
         self.since(self.written().saturating_sub(n as u64), &mut out);
@@ -236,13 +236,13 @@ impl RowsReader {
         self.shared.depth
     }
 
-    /// Row `sequence`, which has been written; none where it was written over.
+    /// Returns row `sequence`, which has been written; none if it was written over.
     fn row(&self, sequence: u64) -> Option<Row> {
         let mut row = Row { bytes: Vec::with_capacity(self.shared.words_len * WORD), ..Row::default() };
         self.copy(sequence, &mut row).then_some(row)
     }
 
-    /// The same to where another row was; false where it was written over, and what is in `into` then is no row.
+    /// Copies it to where another row was; false if it was written over, and what is in `into` then is no row.
     fn copy(&self, sequence: u64, into: &mut Row) -> bool {
         let row = self.shared.place((sequence % self.shared.depth as u64) as usize);
         // The caller has seen the count of written rows, so what is read here is of this row or a later one, never an earlier.
@@ -280,7 +280,7 @@ impl Shared {
     }
 }
 
-/// The stamp of a complete row: even, never that of another row, never the 0 of a place that was not written yet. One less
+/// Returns the stamp of a complete row: even, never that of another row, never the 0 of a place that was not written yet. One less
 /// while it is written.
 fn stamp_of(sequence: u64) -> u64 {
     2 * sequence + 2

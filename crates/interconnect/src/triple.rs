@@ -28,15 +28,15 @@ pub fn triple_buffer(len_bytes: usize) -> (TripleWriter, TripleReader) {
 pub const BACK_AT_FIRST: u8 = 0;
 /// The word in the middle before the first exchange.
 pub const MIDDLE_AT_FIRST: u8 = 1;
-/// As [`BACK_AT_FIRST`], of the reader.
+/// Buffer of the reader, as [`BACK_AT_FIRST`] of the writer.
 pub const FRONT_AT_FIRST: u8 = 2;
 
-/// The buffer that `word`, the word in the middle, names.
+/// Returns the buffer that `word`, the word in the middle, names.
 pub fn in_the_middle(word: u8) -> u8 {
     word & INDEX
 }
 
-/// True if `word` names a publication that the reader has not had.
+/// Returns true if `word` names a publication that the reader has not had.
 pub fn is_news(word: u8) -> bool {
     word & NEWS != 0
 }
@@ -47,16 +47,16 @@ pub fn is_news(word: u8) -> bool {
 /// The word and the buffers stay where they are as long as the value lives; the three buffers do not overlap; and only one writer and
 /// one reader at a time, in whatever process, touch them.
 pub unsafe trait TripleMemory {
-    /// The word in the middle.
+    /// Returns the word in the middle.
     fn middle(&self) -> &AtomicU8;
 
-    /// The buffer of an index below 3, for the end that holds it.
+    /// Returns the buffer of an index below 3, for the end that holds it.
     fn for_reading(&self, index: u8) -> *const [u8];
 
-    /// As [`for_reading`](Self::for_reading), to write into.
+    /// Returns the same as [`for_reading`](Self::for_reading), to write into.
     fn for_writing(&self, index: u8) -> *mut [u8];
 
-    /// The buffer, below 3, that an end gets for its own against `word`, which stood in the middle. Where other processes write the word
+    /// Returns the buffer, below 3, that an end gets for its own against `word`, which stood in the middle. Where other processes write the word
     /// too this is where it is checked; between two threads it costs nothing.
     #[inline]
     fn given(&self, word: u8, _own: u8) -> u8 {
@@ -78,7 +78,7 @@ pub struct TripleWriter<M = OwnTriple> {
 }
 
 impl<M: TripleMemory> TripleWriter<M> {
-    /// The writing end of a triple buffer that lies in `memory`.
+    /// Makes the writing end of a triple buffer that lies in `memory`.
     ///
     /// # Safety
     /// No other writer of it lives, and `back` is the buffer that is neither in the middle nor the reader's.
@@ -92,7 +92,7 @@ impl<M: TripleMemory> TripleWriter<M> {
         self.back
     }
 
-    /// The buffer of the next publication, starting on a cache line. It holds some earlier group: fill it whole each time.
+    /// Returns the buffer of the next publication, starting on a cache line. It holds some earlier group: fill it whole each time.
     /// Real-time safe.
     #[inline]
     pub fn back(&mut self) -> &mut [u8] {
@@ -118,7 +118,7 @@ pub struct TripleReader<M = OwnTriple> {
 }
 
 impl<M: TripleMemory> TripleReader<M> {
-    /// The reading end of a triple buffer that lies in `memory`.
+    /// Makes the reading end of a triple buffer that lies in `memory`.
     ///
     /// # Safety
     /// No other reader of it lives, and `front` is the buffer that is neither in the middle nor the writer's.
@@ -146,7 +146,7 @@ impl<M: TripleMemory> TripleReader<M> {
         true
     }
 
-    /// The publication latched last; zeros before the first. Real-time safe.
+    /// Returns the publication latched last; zeros before the first. Real-time safe.
     #[inline]
     pub fn front(&self) -> &[u8] {
         // SAFETY: as in `TripleWriter::back`: the writer cannot get at this buffer until the next `latch`, which needs

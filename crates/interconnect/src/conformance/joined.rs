@@ -63,7 +63,7 @@ struct Raises {
 #[derive(Default)]
 struct Rows {
     reader: u32,
-    /// Those whose reader will be raised.
+    /// Rows whose reader will be raised.
     pushed: usize,
     raised: usize,
     /// Raises that were passed on.

@@ -48,7 +48,7 @@ pub struct Interconnect {
 }
 
 impl Interconnect {
-    /// `name` stands in what a failed check says.
+    /// Makes an interconnect; `name` stands in what a failed check says.
     pub fn new(name: &str, carrier: impl Carrier + 'static) -> Self {
         Interconnect { name: name.to_owned(), carrier: Box::new(carrier), now_ns: PERIOD_NS, raised: Vec::new() }
     }
@@ -83,7 +83,7 @@ impl Interconnect {
     }
 }
 
-/// Before the first publication there is no news, and the group is zeros.
+/// Checks that before the first publication there is no news, and the group is zeros.
 pub fn a_connection_that_was_never_published_has_no_news_and_zeros(it: &mut Interconnect) {
     let (_sender, mut receiver) = it.connect(&SPEC);
     it.settle();
@@ -94,7 +94,7 @@ pub fn a_connection_that_was_never_published_has_no_news_and_zeros(it: &mut Inte
     assert_eq!(receiver.rows(), 0);
 }
 
-/// A group is latched once, with the writer's number and time, and stays until the next.
+/// Checks that a group is latched once, with the writer's number and time, and stays until the next.
 pub fn a_group_arrives_with_its_number_and_time_once(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     for number in 1..=20 {
@@ -111,7 +111,7 @@ pub fn a_group_arrives_with_its_number_and_time_once(it: &mut Interconnect) {
     }
 }
 
-/// Whatever is latched is whole, newer than before, and in the end the newest.
+/// Checks that whatever is latched is whole, newer than before, and in the end the newest.
 pub fn r049_a_reader_sees_all_of_a_publication_or_nothing_and_never_goes_back(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let mut seen = 0;
@@ -129,7 +129,7 @@ pub fn r049_a_reader_sees_all_of_a_publication_or_nothing_and_never_goes_back(it
     assert_eq!(receiver.group(), [200; 40], "{}: the newest group arrives in the end", it.name);
 }
 
-/// A publication that was incomplete when the writer went is never seen; one that was complete is.
+/// Checks that a publication that was incomplete when the writer went is never seen; one that was complete is.
 pub fn a_writer_that_is_gone_leaves_its_last_complete_group_and_its_rows(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     it.publish(&mut *sender, 1);
@@ -143,7 +143,7 @@ pub fn a_writer_that_is_gone_leaves_its_last_complete_group_and_its_rows(it: &mu
     assert_eq!(receiver.peek_row(), Some((9, [9; 12].as_slice())));
 }
 
-/// Every row that was taken in comes, in order, once.
+/// Checks that every row that was taken in comes, in order, once.
 pub fn rows_come_in_order_and_once(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let (mut pushed, mut popped) = (0, 0);
@@ -166,7 +166,7 @@ pub fn rows_come_in_order_and_once(it: &mut Interconnect) {
     assert!(pushed > 100, "{}: only {pushed} rows went through", it.name);
 }
 
-/// A full queue refuses without filling; a row taken makes room for one.
+/// Checks that a full queue refuses without filling; a row taken makes room for one.
 pub fn a_reader_that_takes_nothing_makes_the_queue_full_and_room_comes_back(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let mut next = 0;
@@ -203,7 +203,7 @@ pub fn each_row_raises_the_reader_once_unless_it_arrived_at_once(it: &mut Interc
     assert!(it.raised.iter().all(|source| *source == READER));
 }
 
-/// The raise comes after the row.
+/// Checks that the raise comes after the row.
 pub fn a_row_can_be_read_when_its_reader_is_raised(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     for number in 0..50 {
@@ -234,7 +234,7 @@ pub fn connections_do_not_mix(it: &mut Interconnect) {
     assert_eq!(other_receiver.peek_row(), Some((2, [2; 3].as_slice())));
 }
 
-/// The end that is left goes on; a new connection begins afresh.
+/// Checks that the end that is left goes on; a new connection begins afresh.
 pub fn an_end_that_is_gone_troubles_nobody(it: &mut Interconnect) {
     let (mut sender, receiver) = it.connect(&SPEC);
     it.publish(&mut *sender, 1);
@@ -251,7 +251,7 @@ pub fn an_end_that_is_gone_troubles_nobody(it: &mut Interconnect) {
     assert_eq!(receiver.rows(), 0);
 }
 
-/// A connection may have a group alone, or rows alone.
+/// Checks that a connection may have a group alone, or rows alone.
 pub fn a_connection_may_lack_a_group_or_a_queue(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&ConnectionSpec { queue_row_len: 0, queue_depth: 0, ..SPEC });
     it.publish(&mut *sender, 1);
@@ -270,7 +270,7 @@ pub fn a_connection_may_lack_a_group_or_a_queue(it: &mut Interconnect) {
     assert!(receiver.group().is_empty());
 }
 
-/// Both ends have their groups on cache lines.
+/// Checks that both ends have their groups on cache lines.
 pub fn groups_start_on_cache_lines(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     for number in 0..4 {

@@ -27,7 +27,7 @@ pub struct WritingEnd {
 }
 
 impl WritingEnd {
-    /// For a reader at which `depth` rows may wait, and at most `window` rows on their way.
+    /// Makes the end for a reader at which `depth` rows may wait, and at most `window` rows on their way.
     pub fn new(depth: usize, window: usize) -> Self {
         let (depth, window) = (depth as u64, window as u64);
         WritingEnd { depth, window, published: 0, group: None, pushed: 0, received: 0, popped: 0, rows: VecDeque::new() }
@@ -39,7 +39,7 @@ impl WritingEnd {
         self.group = Some((header, bytes.to_vec()));
     }
 
-    /// The newest publication, if it is not known to have arrived.
+    /// Returns the newest publication, if it is not known to have arrived.
     pub fn group(&self) -> Option<Content<'_>> {
         let (header, bytes) = self.group.as_ref()?;
         Some(Content::Group { sequence: self.published, header: *header, bytes })
@@ -50,15 +50,15 @@ impl WritingEnd {
         self.published
     }
 
-    /// The reading end has publication `sequence`.
+    /// Notes that the reading end has publication `sequence`.
     pub fn group_received(&mut self, sequence: u64) {
         if sequence == self.published {
             self.group = None;
         }
     }
 
-    /// True where another row may be pushed: the reader has fewer than `depth` waiting, as far as is known, and fewer than
-    /// `window` are on their way.
+    /// Returns true if another row may be pushed: the reader has fewer than `depth` waiting, as far as is known, and fewer
+    /// than `window` are on their way.
     pub fn has_room(&self) -> bool {
         self.pushed < self.room_until()
     }
@@ -73,7 +73,7 @@ impl WritingEnd {
         self.received
     }
 
-    /// Number of rows that may have been pushed in all, as far as is known now.
+    /// Returns number of rows that may have been pushed in all, as far as is known now.
     pub fn room_until(&self) -> u64 {
         if self.received - self.popped < self.depth { self.received + self.window } else { self.pushed }
     }
@@ -85,18 +85,18 @@ impl WritingEnd {
         self.pushed - 1
     }
 
-    /// The rows that are not known to have arrived, from `sequence` on.
+    /// Returns the rows that are not known to have arrived, from `sequence` on.
     pub fn rows(&self, sequence: u64) -> impl Iterator<Item = Content<'_>> {
         let rows = (self.received..).zip(&self.rows).skip_while(move |(of, _)| *of < sequence);
         rows.map(|(sequence, (number, bytes))| Content::Row { sequence, number: *number, bytes })
     }
 
-    /// True where rows are not known to have arrived.
+    /// Returns true if rows are not known to have arrived.
     pub fn has_rows(&self) -> bool {
         !self.rows.is_empty()
     }
 
-    /// The reading end has the first `count` rows. True if that is news.
+    /// Notes that the reading end has the first `count` rows. True if that is news.
     pub fn rows_received(&mut self, count: u64) -> bool {
         let news = count.min(self.pushed).saturating_sub(self.received);
         self.rows.drain(..news as usize);
@@ -104,7 +104,7 @@ impl WritingEnd {
         news > 0
     }
 
-    /// The reader has popped `count` rows. Returns how many are known to be popped, of those that are known to have arrived.
+    /// Notes that the reader has popped `count` rows. Returns how many are known to be popped, of those that are known to have arrived.
     pub fn rows_popped(&mut self, count: u64) -> u64 {
         self.popped = self.popped.max(count.min(self.received));
         self.popped
@@ -117,7 +117,7 @@ pub struct ReadingEnd {
     row_len: Option<usize>,
     /// The sequence of the newest publication that has come.
     newest: u64,
-    /// It, until it is latched.
+    /// Newest group, until it is latched.
     group: Option<(Header, Vec<u8>)>,
     /// Rows that came before one that is missing.
     early: BTreeMap<u64, (u64, Vec<u8>)>,
@@ -130,13 +130,13 @@ pub struct ReadingEnd {
 }
 
 impl ReadingEnd {
-    /// For groups and rows of these lengths; rows of any length without one.
+    /// Makes the end for groups and rows of these lengths; rows of any length without one.
     pub fn new(group_len: usize, row_len: Option<usize>) -> Self {
         let (early, ready) = (BTreeMap::new(), VecDeque::new());
         ReadingEnd { group_len, row_len, newest: 0, group: None, early, ready, received: 0, popped: 0, popped_known: 0 }
     }
 
-    /// A publication came; returns the newest one's sequence. `None`: it is not one of this connection.
+    /// Takes a publication; returns the newest one's sequence. `None`: it is not one of this connection.
     pub fn group_came(&mut self, sequence: u64, header: Header, bytes: &[u8]) -> Option<u64> {
         if bytes.len() != self.group_len {
             return None;
@@ -153,7 +153,7 @@ impl ReadingEnd {
         self.group.take()
     }
 
-    /// A row came; returns how many rows became readable by it. `None`: it is not one of this connection.
+    /// Takes a row; returns how many rows became readable by it. `None`: it is not one of this connection.
     pub fn row_came(&mut self, sequence: u64, number: u64, bytes: &[u8]) -> Option<usize> {
         if self.row_len.is_some_and(|len| len != bytes.len()) {
             return None;
@@ -174,17 +174,17 @@ impl ReadingEnd {
         self.received
     }
 
-    /// The sequence of the newest publication that has come; 0 before the first.
+    /// Returns the sequence of the newest publication that has come; 0 before the first.
     pub fn newest(&self) -> u64 {
         self.newest
     }
 
-    /// True where a row came before one that is missing.
+    /// Returns true if a row came before one that is missing.
     pub fn has_gap(&self) -> bool {
         !self.early.is_empty()
     }
 
-    /// The number and bytes of the oldest row, which stays.
+    /// Returns the number and bytes of the oldest row, which stays.
     pub fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
         self.ready.front()
     }
@@ -194,7 +194,7 @@ impl ReadingEnd {
         self.ready.len()
     }
 
-    /// True if there was a row to pop.
+    /// Returns true if there was a row to pop.
     pub fn pop(&mut self) -> bool {
         let popped = self.take().is_some();
         self.popped += u64::from(popped);
@@ -206,7 +206,7 @@ impl ReadingEnd {
         self.ready.pop_front()
     }
 
-    /// The reader has popped `count` of the rows that were taken out.
+    /// Notes that the reader has popped `count` of the rows that were taken out.
     pub fn popped(&mut self, count: u64) {
         self.popped = self.popped.max(count.min(self.received));
     }
@@ -216,12 +216,12 @@ impl ReadingEnd {
         self.received - self.popped
     }
 
-    /// Number of rows that were popped, if the writing end is not known to know it.
+    /// Returns number of rows that were popped, if the writing end is not known to know it.
     pub fn room_news(&self) -> Option<Content<'static>> {
         (self.popped_known < self.popped).then_some(Content::RowsPopped { count: self.popped })
     }
 
-    /// The writing end knows that `count` rows were popped.
+    /// Notes that the writing end knows that `count` rows were popped.
     pub fn room_known(&mut self, count: u64) {
         self.popped_known = self.popped_known.max(count.min(self.popped));
     }

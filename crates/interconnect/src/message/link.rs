@@ -18,25 +18,25 @@ pub struct Faults {
     pub reorder: f64,
     /// Probability that one to three bits of a packet are turned over.
     pub corrupt: f64,
-    /// After how long without an answer a packet is sent again, ns, 1 or more; more than a round trip if repeats are unwanted.
+    /// Time without an answer after which a packet is sent again, ns, 1 or more; more than a round trip if repeats are unwanted.
     pub retransmit_ns: i64,
     /// Rows of a connection that may be on their way (pushed, not known to have arrived), beside those that wait at the reader.
     pub window: usize,
 }
 
 impl Faults {
-    /// A perfect link: everything arrives at once.
+    /// Makes a perfect link: everything arrives at once.
     pub fn none() -> Self {
         let (delay_ns_min, delay_ns_max) = (0, 0);
         Faults { delay_ns_min, delay_ns_max, drop: 0.0, repeat: 0.0, reorder: 0.0, corrupt: 0.0, retransmit_ns: 1_000_000, window: 64 }
     }
 
-    /// A link that only delays.
+    /// Makes a link that only delays.
     pub fn delay(delay_ns_min: i64, delay_ns_max: i64) -> Self {
         Faults { delay_ns_min, delay_ns_max, retransmit_ns: 2 * delay_ns_max + 1, ..Faults::none() }
     }
 
-    /// Every fault: 20 to 100 µs of delay, one packet in ten lost, repeated, reordered, corrupted.
+    /// Makes every fault: 20 to 100 µs of delay, one packet in ten lost, repeated, reordered, corrupted.
     pub fn every() -> Self {
         Faults { drop: 0.1, repeat: 0.1, reorder: 0.1, corrupt: 0.1, ..Faults::delay(20_000, 100_000) }
     }
@@ -79,7 +79,7 @@ pub(super) struct Link {
     pub(super) faults: Faults,
     pub(super) counters: Counters,
     random: Random,
-    /// By time of arrival, then order of sending.
+    /// Packets on their way, by time of arrival, then order of sending.
     flying: BTreeMap<(i64, u64), (Way, Vec<u8>)>,
     sent: u64,
     /// The arrival before which a packet in order cannot come.
@@ -107,7 +107,7 @@ impl Link {
         self.fly(way, now_ns, packet);
     }
 
-    /// The packet that arrives next, if it does so by `now_ns`: its time, way and bytes.
+    /// Returns the packet that arrives next, if it does so by `now_ns`: its time, way and bytes.
     pub(super) fn arrival(&mut self, now_ns: i64) -> Option<(i64, Way, Vec<u8>)> {
         let entry = self.flying.first_entry().filter(|entry| entry.key().0 <= now_ns)?;
         let at_ns = entry.key().0;
@@ -127,7 +127,7 @@ impl Link {
         self.floors.remove(&(connection, true));
     }
 
-    /// True where nothing is on its way, nor remembered of any connection.
+    /// Returns true if nothing is on its way, nor remembered of any connection.
     #[cfg(test)]
     pub(super) fn is_empty(&self) -> bool {
         self.flying.is_empty() && self.floors.is_empty()
@@ -175,7 +175,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From 0 to `bound` − 1; the bias of the remainder is of no matter here.
+    /// Returns a number from 0 to `bound` − 1; the bias of the remainder is of no matter here.
     fn below(&mut self, bound: u64) -> u64 {
         self.next() % bound
     }

@@ -25,7 +25,7 @@ use traffic::Traffic;
 pub struct Message(Arc<Mutex<Traffic>>);
 
 impl Message {
-    /// A link whose faults are chosen by `seed`. Panics where a field of `faults` is out of its range.
+    /// Makes a link whose faults are chosen by `seed`. Panics where a field of `faults` is out of its range.
     pub fn new(seed: u64, faults: Faults) -> Self {
         Message(Arc::new(Mutex::new(Traffic::new(seed, faults))))
     }

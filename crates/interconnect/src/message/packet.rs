@@ -61,7 +61,7 @@ pub enum Content<'a> {
         sequence: u64,
         /// Publisher, and time of the publication.
         header: Header,
-        /// All of its bytes.
+        /// Bytes of the packet, all of them.
         bytes: &'a [u8],
     },
     /// To the writing end: publication `sequence` is here; no older one is wanted.
@@ -75,7 +75,7 @@ pub enum Content<'a> {
         sequence: u64,
         /// The writer's number.
         number: u64,
-        /// All of its bytes.
+        /// Bytes of the packet, all of them.
         bytes: &'a [u8],
     },
     /// To the writing end: all of the first `count` rows are here.
@@ -114,7 +114,7 @@ impl<'a> Repr<'a> {
         Ok(Repr { connection: word(packet.0, CONNECTION), content })
     }
 
-    /// The packet that says it.
+    /// Returns the packet that says it.
     pub fn emit(&self) -> Vec<u8> {
         let (kind, sequence, number, time_ns, payload): (u32, u64, u64, i64, &[u8]) = match self.content {
             Content::Group { sequence, header, bytes } => (1, sequence, header.number, header.time_ns, bytes),
@@ -132,19 +132,19 @@ impl<'a> Repr<'a> {
         sealed_parts(&[&head, payload])
     }
 
-    /// True for a packet to the writing end.
+    /// Returns true for a packet to the writing end.
     pub fn answers(&self) -> bool {
         matches!(self.content, Content::GroupReceived { .. } | Content::RowsReceived { .. } | Content::RowsPopped { .. })
     }
 }
 
-/// The packet of these bytes, all that comes after its length: with that length and their checksum.
+/// Returns the packet of these bytes, all that comes after its length: with that length and their checksum.
 #[doc(hidden)]
 pub fn sealed(content: &[u8]) -> Vec<u8> {
     sealed_parts(&[content])
 }
 
-/// As [`sealed`], of parts that lie apart: a group is copied once on its way into its packet.
+/// Seals as [`sealed`], of parts that lie apart: a group is copied once on its way into its packet.
 fn sealed_parts(parts: &[&[u8]]) -> Vec<u8> {
     let len = CONTENT + parts.iter().map(|part| part.len()).sum::<usize>();
     let mut bytes = Vec::with_capacity(len);

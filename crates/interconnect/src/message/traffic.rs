@@ -11,7 +11,7 @@ pub(super) struct Traffic {
     now_ns: i64,
     connections: BTreeMap<u32, Connection>,
     connections_made: u32,
-    /// By time, then connection.
+    /// Deadlines by time, then connection.
     deadlines: BTreeSet<(i64, u32, Retransmission)>,
     /// Reading sources of rows that became readable and were not raised yet.
     raises: Vec<u32>,
@@ -56,7 +56,7 @@ impl Traffic {
         self.now_ns = now_ns;
     }
 
-    /// The sources to raise, each once for each row.
+    /// Takes the sources to raise, each once for each row.
     pub(super) fn take_raises(&mut self) -> Vec<u32> {
         std::mem::take(&mut self.raises)
     }
@@ -69,7 +69,7 @@ impl Traffic {
         self.run_until(header.time_ns);
     }
 
-    /// True where a row may be pushed at `now_ns`.
+    /// Returns true if a row may be pushed at `now_ns`.
     pub(super) fn has_room(&mut self, connection: u32, now_ns: i64) -> bool {
         self.run_until(now_ns);
         self.connection(connection).writing.has_room()
@@ -101,18 +101,18 @@ impl Traffic {
         popped
     }
 
-    /// True where nothing is left of any connection.
+    /// Returns true if nothing is left of any connection.
     #[cfg(test)]
     pub(super) fn is_empty(&self) -> bool {
         self.connections.is_empty() && self.deadlines.is_empty() && self.link.is_empty()
     }
 
-    /// The writing end is gone; what it has sent still arrives.
+    /// Drops the writing end; what it has sent still arrives.
     pub(super) fn drop_writing(&mut self, connection: u32) {
         self.drop_end(connection);
     }
 
-    /// The reading end is gone: nothing more is sent or arrives.
+    /// Drops the reading end: nothing more is sent or arrives.
     pub(super) fn drop_reading(&mut self, connection: u32) {
         self.link.forget(connection);
         for which in Retransmission::ALL {
@@ -139,7 +139,7 @@ impl Traffic {
         self.connections.get_mut(&connection).expect("a connection lives as long as one of its ends")
     }
 
-    /// The connection, if its reading end is there.
+    /// Returns the connection, if its reading end is there.
     fn open(&mut self, connection: u32) -> Option<&mut Connection> {
         Some(self.connection(connection)).filter(|connection| connection.open)
     }
