@@ -37,7 +37,7 @@ pub struct BrakeOptions {
 }
 
 impl BrakeOptions {
-    /// The object of its output, 32 bits of it.
+    /// Returns the object of its output, 32 bits of it.
     pub fn object(&self) -> Entry {
         Entry { index: self.index, sub: self.sub }
     }
@@ -68,12 +68,12 @@ pub struct Brake {
 }
 
 impl Brake {
-    /// Closed.
+    /// Makes a closed brake.
     pub fn new(options: BrakeOptions) -> Brake {
         Brake { options, is_released: false, since_s: f64::INFINITY }
     }
 
-    /// It is to be released, or not, for a time.
+    /// Tells whether it is to be released, for a time.
     pub fn tell(&mut self, released: bool, span_s: f64) {
         self.since_s = if released == self.is_released { self.since_s + span_s } else { 0.0 };
         self.is_released = released;
@@ -84,12 +84,12 @@ impl Brake {
         u32::from(self.is_released == self.options.released_by_one) << self.options.bit
     }
 
-    /// It is open, and the axis may move.
+    /// Returns true if it is open, and the axis may move.
     pub fn is_open(&self) -> bool {
         self.is_released && self.since_s >= f64::from(self.options.release_ns) * 1e-9
     }
 
-    /// It has closed, and the motor may let go.
+    /// Returns true if it has closed, and the motor may let go.
     pub fn is_closed(&self) -> bool {
         !self.is_released && self.since_s >= f64::from(self.options.close_ns) * 1e-9
     }

@@ -23,7 +23,7 @@ pub struct Scale {
 pub struct Told {
     pub control: u16,
     pub mode: Mode,
-    /// In the drive's own units; of a torque only 16 bits are used.
+    /// Target in the drive's own units; of a torque only 16 bits are used.
     pub target: i32,
     /// Value of its brake's output; none: it has none, or its drive serves it.
     pub brake: Option<u32>,
@@ -41,13 +41,13 @@ pub struct Commander {
     /// Counts: where it is, and what it is told.
     position: f64,
     target: f64,
-    /// It has been engaged, and is kept in operation until it is stopped.
+    /// True if it has been engaged, and is kept in operation until it is stopped.
     is_wanted: bool,
-    /// It is stopped until it is engaged again.
+    /// True if it is stopped until it is engaged again.
     is_stopped: bool,
-    /// At the last cycle.
+    /// True if it was engaged at the last cycle.
     was_engaged: bool,
-    /// It has been in operation since it was engaged.
+    /// True if it has been in operation since it was engaged.
     was_enabled: bool,
     /// Time for which it has been wanted in operation without having been there, s.
     awaited_s: f64,
@@ -59,7 +59,7 @@ pub struct Commander {
     brake: Option<Brake>,
 }
 
-/// No axis is faster, in whatever it is counted: what is multiplied by a time stays a number.
+/// Maximum speed of any axis, in whatever it is counted: what is multiplied by a time stays a number.
 const SPEED_MAX: f64 = 1e15;
 
 impl Commander {
@@ -114,7 +114,7 @@ impl Commander {
         f64::from(counts) / self.scale.counts
     }
 
-    /// N.m or N, from thousandths of the rated torque.
+    /// Returns N.m or N, from thousandths of the rated torque.
     pub fn torque(&self, thousandths: i32) -> f64 {
         f64::from(thousandths) * 1e-3 * self.scale.rated_torque * self.scale.counts.signum()
     }
@@ -198,7 +198,7 @@ impl Commander {
         self.told(target)
     }
 
-    /// The same without a command: its target is where it is. Real-time safe.
+    /// Returns the same without a command: its target is where it is. Real-time safe.
     pub fn tell_idle(&mut self) -> Told {
         self.target = self.position;
         self.told(self.rest())
@@ -214,7 +214,7 @@ impl Commander {
         Told { control: QUICK_STOP, mode: self.scale.mode, target: self.rest().round() as i32, brake: closed }
     }
 
-    /// The target of an axis that does not move.
+    /// Returns the target of an axis that does not move.
     fn rest(&self) -> f64 {
         if self.scale.mode == Mode::Position { self.position } else { 0.0 }
     }
@@ -259,7 +259,7 @@ impl Commander {
         matches!(self.state, DriveState::OperationEnabled | DriveState::QuickStopActive)
     }
 
-    /// Never further than its maximum speed leads in the time.
+    /// Returns the target, never further than its maximum speed leads in the time.
     fn target(&mut self, command: Option<f64>, span_s: f64) -> f64 {
         let Scale { mode, counts, offset, speed_max, rated_torque } = self.scale;
         match mode {

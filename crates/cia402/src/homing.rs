@@ -31,11 +31,11 @@ pub enum Homed {
 /// Next step of homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HomingStep {
-    /// This control word, in mode 6.
+    /// Send this control word, in mode 6.
     Tell(u16),
-    /// It is home.
+    /// The drive is home.
     Attained,
-    /// It has not found home, or has a fault.
+    /// The drive has not found home, or has a fault.
     Failed,
 }
 

@@ -9,7 +9,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// As a mapping of process data has it: index, subindex and bits in one number.
+    /// Returns it as a mapping of process data has it: index, subindex and bits in one number.
     pub const fn mapped(self, bits: u8) -> u32 {
         (self.index as u32) << 16 | (self.sub as u32) << 8 | bits as u32
     }

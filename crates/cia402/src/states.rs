@@ -40,7 +40,7 @@ impl DriveState {
         }
     }
 
-    /// The bits of a status word that say it, with voltage present.
+    /// Returns the bits of a status word that say it, with voltage present.
     pub fn status(self) -> u16 {
         use DriveState::*;
         match self {
@@ -55,7 +55,7 @@ impl DriveState {
         }
     }
 
-    /// The control word that leads a step nearer to operation; from a fault none does.
+    /// Returns the control word that leads a step nearer to operation; from a fault none does.
     pub fn towards_operation(self) -> u16 {
         use DriveState::*;
         match self {

@@ -150,7 +150,7 @@ impl Homes {
         }
     }
 
-    /// The objects of a drive that say how it looks for its home.
+    /// Returns the objects of a drive that say how it looks for its home.
     ///
     /// # Errors
     /// For people: an argument is out of its range.

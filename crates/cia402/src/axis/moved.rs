@@ -96,7 +96,7 @@ impl Axis {
             .then(|| format!("{title} has left operation by itself: it is in '{state}', error {code:#06x}; look at its enable input, then reset the device"))
     }
 
-    /// State of the axis at a following error that its drive found, and what to change.
+    /// Returns the state of the axis at a following error that its drive found, and what to change.
     fn following_text(&self) -> String {
         let torque = match self.measured.torque {
             0 => String::new(),

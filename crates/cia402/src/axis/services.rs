@@ -70,7 +70,7 @@ pub struct Shared<R> {
 }
 
 impl<R: Reach> Shared<R> {
-    /// Of these axes, each with its name, its title in errors and its scale. `place` says what is not open: `the bus on 'can0'`.
+    /// Makes the services of these axes, each with its name, its title in errors and its scale. `place` says what is not open: `the bus on 'can0'`.
     pub fn new(place: &str, axes: impl Iterator<Item = (String, String, Scale)>) -> Shared<R> {
         let (mut names, mut titles, mut scales) = (Vec::new(), Vec::new(), Vec::new());
         for (name, title, scale) in axes {
@@ -104,7 +104,7 @@ impl<R: Reach> Shared<R> {
         act(reached).map_err(|error| format!("{}: {error}", self.titles[axis]))
     }
 
-    /// The axis that the arguments name.
+    /// Returns the axis that the arguments name.
     ///
     /// # Errors
     /// There is none of that name.
@@ -167,7 +167,7 @@ fn may_be_written(of: Entry, is_stopped: &dyn Fn() -> bool) -> Result<(), String
     }
 }
 
-/// The entry that arguments name by `index` and `sub`.
+/// Returns the entry that arguments name by `index` and `sub`.
 ///
 /// # Errors
 /// One of them is out of its range.

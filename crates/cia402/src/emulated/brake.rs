@@ -20,7 +20,7 @@ impl Brake {
         Brake { outputs, mask, falls: None }
     }
 
-    /// There is one, and a load that falls so fast, counts/s.
+    /// Sets that there is one, and a load that falls so fast, counts/s.
     pub fn set_load(&mut self, falls: Option<f64>) {
         self.falls = falls;
     }
@@ -30,7 +30,7 @@ impl Brake {
         self.falls.unwrap_or(0.0) * span_s
     }
 
-    /// It holds the axis: as it is told where its bit is the main device's, else where the motor does not.
+    /// Returns true if it holds the axis: as it is told if its bit is the main device's, else where the motor does not.
     pub fn is_closed(&self, objects: &Objects, is_powered: bool) -> bool {
         let is_told = objects.bits(self.mask) & CLOSED != 0;
         self.falls.is_some() && if is_told { objects.bits(self.outputs) & CLOSED != 0 } else { !is_powered }

@@ -13,7 +13,7 @@ const COMMUNICATION: u16 = 0x8130;
 const BLOCKED: u16 = 0x7121;
 /// Counts by which an axis moves though its brake is closed.
 const SLACK: f64 = 2.0;
-/// From this option of the quick stop on, a drive stays in it.
+/// Least option of the quick stop by which a drive stays in it.
 const STAYS: i64 = 5;
 /// Acceleration by torque, counts/s² for a thousandth of the rated torque; friction takes velocity away, 1/s.
 const ACCELERATION: f64 = 100.0;
@@ -55,7 +55,7 @@ struct Handles {
 }
 
 impl Drive {
-    /// A drive that stands at this position; its objects come to those that are there.
+    /// Makes a drive that stands at this position; its objects come to those that are there.
     pub fn new(objects: &mut Objects, position: i32) -> Drive {
         let mut word = |index, access, len: usize, value: i64| objects.add(index, 0, access, &value.to_le_bytes()[..len]);
         use Access::{Measured, Written};
@@ -92,12 +92,12 @@ impl Drive {
         }
     }
 
-    /// The switches at the ends of its machine, counts of the position at which it was made.
+    /// Sets the switches at the ends of its machine, counts of the position at which it was made.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
     }
 
-    /// A brake, and a load that falls so fast where neither it nor the motor holds it, counts/s.
+    /// Sets a brake, and a load that falls so fast where neither it nor the motor holds it, counts/s.
     pub fn set_load(&mut self, falls: Option<f64>) {
         self.brake.set_load(falls);
     }
@@ -222,7 +222,7 @@ impl Drive {
         }
     }
 
-    /// The drive finds something wrong.
+    /// Makes the drive find something wrong.
     pub fn fail(&mut self, error: u16, objects: &mut Objects) {
         self.state = DriveState::Fault;
         objects.set_number(self.at.error, i64::from(error));

@@ -6,10 +6,10 @@ use crate::objects::Entry;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     Constant,
-    /// By the drive only.
+    /// Only the drive writes it.
     Measured,
     Written,
-    /// In PREOP.
+    /// The main device writes it in PREOP.
     Configured,
 }
 
@@ -28,7 +28,7 @@ const TOO_LONG: u32 = 0x0607_0012;
 const TOO_SHORT: u32 = 0x0607_0013;
 const NOT_MAPPABLE: u32 = 0x0604_0041;
 
-/// All of them, by index and subindex. Values keep their lengths.
+/// Objects, by index and subindex. Values keep their lengths.
 #[derive(Default)]
 pub struct Objects {
     all: Vec<Object>,
@@ -51,7 +51,7 @@ impl Objects {
         Handle(self.all.len() - 1)
     }
 
-    /// The object at an entry, or the code of an abort.
+    /// Returns the object at an entry, or the code of an abort.
     pub fn find(&self, of: Entry) -> Result<Handle, u32> {
         let found = self.all.iter().position(|object| object.of == of).map(Handle);
         let is_known = || self.all.iter().any(|object| object.of.index == of.index);
@@ -62,7 +62,7 @@ impl Objects {
         &self.all[at.0].value
     }
 
-    /// A value as a signed number.
+    /// Returns a value as a signed number.
     pub fn number(&self, at: Handle) -> i64 {
         let value = self.value(at);
         let is_negative = value.last().is_some_and(|byte| byte & 0x80 != 0);
@@ -71,7 +71,7 @@ impl Objects {
         i64::from_le_bytes(eight)
     }
 
-    /// A value of up to 4 bytes without a sign.
+    /// Returns a value of up to 4 bytes without a sign.
     pub fn bits(&self, at: Handle) -> u32 {
         self.number(at) as u32 & u32::MAX.checked_shr(32 - 8 * self.value(at).len().min(4) as u32).unwrap_or(0)
     }
@@ -109,7 +109,7 @@ impl Objects {
         Ok(())
     }
 
-    /// The objects that a direction's assignment (0x1C12 outputs, 0x1C13 inputs) maps, in their order; none: something there is no object.
+    /// Returns the objects that a direction's assignment (0x1C12 outputs, 0x1C13 inputs) maps, in their order; none: something there is no object.
     pub fn mapping(&self, assignment: u16) -> Option<Vec<Mapped>> {
         let count = |index| self.find(Entry { index, sub: 0 }).ok().map(|at| self.bits(at));
         let at = |index, sub: u32| self.find(Entry { index, sub: sub as u8 }).ok().map(|at| self.bits(at));
@@ -123,7 +123,7 @@ impl Objects {
         Some(mapped)
     }
 
-    /// Index, subindex and bits in one number.
+    /// Reads index, subindex and bits in one number.
     fn mapped(&self, word: u32) -> Option<Mapped> {
         let of = self.find(Entry { index: (word >> 16) as u16, sub: (word >> 8) as u8 }).ok()?;
         let len = self.value(of).len();

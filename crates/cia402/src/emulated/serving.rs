@@ -28,7 +28,7 @@ impl<B: Send + 'static> Server<B> {
 }
 
 impl<B> Server<B> {
-    /// The bus, to do something to it or to look at it.
+    /// Locks the bus, to do something to it or to look at it.
     pub fn lock(&self) -> MutexGuard<'_, B> {
         self.bus.lock().unwrap_or_else(PoisonError::into_inner)
     }
