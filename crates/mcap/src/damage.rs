@@ -26,7 +26,7 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// Damage by which no message is lost.
+    /// Makes damage by which no message is lost.
     pub(crate) fn harmless(bytes: Range<u64>, what: &'static str) -> Damage {
         Damage { bytes, what, span: None, counts: Some(BTreeMap::new()) }
     }

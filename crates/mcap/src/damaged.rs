@@ -19,7 +19,7 @@ type Chunks = Vec<(Range<usize>, Vec<Said>)>;
 
 const CHUNKS: u64 = 12;
 
-/// A recording of some chunks, each with its messages and its place in the file.
+/// Makes a recording of some chunks, each with its messages and its place in the file.
 fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Chunks) {
     let schema = Schema { name: "form".to_owned(), encoding: "jsonschema", text: "{}".to_owned() };
     let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
@@ -56,7 +56,7 @@ fn places(bytes: &[u8]) -> Vec<Range<usize>> {
     found
 }
 
-/// A file in memory.
+/// Makes a file in memory.
 fn file(bytes: &[u8]) -> File {
     // SAFETY: a new descriptor, which nobody else has.
     let mut file = unsafe { File::from_raw_fd(libc::memfd_create(c"recording".as_ptr(), libc::MFD_CLOEXEC)) };

@@ -44,7 +44,7 @@ pub struct Message {
 #[derive(Debug, Default)]
 pub struct Chunk {
     content: Vec<u8>,
-    /// By channel, in the order of the file.
+    /// Messages by channel, in the order of the file.
     pub messages: BTreeMap<u16, Vec<Message>>,
     /// Channels that are defined in it.
     pub channels: BTreeMap<u16, Channel>,
@@ -55,7 +55,7 @@ impl Chunk {
         &self.content[message.data.clone()]
     }
 
-    /// Earliest and latest time of its messages, ns.
+    /// Returns the earliest and latest time of its messages, ns.
     fn span(&self) -> Option<(u64, u64)> {
         let times = || self.messages.values().flatten().map(|message| message.time);
         times().min().zip(times().max())
@@ -100,10 +100,10 @@ struct Counted {
 /// A file that is read in place. It may grow meanwhile: [`Indexed::go_on`].
 pub struct Indexed {
     file: File,
-    /// Behind the last record that is known.
+    /// Position behind the last record that is known.
     at: u64,
     is_whole: bool,
-    /// Nothing comes behind.
+    /// True if nothing comes behind.
     is_read: bool,
     pub chunks: Vec<ChunkIndex>,
     /// Channels that are known: of a whole file all.
@@ -233,7 +233,7 @@ impl Indexed {
         Some((rest.u64()?, rest.u64()?)).filter(|(first, last)| first <= last)
     }
 
-    /// True where the file's end is there: nothing more comes.
+    /// Returns true if the file's end is there: nothing more comes.
     pub fn is_whole(&self) -> bool {
         self.is_whole
     }
@@ -401,7 +401,7 @@ impl Indexed {
         }
     }
 
-    /// Code and fields of the record at a place; nothing where it is not there as a whole.
+    /// Returns code and fields of the record at a place; none if it is not there as a whole.
     fn head(&self, at: u64, len: u64) -> Result<Option<(u8, Range<u64>)>, Unreadable> {
         if at + HEAD > len {
             return Ok(None);

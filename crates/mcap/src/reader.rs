@@ -83,7 +83,7 @@ impl<R: Read> Reader<R> {
         if is_whole && reader.packed == MAGIC { Ok(reader) } else { Err(Unreadable::NoMcap) }
     }
 
-    /// The next record; none at the end of the data, and where the file is cut off.
+    /// Returns the next record; none at the end of the data, and where the file is cut off.
     ///
     /// # Errors
     /// What makes the file unreadable from here on: nothing more comes behind an error.
@@ -102,17 +102,17 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// True behind the last record of a file whose end is there.
+    /// Returns true behind the last record of a file whose end is there.
     pub fn is_whole(&self) -> bool {
         self.state == State::Whole
     }
 
-    /// True behind the last whole record of a file that ends without its end: its writer was stopped in the middle.
+    /// Returns true behind the last whole record of a file that ends without its end: its writer was stopped in the middle.
     pub fn is_cut_off(&self) -> bool {
         self.state == State::CutOff
     }
 
-    /// Code and place in `content` of the next record that says something.
+    /// Returns code and place in `content` of the next record that says something.
     fn find(&mut self) -> Result<Option<(u8, Range<usize>)>, Unreadable> {
         while self.state == State::Reading {
             if self.taken < self.content.len() {
@@ -145,7 +145,7 @@ impl<R: Read> Reader<R> {
         Ok(None)
     }
 
-    /// Code and length of the next record beside chunks; none where the file is cut off.
+    /// Returns code and length of the next record beside chunks; none if the file is cut off.
     fn head(&mut self) -> Result<Option<(u8, u64)>, Unreadable> {
         self.begins = self.ends;
         let is_whole = fill(&mut self.source, HEAD, &mut self.packed)?;
@@ -206,7 +206,7 @@ pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<()
 /// Bytes of a record before its fields: its code and their length.
 const HEAD: u64 = 9;
 
-/// No record and no chunk is longer: what says so is damaged.
+/// Maximum length of a record or chunk: what says more is damaged.
 pub(crate) const LEN_MAX: u64 = 1 << 32;
 
 const BUFFER: usize = 1 << 16;
@@ -219,13 +219,13 @@ fn fill(source: &mut impl Read, len: u64, into: &mut Vec<u8>) -> io::Result<bool
     Ok(source.take(len).read_to_end(into)? as u64 == len)
 }
 
-/// Length and checksum of a chunk's records, how they are compressed, and as what; none where it ends before.
+/// Returns length and checksum of a chunk's records, how they are compressed, and as what; none if it ends before.
 fn chunk(mut fields: Rest<'_>) -> Option<(u64, u32, String, &[u8])> {
     let (_first, _last, size, sum, compression, len) = (fields.u64()?, fields.u64()?, fields.u64()?, fields.u32()?, fields.text()?, fields.u64()?);
     Some((size, sum, compression, fields.take(usize::try_from(len).ok()?)?))
 }
 
-/// A record; none where its fields end before it does.
+/// Returns a record; none if its fields end before it does.
 pub(crate) fn record(code: u8, mut fields: Rest<'_>) -> Option<Record<'_>> {
     Some(match code {
         CHANNEL => {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 /// The first and the last bytes of a file.
 pub(crate) const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 
-/// No record has this code.
+/// Code that no record has.
 pub(crate) const NONE: u8 = 0x00;
 pub(crate) const HEADER: u8 = 0x01;
 pub(crate) const FOOTER: u8 = 0x02;
@@ -122,7 +122,7 @@ impl<'a> Rest<'a> {
         Some(map)
     }
 
-    /// The next record: its code, and its fields.
+    /// Returns the next record: its code, and its fields.
     pub fn record(&mut self) -> Option<(u8, Rest<'a>)> {
         let mut rest = *self;
         let code = rest.u8()?;

@@ -43,7 +43,7 @@ pub(crate) fn is_sound(code: u8, fields: &[u8], len: u64) -> bool {
     }
 }
 
-/// The code that a record has by its fields, although its own may be damaged; none where the fields do not agree with its length.
+/// Returns the code that a record has by its fields, although its own may be damaged; none if the fields do not agree with its length.
 /// `has_chunks`: messages lie in chunks, so that what looks like an index is none of them.
 pub(crate) fn code_of(code: u8, fields: &[u8], len: u64, has_chunks: bool) -> Option<u8> {
     let is_own = is_sound(code, fields, len);
@@ -63,7 +63,7 @@ pub(crate) fn is_vague(code: u8) -> bool {
     matches!(code, MESSAGE | ATTACHMENT..=ATTACHMENT_INDEX) || code >= UNKNOWN
 }
 
-/// Number of bytes of a record that [`is_sound`] looks at.
+/// Returns number of bytes of a record that [`is_sound`] looks at.
 pub(crate) fn prefix(code: u8, len: u64) -> u64 {
     match code {
         HEADER | SCHEMA | CHANNEL | METADATA | CHUNK_INDEX | METADATA_INDEX | UNKNOWN.. if len <= CHECKED_MAX => len,
@@ -83,7 +83,7 @@ pub(crate) fn is_chunk(fields: &[u8], len: u64) -> bool {
     packed.is_some_and(|packed| packed.checked_add((fields.len() - rest.0.len()) as u64) == Some(len))
 }
 
-/// End of a list of entries behind `skip` bytes, where its length is a number of whole ones.
+/// Returns the end of a list of entries behind `skip` bytes, if its length is a number of whole ones.
 fn sized(fields: &[u8], skip: usize, entry: usize) -> Option<u64> {
     let mut rest = Rest(fields);
     rest.take(skip)?;
@@ -91,7 +91,7 @@ fn sized(fields: &[u8], skip: usize, entry: usize) -> Option<u64> {
     len.is_multiple_of(entry).then_some((skip + 4 + len) as u64)
 }
 
-/// Number of bytes behind all fields of a record; none where it ends before them.
+/// Returns the number of bytes behind all fields of a record; none if it ends before them.
 fn has_all(code: u8, mut rest: Rest<'_>) -> Option<usize> {
     match code {
         HEADER => {

@@ -10,7 +10,7 @@ use std::io::{self, Write};
 #[derive(Default)]
 struct Chunk {
     records: Vec<u8>,
-    /// By channel: (time, offset) of each message.
+    /// Times and offsets of the messages of each channel.
     index: BTreeMap<u16, Vec<(u64, u64)>>,
     first: u64,
     last: u64,
@@ -38,7 +38,7 @@ pub struct Writer<W: Write> {
     sink: W,
     position: u64,
     chunk: Chunk,
-    /// Of channels that have chunks of their own.
+    /// Chunk of channels that have chunks of their own.
     chunk_apart: Chunk,
     apart: HashSet<u16>,
     /// Their numbers.
@@ -83,7 +83,7 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// A new channel; its number, or none where a file has none left. `encoding`: of its messages.
+    /// Adds a channel; returns its number, or none if a file has none left. `encoding`: of its messages.
     pub fn channel(&mut self, topic: &str, encoding: &str, schema: Option<&Schema>, metadata: &BTreeMap<String, String>) -> Option<u16> {
         let schema = schema.map_or(Some(0), |schema| self.schema(schema))?;
         self.channels = self.channels.checked_add(1)?;
@@ -130,12 +130,12 @@ impl<W: Write> Writer<W> {
         records.extend(data);
     }
 
-    /// True where a chunk is large enough to be finished: a larger one compresses no better.
+    /// Returns true if a chunk is large enough to be finished: a larger one compresses no better.
     pub fn is_full(&self) -> bool {
         [&self.chunk, &self.chunk_apart].into_iter().any(Chunk::is_full)
     }
 
-    /// True while messages of a channel are in a chunk that is being filled.
+    /// Returns true while messages of a channel are in a chunk that is being filled.
     pub fn is_filling(&self, channel: u16) -> bool {
         [&self.chunk, &self.chunk_apart].into_iter().any(|chunk| chunk.index.contains_key(&channel))
     }
@@ -145,12 +145,12 @@ impl<W: Write> Writer<W> {
         self.position
     }
 
-    /// Where it is written, without the chunks that are being filled.
+    /// Returns the sink, without the chunks that are being filled.
     pub fn into_sink(self) -> W {
         self.sink
     }
 
-    /// The chunks reach the sink, each as a whole, with the index of its messages; nothing where both are empty.
+    /// Writes the chunks to the sink, each as a whole, with the index of its messages; nothing if both are empty.
     pub fn finish_chunk(&mut self) -> io::Result<()> {
         self.finish_values()?;
         let chunk = std::mem::take(&mut self.chunk_apart);
@@ -158,7 +158,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// The same, but a chunk of channels apart stays where it is not full: they are few messages, and lie together so.
+    /// Writes only full chunks: one of channels apart stays if it is not full, as they are few messages, and lie together so.
     pub fn finish_full(&mut self) -> io::Result<()> {
         if self.chunk_apart.is_full() { self.finish_chunk() } else { self.finish_values() }
     }
@@ -214,7 +214,7 @@ impl<W: Write> Writer<W> {
         Ok(chunk)
     }
 
-    /// A record of metadata, behind the chunk, which reaches the sink with it.
+    /// Writes a record of metadata, behind the chunk, which reaches the sink with it.
     pub fn metadata(&mut self, name: &str, texts: &BTreeMap<String, String>) -> io::Result<()> {
         self.finish_chunk()?;
         let (start, mut out) = (self.position, Vec::new());
@@ -225,7 +225,7 @@ impl<W: Write> Writer<W> {
         self.sink.flush()
     }
 
-    /// The end of the file: the summary, behind the last chunk. The last call.
+    /// Writes the end of the file: the summary, behind the last chunk. The last call.
     pub fn finish(&mut self) -> io::Result<()> {
         self.finish_chunk()?;
         let mut out = Vec::new();
