@@ -241,11 +241,11 @@ class Calls(Asking):
         return self._ask("now")
 
     def advance(self, duration_ns: int) -> None:
-        """Runs the firings in (now, now + duration], under the virtual clock."""
+        """Under the virtual clock: runs the firings in (now, now + duration]."""
         return self._ask("advance", {"duration_ns": duration_ns})
 
     def step(self) -> bool:
-        """Runs the next firing, whenever that is, under the virtual clock. Returns false where nothing is
+        """Under the virtual clock: runs the next firing, whenever that is. Returns false where nothing is
         ever going to happen."""
         return self._ask("step")
 

@@ -33,7 +33,7 @@ class Passed(NamedTuple):
 
 
 class Report(Shown):
-    """End of a verb: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
+    """Report of a verb: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
 
     Made by the end of a verb instance: what a call returns, and `vi.report`.
 

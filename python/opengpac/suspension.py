@@ -13,7 +13,7 @@ from .given import taking
 
 @dataclass(frozen=True)
 class Holding:
-    """Rest that a verb comes to before it is suspended; made by `gpac.holding`, with the same `set` and `until`."""
+    """Way in which a verb comes to rest before it is suspended; made by `gpac.holding`, with the same `set` and `until`."""
 
     set: tuple[str, ...]
     until: tuple[str, ...]

@@ -54,42 +54,42 @@ void opengpac_close(opengpac_system *system);
  *   processor(name, [core], [supervisor], [process], [host], [lost_after_ns], [patience_ns])
  *       Makes a real-time processor.
  *         core: The core that it is bound to.
- *         supervisor: Whether the supervisor is there; where no processor says so, it is on the first one.
+ *         supervisor: true: the supervisor is there; if no processor says so, it is on the first one.
  *         process: true: in a process of its own; a text: in the process of that name.
  *         host: A host that has joined.
- *         lost_after_ns: How long a process may stand still until it counts as lost.
- *         patience_ns: How long a process may miss its supervisor.
+ *         lost_after_ns: Time for which a process may stand still until it counts as lost.
+ *         patience_ns: Time for which a process may miss its supervisor.
  *   listen(endpoint, name, [authority], [certificate], [key], [token], [clock_limit_ns])
  *       Lets other hosts join.
  *         endpoint: "tcp/HOST:PORT" or "tls/HOST:PORT".
  *         name: The name of this host.
  *         authority: The file of the authority that signs the others' certificates.
  *         token: The text that a host must know to join.
- *         clock_limit_ns: How far apart clocks may be.
+ *         clock_limit_ns: Maximum difference of the clocks.
  *   take_over() -> TakenOver
  *       Lets go on what runs in processes that lost a system of this name; the system is opened with "adopt":
  *       true.
  *   source(processor, name, kind, priority, [period_ns], [virtual_cost_ns])
  *       Makes an interrupt source of a processor.
  *         kind: "timer", "trigger" or "software".
- *         period_ns: Of a timer.
- *         virtual_cost_ns: What a firing takes under the virtual clock.
+ *         period_ns: Period of a timer.
+ *         virtual_cost_ns: Cost of a firing under the virtual clock.
  *   request(source)
  *       Requests a software source: it fires once.
  *         source: "processor.source".
  *   physical_device(processor, name, kind, source, [options], [place]) -> PhysicalDevice
  *       Opens a device for a source. Returns its channels and parts.
  *         kind: The driver: "mujoco", "loopback", "scripted", ...
- *         options: Those of the driver.
+ *         options: Options of the driver.
  *   device_service(device, service, [arguments]) -> Value or null
  *       Lets the driver of a device carry out a service, off the cycle. Returns what that answers.
- *         service: One that the driver declares: `configuration` lists them.
- *         arguments: Those of the service.
+ *         service: Service that the driver declares: `configuration` lists them.
+ *         arguments: Arguments of the service.
  *   scan_devices(kind, [options]) -> Value or null
  *       Looks on the host of the system for devices that a driver could open; nothing moves. Returns what
  *       each is, and the options that open it.
  *         kind: The driver.
- *         options: Those of the driver that say where to look.
+ *         options: Options of the driver that say where to look.
  *   device_served(errand) -> Value or null
  *       Waits for a service or a search that goes on. Returns what it answers, once.
  *   reopen_physical_device(name)
@@ -103,7 +103,7 @@ void opengpac_close(opengpac_system *system);
  * software
  *   download(path, [name], [python]) -> ModuleAbout
  *       Loads a code module. Returns its blocks.
- *         name: What it is called; the name of the file where it is left out.
+ *         name: Name of the module; by default the name of the file.
  *         python: The interpreter that tries it in a process of its own.
  *   define_verb(...verb)
  *       Enters a verb.
@@ -142,8 +142,8 @@ void opengpac_close(opengpac_system *system);
  *       enabled when it is ready.
  *   wait_enabled(name, [timeout_ns], [until_ns]) -> boolean
  *       Waits until a device is enabled. Returns whether it is.
- *         timeout_ns: How long at most, from now, on the system's clock.
- *         until_ns: Until when at most, instead.
+ *         timeout_ns: Time limit from now, on the system's clock.
+ *         until_ns: Time of the limit, instead.
  *   disable(name)
  *       Ends the verbs that use a device, then its own; waits until that is done.
  *   exchange_verb(device, verb, [place])
@@ -172,13 +172,13 @@ void opengpac_close(opengpac_system *system);
  *         values: Input parameter to value.
  *   wait(instance, [timeout_ns], [until_ns]) -> Report or null
  *       Waits until an instance has ended. Returns its end report, null after the timeout.
- *         timeout_ns: How long at most, from now, on the system's clock.
- *         until_ns: Until when at most, instead.
+ *         timeout_ns: Time limit from now, on the system's clock.
+ *         until_ns: Time of the limit, instead.
  *   halt(instance, [timeout_ns], [until_ns]) -> Report or null
  *       Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second
  *       halt is immediate. Returns its end report.
- *         timeout_ns: How long at most, from now, on the system's clock.
- *         until_ns: Until when at most, instead.
+ *         timeout_ns: Time limit from now, on the system's clock.
+ *         until_ns: Time of the limit, instead.
  *   suspend(instance)
  *       Lets what an instance is doing run dry, then holds it.
  *   resume(instance)
@@ -198,7 +198,7 @@ void opengpac_close(opengpac_system *system);
  * values and time
  *   read(names, [raw]) -> Snapshot
  *       Returns one consistent snapshot.
- *         names: Those of SVVs, of private cells, "move#1:coefficients", and of channels,
+ *         names: Names of SVVs, of private cells, "move#1:coefficients", and of channels,
  *         "plant.elbow.position".
  *         raw: Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C
  *         type in base64, little endian.
@@ -206,7 +206,7 @@ void opengpac_close(opengpac_system *system);
  *       Stores a value.
  *   history(name, count, [raw]) -> list of Reading
  *       Returns the last values, oldest first.
- *         count: How many at most.
+ *         count: Maximum number of values.
  *         raw: "bytes" instead of "value", as of `read`.
  *   svv_about(name) -> SvvAbout
  *       Returns what is known of an SVV, a private cell or a channel: its type, unit, history, writers.
@@ -222,7 +222,7 @@ void opengpac_close(opengpac_system *system);
  *       Stops everything that moves, until `reset`.
  *   emergency_stop_input(device, channel, [at_zero])
  *       Lets a channel of a device stop everything that moves.
- *         at_zero: It stops at zero, not at one.
+ *         at_zero: True if it stops at zero, not at one.
  *   reset() -> map of text
  *       Ends the emergency stop, and opens devices again that were lost. Returns those that are lost still,
  *       each with why.
@@ -244,7 +244,7 @@ void opengpac_close(opengpac_system *system);
  *       Says what the alarms of a code mean.
  *   raise_alarm(code, [source], [text])
  *       Raises an alarm.
- *         source: Where it comes from.
+ *         source: Source of the alarm.
  *   clear_alarm(code, [source]) -> boolean
  *       Says that the cause of an alarm is gone. Returns whether there was one.
  *   alarms() -> Alarms
@@ -270,7 +270,7 @@ void opengpac_close(opengpac_system *system);
  *       Returns how sources, instances and devices run.
  *   probe(for_ns, [source])
  *       Visits the blocks of a source, or of all, one a firing: then `statistics` tells how long they take.
- *         for_ns: For how much real time, an hour at most.
+ *         for_ns: Amount of real time, an hour at most.
  *   log([since]) -> list of LogEntry
  *       Returns commands, conditions, faults, transitions and ends.
  *         since: The number of the first one.
@@ -298,7 +298,7 @@ void opengpac_close(opengpac_system *system);
  *         cells: The private cells of all verb instances too.
  *         replay: Everything that comes from outside too, so that the run can be run again.
  *         split_bytes: Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so
- *         on. Not of a recording for a replay.
+ *         on. A recording for a replay has none.
  *         keep: Files that stay where the recording is split; the oldest goes. All where it is left out.
  *   recording(recording) -> RecordingSummary
  *       Returns how a recording stands.
@@ -310,8 +310,8 @@ void opengpac_close(opengpac_system *system);
  *       their SHA-256 digests are those of modules that the system has had, or are in `trust`.
  *         trust: Digests of code modules that may run. Over the control interface they are the daemon's own,
  *         and are left out.
- *         present: With the modules of the same names that the system has now in the place of the
- *         recording's: then the first difference is of them.
+ *         present: true: the modules of the same names that the system has now take the place of the
+ *         recording's; then the first difference is of them.
  *   replaying(replay) -> Replaying
  *       Returns how a replay stands.
  *   stop_replay(replay) -> Replaying
@@ -324,7 +324,7 @@ void opengpac_close(opengpac_system *system);
  *       is on the disk.
  *   recorded_at(path, time_ns, [names], [topics], [known]) -> RecordedAt
  *       Returns what was at a time of a recording.
- *         time_ns: On the system's clock.
+ *         time_ns: Time on the system's clock.
  *         names: Names of SVVs and cells.
  *         topics: Names of other channels, `/installed`, `/statistics`, `/alarms`, …
  *         known: Times of the messages that the caller has, by channel: they are not told again.

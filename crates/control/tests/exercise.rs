@@ -80,7 +80,7 @@ async fn over_http(inside: &Inside) {
     assert_eq!(ask(inside, session, "/v1/call/count_lamps", r#"{"prefix": "lamp."}"#).await, (200, json!({ "result": 2 })));
     let schema = &control::schemas()["calls"]["count_lamps"];
     assert_eq!((&schema["role"], &schema["arguments"]["required"]), (&json!("configure"), &json!(["prefix"])));
-    assert_eq!(schema["arguments"]["properties"]["prefix"]["description"], "What their names begin with.");
+    assert_eq!(schema["arguments"]["properties"]["prefix"]["description"], "Prefix of their names.");
     assert_eq!(schema["result"]["type"], "integer");
     assert_eq!(control::calls::find("count_lamps").map(|call| call.role), Some(Role::Configure));
 }
@@ -110,7 +110,7 @@ fn in_the_studio() {
     let types = String::from_utf8(told.stdout).expect("text");
     let begins = types.find("  count_lamps: {").unwrap_or_else(|| panic!("no type of the call: {types}"));
     let entry = &types[begins..begins + types[begins..].find("\n  };").expect("its end")];
-    for line in ["role: \"configure\";", "/** What their names begin with. */", "prefix: string;", "most?: number | null;", "result: number;"] {
+    for line in ["role: \"configure\";", "/** Prefix of their names. */", "prefix: string;", "most?: number | null;", "result: number;"] {
         assert!(entry.contains(line), "{line} in: {entry}");
     }
     assert!(types.contains("/** Counts the SVVs of a pattern. Returns how many there are. */"));

@@ -15,7 +15,7 @@ export interface Alarm {
   severity: Severity;
   active: boolean;
   acknowledged: boolean;
-  /** How often it came. */
+  /** Number of times that it came. */
   count: number;
   /** When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
   time_ns: number;
@@ -38,7 +38,7 @@ export interface AlarmRequest {
   severity: Severity;
   active: boolean;
   acknowledged: boolean;
-  /** How often it came. */
+  /** Number of times that it came. */
   count: number;
   /** When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
   time_ns: number;
@@ -47,14 +47,14 @@ export interface AlarmRequest {
   acknowledged_ns?: number | null;
 }
 
-/** What is said of an alarm of one code. */
+/** Text of an alarm of one code. */
 export interface AlarmText {
   text: string;
   remedy: string;
   severity: Severity;
 }
 
-/** What is said of an alarm of one code. */
+/** Text of an alarm of one code. */
 export interface AlarmTextRequest {
   text: string;
   remedy?: string;
@@ -63,11 +63,11 @@ export interface AlarmTextRequest {
 
 /** The alarms of a system, as a call tells them. */
 export interface Alarms {
-  /** Those that are active or not acknowledged, newest last. */
+  /** Alarms that are active or not acknowledged, newest last. */
   current: Alarm[];
-  /** Those of the past, oldest first. */
+  /** Alarms of the past, oldest first. */
   history: Alarm[];
-  /** What is said of each code. */
+  /** Text of each code. */
   texts: { [name: string]: AlarmText };
   /** Alarms that had to leave before they were over, because there was no place for another. */
   dropped: number;
@@ -109,10 +109,10 @@ export interface ApplicationRequest {
   place?: Place | null;
 }
 
-/** What happens to a start that needs something of a logical device which another verb holds. */
+/** Arbitration of a start that needs something of a logical device which another verb holds. */
 export type Arbitration = "refuse" | "queue" | "abort";
 
-/** What an instantiation parameter or object is given. */
+/** Argument of an instantiation parameter or object. */
 export type Argument = {
   svv: string;
 } | {
@@ -133,14 +133,14 @@ export type Argument = {
   devices: string[];
 };
 
-/** What an argument of a verb is given. */
+/** Kind of a verb's argument. */
 export type ArgumentKind = "device" | "group" | "svv" | "channel";
 
 /** `POST /v1/command/request`. */
 export interface AskForCommand {
-  /** What for, for the holder to read. */
+  /** Purpose, for the holder to read. */
   reason?: string;
-  /** How long it waits for an answer, ms, 1,000 to 600,000. */
+  /** Time for which it waits for an answer, ms, 1,000 to 600,000. */
   wait_ms?: number;
 }
 
@@ -153,9 +153,9 @@ export interface AskingSession {
   /** Its caller. */
   who: string;
   person: string | null;
-  /** What for, for people. */
+  /** Purpose, for people. */
   reason: string;
-  /** How long it still waits, ms. */
+  /** Time for which it still waits, ms. */
   left_ms: number;
 }
 
@@ -169,29 +169,29 @@ export interface BlockAbout {
   source: string;
 }
 
-/** A block that begins anew. */
+/** Block that begins again. */
 export interface BlockAnew {
   /** Its label. */
   block: string;
-  /** Why. */
+  /** Reason for it. */
   why: string;
 }
 
-/** What a use of a block refers to. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`. */
+/** Source of a block: a subroutine or a graph. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`. */
 export type BlockSource = {
   subroutine: string;
 } | {
   graph: Graph;
 };
 
-/** What a use of a block refers to. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`. */
+/** Source of a block: a subroutine or a graph. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`. */
 export type BlockSourceRequest = {
   subroutine: string;
 } | {
   graph: GraphRequest;
 };
 
-/** How long the invocations of a block take, as far as a probe has measured them. */
+/** Durations of a block's invocations, as far as a probe has measured them. */
 export interface BlockTimes {
   /** The verb instance. */
   instance: string;
@@ -252,7 +252,7 @@ export interface ButtonRequest {
   values?: { [name: string]: Value };
 }
 
-/** What a data object is. */
+/** Kind of a data object. */
 export type CellKind = "svv" | "private" | "constant" | "channel";
 
 export interface Channel {
@@ -264,7 +264,7 @@ export interface Channel {
   unit: string;
 }
 
-/** What kind of refusal it is: the name of the Python exception class. */
+/** Class of a refusal: the name of the Python exception class. */
 export type Class = "TypeMismatch" | "UnitMismatch" | "NotEnabled" | "DeviceFailed" | "EmergencyStopped" | "CompositionConflict" | "DefinitionError" | "UnknownName" | "CoverError" | "SecondWriter" | "SchedulingError" | "SynchronousCycle" | "PlacementError" | "ValueRefused" | "OutOfRange" | "NotHomed" | "CallError" | "InvalidState" | "ModuleError" | "InUse" | "NotAllowed" | "NotCommanding" | "SessionLost" | "LimitExceeded" | "AuditFailed";
 
 /** The clock of a system. */
@@ -336,7 +336,7 @@ export type Commands = WrittenCommand[];
 /** A command list, or its commands alone. */
 export type CommandsRequest = WrittenCommandRequest[];
 
-/** What a composed verb is made of. */
+/** Definition of a composed verb. */
 export interface Composition {
   name: string;
   doc?: string;
@@ -353,12 +353,12 @@ export interface Composition {
   share?: string[];
   /** The initial lists of all parts are one list. */
   together?: boolean;
-  /** When parts that run together have ended. */
+  /** End of parts that run together. */
   until?: TogetherUntil;
   place?: Place | null;
 }
 
-/** What is configured: processors, interrupt sources, physical devices, logical devices and their types. */
+/** Configuration: processors, interrupt sources, physical devices, logical devices and their types. */
 export interface Configuration {
   processors: { [name: string]: ProcessorAbout };
   /** Interrupt sources, `rtp.source`. */
@@ -387,7 +387,7 @@ export type Damaged = {
 export interface DeclineRequest {
   /** The session that asks. */
   name: string;
-  /** Why, for people. */
+  /** Reason, for people. */
   reason?: string;
 }
 
@@ -432,7 +432,7 @@ export interface DeviceRequest {
   every?: { [name: string]: number };
   /** Parts of units that are others for this device than its type says, in order. */
   units?: [string, string][];
-  /** What happens to a second verb that commands it, where that is not as its type says. */
+  /** Arbitration of a second verb that commands it, if it is not as its type says. */
   arbitration?: Arbitration | null;
   place?: Place | null;
 }
@@ -464,7 +464,7 @@ export interface DeviceTypeRequest {
   place?: Place | null;
 }
 
-/** What is drawn: one of the two. */
+/** Drawing that is checked: one of the two. */
 export interface Drawing {
   graph?: GraphRequest | null;
   verb?: VerbRequest | null;
@@ -487,18 +487,18 @@ export interface DriverOption {
   unit: string;
   /** Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Left out: every number. */
   range?: string | null;
-  /** What it is where it is left out, in words; null: it must be given. */
+  /** Default in words; null: it must be given. */
   default: string | null;
   doc: string;
 }
 
 /** The safe state of a device. */
 export interface DriverSafeState {
-  /** What it is. */
+  /** Description of the state. */
   doc: string;
-  /** What brings it about: "driver", "guard", "device". */
+  /** Agents that bring it about: "driver", "guard", "device". */
   by: string[];
-  /** How long after it is asked for it holds, ns. */
+  /** Time from the request until it holds, ns. */
   within_ns: number;
 }
 
@@ -509,11 +509,11 @@ export interface DriverService {
   arguments: DriverOption[];
   /** The kind of its answer; null: it answers nothing. */
   answer: string | null;
-  /** It moves the device: it is refused while an emergency stop is latched. */
+  /** True if it moves the device: it is refused while an emergency stop is latched. */
   moves: boolean;
 }
 
-/** What makes an active block due: its interval or trigger, the blocks that drive it, or values from other sources and instances. */
+/** Reason for which an active block is due: its interval or trigger, the blocks that drive it, or values from other sources and instances. */
 export type DueBy = "interval" | "driven" | "queued";
 
 /** One end of one start. */
@@ -528,13 +528,13 @@ export interface End {
 export interface FormArgument {
   name: string;
   kind: ArgumentKind;
-  /** Of a device or a group its type. */
+  /** Type of a device or a group. */
   of: string | null;
-  /** Of an SVV or channel; empty where the argument has several. */
+  /** Type of an SVV or channel; empty if the argument has several. */
   type_text: string;
   unit: string;
   doc: string;
-  /** Of a part: the channels of it that are used. */
+  /** Channels of a part that are used. */
   members: string[];
 }
 
@@ -550,13 +550,13 @@ export interface FormInput {
   maximum: Bound | null;
   /** The SVV of an object that the range is counted from. */
   counted_from: string | null;
-  /** It has no default. */
+  /** True if it has no default. */
   required: boolean;
-  /** It may be changed while the verb runs. */
+  /** True if it may be changed while the verb runs. */
   tunable: boolean;
 }
 
-/** What is fused, and what is not. */
+/** Groups of fused blocks, and blocks that are not fused. */
 export interface Fused {
   /** Tables get the entries that there are, also those of instances that come. */
   on: boolean;
@@ -574,15 +574,15 @@ export interface FusedGroup {
   source: string;
   /** `instance.label`, in the order in which they run. */
   blocks: string[];
-  /** They run by one entry. */
+  /** True if they run by one entry. */
   fused: boolean;
-  /** Why they have none. */
+  /** Reason why they have none. */
   why: string | null;
 }
 
 /** Bodies of a machine for drawing. Metres; quaternions w x y z; places are those on the parent. */
 export interface Geometry {
-  /** In the order of the model; the first is the world. */
+  /** Bodies in the order of the model; the first is the world. */
   bodies: GeometryBody[];
   meshes: GeometryMesh[];
   /** The name by which contacts are read, six numbers each: place, m, and force, N, in the world; null: none are told. */
@@ -607,7 +607,7 @@ export interface GeometryBody {
 export interface GeometryGeom {
   /** `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `mesh`, `sdf`. */
   kind: string;
-  /** As MuJoCo counts it: half lengths, radii. */
+  /** Size as MuJoCo counts it: half lengths, radii. */
   size: [number, number, number];
   position: [number, number, number];
   /** w x y z. */
@@ -624,7 +624,7 @@ export interface GeometryJoint {
   kind: JointKind;
   axis: [number, number, number];
   position: [number, number, number];
-  /** Of a hinge or slide: its position as the model is drawn, rad or m. A page turns by position - reference. */
+  /** Position of a hinge or slide as the model is drawn, rad or m. A page turns by position - reference. */
   reference: number | null;
   /** The name by which its position is read; null: no channel tells it. */
   svv: string | null;
@@ -670,17 +670,17 @@ export interface GraphRequest {
 
 /** `POST /v1/command/hand_over`. */
 export interface HandOver {
-  /** The session that commands from now on. */
+  /** Session that takes command. */
   to: string;
 }
 
-/** Who commands, who asks for it, and what became of the last requests. */
+/** Holder of command, those who ask for it, and the outcomes of the last requests. */
 export interface Holder {
   /** Name of the session that commands; null: none does. */
   holder: string | null;
   /** Its caller: a user, a token or a certificate. */
   who: string | null;
-  /** What its person is called, where that was said. */
+  /** Name of its person, if it was given. */
   person: string | null;
   /** Requests for command that wait, oldest first. */
   requests: AskingSession[];
@@ -697,13 +697,13 @@ export interface Holding {
   until: string;
 }
 
-/** What a running verb instance does when the programming system that started it dies or cannot be reached any more. */
+/** Action of a running verb instance when the programming system that started it dies or can no longer be reached. */
 export type IfCutOff = "continue" | "halt" | "safe";
 
-/** What a call says of the process of a processor. */
+/** Process of a processor, as a call names it. */
 export type InProcess = boolean | string;
 
-/** How an SVV of a logical device starts. */
+/** Initial value of an SVV of a logical device. */
 export type Initial = {
   value: Value;
 } | {
@@ -748,14 +748,14 @@ export interface InputParameterRequest {
   place?: Place | null;
 }
 
-/** All verb instances. */
+/** Installed verb instances. */
 export interface Installed {
   instances: InstalledInstance[];
 }
 
-/** When a block is due. */
+/** Activation of a block, and when it is due. */
 export interface InstalledActivation {
-  /** Whether it is active now. */
+  /** True while it is active. */
   on: boolean;
   due: DueBy;
   /** Labels of the blocks that drive it. */
@@ -797,7 +797,7 @@ export interface InstalledCell {
   writers: [string, string][];
   /** Label and port of what reads it. */
   readers: [string, string][];
-  /** Of a constant. */
+  /** Value of a constant. */
   value?: Value | null;
 }
 
@@ -806,7 +806,7 @@ export interface InstalledCondition {
   name: string;
   /** The block conditions that it stands for, `label.condition`. */
   of: string[];
-  /** It is one of every verb: `halted`, `time_limit`. */
+  /** True if it is one of every verb: `halted`, `time_limit`. */
   system: boolean;
   /** Output values that it returns. */
   returns: string[];
@@ -827,11 +827,11 @@ export interface InstalledInstance {
   state: InstanceState;
   /** The command list that runs, or ran last. */
   list: string;
-  /** Where it is in its list: after how many waits. */
+  /** Number of the wait in its list at which it is. */
   stage: number;
   /** The logical device whose own verb it is. */
   owner: string | null;
-  /** How often it has been started. */
+  /** Number of its starts. */
   starts: number;
   /** Its owner, or the first of the logical devices that it acts on. */
   device: string | null;
@@ -856,7 +856,7 @@ export interface InstalledInstance {
 /** A command list. */
 export interface InstalledList {
   name: string;
-  /** As a program would write them, for people to read. */
+  /** Commands as a program would write them, for people to read. */
   commands: string[];
 }
 
@@ -875,9 +875,9 @@ export interface InstalledPort {
   cell: string | null;
   /** An input without a default. */
   required: boolean;
-  /** Of an array port that is bound to one cell for each element. */
+  /** Cells of an array port that is bound to one cell for each element. */
   cells?: string[] | null;
-  /** Of a parameter, and of an input that nothing is bound to: the value that it was made with. */
+  /** Value of a parameter, and of an input that nothing is bound to: the one that it was made with. */
   value?: PortValue | null;
 }
 
@@ -909,11 +909,11 @@ export interface InstanceAbout {
   outputs: string[];
   /** The logical device whose own verb it is. */
   owner: string | null;
-  /** How often it has been started. */
+  /** Number of its starts. */
   starts: number;
-  /** For how long it has run since its start, without the time that it was suspended, s. */
+  /** Time for which it has run since its start, without the time that it was suspended, s. */
   running_s: number;
-  /** What was filled in when it was made, and what is worth knowing of it. */
+  /** Arguments that were filled in when it was made, and other remarks. */
   remarks: string[];
 }
 
@@ -930,11 +930,11 @@ export interface InstanceStatistics {
   list: string;
   /** The logical device whose own verb it is. */
   owner: string | null;
-  /** For how long it has run since its start, without the time that it was suspended, s. */
+  /** Time for which it has run since its start, without the time that it was suspended, s. */
   running_s: number;
 }
 
-/** What a block shows of itself. */
+/** Interface of a block. */
 export interface Interface {
   /** `module.block`. */
   name: string;
@@ -956,7 +956,10 @@ export interface Item {
   unit: string;
   /** Items whose units make its own: declared as `=u`, the unit of u, or `=k.u`, that of their product. `unit` is empty then. */
   unit_of?: string[];
-  /** The numbers that it may be, of an array each element: declared behind the unit, `rad/s (0, 10]`. Absent: any finite number. */
+  /**
+   * The numbers that it may be, of an array each element: declared behind the unit, `rad/s (0, 10]`. If it is absent, any finite number is
+   * allowed.
+   */
   range?: Range | null;
   doc: string;
   /** An input that may stay unbound. */
@@ -965,7 +968,7 @@ export interface Item {
   /** Number of elements is the block's size. */
   sized: boolean;
   /**
-   * Of an input: the number of last values that it reads, oldest first; 0 where it reads the present one. `type_text` is that of
+   * Number of last values that an input reads, oldest first; 0 if it reads the present one. `type_text` is that of
    * one value.
    */
   history: number;
@@ -978,7 +981,7 @@ export interface Item {
 
 export type ItemKind = "input" | "output" | "device_read" | "device_write" | "condition" | "parameter" | "state" | "size";
 
-/** How a joint moves. */
+/** Kind of a joint's motion. */
 export type JointKind = "free" | "ball" | "slide" | "hinge";
 
 /** An end report that waits for its session. */
@@ -994,11 +997,11 @@ export interface KeptReport {
 export interface KeptReports {
   /** Oldest first. */
   reports: KeptReport[];
-  /** Those that are gone, because too many waited. */
+  /** Number of reports that are gone, because too many waited. */
   lost: number;
 }
 
-/** What raises an interrupt source. */
+/** Kind of an interrupt source. */
 export type KindOfSource = "timer" | "trigger" | "software";
 
 /** Limits of one start. */
@@ -1029,7 +1032,7 @@ export interface LogEntry {
   who: string;
 }
 
-/** What may be started. */
+/** Mode of operation: it limits what may be started. */
 export type Mode = "automatic" | "manual";
 
 /** A code module: its blocks and struct types. */
@@ -1038,7 +1041,7 @@ export type ModuleAbout = {
   blocks: Interface[];
   /** Declarations of its struct types by name. */
   types: { [name: string]: string } | null;
-  /** What is to be known of it. */
+  /** Remark about the module. */
   note?: string | null;
 };
 
@@ -1084,11 +1087,11 @@ export interface ObjectRequest {
 export interface OpenSession {
   /** The caller's own: letters, digits, `.`, `_` and `-`, at most 64. */
   name: string;
-  /** After how long without a sign of life it counts as lost, ms, 1,000 to 60,000. */
+  /** Time without a sign of life after which it counts as lost, ms, 1,000 to 60,000. */
   lost_after_ms?: number;
   /** Takes up a session of that name that is alive, as the same caller. */
   take_up?: boolean;
-  /** What the person is called, for others to see; at most 64 characters. Left out: as before, if the session was there before. */
+  /** Name of the person, for others to see; at most 64 characters. Left out: as before, if the session was there before. */
   person?: string | null;
 }
 
@@ -1099,10 +1102,10 @@ export interface Other {
   time_s: number;
 }
 
-/** How a request for command ended. */
+/** Outcome of a request for command. */
 export type Outcome = "granted" | "declined" | "timed_out" | "withdrawn";
 
-/** What a panel shows. */
+/** Content of a panel. */
 export type PanelKind = "plot" | "scene" | "values" | "verb" | "alarms" | "buttons";
 
 /** A part of a composed verb. */
@@ -1122,7 +1125,7 @@ export interface Passed {
   time_s: number;
 }
 
-/** What is paused: true: all actions; false: nothing; a list: the actions on these logical devices. */
+/** Pauses in force: true: all actions; false: none; a list: the actions on these logical devices. */
 export type Paused = boolean | string[];
 
 /** A physical device as its driver describes it. */
@@ -1132,34 +1135,34 @@ export interface PhysicalDevice {
   channels: Channel[];
   /** The joints of its machine, for which logical devices can be made. */
   parts?: DevicePart[] | null;
-  /** It goes to its safe state after so long without a command, ns. */
+  /** Time without a command after which it goes to its safe state, ns. */
   watchdog_ns?: number | null;
-  /** It goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and no guard can reach it. */
+  /** True if it goes on under its last commands when the process of its driver is gone or hangs: it has no watchdog, and no guard can reach it. */
   unguarded?: boolean;
   /** The same in words, with the remedy; absent where something makes it safe. */
   unguarded_why?: string | null;
   /** Where its driver exchanges: "inline", "worker" or "process". */
   class?: string | null;
-  /** What brings its outputs to their safe state, and how soon. */
+  /** Agents that bring its outputs to their safe state, and the time that they take. */
   safe_state?: DriverSafeState | null;
-  /** What its driver does off the cycle. */
+  /** Services of its driver, off the cycle. */
   services?: DriverService[];
-  /** What its driver counts. */
+  /** Counters of its driver. */
   counters?: DriverCounter[];
   [more: string]: unknown;
 }
 
-/** How a physical device does. */
+/** Statistics of a physical device. */
 export interface PhysicalDeviceStatistics {
-  /** Why it is lost; null: it is not. */
+  /** Cause of its loss; null: it is not lost. */
   lost: string | null;
-  /** How often a command was held back by the limit of its slope. */
+  /** Number of commands that were held back by the limit of their slope. */
   slew_limited: number;
-  /** What its driver counts, by name. */
+  /** Counters of its driver, by name. */
   counters: { [name: string]: number };
 }
 
-/** Where in the user's program something was defined. */
+/** Source location of a definition in the user's program. */
 export interface Place {
   file: string;
   line: number;
@@ -1181,18 +1184,18 @@ export interface Plan {
   initial: number;
   ending: PlannedEnding;
   suspend: PlannedSuspend;
-  /** What it does when the programming system that started it is cut off, where its verb says so. */
+  /** Action when the programming system that started it is cut off, if its verb declares one. */
   if_cut_off: IfCutOff | null;
   conditions: PlannedCondition[];
   inputs: PlannedInput[];
   requirements: PlannedRequirement[];
   outputs: PlannedOutput[];
   claims: PlannedClaim[];
-  /** What happens where another instance holds it, claim by claim: as the logical device that it belongs to declares. */
+  /** Arbitration with another instance that holds it, claim by claim: as the logical device that it belongs to declares. */
   arbitration: Arbitration[];
   /** Logical devices that must be enabled. */
   devices: string[];
-  /** It may be started in manual mode. */
+  /** True if it may be started in manual mode. */
   manual: boolean;
   remarks: Remark[];
 }
@@ -1212,7 +1215,7 @@ export interface PlannedActivation {
   rates: [number, Rate][];
 }
 
-/** What a port or device item is bound to. */
+/** Binding of a port or device item. */
 export type PlannedBinding = {
   Cell: number;
 } | {
@@ -1268,7 +1271,7 @@ export interface PlannedCell {
   readers: [number, number][];
 }
 
-/** What a cell is. */
+/** Kind of a cell. */
 export type PlannedCellKind = {
   Svv: {
     id: SvvId;
@@ -1290,7 +1293,7 @@ export type PlannedCellKind = {
   };
 };
 
-/** What a start claims. */
+/** Object that a start claims. */
 export type PlannedClaim = {
   Svv: {
     id: SvvId;
@@ -1327,13 +1330,13 @@ export interface PlannedCondition {
   /** Its end is normal: no exception (`completed`; `returns` and no `raises`). */
   normal: boolean;
   priority: number;
-  /** Only in these lists; empty: in all. Conditions of one name have no list in common. */
+  /** Lists to which it is limited; empty: all. Conditions of one name have no list in common. */
   during: number[];
   /** Code of the alarm that it raises. */
   alarm: string | null;
 }
 
-/** Why an activation is due, while it is on. */
+/** Reason for which an activation is due, while it is on. */
 export type PlannedDue = "Interval" | {
   Driven: {
     by: [number, number][];
@@ -1344,7 +1347,7 @@ export type PlannedDue = "Interval" | {
   };
 };
 
-/** How an end goes, resolved. */
+/** Course of an end, resolved. */
 export interface PlannedEnding {
   /** Index of the list that runs at the end. */
   list: number | null;
@@ -1352,7 +1355,7 @@ export interface PlannedEnding {
   limit_ns: number;
 }
 
-/** What becomes true, and the condition (block, item) that is waited for where its block is active. */
+/** Port that becomes true, and the condition (block, item) that is waited for if its block is active. */
 export interface PlannedHolding {
   set: PlannedTarget;
   until: [number, number];
@@ -1390,7 +1393,7 @@ export type PlannedMember = {
   };
 };
 
-/** Where an input parameter's value comes from. */
+/** Origin of an input parameter's value. */
 export type PlannedOrigin = "Given" | "Preset" | {
   DeviceParameter: {
     devices: string[];
@@ -1405,13 +1408,13 @@ export interface PlannedOutput {
   target: PlannedTarget;
 }
 
-/** How an input relates to its writer, after relaxing. */
+/** Relation of an input to its writer, after relaxing. */
 export interface PlannedPort {
   item: number;
   binding: PlannedBinding;
   /** Mode in force. */
   mode: PortMode;
-  /** Of a history input: how many values it reads; else 0. */
+  /** Number of values that a history input reads; else 0. */
   history: number;
 }
 
@@ -1423,26 +1426,26 @@ export interface PlannedRange {
   counted_from: string[];
 }
 
-/** What must be true at a start, for one device. */
+/** Property that one device must have at a start. */
 export interface PlannedRequirement {
   device: string;
   member: PlannedMember;
-  /** Only where this is true. */
+  /** Member that must be true for it to hold. */
   when: PlannedMember | null;
   raises: Class;
   remedy: string;
 }
 
-/** A stretch of a command list up to a wait. */
+/** Section of a command list up to a wait. */
 export interface PlannedStage {
   commands: PlannedCommand[];
   /** `None`: the list is through; the process goes on until a condition comes or nothing is active. */
   wait: PlannedWait | null;
-  /** What is on after the commands of this stage: (activation, every). */
+  /** Activations that are on after the commands of this stage: (activation, every). */
   active: [number, number][];
 }
 
-/** How the instance is suspended, resolved. */
+/** Suspension of the instance, resolved. */
 export type PlannedSuspend = "Idle" | "Hold" | "HoldLast" | "Safe" | {
   Holding: PlannedHolding[];
 };
@@ -1464,14 +1467,14 @@ export type PlannedTarget = {
   Cells: number[];
 };
 
-/** What ends a stage. */
+/** End of a stage. */
 export type PlannedWait = {
   Conditions: [number, number][];
 } | {
   Time: number;
 } | "Idle";
 
-/** What a port is to its block. */
+/** Direction of a port. */
 export type PortDirection = "input" | "output" | "parameter" | "condition" | "device";
 
 /** Relation of a port's updates to its block's invocations. */
@@ -1488,17 +1491,17 @@ export interface PortName {
 /** The value of a port that nothing is bound to, or the number of elements of a block; null where it has none. */
 export type PortValue = Value | number | null;
 
-/** What became of one processor in a process of its own, or of those that share one. */
+/** Result for one processor in a process of its own, or for those that share one. */
 export interface ProcessTakenOver {
   /** Its name; of a process that may be shared, that of the process. */
   name: string;
   /** The processors in that process. */
   processors: string[];
-  /** Something of it ran, and has been taken over now; else its process was started for this system. */
+  /** True if something of it ran, and has been taken over now; else its process was started for this system. */
   is_adopted: boolean;
   /** Blocks that go on where they were, by label. */
   carried: string[];
-  /** Blocks that begin anew, and why. */
+  /** Blocks that begin again, with the reason. */
   anew: BlockAnew[];
   /** Blocks that ran, and that this system has not started: they have ended. */
   ended: string[];
@@ -1518,13 +1521,13 @@ export interface ProcessorAbout {
   host: string | null;
 }
 
-/** Whether a condition raises: so, or by the name of the class, which the programming system knows. */
+/** Mark of a condition that raises: a bool, or the name of the class, which the programming system knows. */
 export type Raised = boolean | string;
 
 /** The values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`: a round bracket excludes its end. */
 export type Range = string;
 
-/** At which rate a writer updates, in one command list. */
+/** Rate at which a writer updates, in one command list. */
 export type Rate = {
   interval: {
     period_ns: number;
@@ -1561,10 +1564,10 @@ export interface Recorded {
   ends_ns: number;
   /** False where the file has no end: it is under way, or its recorder was killed, or the disk was full. */
   complete: boolean;
-  /** It can be run again: `opengpac replay`. */
+  /** True if it can be run again: `opengpac replay`. */
   replay: boolean;
   channels: RecordedChannel[];
-  /** Other channels: `/log`, `/ends`, … */
+  /** Topics of other channels: `/log`, `/ends`, … */
   topics: string[];
   /** Verbs that were installed, in the order of their names; of a long recording those of its beginning. */
   verbs: string[];
@@ -1578,7 +1581,7 @@ export interface Recorded {
   metadata: { [name: string]: string };
 }
 
-/** What was at a time of a recording. */
+/** State at a time of a recording. */
 export interface RecordedAt {
   /** Values that were stored last; null: there was none yet. */
   values: { [name: string]: Reading | null };
@@ -1588,7 +1591,7 @@ export interface RecordedAt {
 
 /** An SVV or private cell of a recording. */
 export interface RecordedChannel {
-  /** Of a cell `INSTANCE:CELL`. */
+  /** Name `INSTANCE:CELL` of a cell. */
   name: string;
   /** `svv` or `cell`. */
   kind: string;
@@ -1608,7 +1611,7 @@ export interface RecordedEnd {
 
 /** A message of a channel that has no values. */
 export interface RecordedMessage {
-  /** On the system's clock. */
+  /** Time on the system's clock. */
   time_ns: number;
   message: unknown;
 }
@@ -1643,11 +1646,11 @@ export interface RecordedSums {
 /** One channel over a span. */
 export interface RecordedTrace {
   /**
-   * What was stored last before the span; of each column the first value, the last, and of each number the minimum and the maximum,
+   * Value stored last before the span; of each column the first value, the last, and of each number the minimum and the maximum,
    * whole values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
    */
   samples: string;
-  /** Of each number, over all values of the span. */
+  /** Sums of each number, over all values of the span. */
   sums: RecordedSums[];
 }
 
@@ -1682,7 +1685,7 @@ export interface RecordingSummary {
   bytes: number;
   /** Bytes that were free on their disk when it was written to last, where that is known. */
   free_bytes: number | null;
-  /** Why nothing more could be written, which ended it. */
+  /** Failure that ended the recording, if one did. */
   failure: string | null;
 }
 
@@ -1694,7 +1697,7 @@ export interface Refusal {
   ends?: RefusalEnd[];
   /** The next step if it is known; printed after the message, behind a semicolon. */
   remedy?: string;
-  /** Where to look first: the definition that is at fault. */
+  /** Place to look at first: the definition that is at fault. */
   place?: Place | null;
   /** The parts of the definition that it is about, the first one first. */
   where?: Where[];
@@ -1702,7 +1705,7 @@ export interface Refusal {
 
 /** One of the ends that a refusal is about. */
 export interface RefusalEnd {
-  /** As the message names it, for example `output 'servo.effort' (double, N.m)`. */
+  /** Name in the message, for example `output 'servo.effort' (double, N.m)`. */
   what: string;
   place?: Place | null;
 }
@@ -1717,21 +1720,21 @@ export interface Region {
   column?: Region[];
   /** Panels in one place, of which one is seen. */
   tabs?: Region[];
-  /** What the panel shows. */
+  /** Content of the panel. */
   panel?: PanelKind | null;
   /** Heading of the panel; what it shows, where it is empty. */
   title?: string;
-  /** Of a plot: SVVs and private cells, each at its full rate. */
+  /** SVVs and private cells of a plot, each at its full rate. */
   names?: string[];
-  /** Of a plot: how long it looks back, s, 0.1 to 600; 10 where it is left out. */
+  /** Time that a plot looks back, s, 0.1 to 600; 10 by default. */
   seconds?: number | null;
-  /** Of a table of values. */
+  /** Rows of a table of values. */
   values?: ShownValue[];
-  /** Of a scene: the physical device that is drawn. */
+  /** Physical device that a scene draws. */
   device?: string | null;
-  /** Of a state diagram: the verb. */
+  /** Verb of a state diagram. */
   verb?: string | null;
-  /** Of buttons: what each starts. */
+  /** Actions that buttons start, one each. */
   buttons?: Button[];
 }
 
@@ -1745,25 +1748,25 @@ export interface RegionRequest {
   column?: RegionRequest[];
   /** Panels in one place, of which one is seen. */
   tabs?: RegionRequest[];
-  /** What the panel shows. */
+  /** Content of the panel. */
   panel?: PanelKind | null;
   /** Heading of the panel; what it shows, where it is empty. */
   title?: string;
-  /** Of a plot: SVVs and private cells, each at its full rate. */
+  /** SVVs and private cells of a plot, each at its full rate. */
   names?: string[];
-  /** Of a plot: how long it looks back, s, 0.1 to 600; 10 where it is left out. */
+  /** Time that a plot looks back, s, 0.1 to 600; 10 by default. */
   seconds?: number | null;
-  /** Of a table of values. */
+  /** Rows of a table of values. */
   values?: ShownValue[];
-  /** Of a scene: the physical device that is drawn. */
+  /** Physical device that a scene draws. */
   device?: string | null;
-  /** Of a state diagram: the verb. */
+  /** Verb of a state diagram. */
   verb?: string | null;
-  /** Of buttons: what each starts. */
+  /** Actions that buttons start, one each. */
   buttons?: ButtonRequest[];
 }
 
-/** Something that was filled in or is worth knowing: an implied cell, an edge that is a delay. */
+/** Remark about something that was filled in or is worth knowing: an implied cell, an edge that is a delay. */
 export interface Remark {
   text: string;
   place: Place | null;
@@ -1783,7 +1786,7 @@ export interface ReplayDifference {
   number: number;
   /** Its release, ns. */
   time_ns: number;
-  /** It came between two firings. */
+  /** True if it came between two firings. */
   between: boolean;
   /** Label of the block, with its instance; empty where it is not known. */
   block: string;
@@ -1838,12 +1841,12 @@ export interface ReplayShown {
   value: string[];
 }
 
-/** Why a run went no further. */
+/** Reason why a run went no further. */
 export type ReplayStopped = "end" | "condition" | "time" | "difference" | "unplayable";
 
 /** State of a replay. */
 export interface Replaying {
-  /** It goes on. */
+  /** True while it goes on. */
   running: boolean;
   /** Firings that were run again. */
   firings: number;
@@ -1851,7 +1854,7 @@ export interface Replaying {
   time_ns: number | null;
   /** Findings, once it is over. */
   found: ReplayFound | null;
-  /** Why it could not be run, or not to its end. */
+  /** Reason why it could not be run, or not to its end. */
   failure: string | null;
 }
 
@@ -1877,7 +1880,7 @@ export interface Report {
   /** The cause in words. */
   message: string;
   /**
-   * What the conditions on its way and the last one return: of one name, the latest. Nothing for a condition that was not reported in
+   * Output values of the conditions on its way and of the last one: of one name, the latest. Nothing for a condition that was not reported in
    * this start.
    */
   outputs: { [name: string]: Value | null };
@@ -1886,21 +1889,21 @@ export interface Report {
   way: Passed[];
 }
 
-/** What must be true of each device of an object when a verb starts. */
+/** Property that each device of an object must have when a verb starts. */
 export interface Requirement {
-  /** Only of devices whose parameter (or SVV) of this name, `arm.needs_home`, is true. */
+  /** Parameter (or SVV), `arm.needs_home`, that must be true for the requirement to hold of a device. */
   when: string | null;
-  /** What the refusal is. */
+  /** Class of the refusal. */
   raises: Class;
   remedy: string;
   place: Place | null;
 }
 
-/** What must be true of each device of an object when a verb starts. */
+/** Property that each device of an object must have when a verb starts. */
 export interface RequirementRequest {
-  /** Only of devices whose parameter (or SVV) of this name, `arm.needs_home`, is true. */
+  /** Parameter (or SVV), `arm.needs_home`, that must be true for the requirement to hold of a device. */
   when?: string | null;
-  /** What the refusal is. */
+  /** Class of the refusal. */
   raises: Class;
   remedy?: string;
   place?: Place | null;
@@ -1912,11 +1915,11 @@ export interface Returned {
   session: string;
   name: string;
   role: Role;
-  /** How often it has to give a sign of life, ms. */
+  /** Period at which it has to give a sign of life, ms. */
   heartbeat_ms: number;
-  /** After how long without one it counts as lost, ms. */
+  /** Time without one after which it counts as lost, ms. */
   lost_after_ms: number;
-  /** It was there before, and lost. */
+  /** True if it was there before, and lost. */
   returned: boolean;
   /** End reports that wait for it. */
   kept_reports: number;
@@ -1939,7 +1942,7 @@ export interface ScopeChannel {
 
 /** The channels of a scope. */
 export interface ScopeHead {
-  /** In the order of the runs of its binary frames. */
+  /** Channels, in the order of the runs of its binary frames. */
   channels: ScopeChannel[];
 }
 
@@ -1948,12 +1951,12 @@ export interface SessionInfo {
   name: string;
   /** Its caller: a user, a token or a certificate. */
   who: string;
-  /** What the person who opened it is called, where that was said. */
+  /** Name of the person who opened it, if it was given. */
   person: string | null;
   role: Role;
-  /** Where it calls from. */
+  /** Address from which it calls. */
   from: string;
-  /** It has command. */
+  /** True if it has command. */
   commands: boolean;
   alive: boolean;
   /** A connection holds it: where that breaks it is lost at once. */
@@ -1977,11 +1980,11 @@ export interface SettledRequest {
   outcome: Outcome;
   /** The session that granted, declined or withdrew it; null: nobody did, as where its time has passed. */
   by: string | null;
-  /** Why, for people. */
+  /** Reason, for people. */
   reason: string;
 }
 
-/** How urgent an alarm is. */
+/** Urgency of an alarm. */
 export type Severity = "low" | "medium" | "high" | "critical";
 
 /** A command in short: its name is the key of what it acts on. */
@@ -2023,7 +2026,7 @@ export type ShortCommandRequest = {
 /** A value of a table: an SVV, a private cell or a channel. */
 export interface ShownValue {
   name: string;
-  /** What people read; the name where it is empty. */
+  /** Text for people; the name if it is empty. */
   label?: string;
   /** The lower limit, in the unit of the value: below it the value is marked. */
   minimum?: number | null;
@@ -2035,7 +2038,7 @@ export interface ShownValue {
 export interface SingleBlock {
   /** `instance.label`. */
   block: string;
-  /** Why it cannot be fused. */
+  /** Reason why it cannot be fused. */
   why: string;
 }
 
@@ -2059,7 +2062,7 @@ export type SourceKind = "trigger" | "software" | {
 };
 
 /**
- * How an interrupt source does. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first also shorter ones, the last also
+ * Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first also shorter ones, the last also
  * longer ones.
  */
 export interface SourceStatistics {
@@ -2077,11 +2080,11 @@ export interface SourceStatistics {
   lost: number;
   /** A fault stopped it. */
   stopped: boolean;
-  /** What its thread asked of the operating system and did not get. */
+  /** Rights that its thread asked of the operating system and did not get. */
   rights_missing: string[];
   /** Start of the last firing behind its release, ns. */
   jitter_last_ns: number;
-  /** Greatest jitter, ns. */
+  /** Maximum jitter, ns. */
   jitter_max_ns: number;
   /** Histogram of the jitter. */
   jitter_bins: number[];
@@ -2101,18 +2104,18 @@ export interface SourceStatistics {
   /** The core that its processor is bound to. */
   core?: number | null;
   kind?: KindOfSource;
-  /** Of a timer, ns. */
+  /** Period of a timer, ns. */
   period_ns?: number | null;
   priority?: number;
-  /** What its thread asked of the operating system; nothing under the virtual clock. */
+  /** Rights that its thread asked of the operating system; none under the virtual clock. */
   rights_asked?: string[];
-  /** Whether a probe measures its blocks now. */
+  /** True while a probe measures its blocks. */
   probed: boolean;
   /** Times of the blocks that a probe has measured since they were installed. */
   blocks: BlockTimes[];
 }
 
-/** How a system does. */
+/** Statistics of a system. */
 export interface Statistics {
   /** Time on the system's clock, s. */
   now_s: number;
@@ -2125,11 +2128,11 @@ export interface Statistics {
   physical_devices: { [name: string]: PhysicalDeviceStatistics };
   /** Processors by the process that they run in, of those that do not run in the supervisor's. */
   processes: { [name: string]: string[] };
-  /** Why the emergency stop is latched; null: it is not. */
+  /** Cause of the latched emergency stop; null: it is not latched. */
   emergency: string | null;
   paused: Paused;
   mode: Mode;
-  /** What the supervisor's thread asked of the operating system and did not get. */
+  /** Rights that the supervisor's thread asked of the operating system and did not get. */
   supervisor_rights_missing: string[];
 }
 
@@ -2165,29 +2168,29 @@ export interface StreamAnswer {
   scope?: ScopeHead | null;
   /** Frames, or entries, that the reader was too slow for since the last frame of this subscription. */
   dropped?: number | null;
-  /** Why the subscription ended, or the frame was refused. */
+  /** Reason why the subscription ended, or the frame was refused. */
   errors?: Refusal[] | null;
 }
 
 /** A frame that the client of a stream sends. */
 export interface StreamFrame {
-  /** What is subscribed to. */
+  /** Topic of the subscription. */
   subscribe?: Topic | null;
   /** The client's name of the subscription. */
   id?: string | null;
   /** The subscription that is over. */
   unsubscribe?: string | null;
-  /** Of `svvs` and `scope`: which. */
+  /** Names of `svvs` and `scope`. */
   names?: string[];
-  /** How often it is looked, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000. */
+  /** Period of observation, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000. */
   every_ms?: number;
-  /** Of `svvs`: bytes in base64 instead of values. */
+  /** True for bytes in base64 instead of values, of `svvs`. */
   raw?: boolean;
-  /** Of `log` and `ends`: from which number on. */
+  /** First number of `log` and `ends`. */
   since?: number;
 }
 
-/** How a verb is suspended. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`. */
+/** Suspension of a verb. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`. */
 export type Suspend = "idle" | "hold" | "hold_last" | "safe" | {
   holding: Holding[];
 };
@@ -2203,7 +2206,7 @@ export interface SvvAbout {
   /** The type with its layout. */
   type: TypeTree;
   unit: string;
-  /** How many of its values are kept. */
+  /** Number of its values that are kept. */
   history: number;
   /** The logical device that it belongs to. */
   device: string | null;
@@ -2213,7 +2216,7 @@ export interface SvvAbout {
   readers: string[];
   /** Verb instances with a port bound to it. */
   bound: number;
-  /** Which one it is of those that have had its name; `NAME@ID` is this one and no other. */
+  /** Number of this SVV among those that have had its name; `NAME@ID` is this one and no other. */
   id?: number;
   /** Minimum and maximum that a programming system may write, where both are finite. */
   within?: [number, number] | null;
@@ -2229,13 +2232,13 @@ export interface SvvRequest {
   type_text: string;
   unit?: string;
   initial?: Initial | null;
-  /** How many earlier values are kept for Python. */
+  /** Number of earlier values that are kept for Python. */
   history?: number;
   /** The values that the PS may store. */
   within?: Within | null;
   /** The PS keeps its value over a warm restart. */
   keep?: boolean | null;
-  /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
+  /** Name of the system's SVV that the devices of a type share: they have none of their own. */
   shared?: string | null;
   types?: { [name: string]: string };
 }
@@ -2245,13 +2248,13 @@ export interface SvvSpecification {
   type_text: string;
   unit: string;
   initial: Initial | null;
-  /** How many earlier values are kept for Python. */
+  /** Number of earlier values that are kept for Python. */
   history: number;
   /** The values that the PS may store. */
   within: Within | null;
   /** The PS keeps its value over a warm restart. */
   keep?: boolean | null;
-  /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
+  /** Name of the system's SVV that the devices of a type share: they have none of their own. */
   shared: string | null;
 }
 
@@ -2260,13 +2263,13 @@ export interface SvvSpecificationRequest {
   type_text: string;
   unit?: string;
   initial?: Initial | null;
-  /** How many earlier values are kept for Python. */
+  /** Number of earlier values that are kept for Python. */
   history?: number;
   /** The values that the PS may store. */
   within?: Within | null;
   /** The PS keeps its value over a warm restart. */
   keep?: boolean | null;
-  /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
+  /** Name of the system's SVV that the devices of a type share: they have none of their own. */
   shared?: string | null;
 }
 
@@ -2276,9 +2279,9 @@ export interface TakeCommand {
   force?: boolean;
 }
 
-/** What became of each process of processors. */
+/** Result for each process of processors. */
 export interface TakenOver {
-  /** In the order of their names. */
+  /** Results, in the order of their names. */
   processors: ProcessTakenOver[];
 }
 
@@ -2288,9 +2291,9 @@ export interface Termination {
   on: NameList;
   /** ν: outputs it returns. Absent: none declared. */
   returns: NameList | null;
-  /** It raises on the PS (the PS knows which class): so, or by the name of the class. */
+  /** True if it raises on the PS (the PS knows which class): so, or by the name of the class. */
   raises: Raised;
-  /** Only in these command lists; empty: in all. In JSON one name, or several. */
+  /** Command lists to which it is limited; empty: all. In JSON one name, or several. */
   during: NameList;
   priority: number;
   /** Code of the alarm that it raises whenever it acts, whether the verb ends or goes on. */
@@ -2304,9 +2307,9 @@ export interface TerminationRequest {
   on?: NameList;
   /** ν: outputs it returns. Absent: none declared. */
   returns?: NameList | null;
-  /** It raises on the PS (the PS knows which class): so, or by the name of the class. */
+  /** True if it raises on the PS (the PS knows which class): so, or by the name of the class. */
   raises?: Raised;
-  /** Only in these command lists; empty: in all. In JSON one name, or several. */
+  /** Command lists to which it is limited; empty: all. In JSON one name, or several. */
   during?: NameList;
   priority?: number;
   /** Code of the alarm that it raises whenever it acts, whether the verb ends or goes on. */
@@ -2317,11 +2320,11 @@ export interface TerminationRequest {
 /** A time with its unit: `20 ms`. */
 export type Time = string;
 
-/** When parts that run together have ended. */
+/** End of parts that run together. */
 export type TogetherUntil = "any" | "all";
 
 /**
- * What a stream carries. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
+ * Topic of a stream. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
  * has changed.
  */
 export type Topic = "svvs" | "log" | "ends" | "scope" | "statistics" | "installed";
@@ -2358,7 +2361,7 @@ export type TypeTree = ({
   align: number;
 };
 
-/** What a wait waits for. */
+/** End of a wait. */
 export type Until = boolean | NameList;
 
 /** A value of a parameter, preset, SVV or output. In JSON it is what it looks like. */
@@ -2373,7 +2376,7 @@ export type Value = boolean | number | string | Value[] | { [name: string]: Valu
 export interface Verb {
   name: string;
   doc: string;
-  /** It may be started in manual mode. */
+  /** True if it may be started in manual mode. */
   manual: boolean;
   blocks: { [name: string]: WrittenBlockUse };
   objects: { [name: string]: WrittenObject };
@@ -2392,7 +2395,7 @@ export interface Verb {
   transitions: Transition[];
   /** Relaxed modes: port → mode. */
   modes: { [name: string]: PortMode };
-  /** Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole. */
+  /** Parts of a composed verb by label, and those of its parts (`pick.approach`). Empty in one that is written whole. */
   parts: { [name: string]: Part };
   /** The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down). */
   ending: string | null;
@@ -2403,7 +2406,7 @@ export interface Verb {
   ending_limit_ns: number | null;
   suspend: Suspend;
   /**
-   * What a running instance does when the programming system that started it is cut off; absent: an action is halted, the own verb
+   * Action of a running instance when the programming system that started it is cut off; absent: an action is halted, the own verb
    * of a logical device continues.
    */
   if_cut_off: IfCutOff | null;
@@ -2417,9 +2420,9 @@ export type VerbClass = "acts on devices" | "supports devices";
 export interface VerbForm {
   name: string;
   doc: string;
-  /** It may be started in manual mode. */
+  /** True if it may be started in manual mode. */
   manual: boolean;
-  /** What an instance is made with. */
+  /** Arguments with which an instance is made. */
   arguments: FormArgument[];
   /** The values that a start may be given. */
   inputs: FormInput[];
@@ -2436,7 +2439,7 @@ export interface VerbForm {
 export interface VerbRequest {
   name: string;
   doc?: string;
-  /** It may be started in manual mode. */
+  /** True if it may be started in manual mode. */
   manual?: boolean;
   blocks: { [name: string]: WrittenBlockUseRequest };
   objects?: { [name: string]: WrittenObjectRequest };
@@ -2455,7 +2458,7 @@ export interface VerbRequest {
   transitions?: TransitionRequest[];
   /** Relaxed modes: port → mode. */
   modes?: { [name: string]: PortMode };
-  /** Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole. */
+  /** Parts of a composed verb by label, and those of its parts (`pick.approach`). Empty in one that is written whole. */
   parts?: { [name: string]: Part };
   /** The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down). */
   ending?: string | null;
@@ -2466,7 +2469,7 @@ export interface VerbRequest {
   ending_limit_ns?: number | null;
   suspend?: Suspend;
   /**
-   * What a running instance does when the programming system that started it is cut off; absent: an action is halted, the own verb
+   * Action of a running instance when the programming system that started it is cut off; absent: an action is halted, the own verb
    * of a logical device continues.
    */
   if_cut_off?: IfCutOff | null;
@@ -2480,11 +2483,11 @@ export interface VerbSummary {
   class: VerbClass;
   /** The device types that it supports. */
   supports: string[];
-  /** It has one command list. */
+  /** True if it has one command list. */
   simple: boolean;
   /** Names of its command lists. */
   lists: string[];
-  /** Of a composed verb: its parts by label. */
+  /** Parts of a composed verb, by label. */
   parts: { [name: string]: Part };
 }
 
@@ -2495,7 +2498,7 @@ export interface Verdict {
   reason: string | null;
 }
 
-/** What answers, and as what it sees its caller. */
+/** Version of the server, and the caller as it sees it. */
 export interface Version {
   /** Version of OpenGPAC. */
   opengpac: string;
@@ -2507,7 +2510,7 @@ export interface Version {
   target: string;
   /** Name of the real-time system. */
   system: string;
-  /** What this life of the system is known by: a system that was started again has another, and its log and its numbers begin anew. */
+  /** Identifier of this life of the system: a system that was started again has another, and its log and its numbers begin again. */
   run: string;
   clock: ClockName;
   /** Role of the caller. */
@@ -2539,12 +2542,12 @@ export type Where = {
   transition: [string, string];
 };
 
-/** Why two ports cannot be wired; of one port and all others, a list. */
+/** Reason why two ports cannot be wired; of one port and all others, a list. */
 export type Wired = string | null | Verdict[];
 
 /** `DELETE /v1/command/request`. */
 export interface WithdrawRequest {
-  /** Why, for people. */
+  /** Reason, for people. */
   reason?: string;
 }
 
@@ -2558,11 +2561,11 @@ export type Within = Range | [Bound, Bound];
 export interface Workspace {
   /** Name among the workspaces of the system. */
   name: string;
-  /** What people read; the name where it is empty. */
+  /** Text for people; the name if it is empty. */
   title?: string;
-  /** What it is for. */
+  /** Purpose of the workspace. */
   doc?: string;
-  /** It is a panel for operators: large buttons and values, and nothing can be changed in it. */
+  /** True if it is a panel for operators: large buttons and values, and nothing can be changed in it. */
   operator?: boolean;
   layout: Region;
 }
@@ -2572,11 +2575,11 @@ export interface WorkspaceAbout {
   name: string;
   title: string;
   doc: string;
-  /** It is a panel for operators. */
+  /** True if it is a panel for operators. */
   operator: boolean;
   /** A program has shipped it: people do not change it. */
   shipped: boolean;
-  /** Another one whenever it has been changed. */
+  /** Number that changes with every change. */
   revision: number;
 }
 
@@ -2584,11 +2587,11 @@ export interface WorkspaceAbout {
 export interface WorkspaceRequest {
   /** Name among the workspaces of the system. */
   name: string;
-  /** What people read; the name where it is empty. */
+  /** Text for people; the name if it is empty. */
   title?: string;
-  /** What it is for. */
+  /** Purpose of the workspace. */
   doc?: string;
-  /** It is a panel for operators: large buttons and values, and nothing can be changed in it. */
+  /** True if it is a panel for operators: large buttons and values, and nothing can be changed in it. */
   operator?: boolean;
   layout: RegionRequest;
 }
@@ -2636,15 +2639,15 @@ export interface Calls {
       name: string;
       /** The core that it is bound to. */
       core?: number | null;
-      /** Whether the supervisor is there; where no processor says so, it is on the first one. */
+      /** true: the supervisor is there; if no processor says so, it is on the first one. */
       supervisor?: boolean;
       /** true: in a process of its own; a text: in the process of that name. */
       process?: InProcess;
       /** A host that has joined. */
       host?: string | null;
-      /** How long a process may stand still until it counts as lost. */
+      /** Time for which a process may stand still until it counts as lost. */
       lost_after_ns?: number | null;
-      /** How long a process may miss its supervisor. */
+      /** Time for which a process may miss its supervisor. */
       patience_ns?: number | null;
     };
     result: null;
@@ -2663,7 +2666,7 @@ export interface Calls {
       key?: string | null;
       /** The text that a host must know to join. */
       token?: string | null;
-      /** How far apart clocks may be. */
+      /** Maximum difference of the clocks. */
       clock_limit_ns?: number | null;
     };
     result: null;
@@ -2682,10 +2685,10 @@ export interface Calls {
       name: string;
       /** "timer", "trigger" or "software". */
       kind: string;
-      /** Of a timer. */
+      /** Period of a timer. */
       period_ns?: number;
       priority: number;
-      /** What a firing takes under the virtual clock. */
+      /** Cost of a firing under the virtual clock. */
       virtual_cost_ns?: number;
     };
     result: null;
@@ -2707,7 +2710,7 @@ export interface Calls {
       name: string;
       /** The driver: "mujoco", "loopback", "scripted", ... */
       kind: string;
-      /** Those of the driver. */
+      /** Options of the driver. */
       options?: { [name: string]: unknown } | null;
       source: string;
       place?: Place | null;
@@ -2719,9 +2722,9 @@ export interface Calls {
     role: "operate";
     arguments: {
       device: string;
-      /** One that the driver declares: `configuration` lists them. */
+      /** Service that the driver declares: `configuration` lists them. */
       service: string;
-      /** Those of the service. */
+      /** Arguments of the service. */
       arguments?: { [name: string]: unknown } | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
@@ -2734,7 +2737,7 @@ export interface Calls {
     arguments: {
       /** The driver. */
       kind: string;
-      /** Those of the driver that say where to look. */
+      /** Options of the driver that say where to look. */
       options?: { [name: string]: unknown } | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
@@ -2888,9 +2891,9 @@ export interface Calls {
     role: "observe";
     arguments: {
       name: string;
-      /** How long at most, from now, on the system's clock. */
+      /** Time limit from now, on the system's clock. */
       timeout_ns?: number | null;
-      /** Until when at most, instead. */
+      /** Time of the limit, instead. */
       until_ns?: number | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
@@ -3000,9 +3003,9 @@ export interface Calls {
     role: "observe";
     arguments: {
       instance: number;
-      /** How long at most, from now, on the system's clock. */
+      /** Time limit from now, on the system's clock. */
       timeout_ns?: number | null;
-      /** Until when at most, instead. */
+      /** Time of the limit, instead. */
       until_ns?: number | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
@@ -3014,9 +3017,9 @@ export interface Calls {
     role: "operate";
     arguments: {
       instance: number;
-      /** How long at most, from now, on the system's clock. */
+      /** Time limit from now, on the system's clock. */
       timeout_ns?: number | null;
-      /** Until when at most, instead. */
+      /** Time of the limit, instead. */
       until_ns?: number | null;
       /** How long this request may last, ms. */
       slice_ms?: number;
@@ -3087,7 +3090,7 @@ export interface Calls {
   read: {
     role: "observe";
     arguments: {
-      /** Those of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position". */
+      /** Names of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position". */
       names: string[];
       /** Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C type in base64, little endian. */
       raw?: boolean;
@@ -3108,7 +3111,7 @@ export interface Calls {
     role: "observe";
     arguments: {
       name: string;
-      /** How many at most. */
+      /** Maximum number of values. */
       count: number;
       /** "bytes" instead of "value", as of `read`. */
       raw?: boolean;
@@ -3159,7 +3162,7 @@ export interface Calls {
     arguments: {
       device: string;
       channel: string;
-      /** It stops at zero, not at one. */
+      /** True if it stops at zero, not at one. */
       at_zero?: boolean;
     };
     result: null;
@@ -3235,7 +3238,7 @@ export interface Calls {
     role: "operate";
     arguments: {
       code: string;
-      /** Where it comes from. */
+      /** Source of the alarm. */
       source?: string;
       text?: string;
     };
@@ -3323,7 +3326,7 @@ export interface Calls {
     role: "observe";
     arguments: {
       source?: string | null;
-      /** For how much real time, an hour at most. */
+      /** Amount of real time, an hour at most. */
       for_ns: number;
     };
     result: null;
@@ -3396,7 +3399,7 @@ export interface Calls {
       cells?: boolean;
       /** Everything that comes from outside too, so that the run can be run again. */
       replay?: boolean;
-      /** Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so on. Not of a recording for a replay. */
+      /** Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so on. A recording for a replay has none. */
       split_bytes?: number | null;
       /** Files that stay where the recording is split; the oldest goes. All where it is left out. */
       keep?: number | null;
@@ -3426,7 +3429,7 @@ export interface Calls {
       path: string;
       /** Digests of code modules that may run. Over the control interface they are the daemon's own, and are left out. */
       trust?: string[];
-      /** With the modules of the same names that the system has now in the place of the recording's: then the first difference is of them. */
+      /** true: the modules of the same names that the system has now take the place of the recording's; then the first difference is of them. */
       present?: boolean;
     };
     result: ReplayBegun;
@@ -3469,7 +3472,7 @@ export interface Calls {
     role: "observe";
     arguments: {
       path: string;
-      /** On the system's clock. */
+      /** Time on the system's clock. */
       time_ns: number;
       /** Names of SVVs and cells. */
       names?: string[];
