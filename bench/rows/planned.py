@@ -11,14 +11,14 @@ from collections.abc import Iterator
 
 from lines import Line, median, time
 
-from opengpac.realtime import Embedded
+from opengpac.realtime import EmbeddedSystem
 
 SIZES = (1, 1_000, 10_000)
 
 
 def measure(quick: bool) -> Iterator[Line]:
     """A chain of gains, driven by one activation."""
-    native = Embedded("bench", "monotonic", "{}")
+    native = EmbeddedSystem("bench", "monotonic", "{}")
     try:
         native.processor("r")
         native.source("r", "soft", "software", 50)
@@ -40,7 +40,7 @@ def measure(quick: bool) -> Iterator[Line]:
         native.close()
 
 
-def _once(native: Embedded, name: str, size: int) -> tuple[float, float, float]:
+def _once(native: EmbeddedSystem, name: str, size: int) -> tuple[float, float, float]:
     verb = json.dumps(chain(name, size))
     application = json.dumps({"verb": name, "arguments": {}, "placement": {"*": "r.soft"}})
     marks = [clock.perf_counter_ns()]

@@ -13,7 +13,7 @@ from lines import Line, median, time
 
 import opengpac as gpac
 from opengpac import activate, execute, on
-from opengpac.realtime import Embedded
+from opengpac.realtime import EmbeddedSystem
 from rows.kernel import C
 
 PACKAGE_NS = 100_000
@@ -42,7 +42,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
         ):
             yield _called(f"{what}, a call by the package", [_calls(verb.on(source), times) for _ in range(rounds)], PACKAGE_NS)
             yield _line(f"{what}, four calls by the package", [_by_package(verb.on(source), times) for _ in range(rounds)])
-    native = Embedded("bench", "monotonic", "{}")
+    native = EmbeddedSystem("bench", "monotonic", "{}")
     try:
         native.processor("r")
         native.source("r", "soft", "software", 50)
@@ -94,7 +94,7 @@ def _calls(verb: gpac.Verb[..., gpac.Report], times: int) -> list[list[float]]:
     return [call() for _ in range(times)]
 
 
-def _calls_of_core(native: Embedded, verb: str, source: str, times: int) -> list[list[float]]:
+def _calls_of_core(native: EmbeddedSystem, verb: str, source: str, times: int) -> list[list[float]]:
     application = json.dumps({"verb": verb, "arguments": {}, "placement": {"*": source}})
 
     def call() -> list[float]:
@@ -130,7 +130,7 @@ def _by_package(verb: gpac.Verb[..., gpac.Report], times: int) -> list[list[floa
     return [_four(verb.new_instance, lambda i: i.start(), wait, lambda i: i.delete()) for _ in range(times)]
 
 
-def _by_core(native: Embedded, verb: str, source: str, times: int) -> list[list[float]]:
+def _by_core(native: EmbeddedSystem, verb: str, source: str, times: int) -> list[list[float]]:
     application = json.dumps({"verb": verb, "arguments": {}, "placement": {"*": source}})
 
     def wait(instance: int) -> tuple[float, float]:

@@ -12,7 +12,7 @@ VOWELS = "aeiouS"
 """How the names of kinds begin that are spoken with a vowel: an arm, an SVV."""
 
 
-class Made:
+class MadeThings:
     """Things made in a system, each under its kind and name, with what it was asked to be."""
 
     def __init__(self) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 from .errors import Error
 from .following import ABSENT, Missing, follow
-from .mistakes import Broken
+from .mistakes import BrokenStatement
 
 
 @dataclass
@@ -22,7 +22,7 @@ class Findings:
     planned: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
-    broken: list[Broken] = field(default_factory=list)
+    broken: list[BrokenStatement] = field(default_factory=list)
     """Statements that ended by an exception of Python's own: nothing is known of them and of what needs them."""
     names: dict[str, Any] = field(default_factory=dict)
     """What the program binds."""
@@ -75,7 +75,7 @@ def check(path: str, arguments: list[str]) -> Findings:
 def _break(path: str, error: Exception, lines: tuple[int, int]) -> None:
     """Records an exception of Python's own that ended the statement on these lines."""
     if _findings is not None and not isinstance(error, Missing):
-        _findings.broken.append(Broken(error, path, _findings.names or vars(sys.modules["__main__"]), lines))
+        _findings.broken.append(BrokenStatement(error, path, _findings.names or vars(sys.modules["__main__"]), lines))
 
 
 def note(error: Error) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from .blocks import BlockUse, modules_of
 from .errors import refusals
-from .realtime import Embedded, RealTimeSystem
+from .realtime import EmbeddedSystem, RealTimeSystem
 
 if TYPE_CHECKING:
     from .devices import LogicalDevice
@@ -79,7 +79,7 @@ def without_system() -> Definitions:
     global _alone
     if _alone is None:
         with refusals:
-            _alone = Definitions(Embedded("definitions", "virtual", "{}"))
+            _alone = Definitions(EmbeddedSystem("definitions", "virtual", "{}"))
     return _alone
 
 

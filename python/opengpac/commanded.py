@@ -12,7 +12,7 @@ from .devices import LogicalDevice
 from .drivers.catalog import Found, on_host_of, searched
 from .errors import CallError, EmergencyStopped, refusals, refuse
 from .given import all_taking
-from .observing import Observed
+from .observing import SystemObservation
 from .physical import Channel
 from .quantities import Quantity, optional_ns
 from .svvs import SVV
@@ -27,7 +27,7 @@ _LOOK = 0.01
 
 
 @all_taking
-class Commanded(Observed):
+class SystemCommands(SystemObservation):
     """Commands that act on all of a `System`."""
 
     virtual: bool

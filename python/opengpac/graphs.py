@@ -16,7 +16,7 @@ from .definitions import saving
 from .errors import DefinitionError, UnknownName, did_you_mean, refuse
 from .faces import GraphPort, items_of
 from .given import all_taking, taking, whole
-from .pictures import Pictured, graph_svg
+from .pictures import PictureOwner, graph_svg
 from .places import Place, here
 from .tables import CallSignature, identifiers
 
@@ -39,7 +39,7 @@ def ratio(n: int) -> dict[str, int]:
 
 
 @all_taking
-class Graph(Pictured, FunctionBlock):
+class Graph(PictureOwner, FunctionBlock):
     """A data flow graph: blocks, and ρ as three mappings. Outside it looks like a subroutine, and stands wherever one may.
 
     `name` is what messages call it; `blocks`: label → block, graph, or one of them with constants. `inputs`, `outputs` and `cells` map a

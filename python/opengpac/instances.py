@@ -14,7 +14,7 @@ from .declared import Declared
 from .errors import CallError, Error, InvalidState, gone, refusals, refuse
 from .given import all_taking
 from .planning import plan
-from .prepared import Prepared
+from .prepared import PreparedCall
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import terminated
 from .tables import Shown, Table
@@ -284,7 +284,7 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
     """
     if checking.active():
         return start(verb, args, kwargs).wait()
-    options, prepared = options_json(kwargs, verb), Prepared.of(verb)
+    options, prepared = options_json(kwargs, verb), PreparedCall.of(verb)
     try:
         given = prepared.bound(verb, args, kwargs)
     except TypeError as error:

@@ -22,7 +22,7 @@ _CALLED = re.compile(r"([\w.]+)\(\) (got|missing|takes) ")
 _KEYWORD = re.compile(r"([\w.]+)\(\) got an unexpected keyword argument '(\w+)'")
 
 
-class Broken(Error):
+class BrokenStatement(Error):
     """An exception of Python's own that ended the statement on these lines; `kind` is its class. 0 for the first: where it was raised."""
 
     def __init__(self, error: Exception, path: str, names: Mapping[str, Any], lines: tuple[int, int]) -> None:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @all_taking
-class Observed(Shown):
+class SystemObservation(Shown):
     """Observation of a `System`."""
 
     name: str

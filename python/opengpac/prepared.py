@@ -24,7 +24,7 @@ _dumps = json.JSONEncoder().encode
 _quoted = functools.lru_cache(1024)(_dumps)
 
 
-class Prepared:
+class PreparedCall:
     """Of one verb as it is placed and named; `of` keeps it with the verb."""
 
     __slots__ = ("_arguments", "_head", "_shapes")
@@ -36,11 +36,11 @@ class Prepared:
         self._head = ""
 
     @staticmethod
-    def of(verb: Verb[..., Any]) -> Prepared:
+    def of(verb: Verb[..., Any]) -> PreparedCall:
         """Returns the prepared call of a verb, made at its first call."""
-        prepared: Prepared | None = verb.__dict__.get("_prepared")
+        prepared: PreparedCall | None = verb.__dict__.get("_prepared")
         if prepared is None:
-            prepared = verb._prepared = Prepared()
+            prepared = verb._prepared = PreparedCall()
         return prepared
 
     def bound(self, verb: Verb[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from .places import here
 from .quantities import Quantity, duration_ns
 from .sources import Source
 from .tables import Shown, Table
-from .timed import Timed
+from .timed import SystemTime
 
 if TYPE_CHECKING:
     from .system import System
@@ -110,7 +110,7 @@ class Processor(Shown, Declared):
 
 def system_of(where: Any) -> System:
     """The system of a source, a processor or itself."""
-    if isinstance(where, Timed):
+    if isinstance(where, SystemTime):
         return cast("System", where)
     if isinstance(where, Source | Processor):
         return where.system

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The seam between the package and a real-time system: what the package asks of one.
 
-A system embedded in this process (`Embedded`) and one that is reached over its control interface (`remote.Remote`) have the same
+A system embedded in this process (`EmbeddedSystem`) and one that is reached over its control interface (`remote.Remote`) have the same
 calls, which are declared in Rust (`calls.py` is made from that); nothing above the seam can tell which it is. What moves bytes at a
 rate stands here. What is refused comes as `_native.Refused`.
 """
@@ -48,7 +48,7 @@ class RealTimeSystem(Calls):
         raise NotImplementedError
 
 
-class Embedded(_native.System, RealTimeSystem):
+class EmbeddedSystem(_native.System, RealTimeSystem):
     """A system in this process."""
 
     __slots__ = ()

@@ -21,7 +21,7 @@ from .quantities import size_bytes
 from .values import dtype_of
 
 if TYPE_CHECKING:
-    from .observing import Observed
+    from .observing import SystemObservation
 
 
 class Recording:
@@ -31,7 +31,7 @@ class Recording:
     says why, and what runs goes on.
     """
 
-    def __init__(self, system: Observed, number: int, path: str, last: dict[str, Any] | None = None) -> None:
+    def __init__(self, system: SystemObservation, number: int, path: str, last: dict[str, Any] | None = None) -> None:
         self.system = system
         self.path = path
         """The file; of a remote system its name in the daemon's folder of recordings."""
@@ -114,7 +114,7 @@ class Recording:
 
 
 def begin(
-    system: Observed,
+    system: SystemObservation,
     path: str | os.PathLike[str],
     svvs: Sequence[str] | None,
     *,
@@ -278,7 +278,7 @@ class Recorded(Mapping[str, np.ndarray]):
 class Unmade(Recorded):
     """The recording that a program would have made which is only checked: its SVVs, with no value; no log, and no end."""
 
-    def __init__(self, path: str, system: Observed, options: Mapping[str, Any]) -> None:
+    def __init__(self, path: str, system: SystemObservation, options: Mapping[str, Any]) -> None:
         self.path = path
         self._native = _Nothing()
         # Of a system that is closed everything that it had is still known.

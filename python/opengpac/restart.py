@@ -51,7 +51,7 @@ def _checksum(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-class Restored:
+class RestartContents:
     """Contents of a restart file for devices that are still to be made, and what could not be given back."""
 
     def __init__(self, path: Path, content: Mapping[str, Any]) -> None:
@@ -87,7 +87,7 @@ class Restored:
         _logger.warning("not restored from '%s': %s", self.path, what)
 
 
-def load(system: System, path: Path) -> Restored | None:
+def load(system: System, path: Path) -> RestartContents | None:
     """Reads a restart file into a system that was just made; None where there is no file yet: a first start."""
     text = files.read(path, "the restart file")
     if text is None:
@@ -95,7 +95,7 @@ def load(system: System, path: Path) -> Restored | None:
     content = _content(text, path)
     with refusals:
         system._native.restore_alarms(content["alarms"])
-    return Restored(path, content)
+    return RestartContents(path, content)
 
 
 def _content(text: str, path: Path) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from . import _native, checking, opened, programs
 from .errors import CallError, FileFailed, NotAllowed, refusals, refuse
 
 if TYPE_CHECKING:
-    from .observing import Observed
+    from .observing import SystemObservation
     from .system import System
 
 PAGE = Path(__file__).parent / "studio_page"
@@ -90,7 +90,7 @@ class Studio:
         return f'<a href="{escape(self.url)}" target="_blank" rel="noopener">studio of system &#x27;{escape(self.system)}&#x27;</a>'
 
 
-def serve(system: Observed, port: int, role: str, audit: str | None = None, page: Path | None = None) -> Studio:
+def serve(system: SystemObservation, port: int, role: str, audit: str | None = None, page: Path | None = None) -> Studio:
     """Serves the page of a system of this process. Raises `FileFailed` where it was not built, `InUse` where the port is taken."""
     if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port <= 65535:
         refuse(CallError, f"the port of a studio is {port!r}", "take 1024 to 65535, or 0 for any that is free")
@@ -116,7 +116,7 @@ def built(page: Path | None = None) -> Path:
     return folder
 
 
-def of_daemon(system: Observed) -> Studio:
+def of_daemon(system: SystemObservation) -> Studio:
     """The page that a daemon serves itself. Raises `NotAllowed` where it has none, or is reached in a way that no browser can go."""
     session = system.session
     assert session is not None

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 from . import checking, existing, files, forks, hosts, opened, programs, restart
 from .adoption import TakenOver, taken_over
-from .again import Made
+from .again import MadeThings
 from .checks import Definitions
-from .commanded import Commanded
+from .commanded import SystemCommands
 from .declared import Declared
 from .devices import LogicalDevice
 from .errors import CallError, InUse, InvalidState, refusals, refuse
@@ -30,7 +30,7 @@ from .places import here
 from .processes import processes_json
 from .processors import Processor
 from .quantities import Quantity, optional_ns
-from .realtime import Embedded, RealTimeSystem
+from .realtime import EmbeddedSystem, RealTimeSystem
 from .remote import opening
 from .remote.calls import Remote
 from .remote.session import Session
@@ -38,7 +38,7 @@ from .sources import Source, placement_json
 from .statistics import Fused
 from .studio import Studio
 from .svvs import SVV
-from .timed import Timed
+from .timed import SystemTime
 from .values import plain
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ _logger = logging.getLogger("opengpac")
 
 
 @all_taking
-class System(Commanded, Timed, Declared):
+class System(SystemCommands, SystemTime, Declared):
     """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
 
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
@@ -116,7 +116,7 @@ class System(Commanded, Timed, Declared):
             carrier = {"kind": link} if isinstance(link, str) else dict(link)
             options = {"seed": seed, "interconnect": carrier, "processes": processes_json(), "adopt": adopt}
             with refusals:
-                native = Embedded(name, "virtual" if virtual else clock, json.dumps(options))
+                native = EmbeddedSystem(name, "virtual" if virtual else clock, json.dumps(options))
                 self._begin(native, name, virtual, progress)
         try:
             if restore is not None:
@@ -144,11 +144,11 @@ class System(Commanded, Timed, Declared):
         self.physical_devices: dict[str, PhysicalDevice] = {}
         self._svvs: dict[str, SVV[Any]] = {}
         self._definitions = Definitions(native)
-        self._by_name = Made()
+        self._by_name = MadeThings()
         self._given: dict[str, Any] = {}
         self._rights_said = virtual
         self._unguarded_said: set[str] = set()
-        self._restored: restart.Restored | None = None
+        self._restored: restart.RestartContents | None = None
         self._studio: Studio | None = None
         forks.known(self)
 

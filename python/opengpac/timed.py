@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @all_taking
-class Timed:
+class SystemTime:
     """The clock of a `System`."""
 
     _alive: Callable[[], RealTimeSystem]

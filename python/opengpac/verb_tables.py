@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, cast
 
 from .conditions import Termination
 from .errors import Terminated
-from .pictures import Pictured, verb_svg
+from .pictures import PictureOwner, verb_svg
 
 if TYPE_CHECKING:
     from .verbs import Verb
 
 
-class VerbTables(Pictured):
+class VerbTables(PictureOwner):
     """A verb as it is shown, from the mappings of its definition."""
 
     name: str

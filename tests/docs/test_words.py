@@ -48,7 +48,7 @@ PARTICIPLES: dict[str, int] = {
     "shared-memory": 4,
     "simulator": 3,
     "supervisor": 32,
-    "python": 32,
+    "python": 18,
     "studio": 47,
 }
 

@@ -19,7 +19,7 @@ from .parsing import error_of, is_toml, parsed
 from .positions import lines_of
 from .rendering import json_file, toml_file
 from .shortening import long, short
-from .trees import KINDS, Collected, Definition, Tree, kind_of
+from .trees import KINDS, Definition, DefinitionTrees, Tree, kind_of
 
 
 @taking
@@ -34,7 +34,7 @@ def save(path: str | os.PathLike[str], *definitions: Definition, description: st
     toml = is_toml(file)
     text = files.read(file, "the file of definitions")
     tree = _known(file, text, toml) if text and text.strip() else {}
-    collected = Collected({key: kind for kind in KINDS for key in tree.get(kind, {})})
+    collected = DefinitionTrees({key: kind for kind in KINDS for key in tree.get(kind, {})})
     for definition in definitions:
         collected.add(definition)
     if toml:

@@ -35,7 +35,7 @@ def kind_of(definition: object) -> str | None:
     return kind if isinstance(definition, type) == (kind == "device_types") else None
 
 
-class Collected:
+class DefinitionTrees:
     """The definitions that go into a file: kind → key → tree. A composition brings its parts, a device type its verb.
 
     `present` has the keys of a file that is there, with their kinds: a key stands for one definition.

@@ -27,7 +27,7 @@ class Whole(NamedTuple):
     size: int
 
 
-class Stepped:
+class FmuInstance:
     """One instance of an FMU: set, stepped, got. Raises `RuntimeError` where the FMU refuses, with the last words that it logged."""
 
     def __init__(self, version: int, library: str, name: str, token: str, resources: str) -> None:
@@ -120,4 +120,4 @@ def _kind(version: int, group: str) -> Any:
     return kinds[group] if group in kinds else getattr(ctypes, f"c_{group.lower()}")
 
 
-__all__ = ["Stepped", "Whole"]
+__all__ = ["FmuInstance", "Whole"]

@@ -15,7 +15,7 @@ from ..enabling import enable
 from ..errors import CallError, DefinitionError, UnknownName, did_you_mean, refusals, refuse
 from ..quantities import Quantity, duration_ns
 from ..system import System
-from .spaces import Acted, Observations, Terms
+from .spaces import NetworkOutput, Observations, Terms
 from .task import Task
 from .values import Ports, Values
 
@@ -71,7 +71,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
             self._devices = [*task.devices]
             self._arms = [one for one in self.system.physical_devices.values() if any(service.name == "place" for service in one.services)]
             self._ports = Ports(self.system, task.ports)
-            self._acted = Acted(actions, self._ports)
+            self._acted = NetworkOutput(actions, self._ports)
             self._observations = Observations(observations, self._ports, len(self._acted.scale))
         except BaseException:
             self.system.close()

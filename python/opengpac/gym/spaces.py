@@ -63,7 +63,7 @@ def _columns(term: Term, count: int) -> dict[str, np.ndarray]:
     return {"least": least, "most": most, "offset": offset, "low": low, "high": high, "scale": scale}
 
 
-class Observed(Side):
+class NetworkInput(Side):
     """An input: x = scale · clip(port - offset), with the values before where a term has a history."""
 
     def __init__(self, given: Terms, ports: Ports, actions: int) -> None:
@@ -102,7 +102,7 @@ class Observed(Side):
         return self._scaled(np.concatenate(self._rows))
 
 
-class Acted(Side):
+class NetworkOutput(Side):
     """An output: port = clip(scale · y + offset)."""
 
     def __init__(self, given: Terms, ports: Ports) -> None:
@@ -126,8 +126,8 @@ class Observations:
     """All inputs of a network: one array where there is one, else one by name."""
 
     def __init__(self, given: Terms | Mapping[str, Terms], ports: Ports, actions: int) -> None:
-        self._one = None if isinstance(given, Mapping) else Observed(given, ports, actions)
-        self._several = {name: Observed(terms, ports, actions) for name, terms in given.items()} if isinstance(given, Mapping) else {}
+        self._one = None if isinstance(given, Mapping) else NetworkInput(given, ports, actions)
+        self._several = {name: NetworkInput(terms, ports, actions) for name, terms in given.items()} if isinstance(given, Mapping) else {}
         self.space: spaces.Space[Any] = (
             self._one.space if self._one else spaces.Dict({name: of.space for name, of in self._several.items()})
         )

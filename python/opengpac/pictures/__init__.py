@@ -11,10 +11,10 @@ from .. import files
 from .flow import graph_svg
 from .states import verb_svg
 
-__all__ = ["Pictured", "graph_svg", "verb_svg"]
+__all__ = ["PictureOwner", "graph_svg", "verb_svg"]
 
 
-class Pictured:
+class PictureOwner:
     """Object that has a picture."""
 
     def svg(self) -> str:

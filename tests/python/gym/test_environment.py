@@ -14,7 +14,7 @@ from gymnasium.utils.env_checker import check_env
 import opengpac as gpac
 from opengpac import activate, library, on
 from opengpac.gym import Environment, Task, Values, side_by_side
-from opengpac.realtime import Embedded
+from opengpac.realtime import EmbeddedSystem
 from policy_networks import identity
 
 SEEN = [gpac.Term("y", unit="m", offset=0.5, within=(-1.0, 2.0), scale=2.0), gpac.Term("goal", unit="m", clip=(-3.0, 3.0))]
@@ -102,13 +102,13 @@ def test_a_termination_of_the_users_own() -> None:
 def test_a_reset_installs_nothing(env: Environment, monkeypatch: pytest.MonkeyPatch) -> None:
     env.reset(seed=1)
     calls: set[str] = set()
-    asked: Callable[..., Any] = Embedded._ask
+    asked: Callable[..., Any] = EmbeddedSystem._ask
 
-    def told(self: Embedded, name: str, *rest: Any, **more: Any) -> Any:
+    def told(self: EmbeddedSystem, name: str, *rest: Any, **more: Any) -> Any:
         calls.add(name)
         return asked(self, name, *rest, **more)
 
-    monkeypatch.setattr(Embedded, "_ask", told)
+    monkeypatch.setattr(EmbeddedSystem, "_ask", told)
     env.reset(seed=2)
     assert calls and calls <= {"state", "halt", "start", "now", "advance", "write", "report"}, calls
 

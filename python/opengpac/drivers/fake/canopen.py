@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from ...errors import CallError, refuse
 from ...given import taking
-from .emulated import Emulated
+from .emulated import EmulatedBus
 
 Terminal = Literal["input", "output", "analog_input", "analog_output"]
 
@@ -53,7 +53,7 @@ class CanOpenModule:
     """Counts, -32768 to 32767."""
 
 
-class CanOpenBus(Emulated):
+class CanOpenBus(EmulatedBus):
     """Emulated drives and modules on a bus, in a process of their own; `canopen()` starts one. It ends with `close()`, a `with`, or its
     program."""
 

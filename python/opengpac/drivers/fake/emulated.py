@@ -14,7 +14,7 @@ from ... import processes
 from ...errors import CallError, DeviceFailed, refuse
 
 
-class Emulated:
+class EmulatedBus:
     """An emulated bus in a process of its own. It ends with `close()`, a `with`, or its program.
 
     `program` is what the process runs, `what` its name in errors; `options` is the first line that it is told.

@@ -10,7 +10,7 @@ from typing import Any
 
 from ...errors import CallError, refuse
 from ...given import taking
-from .emulated import Emulated
+from .emulated import EmulatedBus
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Terminal:
     """What its outputs carry: 0 and 1, or counts."""
 
 
-class EtherCatSegment(Emulated):
+class EtherCatSegment(EmulatedBus):
     """Emulated drives and terminals on a line, in a process of their own.
 
     `ethercat()` starts one. It ends with `close()`, a `with`, or its program.
