@@ -3,13 +3,13 @@ import { type Refusal, refusalsOf } from "./refusals";
 import type { Alarms } from "./shapes";
 import { Watched } from "./watched";
 
-/** How often it is looked which alarms are raised, ms. */
+/** Period at which the alarms are read, ms. */
 const LOOK_MS = 1000;
 
 /** The alarms of the system, for all views: looked at once a second. */
 export class Alarming {
   readonly latest = new Watched<Alarms | null>(null);
-  /** Why they are not known. */
+  /** Reason why they are not known. */
   readonly trouble = new Watched<Refusal[]>([]);
   readonly #ask: () => Promise<Alarms>;
   #said = "";

@@ -8,7 +8,7 @@ const DRIFT = 0.0002;
  * command looks older than it is, never younger. All local times are those of `performance.now()`.
  */
 export class Beats {
-  /** What the daemon's clock is ahead of the local one, ms, by the quickest beat; null: none came. */
+  /** Lead of the daemon's clock over the local one, ms, by the quickest beat; null: none came. */
   #ahead: number | null = null;
   /** The local time for which that holds. */
   #at = 0;
@@ -27,7 +27,7 @@ export class Beats {
     this.#sent = Math.max(this.#sent, beat_ms - this.#ahead);
   }
 
-  /** How old the newest is that is known of the system, ms. Beats that come late make nothing new. */
+  /** Returns the age of the newest state that is known of the system, ms. Beats that come late make nothing new. */
   age_ms(local_ms: number): number {
     return Math.max(0, local_ms - this.#sent);
   }

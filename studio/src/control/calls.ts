@@ -15,7 +15,7 @@ export type Looks = Of<true>;
 /** Calls that command: they take command first. */
 export type Orders = Of<false>;
 
-/** How long one slice of a call that lasts may take, ms. */
+/** Time limit of one slice of a call that lasts, ms. */
 const SLICE_MS = 1000;
 
 /** Calls that stop something. They need no command, and have stopped it when their first answer comes. */

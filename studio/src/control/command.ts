@@ -4,18 +4,18 @@ import { type Asker, request } from "./requests";
 import type { Holder, Role } from "./shapes";
 import { Watched } from "./watched";
 
-/** How often it is looked who commands, ms. */
+/** Period at which the holder of command is read, ms. */
 const LOOK_MS = 1000;
 
 /** Nobody commands, and nobody asks for it. */
 const NOBODY: Holder = { holder: null, who: null, person: null, requests: [], settled: [] };
 
 /**
- * Who commands the system: one session at a time. The page takes command when a person presses a command, and not before; from another
+ * Command of the system: one session has it at a time. The page takes command when a person presses a command, and not before; from another
  * session it is asked for, and that hands over or declines.
  */
 export class Command {
-  /** Who commands, who asks for it, and what became of the last requests. */
+  /** Holder of command, requests for it, and the outcomes of the last ones. */
   readonly state = new Watched<Holder>(NOBODY);
   /** The name of the session that commands; null: nobody. */
   readonly holder = new Watched<string | null>(null);
@@ -108,7 +108,7 @@ export function personOf(of: { who?: string | null; person?: string | null }): s
 
 const RANKS: Role[] = ["observe", "operate", "configure", "download"];
 
-/** Whether somebody with role `has` may do what `needs` at the least. */
+/** Returns whether a role `has` what `needs` at the least. */
 export function may(has: Role, needs: Role): boolean {
   return RANKS.indexOf(has) >= RANKS.indexOf(needs);
 }

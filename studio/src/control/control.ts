@@ -15,9 +15,9 @@ import { Watched } from "./watched";
 
 /** The real-time system, as the page sees it: looking, commanding, and what comes by itself. */
 export class Control implements Source {
-  /** What answers; another one where the system was started again. */
+  /** Version of the system that answers; another one when the system was started again. */
   readonly met: Watched<Version>;
-  /** How often the system was started again since the page was opened. */
+  /** Number of times that the system was started again since the page was opened. */
   readonly restarts = new Watched(0);
   readonly session: Session;
   readonly command: Command;

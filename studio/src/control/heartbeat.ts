@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The session's sign of life. In a worker: a page in the background has its timers held back, and would be taken for lost.
 let beat: ReturnType<typeof setInterval> | undefined;
-/** What is kept alive now: an answer about an earlier session says nothing of it. */
+/** Session that is kept alive now: an answer about an earlier one says nothing of it. */
 let present: unknown = null;
 
 self.onmessage = (message: MessageEvent<{ token: string | null; session: string; every_ms: number } | null>) => {

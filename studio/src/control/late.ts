@@ -5,7 +5,7 @@ import type { Pressed, Source } from "./source";
 const AGE_MAX_MS = 500;
 
 /**
- * Whether a command that was given at `pressed` is too old by now. To make an instance may take longer than that: it is kept for the next
+ * Returns whether a command that was given at `pressed` is too old by now. To make an instance may take longer than that: it is kept for the next
  * press, which starts it at once.
  */
 export function isLate(control: Pick<Source, "pressed">, pressed: Pressed): boolean {

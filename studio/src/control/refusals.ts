@@ -69,7 +69,7 @@ export function inWords<R extends { message: string; remedy?: string | null }>(r
   return { ...refusal, message: worded(message), ...(remedy ? { remedy: worded(remedy) } : {}) };
 }
 
-/** What an answer that is no success says. */
+/** Returns the refusal in an answer that is no success. */
 export function refusedBy(status: number, body: string): Refused {
   try {
     const { errors } = JSON.parse(body) as { errors?: Refusal[] };

@@ -2,7 +2,7 @@
 import { Refused, refusedBy, unreachable } from "./refusals";
 import { inTurn } from "./room";
 
-/** Who asks: the token that lets it in, and the session that it has opened. */
+/** Sender of a request: the token that lets it in, and the session that it has opened. */
 export interface Asker {
   token: string | null;
   session: string | null;
@@ -14,7 +14,7 @@ export interface Asker {
   isUrgent?: boolean;
 }
 
-/** How often a request is made for which there is no room, and the longest time between, s. */
+/** Number of tries of a request for which there is no room, and the longest time between, s. */
 const TRIES = 3;
 const AGAIN_MAX_S = 2;
 

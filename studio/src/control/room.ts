@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * How many requests may be under way at once that nobody's hand waits for. A browser has six connections to a host, for all of its pages: this leaves one
+ * Maximum number of requests under way at once that no hand waits for. A browser has six connections to a host, for all of its pages: this leaves one
  * for the sign of life and two for what stops or moves something, which never wait here.
  */
 const PLACES = 3;

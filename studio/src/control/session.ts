@@ -4,7 +4,7 @@ import { type Asker, request } from "./requests";
 import { Watched } from "./watched";
 
 const KEY = "opengpac.session";
-/** What the person at this browser is called. */
+/** Key of the name of the person at this browser. */
 const PERSON = "opengpac.person";
 
 interface Opened {
@@ -14,13 +14,13 @@ interface Opened {
   returned: boolean;
 }
 
-/** The session of this page: opened at once, kept alive, opened anew when it was lost. Verb instances that it starts are its own. */
+/** The session of this page: opened at once, kept alive, opened again when it was lost. Verb instances that it starts are its own. */
 export class Session {
   /** The name that others see, or null while there is no session. */
   readonly name = new Watched<string | null>(null);
-  /** Why there is none. */
+  /** Reason why there is none. */
   readonly trouble = new Watched<Refusal[]>([]);
-  /** What the person at this page is called, for others to read; empty: it was not said. */
+  /** Name of the person at this page, for others to read; empty: it was not given. */
   readonly person = new Watched<string>(localStorage.getItem(PERSON) ?? "");
   readonly #asker: Asker;
   readonly #heartbeat: Worker;
@@ -40,7 +40,7 @@ export class Session {
     return this.#opening;
   }
 
-  /** Opens another one where the system does not know the present one any more. */
+  /** Opens another session if the system no longer knows the present one. */
   renew(): Promise<void> {
     this.#forget();
     return this.open();

@@ -16,7 +16,7 @@ export interface Topic<T> {
   readonly get: () => T | null;
 }
 
-/** Who watches a value: told at most once in an animation frame. `missing`: why there is none. */
+/** Watcher of a value: told at most once in an animation frame. `missing`: why there is none. */
 export type Watcher = (reading: Reading | null, missing: Refusal[] | null) => void;
 
 export interface Values {
@@ -31,7 +31,7 @@ export interface Values {
 /** The first value that is not as it was recorded. */
 export interface Differs {
   time_ns: number;
-  /** Which block and port, in which firing, and how. */
+  /** Block and port, firing, and kind of the write. */
   where: string;
   /** The SVV or private cell that it is stored in; null: it is not known. */
   signal: string | null;
@@ -53,7 +53,7 @@ export interface Past {
   go(time_ns: number): void;
   /** SVVs and cells over a span, part by part: each part follows the one before. */
   span(names: string[], from_ns: number, to_ns: number, columns: number, signal: AbortSignal): AsyncIterable<RecordedSpan>;
-  /** What a channel is: type, unit, how many numbers; undefined where it was not recorded. */
+  /** Returns a channel: type, unit, number of elements; undefined if it was not recorded. */
   channel(name: string): { name: string; type_text: string; unit: string; components: number } | undefined;
   /** The names of all recordings beside which it can be laid, the newest first; its own too. Errors: `Refused`. */
   others(): Promise<string[]>;
@@ -65,7 +65,7 @@ export interface Past {
 export type Pressed = number | null;
 
 /**
- * What the views show: the running system, the same standing still, or a recording. A view reads this and asks for nothing else, so that
+ * Source of the views: the running system, the same standing still, or a recording. A view reads this and asks for nothing else, so that
  * it knows neither which it is nor what time it is.
  */
 export interface Source {
@@ -82,9 +82,9 @@ export interface Source {
   readonly values: Values;
   readonly alarms: { readonly latest: Watched<Alarms | null>; readonly trouble: Watched<Refusal[]>; look(): Promise<void> };
   readonly started: Started;
-  /** What of its past can be asked for; null: what comes is all there is. */
+  /** Past that can be asked for; null: there is only the present. */
   readonly past: Past | null;
-  /** What it stands still of; itself where it moves. */
+  /** Source that it is a standing picture of; itself if it moves. */
   readonly origin: Source;
   may(role: Role): boolean;
   /** Makes a call that only looks. Errors: `Refused`. */
@@ -93,7 +93,7 @@ export interface Source {
   order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal, pressed?: Pressed): Promise<Orders[N][1]>;
   /** Makes a call that leaves the machine alone: it needs its role and no command. Errors: `Refused`. */
   aside<N extends keyof Asides>(name: N, args: Asides[N][0]): Promise<Asides[N][1]>;
-  /** When the person gave the command that is being made. For one of several calls: read before the first, and given to each. */
+  /** Returns when the person gave the command that is being made. For one of several calls: read before the first, and given to each. */
   pressed(): Pressed;
   stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void>;
 }

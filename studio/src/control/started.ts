@@ -20,12 +20,12 @@ export class Started {
     this.#made.clear();
   }
 
-  /** Whether this page made the instance: it may delete it. An instance of the program, or of another page, is left alone. */
+  /** Returns whether this page made the instance: it may delete it. An instance of the program, or of another page, is left alone. */
   made(instance: number): boolean {
     return this.#made.has(instance);
   }
 
-  /** Whether one of them runs or is suspended. */
+  /** Returns whether one of them runs or is suspended. */
   running(now: Statistics | null): boolean {
     return now?.instances.some((one) => this.#instances.has(one.id) && (one.state === "running" || one.state === "suspended")) ?? false;
   }

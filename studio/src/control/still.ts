@@ -59,7 +59,7 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
   };
 }
 
-/** What is said where somebody commands what is past. */
+/** Returns the refusal of a command to what is past. */
 export function notNow(why: string): Refused {
   return new Refused([{ class: "InvalidState", message: `${why}: nothing can be commanded`, remedy: "go back to 'Live'" }], 0);
 }

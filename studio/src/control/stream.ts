@@ -3,7 +3,7 @@ import { Beats } from "./beats";
 import { type Refusal, Refused } from "./refusals";
 import { Watched } from "./watched";
 
-/** What a subscription asks for; `id` is given by the stream. */
+/** Request of a subscription; `id` is given by the stream. */
 export type Topic =
   | { subscribe: "svvs"; names: string[]; every_ms: number }
   | { subscribe: "log"; since: number }
@@ -12,7 +12,7 @@ export type Topic =
   | { subscribe: "statistics"; every_ms: number }
   | { subscribe: "installed" };
 
-/** What a subscription gets. */
+/** Receiver of a subscription. */
 export interface Subscriber {
   /** A text frame of it, as it came. */
   text(frame: Record<string, unknown>): void;
@@ -36,7 +36,7 @@ export const MAGIC = 0x47534331;
 /** The code with which a stream is closed whose caller is let in no longer: its token was revoked or has expired, its role has changed. */
 const SHUT_OUT = 4401;
 const AGAIN_MS = [250, 500, 1000, 2000, 4000];
-/** How often it is looked whether anything came, and how old the newest may be, ms: a beat comes every 250 ms. */
+/** Period at which arrivals are checked, and maximum age of the newest, ms: a beat comes every 250 ms. */
 const LOOK_MS = 100;
 const SILENT_MS = 750;
 /** The age from which a silent connection is given up and made again, ms. */
@@ -82,7 +82,7 @@ export class Stream {
     };
   }
 
-  /** How old the newest is that is known of the system, ms. */
+  /** Returns the age of the newest state that is known of the system, ms. */
   age_ms(): number {
     return this.#beats.age_ms(performance.now());
   }

@@ -4,7 +4,7 @@ import type { End, Installed, LogEntry, Statistics } from "./shapes";
 import type { Stream, Topic } from "./stream";
 import { Watched } from "./watched";
 
-/** How often statistics come, ms. */
+/** Period of statistics, ms. */
 const STATISTICS_MS = 500;
 /** Entries of the log, and ends, that the page keeps. */
 export const KEPT_MAX = 20_000;
@@ -60,7 +60,7 @@ class Shared<T> {
 export interface Kept<T> {
   entries: T[];
   dropped: number;
-  /** What is of earlier runs: the system was started again since. Nothing of it is present. */
+  /** Entries of earlier runs: the system was started again since. Nothing of it is present. */
   earlier: T[];
   /** Of a recording: what comes behind the cursor. */
   later?: readonly T[];
@@ -68,14 +68,14 @@ export interface Kept<T> {
 
 export type { Shared };
 
-/** What the whole page follows. */
+/** Topics that the whole page follows. */
 export class Topics {
   readonly statistics: Shared<Statistics>;
   readonly installed: Shared<Installed>;
   readonly log: Shared<Kept<LogEntry>>;
   readonly ends: Shared<Kept<End>>;
 
-  /** Begins anew: another run of the system answers than before. */
+  /** Begins again: another run of the system answers than before. */
   renew(): void {
     this.statistics.latest.set(null);
     this.installed.latest.set(null);
@@ -112,7 +112,7 @@ function kept<T>(before: Kept<T> | null, more: T[], dropped: number): Kept<T> {
   return { entries: entries.slice(-KEPT_MAX), dropped: (before?.dropped ?? 0) + (dropped || 0), earlier: before?.earlier ?? [] };
 }
 
-/** The same where the system was started again: what there is becomes an earlier run, and the count begins anew. */
+/** Returns the same after the system was started again: what there is becomes an earlier run, and the count begins again. */
 export function aged<T>(before: Kept<T> | null): Kept<T> | null {
   return before && { entries: [], dropped: 0, earlier: [...before.earlier, ...before.entries].slice(-KEPT_MAX) };
 }

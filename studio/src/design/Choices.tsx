@@ -5,7 +5,7 @@ import { score } from "./fuzzy";
 export interface Choice {
   key: string;
   text: string;
-  /** What it is, in a few words; it is found by them too. */
+  /** Description in a few words; it is found by them too. */
   about: string;
 }
 

@@ -11,7 +11,7 @@ export function colour(token: string): string {
   return found;
 }
 
-/** Calls when light became dark or dark became light: draw anew. The answer ends it. */
+/** Calls when light became dark or dark became light: draw again. The answer ends it. */
 export function onThemeChange(changed: () => void): () => void {
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const switched = new MutationObserver(changed);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * How well `typed` finds `name`, greater is better; null: not at all. All letters of it must stand in the name in their order; those at the
+ * Returns how well `typed` finds `name`, greater is better; null: not at all. All letters of it must stand in the name in their order; those at the
  * beginning of a word, and those side by side, count more, and short names come first: `shse` finds `shoulder.sensed`.
  */
 export function score(typed: string, name: string): number | null {

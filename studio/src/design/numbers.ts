@@ -45,7 +45,7 @@ export function seconds(time_s: number): string {
 /** The least time of a wall clock, ns since 1970: under the virtual clock a wall has the system's own, from 0 on. */
 const WALL_MIN_NS = 1e17;
 
-/** A time of day on the wall, from ns since 1970: "14:03:22". Empty under the virtual clock. */
+/** A time of day on the wall, from ns since 1970: "14:03:22". Under the virtual clock it is empty. */
 export function clockText(wall_ns: number): string {
   return wall_ns < WALL_MIN_NS ? "" : new Date(wall_ns / 1e6).toLocaleTimeString("en-GB");
 }

@@ -27,7 +27,7 @@ export function Tag(props: { tone?: Tone; children: ReactNode; title?: string })
   );
 }
 
-/** What the system refused, in its words, each with its remedy. Read out by a screen reader when it appears. */
+/** Refusals of the system, in its words, each with its remedy. Read out by a screen reader when it appears. */
 export function Refusals(props: { of: Refusal[]; id?: string }) {
   if (props.of.length === 0) return null;
   return (

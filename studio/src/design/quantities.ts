@@ -2,7 +2,7 @@
 // Numbers with units as the package reads them (crates/model/src/quantity.rs): "20 ms", "90 deg", "0.5 rad/s", "30 %". What cannot be
 // read is refused with a sentence; nothing is taken for something else.
 
-/** What was read, or why it was not. */
+/** Value that was read, or the reason why it was not. */
 export type Read<T> = { value: T; wrong?: undefined } | { value?: undefined; wrong: string };
 
 /** Exponents of m, kg, s, A, K, rad, counts, pixels. */
@@ -130,7 +130,7 @@ function isSame(one: Dimension, other: Dimension): boolean {
   return one.every((exponent, at) => exponent === other[at]);
 }
 
-/** `kg.m^2/s`, `N*m`, `m/s2`, `1/s`; everything behind a slash divides. Null: not known. */
+/** `kg.m^2/s`, `N*m`, `m/s2`, `1/s`; everything behind a slash divides. An unknown unit gives null. */
 function unitOf(text: string): Unit | null {
   let [multiply, divide] = [1, 1];
   const dimension = [0, 0, 0, 0, 0, 0, 0, 0];

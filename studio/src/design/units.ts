@@ -11,7 +11,7 @@ export function unitText(unit: string | null | undefined): string {
   return unit ? choices(unit).join(" or ") : "";
 }
 
-/** Whether a value in the one unit may be one in the other; where one of them is not said, it may. */
+/** Returns whether a value in the one unit may be one in the other; if one of them is not given, it may. */
 export function unitsAgree(one: string, other: string): boolean {
   return !one || !other || choices(one).some((unit) => choices(other).includes(unit));
 }

@@ -4,7 +4,7 @@ import type { Reading } from "../control/shapes";
 import { useControl, useTopic } from "../shell/context";
 import { isStored } from "./stored";
 
-/** How old the newest of these values is, in words: "12 s old", or that there has never been one. For values that nobody renews now. */
+/** Age of the newest of these values, in words: "12 s old", or that there has never been one. For values that nobody renews now. */
 export function Age(props: { of: string[] }) {
   const control = useControl();
   const now = useTopic(control.topics.statistics);

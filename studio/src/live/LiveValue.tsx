@@ -13,7 +13,7 @@ export function LiveValue(props: {
   name: string;
   type_text?: string | undefined;
   unit?: string | null | undefined;
-  /** What was never stored: is shown as what the system was made with, in grey; or it is no value at all. */
+  /** Display of a value that was never stored: as the one that the system was made with, in grey; or as no value at all. */
   initial?: "grey" | "none";
 }) {
   const control = useControl();

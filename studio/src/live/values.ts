@@ -4,7 +4,7 @@ import type { Reading } from "../control/shapes";
 import type { Values, Watcher } from "../control/source";
 import type { Stream } from "../control/stream";
 
-/** How often values come, ms: to be read by a person, and to be seen moving. */
+/** Period of values, ms: to be read by a person, and to be seen moving. */
 export const READ_MS = 100;
 export const MOVE_MS = 33;
 

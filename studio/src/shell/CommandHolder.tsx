@@ -6,12 +6,12 @@ import { Refusals } from "../design/parts";
 import { RequestForm } from "./CommandRequests";
 import { useAction, useLive, useWatched } from "./context";
 
-/** What runs although no session commands: started by the program that the system is part of, or by a session that has left. */
+/** Returns what runs although no session commands: started by the program that the system is part of, or by a session that has left. */
 export function moving(now: Statistics | null): string[] {
   return (now?.instances ?? []).filter((one) => one.state === "running" && one.owner === null).map((one) => one.name);
 }
 
-/** Who commands the system. It is taken by the first command; here it is given back, asked for, or taken from another one. */
+/** Holder of command. It is taken by the first command; here it is given back, asked for, or taken from another one. */
 export function CommandHolder(props: { now: Statistics | null }) {
   const control = useLive();
   const state = useWatched(control.command.state);

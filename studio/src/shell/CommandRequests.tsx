@@ -5,7 +5,7 @@ import type { AskingSession, Holder } from "../control/shapes";
 import { Refusals } from "../design/parts";
 import { useAction, useLive, useWatched } from "./context";
 
-/** Who asks for command is named, with the reason. */
+/** Names the person that asks for command, with the reason. */
 export function RequestForm(props: { done: () => void }) {
   const control = useLive();
   const action = useAction();
@@ -76,7 +76,7 @@ export function settledOf(state: Holder, name: string, seen: number): Settled | 
   return last && last.number > seen && last.by !== name ? last : null;
 }
 
-/** What became of a request of this page, in one sentence. */
+/** Returns the outcome of a request of this page, in one sentence. */
 export function wordsOf(of: Settled): string {
   const by = of.by ? ` by ${of.by}` : "";
   const reason = of.reason ? `: ${of.reason}` : "";

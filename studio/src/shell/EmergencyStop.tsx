@@ -7,10 +7,10 @@ import { useAction, useLive } from "./context";
 
 /** Within this time the page says whether a press was heard, ms. */
 const HEARD_WITHIN_MS = 250;
-/** How long one try may take, and how long after it the next one begins, ms. */
+/** Time limit of one try, and the time after it until the next one, ms. */
 const TRY_MS = 1000;
 const AGAIN_MS = 200;
-/** How long the button says that it was heard, ms. */
+/** Time for which the button says that it was heard, ms. */
 const SAY_MS = 3000;
 
 /** `unheard`: no answer has come in time; it is sent again until one does. `refused`: the system has answered, and does not stop. */
@@ -25,7 +25,7 @@ export interface Press {
   putAway: () => void;
 }
 
-/** Whether the next try would be answered the same. One that finds no room, or that something between page and system answers, may be heard. */
+/** Returns whether the next try would be answered the same. One that finds no room, or that something between page and system answers, may be heard. */
 function isFinal(status: number): boolean {
   return status >= 400 && status < 500 && status !== 408 && status !== 429;
 }

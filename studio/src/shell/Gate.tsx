@@ -8,7 +8,7 @@ import { Axis, AxisContext } from "./axis";
 import { ControlContext, SourceContext } from "./context";
 import { Shell } from "./Shell";
 
-/** How often a system that does not answer is asked again, ms. */
+/** Period at which a system that does not answer is asked again, ms. */
 const AGAIN_MS = 2000;
 
 /** Before the studio: asks the system who it is. Without a token that holds it says where to get one. */

@@ -2,7 +2,7 @@
 import { type ReactNode, useEffect, useRef, useState } from "react";
 import { watchAim } from "./aim";
 
-/** How long the page tells of a refused press, ms. */
+/** Time for which the page tells of a refused press, ms. */
 const TOLD_MS = 4000;
 
 /** The place of messages, in every view. Its height is fixed, so that nothing below it moves; what does not fit unfolds over the view. */

@@ -101,7 +101,7 @@ function Restarted() {
   );
 }
 
-/** How old the newest is that is known of the system, ms, while that is looked at. */
+/** Returns the age of the newest state that is known of the system, ms, while that is shown. */
 function useAge(isLooked: boolean): number {
   const control = useLive();
   const [age_ms, setAge] = useState(0);

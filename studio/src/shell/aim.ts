@@ -2,7 +2,7 @@
 // Guards presses against a page that changes: a press of a control that commands is refused where another control was under the finger when
 // it was aimed. The emergency stop is not guarded: it never moves, and nothing is ever put over it.
 
-/** How long before a press it is aimed, ms; how often the places of all controls are sampled, ms; how many samples are kept. */
+/** Time before a press at which it is aimed, ms; period at which the places of all controls are sampled, ms; number of samples kept. */
 const AIMED_MS = 100;
 const LOOK_MS = 50;
 const KEPT = 6;

@@ -6,14 +6,14 @@ import type { Source } from "../control/source";
 import { stillOf } from "../control/still";
 import { Watched } from "../control/watched";
 
-/** How often the cursor of a recording that plays moves, ms. */
+/** Period at which the cursor of a recording that plays moves, ms. */
 const STEP_MS = 40;
 
 /** The one time axis: what all views show is the running system, the same standing still, or a recording at its cursor. */
 export class Axis {
   readonly live: Control;
   readonly source: Watched<Source>;
-  /** How many times as fast as it was a recording plays; null: it stands. */
+  /** Speed of a recording that plays, in multiples of the original; null: it stands. */
   readonly playing = new Watched<number | null>(null);
   #player: ReturnType<typeof setInterval> | undefined;
 

@@ -15,14 +15,14 @@ export function useLive(): Control {
   return control;
 }
 
-/** What the views show: the running system, the same standing still, or a recording. */
+/** Returns the source of the views: the running system, the same standing still, or a recording. */
 export function useControl(): Source {
   const source = useContext(SourceContext);
   if (!source) throw new Error("there is no connected system around this part of the page");
   return source;
 }
 
-/** The present value of something watched; the part is drawn anew when it changes. */
+/** Returns the present value of something watched; the part is drawn again when it changes. */
 export function useWatched<T>(watched: Watched<T>): T {
   return useSyncExternalStore(watched.watch, watched.get);
 }

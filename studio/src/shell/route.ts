@@ -4,7 +4,7 @@ import { useSyncExternalStore } from "react";
 
 export interface Route {
   view: string;
-  /** What follows the view, decoded: `["move"]` in `#/verbs/move`. */
+  /** Path behind the view, decoded: `["move"]` in `#/verbs/move`. */
   path: string[];
   query: URLSearchParams;
 }

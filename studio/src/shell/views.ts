@@ -5,7 +5,7 @@ import { type ComponentType, type LazyExoticComponent, lazy } from "react";
 export interface View {
   name: string;
   title: string;
-  /** What one finds there, for the tooltip. */
+  /** Description of the view, for the tooltip. */
   about: string;
   /** It stands alone, without the navigation, which does not list it. */
   alone?: boolean;

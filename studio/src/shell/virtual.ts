@@ -21,7 +21,7 @@ export async function runAt(clock: Clock, rate: () => number, signal: AbortSigna
   }
 }
 
-/** Whether an entry of the log is a condition with all of these words in its instance or name; no words: any condition. */
+/** Returns whether an entry of the log is a condition with all of these words in its instance or name; no words: any condition. */
 export function isCondition(entry: LogEntry, words: string): boolean {
   if (entry.kind !== "condition") return false;
   const said = `${entry.about} ${entry.text}`.toLowerCase();

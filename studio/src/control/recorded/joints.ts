@@ -2,7 +2,7 @@
 // Where a machine's joints stood, and what it touched: the channels of devices are not recorded, what is read from them is.
 import type { Geometry, GeometryJoint, InstalledInstance } from "../shapes";
 
-/** How many blocks may lie between a channel and what was recorded of it: one that reads it, one that takes its offset away. */
+/** Maximum number of blocks between a channel and a recorded cell of it: one that reads it, one that takes its offset away. */
 const STEPS_MAX = 2;
 
 /** A machine whose joints and contacts follow what blocks made of their channels; one of which nothing was recorded follows nothing. */
@@ -28,7 +28,7 @@ function found(channel: string, made: ReadonlyMap<string, readonly string[]>, re
   return null;
 }
 
-/** What blocks with one output make of a cell. */
+/** Returns the cells that blocks with one output make of a cell. */
 function madeOf(instances: readonly InstalledInstance[]): ReadonlyMap<string, readonly string[]> {
   const made = new Map<string, string[]>();
   for (const { ports } of instances.flatMap(({ blocks }) => blocks)) {

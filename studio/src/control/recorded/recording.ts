@@ -41,7 +41,7 @@ export class Recording implements Source, Past {
   readonly cursor: Watched<number>;
   /** The cursor for which everything is shown: it follows the other one. */
   readonly shown: Watched<number>;
-  /** Why what is at the cursor is not known. */
+  /** Reason why the values at the cursor are not known. */
   readonly trouble = new Watched<ReturnType<typeof refusalsOf>>([]);
   readonly restarts = new Watched(0);
   readonly replayed: Replayed;

@@ -6,7 +6,7 @@ import type { Installed, ReplayDifference, Replaying } from "../shapes";
 import type { Differs } from "../source";
 import { Watched } from "../watched";
 
-/** How often it is looked how far it has come, ms. */
+/** Period at which progress is read, ms. */
 const LOOK_MS = 200;
 
 export type Replay =
@@ -55,7 +55,7 @@ export class Replayed {
     await this.#system.aside("stop_replay", { replay }).catch(() => undefined);
   }
 
-  /** How it stood at its end; null: it was cancelled. */
+  /** Returns its state at its end; null: it was cancelled. */
   async #end(replay: number): Promise<Replaying | null> {
     for (;;) {
       const now = await this.#system.look("replaying", { replay });

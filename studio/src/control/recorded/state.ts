@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was installed, and how it stood, at a time of a recording: from what was told now and then, and from the log, which has every
-// start, transition and end with its own time.
+// State of what was installed, at a time of a recording: from what was told now and then, and from the log, which has every start,
+// transition and end with its own time.
 import type { Installed, InstalledInstance, LogEntry, Statistics } from "../shapes";
 
-/** What was installed, as it was told at a time. */
+/** Structure that was installed, as it was told at a time. */
 export interface Told<T> {
   time_ns: number;
   message: T;
@@ -71,7 +71,7 @@ export function toNs(time_s: number): number {
   return Math.round(time_s * 1e9);
 }
 
-/** How many of the entries, which are in order of time, are not later than a time. `timeOf`: in s. */
+/** Returns the number of entries, which are in order of time, that are not later than a time. `timeOf`: in s. */
 export function countUntil<T>(entries: readonly T[], timeOf: (entry: T) => number, time_ns: number): number {
   let [low, high] = [0, entries.length];
   while (low < high) {

@@ -42,7 +42,7 @@ export class RecordedValues implements Values {
 
   renew(): void {}
 
-  /** What is looked at. */
+  /** Returns the names that are observed. */
   names(): string[] {
     return [...this.#cells.keys()];
   }

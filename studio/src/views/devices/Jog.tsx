@@ -7,9 +7,9 @@ import { type DeviceFamily, shortName } from "./families";
 import { BEAT, JOG, Press } from "./jogging";
 
 export interface JogState {
-  /** Whether its buttons can be pressed. */
+  /** True if its buttons can be pressed. */
   able: boolean;
-  /** Why not, in words; null: the family has no joints. */
+  /** Reason why they cannot, in words; null: the family has no joints. */
   missing: "verb" | "heartbeat" | null;
   refusals: Refusal[];
   share: number;
@@ -119,7 +119,7 @@ export function JogButtons(props: { of: JogState; device: string }) {
   );
 }
 
-/** How fast; or what is missing, and how to get it. */
+/** Speed of jogging; or what is missing, and how to get it. */
 export function JogTools(props: { of: JogState }) {
   const { of } = props;
   const control = useControl();

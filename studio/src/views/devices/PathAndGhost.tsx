@@ -3,7 +3,7 @@ import type { Geometry } from "../../control/shapes";
 import { Choice } from "../../design/Choice";
 import { AIMS, type Aim } from "./ghost";
 
-/** What is drawn beside the machine. */
+/** Objects drawn beside the machine. */
 export interface Drawn {
   /** So far before the cursor, of a recording behind it too, s; 0: no path. */
   path_s: number;

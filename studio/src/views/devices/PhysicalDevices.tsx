@@ -77,7 +77,7 @@ function Driver(props: { of: PhysicalDevice }) {
   );
 }
 
-/** What the driver counts: lost and refused frames, repeats, ages. */
+/** Counters of the driver: lost and refused frames, repeats, ages. */
 function Counters(props: { of: PhysicalDevice; state: PhysicalDeviceStatistics | undefined }) {
   const counters = props.of.counters ?? [];
   if (counters.length === 0) return null;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is drawn beside a machine: frames of its bodies, a ghost where it is to be, the path of a body, forces where it touches. All of it stands at the cursor.
+// Objects drawn beside a machine: frames of its bodies, a ghost where it is to be, the path of a body, forces where it touches. All of it stands at the cursor.
 import { AxesHelper, Box3, BufferGeometry, Color, Group, Line, LineBasicMaterial, Sphere, Vector3 } from "three";
 import type { Geometry } from "../../control/shapes";
 import type { Source } from "../../control/source";

@@ -2,9 +2,9 @@
 // Contacts of a machine as arrows: from where each is, along the force of its first shape on its second.
 import { ArrowHelper, type Color, Group, Vector3 } from "three";
 
-/** What is told of a contact: x, y, z in m, then the force, N. */
+/** Numbers of a contact: x, y, z in m, then the force, N. */
 const TOLD = 6;
-/** How long the arrow of the force that was chosen is, m. */
+/** Length of the arrow of the force that was chosen, m. */
 export const CHOSEN_M = 0.1;
 /** A head is this part of its arrow, and at most so long, m. */
 const HEAD = 0.3;
@@ -29,7 +29,7 @@ export function arrowsOf(told: readonly number[], chosen_N: number): Arrow[] {
   return arrows;
 }
 
-/** One that is seen through what it pushes: a contact lies within bodies. */
+/** Makes an arrow that is seen through what it pushes: a contact lies within bodies. */
 function arrow(colour: Color): ArrowHelper {
   const helper = new ArrowHelper(undefined, undefined, 1, colour);
   for (const part of [helper.line, helper.cone]) {

@@ -23,7 +23,7 @@ export function familiesOf(configuration: Configuration): DeviceFamily[] {
   return [...found.values()];
 }
 
-/** What an SVV of a device is called in the system: its own, or the one that the devices share. */
+/** Returns the name of a device's SVV in the system: its own, or the one that the devices share. */
 export function svvName(device: string, member: string, svv: SvvSpecification): string {
   return svv.shared ?? `${device}.${member}`;
 }
@@ -39,7 +39,7 @@ export function shortName(device: string): string {
   return device.slice(device.lastIndexOf(".") + 1);
 }
 
-/** Whether the verb that keeps a device going runs, and renews its values. */
+/** Returns whether the verb that keeps a device going runs, and renews its values. */
 export function isRenewed(state: DeviceState | undefined): boolean {
   return state !== undefined && state !== "disabled" && state !== "fault";
 }

@@ -8,7 +8,7 @@ import type { Source } from "../../control/source";
 export const JOG = "jog";
 /** The SVV into which the page writes that its button is still held. */
 export const BEAT = "studio.heartbeat";
-/** How often, ms: the joints stop where the last one is older than 250 ms. */
+/** Period, ms: the joints stop when the last one is older than 250 ms. */
 const BEAT_MS = 60;
 
 /** One press of a button, from its beginning to its end. */

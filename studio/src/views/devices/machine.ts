@@ -28,7 +28,7 @@ export interface BuiltMachine {
   free: { name: string; svv: string; place: (pose: readonly number[]) => void }[];
   /** Joints whose position nobody tells: they stay as the model was drawn. */
   still: string[];
-  /** What moves with each body, by the body's name. */
+  /** Objects that move with each body, by the body's name. */
   bodies: ReadonlyMap<string, Object3D>;
 }
 
@@ -57,7 +57,7 @@ function turn(object: Object3D, [w, x, y, z]: [number, number, number, number]):
   object.quaternion.set(x, y, z, w);
 }
 
-/** What moves by a joint hangs on what is returned. */
+/** Adds a joint; what moves by it hangs on the returned object. */
 function addJoint(on: Object3D, joint: GeometryJoint, built: BuiltMachine, body: Object3D): Object3D {
   const moved = new Group();
   on.add(moved);

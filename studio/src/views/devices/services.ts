@@ -4,7 +4,7 @@ import type { DriverOption, DriverService, Value } from "../../control/shapes";
 import { valueText } from "../../design/numbers";
 import { numberIn, type Read } from "../../design/quantities";
 
-/** What was written for one argument; nothing where it is empty and has a default. A number may have a unit, and is sent in that of the argument. */
+/** Reads the text of one argument; undefined if it is empty and has a default. A number may have a unit, and is sent in that of the argument. */
 export function argumentFrom(text: string, of: DriverOption): Read<unknown> {
   const written = text.trim();
   if (written === "") return of.default === null ? { wrong: "a value is needed" } : { value: undefined };
@@ -52,7 +52,7 @@ export function argumentsOfService(
   return { given, wrong };
 }
 
-/** What a service has answered, in words: a list of tables as they are, one a line. */
+/** Returns the answer of a service, in words: a list of tables as they are, one a line. */
 export function answerText(answer: Value | null): string {
   if (answer === null) return "done";
   if (Array.isArray(answer)) return answer.length === 0 ? "nothing" : answer.map((one) => valueText(one)).join("\n");

@@ -6,7 +6,7 @@ import type { Past } from "../../control/source";
 import { runsOf } from "../scope/recorded";
 import { type BuiltMachine, buildMachine } from "./machine";
 
-/** Where the body was. */
+/** Position of the body at a time. */
 export interface Place {
   time_ns: number;
   at: Vector3;
@@ -16,7 +16,7 @@ export interface Place {
 const PLACES_MAX = 600;
 /** Nearer than this to the one before a place is none of its own, m. */
 const STEP_M = 2e-4;
-/** How many times the span is fetched to each side, so that a cursor that moves a little asks for nothing. */
+/** Number of spans that are fetched to each side, so that a cursor that moves a little asks for nothing. */
 const AHEAD = 2;
 
 /** The body at the end of the longest chain of moved ones: that of the tool, where nothing else is said. */
@@ -49,7 +49,7 @@ export class LivePath {
     this.#span_ns = span_ns;
   }
 
-  /** Takes where it is now; the path with it. Time that goes back begins it anew: the system was started again. */
+  /** Takes where it is now; the path with it. Time that goes back begins it again: the system was started again. */
   add(time_ns: number, at: Vector3): Place[] {
     const last = this.#places.at(-1);
     if (last && time_ns < last.time_ns) this.#places = [];

@@ -13,7 +13,7 @@ import { Lines } from "./Lines";
 import { asCsv, asJsonLines, BAD_KINDS, kindsOf, type Line, linesOf, shownLines, WARN_KINDS } from "./lines";
 import "./log.css";
 
-/** What happened: conditions, faults, transitions, ends with their reports, commands and who gave them. */
+/** Log of the system: conditions, faults, transitions, ends with their reports, commands and who gave them. */
 export default function Log() {
   const control = useControl();
   const { past } = control;
@@ -100,7 +100,7 @@ export default function Log() {
   );
 }
 
-/** What was told so far; of a recording, all of it as it came first: wherever the cursor is, the lines are the same. */
+/** Returns the entries so far; of a recording, all of them as they came first: wherever the cursor is, the lines are the same. */
 function useTold<T>(topic: Topic<Kept<T>>, past: Past | null): Kept<T> | null {
   const first = useRef<{ of: Topic<Kept<T>>; told: Kept<T> } | null>(null);
   return useSyncExternalStore(topic.watch, () => {

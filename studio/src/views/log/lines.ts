@@ -6,14 +6,14 @@ import type { End, LogEntry, Report } from "../../control/shapes";
 import type { Kept } from "../../control/topics";
 
 export interface Line {
-  /** What it is known by: `e12` an entry, `r3` a report. */
+  /** Key of the line: `e12` an entry, `r3` a report. */
   key: string;
   time_s: number;
   kind: string;
   about: string;
   text: string;
   who: string;
-  /** How often it came in a row, and when first. */
+  /** Number of times that it came in a row, and the first time. */
   times: number;
   first_s: number;
   report: Report | null;
@@ -36,7 +36,7 @@ function allOf<T>(kept: Kept<T> | null): T[] {
   return [...(kept?.entries ?? []), ...(kept?.later ?? [])];
 }
 
-/** How many of the lines, which are in order of time, are not later than a time. */
+/** Returns the number of lines, which are in order of time, that are not later than a time. */
 export function linesUntil(lines: readonly Line[], time_ns: number): number {
   return countUntil(lines, (line) => line.time_s, time_ns);
 }
@@ -117,7 +117,7 @@ export function shownLines(lines: Line[], filter: Filter): Line[] {
   return shown;
 }
 
-/** How many lines there are of each kind, in the order in which kinds first came. */
+/** Returns the number of lines of each kind, in the order in which kinds first came. */
 export function kindsOf(lines: Line[]): Map<string, number> {
   const kinds = new Map<string, number>();
   for (const line of lines) kinds.set(line.kind, (kinds.get(line.kind) ?? 0) + 1);

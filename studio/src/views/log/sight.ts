@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of many rows of one height are seen.
+// Rows of one height that are seen, among many.
 
-/** What is seen of the rows, px: from where, and how much. */
+/** Part of the rows that is seen, px: its beginning, and its height. */
 export interface Sight {
   top: number;
   height: number;
@@ -16,7 +16,7 @@ export function rowsInSight(sight: Sight, rows: number, row_px: number, beyond: 
   return [first, Math.min(rows, Math.ceil((sight.top + sight.height) / row_px) + beyond)];
 }
 
-/** What is seen once a row is: the same where it is seen already, else with the row in the middle. */
+/** Returns the view once a row is seen: the same if it is seen already, else with the row in the middle. */
 export function broughtIntoSight(sight: Sight, row: number, rows: number, row_px: number): Sight {
   const place = row * row_px;
   if (place >= sight.top && place + row_px <= sight.top + sight.height) return sight;

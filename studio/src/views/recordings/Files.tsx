@@ -9,7 +9,7 @@ import { useAction, useLive, useWatched } from "../../shell/context";
 import { go } from "../../shell/route";
 import { type Begun, freeText, recordingOf, sizeText, sumOf } from "./begun";
 
-/** How often it is looked which recordings there are, ms. */
+/** Period at which the list of recordings is read, ms. */
 const LOOK_MS = 2000;
 /** Recordings that are listed: more are found by their names. */
 const SHOWN_MAX = 200;
@@ -160,7 +160,7 @@ function whenText(about: Recorded): string {
   return at.toLocaleString(undefined, { dateStyle: "short", timeStyle: "medium" });
 }
 
-/** How instances ended, each way once: "halted 2 ×, over". */
+/** Returns the ends of instances, each kind once: "halted 2 ×, over". */
 export function endsText(about: Recorded): string {
   const counts = new Map<string, number>();
   for (const { condition } of about.ends) counts.set(condition, (counts.get(condition) ?? 0) + 1);
@@ -192,7 +192,7 @@ function useFiles(): { files: RecordingFile[] | null; refusals: Refusal[] } {
   return { files, refusals };
 }
 
-/** What a recording is: asked for again where its file has grown. */
+/** Returns the description of a recording: asked for again when its file has grown. */
 function useAbout(file: RecordingFile): { about: Recorded | null; refusals: Refusal[] } {
   const live = useLive();
   const [about, setAbout] = useState<Recorded | null>(null);

@@ -4,10 +4,10 @@ import type { RecordingSummary } from "../../control/shapes";
 
 export interface Begun {
   recording: number;
-  /** Which run of the system it is of. */
+  /** Run of the system that it is of. */
   run: string;
   name: string;
-  /** How it stood when it was asked last. */
+  /** State at the last look. */
   summary: RecordingSummary | null;
 }
 
@@ -62,12 +62,12 @@ export function sizeText(bytes: number): string {
   return at === 0 ? `${bytes} B` : `${(bytes / 2 ** (10 * at)).toFixed(1)} ${units[at]}`;
 }
 
-/** How much room its disk has: "12.3 GiB free on its disk"; "" where nobody can tell. */
+/** Returns the free space of its disk: "12.3 GiB free on its disk"; "" where nobody can tell. */
 export function freeText(bytes: number | null): string {
   return bytes === null ? "" : `${sizeText(bytes)} free on its disk`;
 }
 
-/** How many messages: all, and those that are not in the file. */
+/** Returns the number of messages: all, and those that are not in the file. */
 export function sumOf(counts: Record<string, number>): number {
   return Object.values(counts).reduce((sum, one) => sum + one, 0);
 }

@@ -9,7 +9,7 @@ import "./recordings.css";
 /** Sizes at which the next file may begin, bytes. */
 const SPLITS = [10, 100, 1000].map((mega) => mega * 2 ** 20);
 
-/** How often it is looked how the recordings stand that run, ms. */
+/** Period at which the recordings under way are read, ms. */
 const LOOK_MS = 1000;
 
 /** Recordings: begun from this page, every value at full rate with the log, ends and timing; and those of the system's folder, to be opened. */

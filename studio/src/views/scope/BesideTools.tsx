@@ -39,7 +39,7 @@ export function BesideTools(props: { scope: Scope; past: Past }) {
   );
 }
 
-/** What happened in both, and which time of it in each. */
+/** Choice of the moment that happened in both, and of its occurrence in each. */
 function Moment(props: { scope: Scope; past: Past }) {
   const { scope, past } = props;
   const beside = useWatched(scope.beside);

@@ -8,7 +8,7 @@ import type { Scope } from "./scope";
 
 const KEEPS_S = [10, 30, 60, 120, 300, 600];
 
-/** What came and what was lost, counted end to end, and what is kept of it. */
+/** Counts of what came and what was lost, end to end, and of what is kept of it. */
 export function Counts(props: { scope: Scope }) {
   const { scope } = props;
   const counts = useWatched(scope.counts);

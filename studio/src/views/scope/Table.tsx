@@ -86,7 +86,7 @@ function TraceRows(props: {
   trace: TraceSetup;
   setup: Setup;
   columns: readonly (readonly [Column, string, string])[];
-  /** What lies behind it; null: nothing. */
+  /** Recording behind it; null: none. */
   reference: string | null;
   chosen: string | null;
   choose: (id: string) => void;

@@ -43,7 +43,7 @@ export function Timing(props: { scope: Scope }) {
   );
 }
 
-/** What the spectra are of: those of the first trace that has one. */
+/** Returns the text about the spectra: that of the first trace that has one. */
 function spectralText(rows: readonly Row[]): string {
   const of = rows.find((row) => row.spectrum)?.spectrum;
   if (!of) return "Hz; no spectrum yet: it needs two values";

@@ -30,7 +30,7 @@ const SCALES: { value: ScaleMode; text: string }[] = [
 const FREQUENCY = "=frequency";
 const SPECTRUM: SpectrumSetup = { window: "hann", amount: "amplitude", to_hz: null };
 
-/** What the scope does, above the screen. */
+/** State of the scope, above the screen. */
 export function Tools(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);

@@ -34,7 +34,7 @@ export class Bars {
     this.#bars = NAMES.map((name, i) => this.#made(name, i as 0 | 1));
   }
 
-  /** Puts them onto the screen, after it was built anew. */
+  /** Puts them onto the screen, after it was built again. */
   attach(): void {
     this.#plot.over?.append(this.#stand, this.#mark, ...this.#bars);
     this.place();

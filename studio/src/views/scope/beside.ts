@@ -3,13 +3,13 @@
 import type { LogEntry } from "../../control/shapes";
 import type { Past } from "../../control/source";
 
-/** What a recording begins with, as a moment. */
+/** Name of the moment at which a recording begins. */
 export const BEGINNING = "the beginning";
 
 /** A recording behind another one. */
 export interface Beside {
   readonly past: Past;
-  /** What happened in both, and which time of it: here, there. */
+  /** Moment that happened in both, and its occurrence: here, there. */
   readonly moment: string;
   readonly here: number;
   readonly there: number;
@@ -47,7 +47,7 @@ export function nearest(times_ns: readonly number[], to_ns: number): number {
   return times_ns.reduce((best, time, at) => (Math.abs(time - to_ns) < Math.abs((times_ns[best] ?? time) - to_ns) ? at : best), 0);
 }
 
-/** How much later the same moment is there than here, ns. */
+/** Returns how much later the same moment is there than here, ns. */
 export function shiftOf(here: Pick<Past, "log" | "begins_ns">, beside: Beside): number {
   const timeOf = (past: Pick<Past, "log" | "begins_ns">, at: number) => momentsOf(past).get(beside.moment)?.[at] ?? past.begins_ns;
   return timeOf(beside.past, beside.there) - timeOf(here, beside.here);

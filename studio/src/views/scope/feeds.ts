@@ -5,7 +5,7 @@ import { Watched } from "../../control/watched";
 import type { ToWorker } from "./messages";
 import type { StreamChannel } from "./signal/frame";
 
-/** How often frames come, ms: often enough for the eye, seldom enough for the page. */
+/** Period of frames, ms: often enough for the eye, seldom enough for the page. */
 const EVERY_MS = 50;
 /** Subscriptions of the stream that the scope may have; all others together have the rest of 16. */
 const FEEDS_MAX = 8;
@@ -15,11 +15,11 @@ interface Feed {
   end: () => void;
 }
 
-/** Where the scope gets its channels. */
+/** Origin of the scope's channels. */
 export interface Feeding {
-  /** What is not given, by channel. */
+  /** Refusals by channel. */
   readonly refused: Watched<ReadonlyMap<string, Refusal[]>>;
-  /** From now on these channels, and no others. */
+  /** Asks for these channels, and no others. */
   want(names: readonly string[]): void;
   /** Asks again for what was refused: something was installed. */
   again(names: readonly string[]): void;
@@ -27,10 +27,10 @@ export interface Feeding {
 
 /**
  * The channels that the scope gets from the stream. A channel that is added is asked for beside the others, so that those lose nothing;
- * what is in the way then, because there are too many, is asked for anew in one.
+ * what is in the way then, because there are too many, is asked for again in one.
  */
 export class Feeds implements Feeding {
-  /** What the system does not give, by channel. */
+  /** Refusals of the system, by channel. */
   readonly refused = new Watched<ReadonlyMap<string, Refusal[]>>(new Map());
   readonly #stream: Pick<Stream, "subscribe">;
   readonly #say: (message: ToWorker, transfer?: Transferable[]) => void;
@@ -42,7 +42,7 @@ export class Feeds implements Feeding {
     this.#say = say;
   }
 
-  /** From now on these channels, and no others. */
+  /** Asks for these channels, and no others. */
   want(names: readonly string[]): void {
     const wanted = new Set(names);
     const gone: string[] = [];

@@ -7,7 +7,7 @@ export const SPANS_S = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2,
 const SPAN_MIN_NS = 1e3;
 const SPAN_MAX_NS = 600e9;
 
-/** What wheel, drag and keys do. A picture that moves gets another time base; one that stands is looked at more closely. */
+/** Returns the actions of wheel, drag and keys. A picture that moves gets another time base; one that stands is looked at more closely. */
 export function gesturesOf(scope: Scope): Gestures {
   const of = (): Gestures => (scope.setup.get().spectrum ? overFrequency(scope) : overTime(scope));
   return {
@@ -19,7 +19,7 @@ export function gesturesOf(scope: Scope): Gestures {
   };
 }
 
-/** How many parts of the whole the frequencies that are shown are at the least. */
+/** Minimum part of the whole that the frequencies shown are. */
 const FREQUENCIES_MIN = 1e-5;
 
 /** The same where frequencies are along x: the times that they are of stay. */

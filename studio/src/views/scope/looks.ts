@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a trace looks: eight colours that people with colour blindness can tell apart, and a line pattern for every further eight.
+// Looks of traces: eight colours that people with colour blindness can tell apart, and a line pattern for every further eight.
 
 export const COLOURS = 8;
 /** Dashes in pixels. */

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page and the worker of the scope say to each other.
+// Messages between the page and the worker of the scope.
 
 import type { RecordedSums as Sums } from "../../control/shapes";
 import type { ScaleMode, TraceSetup } from "./setup";
@@ -60,7 +60,7 @@ export interface Show {
   marker: { channel: string; component: string; level: number } | null;
 }
 
-/** What values of a recording are for: the screen, what lies behind it, spectra of both, a file. */
+/** Destination of values of a recording: the screen, what lies behind it, spectra of both, a file. */
 export type Into = "shown" | "beside" | "whole" | "wholeBeside" | "file";
 export type Format = "csv" | "mcap" | "svg";
 
@@ -83,7 +83,7 @@ export type ToWorker =
   // `apart`: of what came for a file, and of nothing else.
   | { kind: "export"; number: number; format: Format; from_ns: number; to_ns: number; system: string; apart: boolean };
 
-/** What a spectrum is of, and its strongest frequency. */
+/** Span of a spectrum, and its strongest frequency. */
 export interface RowSpectrum {
   count: number;
   held: number;
@@ -106,7 +106,7 @@ export interface ChannelCounts {
   received: number;
   lost: number;
   skipped: number;
-  /** How far the numbers of the values went since the first that came, all inclusive: received, lost, and releases that stored nothing. */
+  /** Count by the numbers of the values since the first that came, all inclusive: received, lost, and releases that stored nothing. */
   numbered: number;
   kept: number;
   kept_s: number;

@@ -12,7 +12,7 @@ export interface Axis {
   label: string;
 }
 
-/** What a person does on the screen; times in s relative to the origin of the axis. */
+/** Gestures of a person on the screen; times in s relative to the origin of the axis. */
 export interface Gestures {
   selected(from_s: number, to_s: number): void;
   zoomed(factor: number, at_s: number): void;
@@ -27,11 +27,11 @@ const AXIS_WIDTH = 62;
 const ALONG = { room: 8, space_px: 70 };
 const UP = { room: 6, space_px: 34 };
 
-/** How a plot stands among others under each other: the last has the labels along x; all are as wide as the one with most axes. */
+/** Position of a plot among others under each other: the last has the labels along x; all are as wide as the one with most axes. */
 export interface Among {
   isLast: boolean;
   axes: number;
-  /** What is along x cannot be looked at more closely: the values of a trace. */
+  /** True if the x axis cannot be looked at more closely: it has the values of a trace. */
   isFixed: boolean;
 }
 
@@ -43,10 +43,10 @@ export class Plot {
   #built = "";
   #axes: Axis[] = [];
   #isFixed = false;
-  /** Whether others under it have the labels along x. */
+  /** True if others under it have the labels along x. */
   #isAbove = false;
   #drawn: Drawn | null = null;
-  /** Where the cursors are put. */
+  /** Element on which the cursors are put. */
   over: HTMLElement | null = null;
   /** Where its part of the picture begins, from the top, in pixels of the device. */
   from = 0;
@@ -57,7 +57,7 @@ export class Plot {
     this.#gestures = gestures;
   }
 
-  /** Axes and size; built anew where something changed. `along`: unit of the x axis where that is not time. */
+  /** Axes and size; built again when something changed. `along`: unit of the x axis where that is not time. */
   build(axes: Axis[], along: string | null, width: number, height: number, theme: number, among: Among): void {
     const asked = JSON.stringify([axes, along, width, height, theme, among]);
     if (asked === this.#built || width < 50 || height < 24) return;
@@ -98,7 +98,7 @@ export class Plot {
     return lo + (x / Math.max(1, this.over?.clientWidth ?? 1)) * (hi - lo);
   }
 
-  /** Who is told of places; nobody where nothing is drawn so far: no place is a time then. */
+  /** Returns the receiver of places; null while nothing is drawn: no place is a time then. */
   get #told(): Gestures | null {
     return this.#drawn ? this.#gestures : null;
   }

@@ -7,7 +7,7 @@ import type { Feeding } from "./feeds";
 import type { Into, ToWorker } from "./messages";
 import type { Run, StreamChannel } from "./signal/frame";
 
-/** What is on the screen: times, and how many pixels wide. */
+/** Part of a recording for the screen: times, and its width in pixels. */
 export interface Wanted {
   from_ns: number;
   to_ns: number;
@@ -100,7 +100,7 @@ export class RecordedFeed implements Feeding {
   }
 }
 
-/** What a message takes with it. */
+/** Returns the buffers that a message takes with it. */
 export function buffersOf(runs: readonly Run[]): Transferable[] {
   return runs.flatMap(({ times_ns, numbers, values }) => [times_ns.buffer, numbers.buffer, values.buffer] as Transferable[]);
 }

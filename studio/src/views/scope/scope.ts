@@ -15,7 +15,7 @@ import type { Range } from "./signal/ranges";
 import type { Span, SweepState } from "./signal/sweep";
 import { wholeOf } from "./whole";
 
-/** What the scope does just now; changes a few times a second. */
+/** State of the scope just now; changes a few times a second. */
 export interface Status {
   state: SweepState;
   triggers: number;
@@ -33,7 +33,7 @@ export class Scope {
   readonly status = new Watched<Status>({ state: "rolling", triggers: 0, has_reference: false, triggered: false });
   readonly rows = new Watched<Row[]>([]);
   readonly counts = new Watched<ChannelCounts[]>([]);
-  /** What is on the screen, where it does not follow the system. */
+  /** Window on the screen, if it does not follow the system. */
   readonly window = new Watched<Window>(null);
   readonly stopped = new Watched(false);
   readonly cursors = new Watched<[number, number] | null>(null);
@@ -45,7 +45,7 @@ export class Scope {
   readonly beside = new Watched<Beside | null>(null);
   /** The last picture's times. */
   span: Span | null = null;
-  /** What is along x in the last picture, where that is not time: Hz of spectra. */
+  /** Range of the x axis in the last picture, if that is not time: Hz of spectra. */
   along: Range | null = null;
   readonly #control: Source;
   readonly #worker: Worker;
@@ -93,7 +93,7 @@ export class Scope {
     this.#ends.push(moved);
   }
 
-  /** Ends it: nothing comes any more, and nothing is kept. */
+  /** Ends it: nothing comes, and nothing is kept. */
   end(): void {
     this.feeds.want([]);
     this.#behind?.feed.end();
@@ -113,7 +113,7 @@ export class Scope {
     this.#apply(before, full);
   }
 
-  /** Where pictures go: one place at a time. */
+  /** Sets the receiver of pictures: one at a time. */
   onDrawn(shown: (drawn: Drawn) => void): () => void {
     this.#shown = shown;
     return () => {

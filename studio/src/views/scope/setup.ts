@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a scope looks at, and how: kept by name, sent as a link.
+// Setup of a scope: its traces and how they are shown; kept by name, sent as a link.
 
 import { formula } from "./signal/formula";
 import { AMOUNTS, type SpectrumSetup, WINDOW_FUNCTIONS } from "./signal/spectrum";
@@ -13,7 +13,7 @@ export interface Source {
 }
 
 export interface TraceSetup extends Source {
-  /** What is shown instead of the value itself. */
+  /** Quantity that is shown instead of the value itself. */
   derive?:
     | { kind: "derivative" }
     | { kind: "difference"; less: { channel: string; component: string } }
@@ -22,7 +22,7 @@ export interface TraceSetup extends Source {
   /** Index of colour and line pattern. */
   look: number;
   hidden?: boolean;
-  /** Which plot it is in, from the top; the first where it is not said. */
+  /** Plot that it is in, from the top; the first by default. */
   plot?: number;
   /** A fixed range of its scale; else it follows what is shown. */
   range?: [number, number];
@@ -49,7 +49,7 @@ export interface Setup {
   spectrum: SpectrumSetup | null;
   /** Lines that stay at a value until the next one comes. */
   steps: boolean;
-  /** How much is kept, s. */
+  /** Length of the history that is kept, s. */
   keep_s: number;
 }
 
@@ -66,7 +66,7 @@ export const EMPTY: Setup = {
   keep_s: 60,
 };
 
-/** What a trace is called, everywhere. */
+/** Returns the name of a trace, everywhere. */
 export function traceId(trace: TraceSetup): string {
   const name = `${trace.channel}${trace.component ?? ""}`;
   if (trace.derive?.kind === "derivative") return `d/dt ${name}`;
@@ -139,7 +139,7 @@ export function toLink(setup: Setup): string {
   return JSON.stringify(said);
 }
 
-/** What a link says: `setup`, or only `names`. Null where it says nothing. Errors: `Error` that says what is wrong with it. */
+/** Reads a link: `setup`, or only `names`. Null where it says nothing. Errors: `Error` that says what is wrong with it. */
 export function fromLink(query: URLSearchParams): Setup | null {
   const said = query.get("setup");
   const names = query.get("names");

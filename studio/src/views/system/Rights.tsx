@@ -2,7 +2,7 @@
 import { Panel, Tag } from "../../design/parts";
 import type { SourceShown } from "./sources";
 
-/** What the operating system was asked for, and what it gave. Without rights everything runs, and the times are not to be relied on. */
+/** Rights that the operating system was asked for, and those that it gave. Without rights everything runs, and the times are not to be relied on. */
 export function Rights(props: { sources: SourceShown[]; supervisor: string[] }) {
   const missing = [...new Set([...props.supervisor, ...props.sources.flatMap((source) => source.rights_missing)])];
   const asked = props.sources.some((source) => source.rights_asked !== undefined);

@@ -4,7 +4,7 @@ import { Panel, Refusals, Tag } from "../../design/parts";
 import { AcknowledgeAll, AlarmTable } from "../../shell/AlarmTable";
 import { useControl, useWatched } from "../../shell/context";
 
-/** What holds the cell: emergency stop, pause, lost devices, alarms that are raised. Nothing where nothing does. */
+/** Stops of the cell: emergency stop, pause, lost devices, alarms that are raised. Nothing where nothing does. */
 export function Stops(props: { now: Statistics }) {
   const { now } = props;
   const lost = Object.entries(now.physical_devices).filter(([, device]) => device.lost);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Installed, InstalledPort } from "../../control/shapes";
 
-/** What travels from one interrupt source to another. */
+/** Data from one interrupt source to another. */
 export interface Connection {
   from: string;
   to: string;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an interrupt source is and how it does, from statistics and the configuration; counted from a baseline on.
+// Interrupt source and its state, from statistics and the configuration; counted from a baseline on.
 import type { Configuration, SourceStatistics, Statistics } from "../../control/shapes";
 
 export interface SourceShown extends SourceStatistics {

@@ -7,7 +7,7 @@ import { Refusals } from "../../design/parts";
 import { unitText } from "../../design/units";
 import { families } from "./arguments";
 
-/** What the verb acts on: one device, several, an SVV or a channel. */
+/** Objects of the verb: one device, several, an SVV or a channel. */
 export function ArgumentField(props: {
   of: FormArgument;
   options: string[];

@@ -13,7 +13,7 @@ import { useBounds } from "./bounds";
 import { arrayOf, byField, elements, gaps, valueFrom, wrongText } from "./fields";
 import { InputField } from "./InputField";
 
-/** What was written into a form. */
+/** Texts that were written into a form. */
 interface Filled {
   chosen: Choices;
   texts: Record<string, string[]>;
@@ -180,7 +180,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
   );
 }
 
-/** What was written as the time limit, ns; null: none. */
+/** Reads the text of the time limit, ns; null: none. */
 export function limitOf(text: string): Read<number | null> {
   if (text.trim() === "") return { value: null };
   const read = durationNs(text, "s");

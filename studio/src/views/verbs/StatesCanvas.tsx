@@ -27,13 +27,13 @@ export interface Place {
   y: number;
 }
 
-/** What can be done with states where they are drawn, and what is wrong with them. States are command lists, and parts. */
+/** Edits of states where they are drawn, and what is wrong with them. States are command lists, and parts. */
 export interface StateEdit {
   chosen: string | null;
   choose: (state: string | null) => void;
   /** A transition is drawn from one to another. */
   connect: (from: string, to: string) => void;
-  /** Where somebody put a list; where they can be put. */
+  /** Places of lists that a person has chosen, if they can be. */
   places?: Record<string, Place>;
   move?: (list: string, to: Place) => void;
   found: (state: string) => string[];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a verb acts on: which devices, SVVs and channels may be chosen for its arguments, and what is sent of the choice.
+// Arguments of a verb: which devices, SVVs and channels may be chosen for them, and what is sent of the choice.
 import type { Argument, Channel, Configuration, FormArgument, VerbForm } from "../../control/shapes";
 
 /** Of each argument the names that were chosen; one, but of a group several. */
@@ -34,7 +34,7 @@ function partsWith(channels: Channel[], members: string[]): string[] {
   return parts.filter((part) => members.every((member) => names.has(`${part}.${member}`)));
 }
 
-/** What stands there before anybody has chosen: all devices of the first arm, the only device. */
+/** Returns the choices before a person has chosen: all devices of the first arm, the only device. */
 export function firstChoices(form: VerbForm, options: Record<string, string[]>): Choices {
   const first: Choices = {};
   for (const { name, kind } of form.arguments) {

@@ -6,7 +6,7 @@ import type { Value } from "../../control/shapes";
 import { commaIn, numberIn } from "../../design/quantities";
 import { unitText } from "../../design/units";
 
-/** How many elements an input has: of `double[6]` six, of `double[n]` as many as devices were chosen, of a scalar null. */
+/** Returns the number of elements of an input: of `double[6]` six, of `double[n]` as many as devices were chosen, of a scalar null. */
 export function elements(type_text: string, devices: number): number | null {
   const found = /\[\s*(\w+)\s*\]\s*$/.exec(type_text);
   if (!found) return null;
@@ -14,7 +14,7 @@ export function elements(type_text: string, devices: number): number | null {
   return Number.isInteger(size) ? size : Math.max(1, devices);
 }
 
-/** What was written into one field; nothing where it is empty. Lists and structs are JSON. */
+/** Reads the text of one field; undefined if it is empty. Lists and structs are JSON. */
 export function valueFrom(text: string, type_text: string): Value | undefined {
   const written = text.trim();
   if (written === "") return undefined;
@@ -41,7 +41,7 @@ export function presentText(value: Value | undefined): string {
   return JSON.stringify(value, (_, one) => (typeof one === "number" ? Number(one.toPrecision(9)) : one));
 }
 
-/** Why what was written into a field cannot be sent, in a sentence; null: the system judges it. */
+/** Returns why the text of a field cannot be sent, in a sentence; null: the system judges it. */
 export function wrongText(text: string, type_text: string): string | null {
   const written = text.trim();
   if (written === "") return null;
@@ -80,12 +80,12 @@ export function limitText(value: Value, unit: string | null): string {
   return String(value);
 }
 
-/** Whether a unit is that of a position: where the joints are now is of use then. */
+/** Returns whether a unit is that of a position: the present position of the joints is of use then. */
 export function isPosition(unit: string | null): boolean {
   return (unit ?? "").split("|").some((one) => one === "rad" || one === "m");
 }
 
-/** What was written in the other unit of angles: "90°" for 1.5708, "1.571 rad" for "90 deg". Empty where it is no angle. */
+/** Returns the text in the other unit of angles: "90°" for 1.5708, "1.571 rad" for "90 deg". Empty where it is no angle. */
 export function degreesOf(text: string, unit: string | null): string {
   const inDegrees = /deg|°/.test(text);
   if (unit === null || !unit.split("|").some((one) => /^rad\b/.test(one)) || text.trim() === "" || (unit.includes("|") && !inDegrees))

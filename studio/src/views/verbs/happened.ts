@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happened to one verb instance, from the log.
+// History of one verb instance, from the log.
 import { useMemo } from "react";
 import type { LogEntry } from "../../control/shapes";
 import { useControl, useTopic } from "../../shell/context";

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a verb is, for its diagram: from an installed instance, or from its definition.
+// Shape of a verb, for its diagram: from an installed instance, or from its definition.
 import type { InstalledInstance } from "../../control/shapes";
 import { period } from "../../design/numbers";
 
-/** What a composed verb is made of: a state that has others within. */
+/** Part of a composed verb: a state that has others within. */
 export interface Superstate {
   name: string;
   /** The verb that it was made from; empty where that is not known. */

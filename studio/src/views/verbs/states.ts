@@ -6,7 +6,7 @@ import { type Arrow, arrowsOf, type Shape } from "./shape";
 
 export const START = "(start)";
 export const END = "(end)";
-/** What stands behind the name of the list that runs at every end. */
+/** Text behind the name of the list that runs at every end. */
 export const ENDING = " (at every end)";
 const PART = "part:";
 const LETTER = 6.8;
@@ -34,7 +34,7 @@ export interface Laid {
   arrows: { arrow: Arrow; path: string; label: { x: number; y: number } | null }[];
 }
 
-/** What a list is called in its part. */
+/** Returns the name of a list in its part. */
 export function shortName(name: string, part: string | null): string {
   return part === null ? name : name.slice(part.length + 1);
 }

@@ -96,7 +96,7 @@ export function Dock(props: { layout: Region | null; workspace: string; editing:
 const SIDES = ["right", "bottom", "left", "top"] as const;
 const SAID = { right: "right of it", bottom: "below it", left: "left of it", top: "above it", center: "as a tab" };
 
-/** What is done with the panel that is seen in a place: split, edit, move, remove. */
+/** Actions on the panel that is seen in a place: split, edit, move, remove. */
 function TabsetTools(props: {
   of: TabsetNode<Region>;
   others: () => TabsetNode<Region>[];

@@ -11,7 +11,7 @@ import { fileName, fileText } from "./file";
 import { useFindings, useWorkspace } from "./kept";
 import { useIsNarrow } from "./narrow";
 
-/** What was composed on this page and is not kept yet, by name: another view takes nothing away. */
+/** Workspaces composed on this page and not kept yet, by name: another view takes nothing away. */
 export const drafts = new Map<string, Workspace>();
 
 /** A workspace: its panels, and composing them. `about`: null where the system has none of that name yet. */

@@ -11,7 +11,7 @@ import { VerbPanel } from "./VerbPanel";
 // three.js comes with the first machine that is drawn.
 const Machine = lazy(() => import("../devices/Machine"));
 
-/** What a panel shows, whatever stands around it. */
+/** Content of a panel, whatever stands around it. */
 export function PanelBody(props: { of: Region; workspace: string }) {
   const { of } = props;
   switch (of.panel) {

@@ -5,7 +5,7 @@ import { useControl } from "../../shell/context";
 import { KINDS, kindWord } from "./layout";
 import { buttonsText, panelOf, valuesText, type Written } from "./written";
 
-/** What a panel shows, to be filled in: the names of the system are offered. */
+/** Form of a panel's content: the names of the system are offered. */
 export function PanelForm(props: { of: Region | null; done: (panel: Region) => void; cancel: () => void }) {
   const { of } = props;
   const names = useNames();

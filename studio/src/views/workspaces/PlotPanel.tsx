@@ -29,7 +29,7 @@ export function PlotPanel(props: { names: readonly string[]; seconds: number }) 
   return scope && <Plotted scope={scope} isStill={source !== origin} />;
 }
 
-/** What a plot looks at: it rolls, and keeps what it shows. */
+/** Returns the setup of a plot: it rolls, and keeps what it shows. */
 export function setupOf(names: readonly string[], seconds: number): Setup {
   const rolling: Setup = { ...EMPTY, span_s: seconds, keep_s: Math.min(600, Math.max(1, seconds * 1.2)) };
   return names.reduce((setup, name) => withChannel(setup, name), rolling);

@@ -5,7 +5,7 @@ import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { Workspace, WorkspaceAbout } from "../../control/shapes";
 import { useLive, useWatched } from "../../shell/context";
 
-/** How often it is looked which workspaces there are: others keep theirs, ms. */
+/** Period at which the list of workspaces is read, as others keep theirs, ms. */
 const LOOK_MS = 2000;
 
 /** All workspaces, as the system has them; null until they are known. */
@@ -57,7 +57,7 @@ export function useWorkspace(about: WorkspaceAbout | null): { workspace: Workspa
   return { workspace: found?.key === key ? found.workspace : null, refusals };
 }
 
-/** What is wrong with a workspace in this system; asked again when it changes. */
+/** Returns what is wrong with a workspace in this system; asked again when it changes. */
 export function useFindings(workspace: Workspace | null): Refusal[] {
   const control = useLive();
   const [found, setFound] = useState<Refusal[]>([]);

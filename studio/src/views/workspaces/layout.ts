@@ -23,7 +23,7 @@ const WORDS: Record<PanelKind, string> = {
   buttons: "Buttons",
 };
 
-/** What a kind of panel is called. */
+/** Returns the name of a kind of panel. */
 export function kindWord(kind: PanelKind): string {
   return WORDS[kind];
 }

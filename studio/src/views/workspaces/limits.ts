@@ -3,7 +3,7 @@
 import type { ShownValue, Value } from "../../control/shapes";
 import { figure, withUnit } from "../../design/numbers";
 
-/** What is wrong with a value: "above 2 m", "below 0 m"; null where it lies within, or has no limits. Of an array each element counts. */
+/** Returns what is wrong with a value: "above 2 m", "below 0 m"; null if it lies within, or has no limits. Of an array each element counts. */
 export function beyond(value: Value | null | undefined, of: ShownValue, unit: string): string | null {
   if (Array.isArray(value)) {
     for (const one of value) {

@@ -4,7 +4,7 @@ import { useSyncExternalStore } from "react";
 /** Below this width panels stand one below the other, and are not docked. */
 const NARROW = "(max-width: 700px)";
 
-/** Whether the window is too narrow for panels side by side. */
+/** Returns whether the window is too narrow for panels side by side. */
 export function useIsNarrow(): boolean {
   return useSyncExternalStore(
     (changed) => {

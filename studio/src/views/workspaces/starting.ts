@@ -10,7 +10,7 @@ export function instanceNameOf(button: Button, workspace: string): string {
   return button.instance ?? button.start?.name ?? `${workspace}.${button.label}`;
 }
 
-/** What a button shows. */
+/** State of a button. */
 export interface ButtonState {
   /** In words: "ready", "running: list near", "ended: arrived", "not there". */
   text: string;

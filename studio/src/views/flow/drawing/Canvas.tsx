@@ -34,13 +34,13 @@ export interface CanvasProps {
   choose: (chosen: Chosen) => void;
   /** Opens or closes a nested graph. */
   toggle?: (box: string) => void;
-  /** What *Find* finds that is not drawn. */
+  /** Objects of *Find* that are not drawn. */
   elsewhere?: Elsewhere | undefined;
   /** Grounds behind the boxes: interrupt sources, instances. */
   regions?: Region[] | undefined;
   /** A box that is to be seen in the middle; each object once. */
   aim?: { box: string | null } | null;
-  /** Shown anew as a whole when this changes: another graph. */
+  /** Identity of the drawing: it is shown again as a whole when this changes. */
   of: string;
   /** Boxes can be dragged: one was moved. */
   move?: ((box: string, to: Place) => void) | undefined;

@@ -5,7 +5,7 @@ import { score } from "../../../design/fuzzy";
 import type { Chosen, Drawing, Place } from "./drawing";
 import { useMiddle } from "./Middle";
 
-/** What can be found in a drawing: a box, a port of one, a cell. */
+/** Object that can be found in a drawing: a box, a port of one, a cell. */
 export interface Findable {
   text: string;
   /** "gain", "port", "cell", … */
@@ -19,14 +19,14 @@ export interface Findable {
   within?: { text: string; open: () => void };
 }
 
-/** What is not drawn: in graphs that are closed or around, in instances that are hidden. Listed when somebody seeks. */
+/** Objects that are not drawn: in graphs that are closed or around, in instances that are hidden. Listed when somebody seeks. */
 export interface Elsewhere {
-  /** What tells the drawing's own from those of the same name elsewhere. */
+  /** Mark that tells the drawing's own objects from those of the same name elsewhere. */
   here: string;
   list: () => Findable[];
 }
 
-/** What `typed` finds, the best first: labels, blocks, ports, SVVs and cells. What is drawn stands before its like that is not. */
+/** Returns the objects that `typed` finds, the best first: labels, blocks, ports, SVVs and cells. What is drawn stands before its like that is not. */
 export function foundIn(of: readonly Findable[], typed: string): Findable[] {
   if (typed.trim() === "") return [];
   const scored = of.flatMap((one) => {
@@ -36,7 +36,7 @@ export function foundIn(of: readonly Findable[], typed: string): Findable[] {
   return scored.sort((a, b) => b.score - a.score).map(({ one }) => one);
 }
 
-/** What a drawing has that can be found; `here` tells it from what is called the same elsewhere. */
+/** Returns the objects of a drawing that can be found; `here` tells it from what is called the same elsewhere. */
 export function findables(drawing: Drawing, here = ""): Findable[] {
   const named = (text: string, about: string, box: string, chosen: NonNullable<Chosen>): Findable => ({
     text,
@@ -76,7 +76,7 @@ export function Find(props: {
   const [isOpen, setOpen] = useState(false);
   const [typed, setTyped] = useState("");
   const [hit, setHit] = useState<Findable | null>(null);
-  /** What is to be shown once it is drawn. */
+  /** Object that is to be shown once it is drawn. */
   const [awaited, setAwaited] = useState<Findable | null>(null);
   const field = useRef<HTMLInputElement>(null);
   const all = useMemo(() => {

@@ -22,11 +22,11 @@ const [BESIDE_ZOOM, BELOW_FIND] = [64, 64];
 /** So much of a box is to be seen at least, px. */
 const SEEN = 20;
 const FAR_PX = 10;
-/** How wide a letter of a title is, and how high a line, parts of its size; a box has so much edge. */
+/** Width of a letter of a title, and height of a line, parts of its size; edge of a box. */
 const [LETTER, LINE, EDGE] = [0.66, 1.2, 14];
-/** How small a whole may be shown. */
+/** Minimum zoom of a whole, and the step. */
 const [WHOLE_MIN, STEP] = [0.3, 0.02];
-/** How the whole is shown: not larger than it is, beside the buttons for the zoom. */
+/** View of the whole: not larger than it is, beside the buttons for the zoom. */
 export const FIT = { maxZoom: 1, padding: { x: "24px", y: "24px", left: `${BESIDE_ZOOM}px` } } satisfies FitViewOptions;
 
 /** A map of the whole, where some of it is not to be seen. */
@@ -82,12 +82,12 @@ export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string,
   }, [of, boxes, places, isReady, width, height, flow, store]);
 }
 
-/** What begins at a place of the drawing, beside the buttons. */
+/** Returns the view that begins at a place of the drawing, beside the buttons. */
 function begunAt(place: Place, zoom: number): Viewport {
   return { x: BESIDE_ZOOM - place.x * zoom, y: BELOW_FIND - place.y * zoom, zoom };
 }
 
-/** Whether the title of a box is to be seen, which lies at its top or in its middle. */
+/** Returns whether the title of a box can be seen, which lies at its top or in its middle. */
 function isInSight(box: { x: number; y: number; height: number }, { x, y, zoom }: Viewport, width: number, height: number): boolean {
   const [left, top] = [box.x * zoom + x, box.y * zoom + y];
   return left > 0 && left < width - SEEN && top > 0 && top + (box.height / 2) * zoom < height - SEEN;

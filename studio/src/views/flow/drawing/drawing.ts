@@ -27,7 +27,7 @@ export interface Box {
   ports: Port[];
   /** The interrupt source that runs it, for its colour; null where it is not placed. */
   source: string | null;
-  /** What is wrong with it, or with one of its ports, in words. */
+  /** Faults of it, or of one of its ports, in words. */
   findings: PortFinding[];
   /** A nested graph that can be opened or closed. */
   opens: "open" | "closed" | null;
@@ -41,7 +41,7 @@ export interface PortFinding {
   key: string;
 }
 
-/** Where a wire ends. */
+/** End of a wire. */
 export interface End {
   box: string;
   port: string;
@@ -51,7 +51,7 @@ export interface Wire {
   id: string;
   from: End;
   to: End;
-  /** What it is called, shown at its middle. */
+  /** Name of the cell, shown at its middle. */
   cell: string;
   /** The name under which its present value is to be had; null: it has none. */
   live: string | null;
@@ -106,5 +106,5 @@ export function portText(port: Pick<Port, "type_text" | "unit" | "mode">): strin
   return port.mode ? `${of}, ${port.mode}` : of;
 }
 
-/** What is chosen of a drawing. */
+/** Choice in a drawing. */
 export type Chosen = { kind: "box" | "wire"; id: string } | null;

@@ -14,7 +14,7 @@ import { Head, type Working } from "./Head";
 import { draftOf, withoutSources } from "./reading";
 import { SystemVerb } from "./SystemVerb";
 
-/** How long nothing must change before the system is asked, ms. */
+/** Time for which nothing must change before the system is asked, ms. */
 const PAUSE_MS = 250;
 
 /** Draws a verb that is made of verbs: its parts as states, transitions between them. */
@@ -108,7 +108,7 @@ function Verbs(props: { draft: Composed; add: (name: string, part?: Part) => voi
   );
 }
 
-/** Whether a definition is the composition itself, or has it within. */
+/** Returns whether a definition is the composition itself, or has it within. */
 function isWithin(draft: Composed, name: string, depth = 0): boolean {
   if (name === draft.of.name) return true;
   const part = Object.hasOwn(draft.made_of, name) ? draft.made_of[name] : undefined;

@@ -161,7 +161,7 @@ export function StepsPanel(props: Of) {
   );
 }
 
-/** What a composition says of itself as a whole. */
+/** Properties of a composition as a whole. */
 export function CompositionPanel(props: Of) {
   const { draft, change } = props;
   const { initial, together, until, share } = draft.of;

@@ -387,7 +387,7 @@ function coloured(drawing: Drawing, sourceOf: (label: string) => string | null):
   return { ...drawing, boxes: drawing.boxes.map((box) => (box.kind === "boundary" ? box : { ...box, source: sourceOf(box.id) })) };
 }
 
-/** Why two ports cannot be wired. A boundary that binds nothing yet takes any type: it has none of its own. */
+/** Returns why two ports cannot be wired. A boundary that binds nothing yet takes any type: it has none of its own. */
 function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | null {
   if ([from, to].some((end) => boundaryOf(draft, end.box)?.ports.length === 0)) return null;
   return possible.reason(placeOf(draft, from), placeOf(draft, to));

@@ -15,7 +15,7 @@ const KINDS: Record<Drawn["kind"], string> = { graph: "Graph", verb: "Verb", com
 /** The tools above the drawing: what it is called and is for, the way back, files. `children`: those of what is drawn. */
 export function Head(props: {
   work: Working;
-  /** What is named: the whole, or the graph within that is drawn. */
+  /** Definition that is named: the whole, or the graph within that is drawn. */
   of: Drawn;
   put: (text: { name?: string; doc?: string }) => void;
   trouble: Refusal[];

@@ -8,22 +8,22 @@ import { about, type Finding } from "./findings";
 
 export type VerbDraft = Draft & { kind: "verb" };
 
-/** What a verb has several of, each with a name: added, renamed, removed; what is wrong stands at each. */
+/** Items that a verb has several of, each with a name: added, renamed, removed; what is wrong stands at each. */
 export function NamedPanel<T>(props: {
   title: string;
-  /** What one of them is called. */
+  /** Word for one of them. */
   one: string;
   /** Kind of place in a finding, such as `condition`. */
   place: string;
   draft: VerbDraft;
   of: Record<string, T>;
-  /** One that is added: the name it gets where that is free. */
+  /** New item: the name it gets if that is free. */
   fresh: [string, T];
   set: (draft: Draft, name: string, value: T | null) => Draft;
   /** Everything that names it follows. */
   rename: (draft: VerbDraft, name: string, to: string) => Draft;
   change: (draft: Draft) => void;
-  /** What its fields propose, under the id that they are given as `list`. */
+  /** Proposals of its fields, under the id that they are given as `list`. */
   choices: string[];
   fields: (value: T, put: (value: T) => void, list: string) => ReactNode;
   found: (name: string) => Finding[];

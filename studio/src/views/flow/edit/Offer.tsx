@@ -8,7 +8,7 @@ import type { Draft, Graph } from "./definition";
 import type { Faces } from "./faces";
 import { type Answered, type Begun, fitting, type Offered, offered, questionOf, tried } from "./offered";
 
-/** What a wire from a port may lead to, to be chosen: the system says what fits. */
+/** Choice of the ports that a wire may lead to: the system says what fits. */
 export function Offer(props: {
   draft: Draft;
   faces: Faces;

@@ -9,7 +9,7 @@ import { useLive } from "../../../shell/context";
 /** Chooses a verb of the system and takes its definition. `take` may throw; `failed` is told what is wrong, and nothing at each new choice. */
 export function SystemVerb(props: {
   label: string;
-  /** What stands there while none is chosen. */
+  /** Text while none is chosen. */
   first: string;
   without?: readonly string[];
   take: (name: string, defined: VerbForm["defined"]) => void;

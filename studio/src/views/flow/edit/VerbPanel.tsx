@@ -15,7 +15,7 @@ type OfVerb = { draft: VerbDraft; faces: Faces; device_types: string[]; findings
 /** Written where a condition is a normal end that returns no output value. */
 const NONE = "nothing";
 
-/** What a verb has besides its blocks: lists, conditions, transitions, parameters, results. */
+/** Parts of a verb besides its blocks: lists, conditions, transitions, parameters, results. */
 export function VerbPanel(props: OfVerb) {
   return (
     <>
@@ -263,7 +263,7 @@ function Inputs(props: OfVerb) {
   );
 }
 
-/** What a start may be refused with; the system takes any of its classes. */
+/** Classes with which a start may be refused; the system takes any of its classes. */
 const REFUSED_WITH = ["NotHomed", "NotEnabled", "InvalidState", "OutOfRange", "DeviceFailed", "NotAllowed"];
 
 function Requirements(props: OfVerb) {

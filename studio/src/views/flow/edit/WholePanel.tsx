@@ -11,7 +11,7 @@ import { everyOf } from "./written";
 
 const CUT_OFF = ["halt", "continue", "safe"];
 
-/** What a verb says of itself as a whole: where it begins and ends, what happens when its program is gone, manual mode. */
+/** Properties of a verb as a whole: where it begins and ends, what happens when its program is gone, manual mode. */
 export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => void }) {
   const { draft, change } = props;
   const { command_lists, initial, ending, ending_limit_ns, if_cut_off, manual } = draft.of;
@@ -75,7 +75,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
   );
 }
 
-/** How the verb is suspended: at once, with safe outputs, or after its blocks have come to rest. */
+/** Suspension of the verb: at once, with safe outputs, or after its blocks have come to rest. */
 function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void }) {
   const { draft, change } = props;
   const ways = holdingOf(draft.of.suspend);

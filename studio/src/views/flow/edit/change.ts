@@ -296,7 +296,7 @@ export function setRequirement(draft: Draft, member: string, requirement: Requir
   return with_(draft, { requires: requirement ? { ...draft.of.requires, [member]: requirement } : rest });
 }
 
-/** What a verb says of itself as a whole: its ending, what happens when it is suspended or cut off. */
+/** Sets the properties of a verb as a whole: its ending, what happens when it is suspended or cut off. */
 export function setWhole(
   draft: Draft,
   whole: Partial<Pick<Verb, "ending" | "ending_limit_ns" | "suspend" | "if_cut_off" | "manual">>,

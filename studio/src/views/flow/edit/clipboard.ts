@@ -6,7 +6,7 @@ import { addBlock, allSets, freeName } from "./change";
 import type { BlockUse, Draft, Mode, Sets } from "./definition";
 import { splitPort } from "./faces";
 
-/** What is copied; places relative to the first block. */
+/** Piece that is copied; places relative to the first block. */
 export interface Piece {
   blocks: Record<string, { use: BlockUse; at: Place }>;
   cells: Sets;
@@ -15,7 +15,7 @@ export interface Piece {
 
 /** Where a copy stands beside what it was made of, px. */
 const BESIDE = 40;
-/** What tells a piece from any other text of the clipboard. */
+/** Mark that tells a piece from any other text of the clipboard. */
 const MARK = "opengpac-blocks";
 
 /** A piece of a draft: these blocks. */

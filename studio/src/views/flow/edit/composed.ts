@@ -10,7 +10,7 @@ function with_(composed: Composed, change: Partial<Composition>): Composed {
   return { ...composed, of: { ...composed.of, ...change } };
 }
 
-/** What a part is; null: nothing of that name is there. */
+/** Returns a part; null: nothing of that name is there. */
 export function partOf(composed: Composed, label: string): Part | null {
   const name = Object.hasOwn(composed.of.parts, label) ? composed.of.parts[label] : undefined;
   return name !== undefined && Object.hasOwn(composed.made_of, name) ? (composed.made_of[name] ?? null) : null;
@@ -60,7 +60,7 @@ export function setStep(composed: Composed, index: number, step: Step | null): C
   return with_(composed, { transitions });
 }
 
-/** What something of a part is called in the whole; empty: as in the part. */
+/** Sets the name in the whole of something of a part; empty: as in the part. */
 export function setRename(composed: Composed, name: string, to: string): Composed {
   const { [name]: _before, ...rest } = composed.of.rename;
   return with_(composed, { rename: to === "" ? rest : { ...composed.of.rename, [name]: to } });
@@ -83,7 +83,7 @@ function isOf(name: string, label: string): boolean {
   return name === label || name.startsWith(`${label}.`);
 }
 
-/** What a part has that can have another name in the whole. */
+/** Names of a part's things that can have another name in the whole. */
 export interface Names {
   objects: string[];
   parameters: string[];

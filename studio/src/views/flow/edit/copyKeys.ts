@@ -3,7 +3,7 @@ import { useEffect, useRef } from "react";
 import { copied, type Piece, pieceOf, textOf } from "./clipboard";
 import type { Draft } from "./definition";
 
-/** What copying and pasting act on. */
+/** Object of copying and pasting. */
 export interface Copying {
   draft: Draft;
   /** The blocks that are copied. */

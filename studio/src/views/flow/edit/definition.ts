@@ -14,7 +14,7 @@ export interface Layout {
   [what: string]: Place;
 }
 
-/** How a port's values and its block's invocations are related, where that is not what the block says. */
+/** Relation of a port's values to its block's invocations, if that is not the block's own. */
 export type Mode = "synchronous" | "asynchronous" | { ratio: number };
 
 export interface Graph {
@@ -44,7 +44,7 @@ export interface Command {
 export interface Termination {
   on: string[];
   returns: string[] | null;
-  /** Whether it is an error; the name of the exception class where it has one. */
+  /** True if it is an error; the name of the exception class if it has one. */
   raises: boolean | string;
   during: string[];
   priority: number;
@@ -80,7 +80,7 @@ export interface VerbObject {
   [more: string]: unknown;
 }
 
-/** What must be true of a member of an object when the verb starts. */
+/** Property that a member of an object must have when the verb starts. */
 export interface Requirement {
   /** The class that a start raises where it is not. */
   raises: string;
@@ -121,7 +121,7 @@ export interface Holding {
   [more: string]: unknown;
 }
 
-/** What is drawn. */
+/** Definition that is drawn. */
 export type Draft = { kind: "graph"; of: Graph } | { kind: "verb"; of: Verb };
 
 /** A line of the transitions of a composition: from parts or lists, to a part or a list. */
@@ -159,10 +159,10 @@ export interface Composed {
   made_of: Record<string, Part>;
 }
 
-/** What a part is: by its name in the file. */
+/** Part of a composition: by its name in the file. */
 export type Part = { kind: "verb"; of: Verb } | { kind: "composition"; of: Composition };
 
-/** What the editor has before it. */
+/** Definition in the editor. */
 export type Drawn = Draft | Composed;
 
 export const FORMAT = "opengpac-definitions";

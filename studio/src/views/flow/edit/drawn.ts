@@ -63,7 +63,7 @@ interface Sides {
   lost: Set<string>;
 }
 
-/** Which ports of a set write and which read. One that is not there is drawn as what the set needs: its writer, else a reader. */
+/** Returns the ports of a set that write and those that read. One that is not there is drawn as what the set needs: its writer, else a reader. */
 function sidesOf(draft: Draft, set: Named, faces: Faces): Sides {
   const lost = new Set(set.ports.filter((port) => isLost(draft, port, faces)));
   const ports = new Map<string, Port["side"]>();
@@ -76,7 +76,7 @@ function sidesOf(draft: Draft, set: Named, faces: Faces): Sides {
   return { set, ports, lost };
 }
 
-/** Whether a block of the draft does not have the port that is named. */
+/** Returns whether a block of the draft lacks the port that is named. */
 export function isLost(draft: Draft, port: string, faces: Faces): boolean {
   // Which blocks the system has may not be known yet.
   const [label, name] = splitPort(port, draft.of.blocks);
@@ -84,7 +84,7 @@ export function isLost(draft: Draft, port: string, faces: Faces): boolean {
   return use !== undefined && faces.size > 0 && !hasItem(use, name, faces);
 }
 
-/** Whether a use has an item, or a block within it: `servo.pid.kp`. */
+/** Returns whether a use has an item, or a block within it: `servo.pid.kp`. */
 function hasItem(use: BlockUse, name: string, faces: Faces): boolean {
   if (itemsOf(use, faces).some((item) => item.name === name)) return true;
   if (!("graph" in use.block)) return false;

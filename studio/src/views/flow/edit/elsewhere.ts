@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a draft has in the graphs within it, and around the one that is drawn.
+// Objects of a draft in the graphs within it, and around the one that is drawn.
 import { type Findable, findables } from "../drawing/Find";
 import type { Draft } from "./definition";
 import { drawnDraft } from "./drawn";
 import type { Faces } from "./faces";
 import type { Way } from "./nested";
 
-/** What the whole and every graph within have, each use of a graph for itself. `go` draws the graph at the end of a way. */
+/** Returns the objects of the whole and of every graph within, each use of a graph for itself. `go` draws the graph at the end of a way. */
 export function everythingIn(whole: Draft, faces: Faces, go: (way: Way) => void): Findable[] {
   return graphsAlong(whole, []).flatMap(({ draft, at }) => {
     const within = { text: [whole.of.name, ...at].join(" › "), open: () => go(at) };

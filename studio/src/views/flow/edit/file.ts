@@ -94,14 +94,14 @@ function partsOf(draft: Drawn): Written[] {
   return [...found.values()];
 }
 
-/** What a draft means, without where its boxes stand. */
+/** Returns the meaning of a draft, without the places of its boxes. */
 function meant(draft: Drawn): unknown {
   if (draft.kind !== "composition") return definitionOf(draft);
   const { layout: _drawing, ...of } = draft.of;
   return of;
 }
 
-/** What a file says, with what has become another between two drafts of it. */
+/** Returns the content of a file, with what has become another between two drafts of it. */
 function merged(said: unknown, was: unknown, is: unknown): unknown {
   if (same(was, is)) return said;
   if (Array.isArray(said)) {
@@ -137,7 +137,7 @@ function isTable(value: unknown): value is Record<string, unknown> {
   return typeof value === "object" && value !== null && !Array.isArray(value);
 }
 
-/** Whether the draft says what the file says of it. Places count where the file has some. */
+/** Returns whether the draft says the same as the file. Places count where the file has some. */
 function isUnchanged(draft: Drawn, opened: Drawn): boolean {
   const said = (one: Drawn) => JSON.stringify(sorted(one.of));
   return said(opened) === said(withoutNewPlaces(draft, opened));
@@ -167,7 +167,7 @@ function written(tree: object): string {
   return `${JSON.stringify(tree, null, 2)}\n`;
 }
 
-/** What a file has besides graphs and verbs, in words; it is kept when the file is saved. */
+/** Returns the content of a file besides graphs and verbs, in words; it is kept when the file is saved. */
 export function besides(text: string): string | null {
   const file = readText(text) as Record<string, unknown>;
   const names = (key: string) => Object.keys((file[key] as object | undefined) ?? {});
@@ -179,7 +179,7 @@ export function besides(text: string): string | null {
   return said.length === 0 ? null : `The file also has ${said.join(", ")}. They are not drawn here, and stay as they are when it is saved.`;
 }
 
-/** What the text of a file says, JSON or TOML. */
+/** Reads the text of a file, JSON or TOML. */
 function readText(text: string): unknown {
   if (text.trimStart().startsWith("{")) {
     try {

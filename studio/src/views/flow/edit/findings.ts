@@ -17,7 +17,7 @@ export interface Finding {
   class: string;
   message: string;
   remedy?: string | null;
-  /** What it is about, the first one first; empty: the whole. */
+  /** Places that it is about, the first one first; empty: the whole. */
   where: Where[];
 }
 

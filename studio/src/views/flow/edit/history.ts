@@ -19,7 +19,7 @@ export interface OpenedFile {
   text: string;
 }
 
-/** What is drawn, the file that it came from, and on which sources its blocks are to run. */
+/** Work of the editor: the drawing, the file that it came from, and the sources on which its blocks are to run. */
 export interface Work {
   draft: Drawn;
   file: OpenedFile | null;

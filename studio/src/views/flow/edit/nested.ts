@@ -57,7 +57,7 @@ export function graphsWithin(draft: { of: { blocks: Record<string, BlockUse> } }
   return found;
 }
 
-/** What is found about a graph within, in its own names: its ports are those of the block with the empty label. */
+/** Returns the findings about a graph within, in its own names: its ports are those of the block with the empty label. */
 export function findingsWithin(findings: Finding[], way: Way): Finding[] {
   if (way.length === 0) return findings;
   const own = way.join(".");
@@ -112,7 +112,7 @@ function exchanged(draft: Draft, exchange: Exchange): { draft: Draft; names: Nam
   return { draft: renamePorts(made, renamed), names: renamed };
 }
 
-/** What a port, or an item of a block, of the graph is called now; null: nothing has got another name. */
+/** Returns the present names of a port, or an item of a block, of the graph; null: nothing has got another name. */
 function namesOf({ graph, is }: Exchange): Names | null {
   const ports = [renamedKey(graph.inputs, is.inputs), renamedKey(graph.outputs, is.outputs)].filter((one) => one !== null);
   const block = renamedKey(graph.blocks, is.blocks);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a wire that was dropped on nothing may lead to: blocks that are not there yet, ports that are, ports of the whole.
+// Targets of a wire that was dropped on nothing: blocks that are not there yet, ports that are, ports of the whole.
 
 import { own } from "../../../design/own";
 import { unitsAgree, unitText } from "../../../design/units";
@@ -16,7 +16,7 @@ export interface Answered {
   reason: string | null;
 }
 
-/** Where the wire begins. */
+/** Beginning of the wire. */
 export type Begun = End & { side: PortSide };
 
 export type Offered = { key: string; text: string; about: string } & (
@@ -45,14 +45,14 @@ export function tried(draft: Draft, faces: Faces, graphs: Iterable<Graph>): Trie
   return { draft: { ...draft, of: { ...draft.of, blocks } } as Draft, uses };
 }
 
-/** What is asked of the system; null: no port is there to ask with, and what fits is known here. */
+/** Returns the question to the system; null: no port is there to ask with, and what fits is known here. */
 export function questionOf(draft: Draft, from: Begun, at: Tried): Record<string, unknown> | null {
   const boundary = boundaryOf(draft, from.box);
   if (boundary && (draft.kind === "verb" || boundary.ports.length === 0)) return null;
   return { [draft.kind]: definitionOf(at.draft), from: placeOf(draft, from) };
 }
 
-/** What fits without a question: a boundary that binds nothing takes any port, one of a verb what is of the type of its ports. */
+/** Returns what fits without a question: a boundary that binds nothing takes any port, one of a verb those of the type of its ports. */
 export function fitting(draft: Draft, from: Begun, at: Tried, faces: Faces): Answered[] {
   const bound = boundaryOf(draft, from.box)
     ?.ports.map((port) => inner(draft.of, port, faces))
@@ -65,7 +65,7 @@ export function fitting(draft: Draft, from: Begun, at: Tried, faces: Faces): Ans
   );
 }
 
-/** What is offered, the best first: of the same unit and type, then as the components stand; ports that are there, the outside. */
+/** Returns the offers, the best first: of the same unit and type, then as the components stand; ports that are there, the outside. */
 export function offered(draft: Draft, from: Begun, at: Tried, answered: Answered[], faces: Faces): Offered[] {
   const begun = inner(draft.of, `${from.box}.${from.port}`, faces);
   const likeness = (item: Item | undefined) =>

@@ -40,7 +40,7 @@ export function renameInput(draft: VerbDraft, name: string, to: string): VerbDra
   return with_(draft, { input_parameters: keyed(draft.of.input_parameters, name, to) });
 }
 
-/** What a start requires, of another member. */
+/** Renames a member in a start's requirement. */
 export function renameRequirement(draft: VerbDraft, member: string, to: string): VerbDraft {
   return with_(draft, { requires: keyed(draft.of.requires ?? {}, member, to) });
 }

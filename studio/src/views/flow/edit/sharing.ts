@@ -75,7 +75,7 @@ function usesOf(blocks: Record<string, BlockUse>, found = new Map<string, Graph[
   return found;
 }
 
-/** Which graphs a definition of the file names, and which it has within, by their names; those of named graphs too. */
+/** Returns the graphs that a definition of the file names, and those that it has within, by their names; those of named graphs too. */
 function namedIn(definition: Tree | undefined, tree: Tree, found = { named: new Set<string>(), within: new Set<string>() }) {
   const graphs = (tree.graphs as Record<string, Tree> | undefined) ?? {};
   for (const use of Object.values((definition?.blocks as Tree | undefined) ?? {})) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the editor asks the system: which blocks there are, what is wrong with the draft, what can be wired. All rules are there.
+// Questions of the editor to the system: which blocks there are, what is wrong with the draft, what can be wired. All rules are there.
 import { useCallback, useEffect, useMemo, useRef, useState } from "react";
 import type { Control } from "../../../control/control";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
@@ -8,7 +8,7 @@ import { type Draft, definitionOf } from "./definition";
 import type { Face, Faces } from "./faces";
 import { type Finding, findingsOf } from "./findings";
 
-/** How long nothing must change before the draft is checked, ms. */
+/** Time for which nothing must change before the draft is checked, ms. */
 const PAUSE_MS = 250;
 
 /** The component data base of the system, its types of logical devices, and its interrupt sources. */
@@ -72,11 +72,11 @@ type At = { block: string; port: string };
 export interface Possible {
   /** A wire begins at this port: which ports can be its other end? null: it is over. */
   ask: (from: At | null) => void;
-  /** Why these two cannot be wired; null: they can, or the answer is not there yet, and the check will say it. */
+  /** Returns why these two cannot be wired; null: they can, or the answer is not there yet, and the check will say it. */
   reason: (from: At, to: At) => string | null;
 }
 
-/** Which ports a wire may go to: asked when it begins, answered by the rule of the installation. */
+/** Returns the ports that a wire may go to: asked when it begins, answered by the rule of the installation. */
 export function usePossible(control: Control, draft: Draft): Possible {
   const answer = useRef<{ begun: At; reasons: Map<string, string | null> } | null>(null);
   const ask = useCallback(

@@ -13,8 +13,8 @@ interface Edit {
 
 /**
  * The text that says `after` where it said `before`: a value that is another is written in the place of the old one, a key that is gone
- * takes its line with it, a new one stands behind the last of its table. Null where that cannot be done so: then the whole is to be
- * written anew. What comes back has been read again, and says `after`.
+ * takes its line with it, a new one stands behind the last of its table. It returns null if that cannot be done so: then the whole
+ * is to be written again. What comes back has been read again, and says `after`.
  */
 export function patched(text: string, before: Tree, after: Tree): string | null {
   const edits = editsOf(text, before, after);
@@ -172,7 +172,7 @@ function tablesEdits(text: string, map: Map_, path: readonly string[], was: unkn
   return edits;
 }
 
-/** What is not the same at the beginning and at the end of two lists: from where, and of each. */
+/** Returns the middle that is not the same in two lists: its beginning, and its items in each. */
 function middleOf<T>(was: readonly T[], is: readonly T[]): { first: number; old: T[]; wanted: T[] } {
   const short = Math.min(was.length, is.length);
   let first = 0;

@@ -34,7 +34,7 @@ export interface Map_ {
   arrays: ReadonlyMap<string, Tables>;
 }
 
-/** What a path is called in the maps. */
+/** Returns the key of a path in the maps. */
 export function pathKey(path: readonly string[]): string {
   return JSON.stringify(path);
 }
@@ -152,7 +152,7 @@ class Scanner {
     return { at, isEmpty };
   }
 
-  /** What stands in an array is known by its number, from 0. */
+  /** Reads an array; its items are known by their numbers, from 0. */
   #array(path: readonly string[]): void {
     this.#at += 1;
     let number = 0;

@@ -10,7 +10,7 @@ export interface Wanted {
   every_ns: number;
   /** `rtp0.fast`. */
   source: string;
-  /** Where blocks of it run instead. */
+  /** Sources on which blocks of it run instead. */
   placement: Placement;
   /** For each input of the graph: an SVV that is there, or a value that stays. */
   inputs: Record<string, { svv: string } | { value: Value }>;
@@ -27,7 +27,7 @@ const KEY = "opengpac.trial";
 /** The label of the graph in the verb around it. */
 const LABEL = "graph";
 
-/** The graph that this tab tries: it is found again after another view, and after the page was loaded anew. */
+/** Keeps the graph that this tab tries: it is found again after another view, and after the page was loaded again. */
 export function keepTrial(control: Control, trial: Trial | null): void {
   if (trial === null) sessionStorage.removeItem(KEY);
   else sessionStorage.setItem(KEY, JSON.stringify({ ...trial, run: control.version.run }));

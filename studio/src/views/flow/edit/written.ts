@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a person writes into the fields of the editor.
+// Texts that a person writes into the fields of the editor.
 import type { Value } from "../../../control/shapes";
 import { durationNs, type Read } from "../../../design/quantities";
 import type { Bound } from "./definition";
@@ -12,7 +12,7 @@ export function words(text: string): string[] {
 /** A number with its unit: "3 Hz", "2 N.m/rad". */
 const QUANTITY = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[a-zµ°Ω%][\w./*^µ°Ω|-]*$/i;
 
-/** What a person writes as a value of a type: a number, a truth, a list. Nothing is the default. */
+/** Reads a person's text as a value of a type: a number, a truth, a list. Nothing is the default. */
 export function constantOf(text: string, type_text: string): { value: Value | undefined; wrong: string | null } {
   if (text === "") return { value: undefined, wrong: null };
   // Several numbers need no brackets: 0, 0, 1.
@@ -30,7 +30,7 @@ export function constantOf(text: string, type_text: string): { value: Value | un
   }
 }
 
-/** What a person writes as the value of an input parameter: a constant, or a share of the parameter's maximum, "25 %". */
+/** Reads a person's text as the value of an input parameter: a constant, or a share of the parameter's maximum, "25 %". */
 export function givenOf(text: string): { value: Value | undefined; wrong: string | null } {
   if (/^-?\d+(\.\d+)?\s*%$/.test(text)) return { value: text, wrong: null };
   return constantOf(text, "value");
@@ -44,7 +44,7 @@ export function constantText(value: Value | undefined): string {
   return isPlain ? value.join(", ") : JSON.stringify(value);
 }
 
-/** What a person writes as an interval, ns; null: none. */
+/** Reads a person's text as an interval, ns; null: none. */
 export function everyOf(text: string): Read<number | null> {
   if (text === "") return { value: null };
   const read = durationNs(text);

@@ -7,7 +7,7 @@ import { addressOf } from "../../../shell/route";
 import type { Chosen } from "../drawing/drawing";
 import { type Drawing, portText, type Wire } from "../drawing/drawing";
 
-/** What is chosen in the drawing, in full. */
+/** Details of what is chosen in the drawing. */
 export function Details(props: { drawing: Drawing; chosen: Chosen; instances: InstalledInstance[] }) {
   const { chosen, drawing, instances } = props;
   const wire = chosen?.kind === "wire" ? drawing.wires.find((one) => one.id === chosen.id) : undefined;

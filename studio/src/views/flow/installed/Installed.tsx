@@ -133,7 +133,7 @@ function Sources(props: { of: Drawing }) {
 /** So many blocks can be taken in at once. */
 const BLOCKS_FIRST = 20;
 
-/** What is hidden before anybody chooses: what does not run, and of what runs, actions first, what would be too much. */
+/** Returns the instances that are hidden before a person chooses: those that do not run, and of those that run, actions first, those that would be too many. */
 function useFirst(instances: InstalledInstance[]): ReadonlySet<string> {
   const [first, setFirst] = useState<ReadonlySet<string> | null>(null);
   const found = useMemo(() => firstHidden(instances), [instances]);
@@ -160,7 +160,7 @@ function toggled(of: ReadonlySet<string>, name: string): ReadonlySet<string> {
   return next;
 }
 
-/** What a drawing was made of: an instance whose blocks and cells are the same is drawn the same, whatever its state. */
+/** Form of a drawing: an instance whose blocks and cells are the same is drawn the same, whatever its state. */
 interface Form {
   names: string[];
   parts: unknown[];

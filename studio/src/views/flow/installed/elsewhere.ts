@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is installed and not drawn: instances that are hidden, blocks within graphs that are closed.
+// Installed objects that are not drawn: instances that are hidden, blocks within graphs that are closed.
 import type { InstalledInstance } from "../../../control/shapes";
 import { type Findable, findables } from "../drawing/Find";
 import { drawn, graphsOf } from "./drawn";
 
-/** What all instances have, with all graphs open. `open` shows an instance, and opens graphs by their ids. */
+/** Returns the objects of all instances, with all graphs open. `open` shows an instance, and opens graphs by their ids. */
 export function everythingIn(instances: InstalledInstance[], open: (instance: string, graphs: string[]) => void): Findable[] {
   const found = new Map<string, Findable>();
   for (const instance of instances) {
@@ -30,7 +30,7 @@ function graphsAround(box: string): string[] {
   return parts.slice(1).map((_, depth) => `${instance}/${parts.slice(0, depth + 1).join(".")}`);
 }
 
-/** Which instance each box belongs to; an SVV or channel to the only one that uses it, else to none. */
+/** Returns the instance that a box belongs to; for an SVV or channel the only one that uses it, else none. */
 export function instanceOf(drawing: { wires: { from: { box: string }; to: { box: string } }[] }, box: string): string | null {
   const own = (id: string) => (id.startsWith("cell/") ? null : id.slice(0, id.indexOf("/")));
   if (!box.startsWith("cell/")) return own(box);

@@ -17,7 +17,7 @@ export function inOwnUnits(instance: InstalledInstance): InstalledInstance {
   };
 }
 
-/** What a unit of its verb is of this instance. */
+/** Returns the unit of this instance for a unit of its verb. */
 export function unitOf(instance: InstalledInstance, unit: string): string {
   return of(unit, choiceOf(instance) ?? -1);
 }

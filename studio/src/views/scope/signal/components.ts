@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the numbers of one value are called: `[2]` of a `double[6]`, `.x` of a struct, nothing of a scalar.
+// Names of the numbers of one value: `[2]` of a `double[6]`, `.x` of a struct, nothing of a scalar.
 
 /** The names of all numbers of a value of a type, in the order in which they come; of a type that is not understood `[0]`, `[1]` … */
 export function componentNames(type_text: string, components: number): string[] {

@@ -31,7 +31,7 @@ export function difference(one: Series, other: Series): Series {
   return combined([one, other], ([first, second]) => (first as number) - (second as number));
 }
 
-/** What is computed from several, at the times of the first, with the values that the others have then. Unknown in the gaps of any. */
+/** Computes values from several series, at the times of the first, with the values that the others have then. Unknown in the gaps of any. */
 export function combined(of: readonly Series[], value: (of: readonly number[]) => number): Series {
   const [one = [], ...others] = of;
   const held = others.map((other) => new Held(other));

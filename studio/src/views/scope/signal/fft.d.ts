@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** What is used of fft.js, which has no types of its own. */
+/** Types of the part of fft.js that is used, as it has none of its own. */
 declare module "fft.js" {
   export default class FFT {
     /** `size`: a power of two, 2 at least. */

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The binary frames of the topic `scope`: every value of the channels at its full rate. Little endian.
+// The binary frames of the topic `scope`: every value of the channels at its full rate. All numbers are little endian.
 //
 //   u32 magic, u32 length of the id, the id padded to 8 bytes, u32 number of runs, u32 0
 //   each run: u32 channel, u32 count, u64 lost, count × (i64 time_ns, u64 number), count × components × f64
@@ -14,7 +14,7 @@ export interface StreamChannel {
   components: number;
 }
 
-/** What came of one channel in one frame. */
+/** Values of one channel in one frame. */
 export interface Run {
   channel: number;
   /** Values that were stored and did not come, since the frame before. */

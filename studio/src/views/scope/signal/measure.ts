@@ -2,7 +2,7 @@
 import type { RecordedSums as Sums } from "../../../control/shapes";
 import type { Series } from "./series";
 
-/** What a trace was over a span; every finite value counts once. */
+/** Measures of a trace over a span; every finite value counts once. */
 export interface Measures {
   count: number;
   min: number;

@@ -82,7 +82,7 @@ export class Ring {
     return this.#end > this.#first ? this.time_ns(this.#first) : null;
   }
 
-  /** How far the numbers went since the first value that came, that one included. */
+  /** Returns the count by the numbers since the first value that came, that one included. */
   get numbered(): number {
     return this.#last && this.#origin !== null ? this.#last.number - this.#origin : 0;
   }
@@ -132,7 +132,7 @@ export class Ring {
     this.#resumed = true;
   }
 
-  /** Forgets all values, and counts anew. */
+  /** Forgets all values, and counts from 0. */
   clear(): void {
     this.#first = this.#end;
     this.gaps = [];
@@ -155,7 +155,7 @@ export class Ring {
     return low;
   }
 
-  /** The values `from … to`, as at most two stretches of memory. */
+  /** The values `from … to`, as at most two pieces of memory. */
   stretches(from: number, to: number): Stretch[] {
     const start = Math.max(from, this.#first);
     const stop = Math.min(to, this.#end);

@@ -11,7 +11,7 @@ export interface Piece {
   broken: boolean;
 }
 
-/** What is drawn, measured and exported: pieces in order of time. */
+/** Values that are drawn, measured and exported: pieces in order of time. */
 export type Series = Piece[];
 
 /** Where values of a channel are missing: behind `from_ns`, before `to_ns`. */
@@ -44,7 +44,7 @@ function piecesOf(ring: Ring, component: number, from: number, to: number): Seri
   return pieces;
 }
 
-/** Where values of a channel are missing between two times; the last one may be open: `to_ns` is then infinite. */
+/** Returns the spans between two times in which values of a channel are missing; the last one may be open: `to_ns` is then infinite. */
 export function missingIn(ring: Ring, from_ns: number, to_ns: number): Missing[] {
   const found: Missing[] = [];
   for (const { before, lost, skipped } of ring.gaps) {

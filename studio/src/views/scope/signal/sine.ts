@@ -38,7 +38,7 @@ export function sineNear(values: Float64Array, weights: Float64Array, cycles: nu
 interface Fit {
   cos: number;
   sin: number;
-  /** How much the turn per value is to change. */
+  /** Required change of the turn per value. */
   step: number;
 }
 

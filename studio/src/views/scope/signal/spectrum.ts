@@ -56,10 +56,10 @@ export interface Regular {
 
 /** Values that a spectrum is computed from at the most: the newest. */
 export const COUNT_MAX = 2 ** 20;
-/** How far from its regular time a value may be, as a part of the step. */
+/** Maximum deviation of a value from its regular time, as a part of the step. */
 const UNEVEN = 1e-3;
 
-/** The values between two times at regular ones: as they came where they are; else each is held until the next. Null: fewer than two. */
+/** The values between two times at regular ones: as they came where they are; else each is held until the next. Fewer than two give null. */
 export function regular(series: Series, from_ns: number, to_ns: number): Regular | null {
   const times: number[] = [];
   const values: number[] = [];

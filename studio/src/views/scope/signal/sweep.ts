@@ -4,7 +4,7 @@
 export type SweepMode = "roll" | "auto" | "normal" | "single";
 export type SweepState = "rolling" | "waiting" | "collecting" | "stopped";
 
-/** What is on the screen. `origin_ns`: where time 0 of the axis is. */
+/** Span on the screen. `origin_ns`: where time 0 of the axis is. */
 export interface Span {
   from_ns: number;
   to_ns: number;
@@ -40,7 +40,7 @@ export class Sweep {
     return this.#state;
   }
 
-  /** Nothing is kept any more: the one trigger of `single` is complete. */
+  /** True if nothing is kept because the one trigger of `single` is complete. */
   get stopped(): boolean {
     return this.#state === "stopped";
   }
@@ -70,7 +70,7 @@ export class Sweep {
     return true;
   }
 
-  /** What to show now; null while nothing came. */
+  /** Returns the span to show now; null while nothing came. */
   span(): Span | null {
     const newest = this.#newest_ns;
     const trigger = this.#trigger_ns;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is exported: the values of whole channels between two times, as they were stored.
+// Export of the values of whole channels between two times, as they were stored.
 import type { Ring } from "./ring";
 import { missingIn } from "./series";
 

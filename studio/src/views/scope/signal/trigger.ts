@@ -6,7 +6,7 @@ export type Edge = "rising" | "falling" | "either";
 export class EdgeFinder {
   readonly edge: Edge;
   readonly level: number;
-  /** How far it must go back before it can cross again. */
+  /** Distance that it must go back before it can cross again. */
   readonly hysteresis: number;
   // At #up and more a signal that was below is above; below #down one that was above is below.
   readonly #up: number;

@@ -34,7 +34,7 @@ function added(before: Sums | undefined, more: Sums): Sums {
 /** Bytes that all rings together may have. */
 const BYTES_MAX = 512 * 2 ** 20;
 
-/** What comes from the stream: kept channel by channel, counted, and searched for the trigger. */
+/** Acquisition from the stream: kept channel by channel, counted, and searched for the trigger. */
 export class Acquisition {
   readonly channels = new Map<string, Kept>();
   sweep = new Sweep("roll", 5e9, 0);

@@ -25,7 +25,7 @@ export interface PlacedLine extends Line {
   key: string;
 }
 
-/** What is along x, and the unit in which it is written: so many of them are 1. */
+/** Range of the x axis, and the unit in which it is written: so many of them are 1. */
 export interface Along extends Range {
   unit: string;
   per: number;

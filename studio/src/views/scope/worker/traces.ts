@@ -11,7 +11,7 @@ export interface Store {
   series(channel: string, component: string, from_ns: number, to_ns: number): Series;
 }
 
-/** What is kept now. */
+/** Returns the store of what is kept now. */
 export function live(acquisition: Acquisition): Store {
   return {
     series(channel, component, from_ns, to_ns) {
@@ -45,7 +45,7 @@ function understood(derived: { text: string }): Formula {
   return known;
 }
 
-/** What lies behind the traces, with the time that is 0 there, and exact sums where they are known. */
+/** Store behind the traces, with the time that is 0 there, and exact sums if they are known. */
 export interface Behind extends Store {
   readonly origin_ns: number;
   readonly sums: Acquisition["sums"] | null;
