@@ -108,7 +108,7 @@ class Alarms(Shown, Declared):
 
     @property
     def dropped(self) -> int:
-        """How many left before they were over: at most 1,000 are present at a time. The log names each; they are in the history."""
+        """Number of alarms that left before they were over: at most 1,000 are present. The log names each; they are in the history."""
         return self._described().get("dropped", 0)
 
     @property
@@ -123,7 +123,7 @@ class Alarms(Shown, Declared):
 
     @property
     def texts(self) -> Mapping[str, Mapping[str, str]]:
-        """What was defined: code → text, remedy, severity."""
+        """Texts that were defined: code → text, remedy, severity."""
         return self._described()["texts"]
 
     def define(self, code: str, text: str, remedy: str = "", *, severity: str = "high") -> None:

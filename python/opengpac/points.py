@@ -90,7 +90,7 @@ class Points(MutableMapping[str, Point]):
     # ---- changes ----
 
     def teach(self, name: str, arm: Group[Any] | LogicalDevice | None = None, *, note: str | None = None) -> Point:
-        """Takes the present position of the arm, which must be enabled, as that point. A point of that name is taught anew.
+        """Takes the present position of the arm, which must be enabled, as that point. A point of that name is taught again.
 
         `note` is for people. Raises `NotEnabled` where a joint is not enabled, `CallError` where no arm is given here or to `Points`.
         """
@@ -182,7 +182,7 @@ class Points(MutableMapping[str, Point]):
 
     @property
     def model(self) -> str:
-        """What identifies the model of the arm that they are of; empty while there is none."""
+        """Identifier of the model of the arm that they are of; empty while there is none."""
         return str(self._document["arm"]["model"])  # type: ignore[index]
 
     def __getitem__(self, name: str) -> Point:
@@ -276,7 +276,7 @@ class Points(MutableMapping[str, Point]):
 
 @functools.lru_cache
 def _factor(unit: Any) -> float | None:
-    """What a unit in the file is worth in rad or m; None for one of anything else. A number without a unit is as it is."""
+    """Returns the value in rad or m of a unit in the file; Any other unit has none. A number without a unit is as it is."""
     for si in ("rad", "m") if isinstance(unit, str) and unit else ():
         with contextlib.suppress(_native.Refused):
             return _native.number_in(f"1 {unit}", si)
@@ -284,7 +284,7 @@ def _factor(unit: Any) -> float | None:
 
 
 def model_of(arm: Group[Any]) -> str:
-    """What identifies the mechanics of an arm: the model file that it was loaded from, else its joints, their types and units."""
+    """Returns the identifier of an arm's mechanics: the model file that it was loaded from, else its joints, their types and units."""
     if arm.model:
         return arm.model
     said = [(device.definition_name(), device.short_name, device.sensed.unit) for device in arm]
@@ -328,7 +328,7 @@ def _parsed(text: str, path: Path) -> Any:
 
 
 def _wrong(document: Any) -> str:
-    """What is wrong with a document, or nothing."""
+    """Returns what is wrong with a document, or nothing."""
     if document.get("format") != FORMAT:
         return f"its format is {document.get('format')!r}, this version reads {FORMAT}"
     arm, points = document.get("arm"), document.get("points")

@@ -23,7 +23,7 @@ class HomingFailed(Terminated):
 
 
 class Homed(Report):
-    """How a joint was homed: by how much its positions were shifted, rad (m)."""
+    """Result of homing a joint: the shift of its positions, rad (m)."""
 
     shift: np.ndarray
 

@@ -31,7 +31,7 @@ class LineRefused(Terminated, Unreachable):
     point: int | None = None
 
     def explanation(self) -> str:
-        """Why, with the joint by name and the pose by number."""
+        """Returns why, with the joint by name and the pose by number."""
         if self.outputs.get("refused", -1) < 0:
             return self._why()
         self.point = int(self.outputs["refused"])

@@ -27,7 +27,7 @@ class PathRefused(Terminated, Unreachable):
     point: int | None = None
 
     def explanation(self) -> str:
-        """Which way-point and which joint."""
+        """Returns the way-point and the joint."""
         if "arm" not in self.objects:
             return f"a way-point is outside the range of joint {self.value} (from 0)"
         joint = self.objects["arm"][int(self.value)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How lines and paths begin and end: from rest, so an arm that moves is braked first; and at rest on their way, within their limits.
+"""Begin and end of lines and paths: from rest, so an arm that moves is braked first; and at rest on their way, within their limits.
 
 The planner is executed at the start and stays active: where joints move, it waits until the generator has braked them and plans then.
 `hold` sets the generator's input `holding` when the list that follows `halted` or `time_limit` executes it; then it reports `held`.

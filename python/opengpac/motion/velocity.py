@@ -25,7 +25,7 @@ class LimitReached(Terminated):
 
 
 class Stopped(Report):
-    """How a motion ended that came to a stop: where the joints are commanded to be."""
+    """End of a motion that came to a stop: where the joints are commanded to be."""
 
     position: np.ndarray
 

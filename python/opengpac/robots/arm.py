@@ -27,7 +27,7 @@ _SENSED = ("standstill", "moving", "stopping")
 
 @dataclass(frozen=True)
 class Payload:
-    """What an arm carries: its mass (kg, from 0) and where its centre of mass is in the flange's frame (m).
+    """Load of an arm: its mass (kg, from 0) and where its centre of mass is in the flange's frame (m).
 
     Raises `OutOfRange` for a mass or a coordinate that no payload has, `CallError` for a centre that is not three numbers.
     """
@@ -110,7 +110,7 @@ class Arm(Group[Joint]):
 
     @property
     def payload(self) -> Payload:
-        """What it carries, whose weight its joints hold while it is enabled; settable at any time, `Payload(0)` puts it down.
+        """Load that it carries, whose weight its joints hold while it is enabled; settable at any time, `Payload(0)` puts it down.
 
         Only for what the physical device does not know: the effort that a MuJoCo arm or a drive says that it needs includes the
         bodies of its model, a tool that is in it too.

@@ -178,7 +178,7 @@ def _model(
     described: _Described,
     is_simulated: bool,
 ) -> _Model | Bare:
-    """What is known of an arm."""
+    """Returns the model of an arm, as far as it is known."""
     named, bare = ARMS.get(str(path)), BARE.get(str(path))
     if (named or bare) and described.is_asked:
         refuse(CallError, f"'{path}' is known by name, with its joints and its home", f"load its URDF file for {_Described.WORDS}")
@@ -193,7 +193,7 @@ def _model(
 
 @dataclass(frozen=True)
 class _Described:
-    """What is said of an arm beside its URDF file."""
+    """Options of an arm beside its URDF file."""
 
     srdf: Path | bool
     group: str | None
@@ -203,13 +203,13 @@ class _Described:
 
     @property
     def is_asked(self) -> bool:
-        """Whether anything was asked for, so that an arm without a URDF file is refused."""
+        """True if anything was asked for, so that an arm without a URDF file is refused."""
         return isinstance(self.srdf, Path) or self.group is not None or self.self_collision
 
 
 @dataclass(frozen=True)
 class _Model:
-    """What is simulated: an arm's own file, or a text that is made of it."""
+    """Model that is simulated: an arm's own file, or a text that is made of it."""
 
     arm: Path
     own: str | None
@@ -240,7 +240,7 @@ class _Model:
 
     @property
     def interfaces(self) -> Mapping[str, urdf.Interfaces]:
-        """What `ros2_control` says of its joints."""
+        """Returns the interfaces of its joints in `ros2_control`."""
         return self.converted.interfaces if self.converted else {}
 
     @property
@@ -250,7 +250,7 @@ class _Model:
 
     @property
     def identity(self) -> str:
-        """What tells it from others."""
+        """Returns its identifier among models."""
         try:
             content = self.arm.read_bytes()
         except OSError as error:

@@ -46,7 +46,7 @@ def joint_names(file: Path) -> set[str]:
 
 
 def has_site(file: Path, name: str) -> bool:
-    """Whether a model has a site of that name."""
+    """Returns whether a model has a site of that name."""
     return any(site.get("name") == name for site in _read(file).iter("site"))
 
 

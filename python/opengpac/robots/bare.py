@@ -42,7 +42,7 @@ class Bare:
 
     @property
     def identity(self) -> str:
-        """What tells it from others."""
+        """Returns its identifier among models."""
         return f"name:{self.name}"
 
     @property

@@ -51,7 +51,7 @@ class Named:
 
     `home` gives the joints of the arm, from its base on, with their positions at home (rad or m); other joints of the file, such as
     fingers, are parts of the simulated machine and not of the group. `tool` is the body at whose frame poses are given. `reach` is the
-    greatest distance of the tool from the shoulder (the point of the first axis nearest the second joint)
+    maximum distance of the tool from the shoulder (the point of the first axis nearest the second joint)
     in 500 random poses, m.
     """
 
@@ -68,7 +68,7 @@ class Named:
         return f"{self.package.name} {self.package.version} ({self.package.licence}), {self.path}"
 
     def is_installed(self) -> bool:
-        """Whether its file is there."""
+        """True if its file is there."""
         folder = self.package.folder_installed()
         return folder is not None and (folder / self.path).is_file()
 

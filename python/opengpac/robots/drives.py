@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a joint takes from the part that drives it: the verb that keeps it going, its units, its limits, its pace."""
+"""Properties that a joint takes from the part that drives it: the verb that keeps it going, its units, its limits, its pace."""
 
 from __future__ import annotations
 

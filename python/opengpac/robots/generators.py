@@ -36,7 +36,7 @@ class TimeLost(Terminated):
     """
 
     def explanation(self) -> str:
-        """How much time was lost, how much may be, why that happens, and what to do."""
+        """Returns how much time was lost, how much may be, why that happens, and what to do."""
         bound = "max_gap"
         if "arm" in self.objects:
             arm = self.objects["arm"]
@@ -100,7 +100,7 @@ def brake() -> Any:
 
 
 def suspended(*generators: str) -> Holding:
-    """How a motion is suspended: it slows down on its way, and goes on from there; one that slows down to its end comes to it."""
+    """Returns the suspension of a motion: it slows down on its way, and goes on from there; one that slows down to its end comes to it."""
     return holding([f"{label}.holding" for label in generators], [f"{label}.held" for label in generators])
 
 

@@ -128,7 +128,7 @@ def gripper(device: PhysicalDevice, *parts: str, on: Source | None = None, name:
 
 
 def _driven(device: PhysicalDevice, part: str) -> dict[str, Any]:
-    """What a finger is kept going by, and with which channels."""
+    """Returns the device type that keeps a finger going, and its channels."""
     if f"{part}.goal" not in device.channels:
         return {"drive": device[part], "touch": device[f"sensor.{part}"]}
     words = {"position": "position", "speed": "velocity", "touch": "force", "goal": "goal", "limit": "force_max"}

@@ -25,7 +25,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     `commanded` is the set-point that a verb stores, `reference` and `commanded_velocity` are where the servo wants the joint to be now,
     which follows the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's
     invocations in which these held it back. `setpoint_velocity`, `setpoint_acceleration` and `setpoint_time` (ns of the system's clock)
-    belong to the last set-point: a motion that takes over goes on from there. Where no motion leads a joint any more that moves, its servo
+    belong to the last set-point: a motion that takes over goes on from there. If no motion leads a joint that moves, its servo
     brakes it within `max_acceleration` and `max_jerk`, beyond `commanded`, and the next motion begins there: `braking` is by how far, how
     fast, how that changes, and since when (ns); all 0 where set-points lead. Where more than `max_gap` is lost at once, because
     releases were skipped, a motion comes to rest. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is

@@ -233,7 +233,7 @@ def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> in
     names = [model.site(s).name for s in range(model.nsite)]
 
     def rank(site: int) -> int | None:
-        """How surely it is the tool, the smallest first; None if it is none."""
+        """Returns how surely a site is the tool, the smallest first; None if it is none."""
         if named is not None:
             return 0 if names[site] == named else None
         if names[site] in _TOOL_SITES:

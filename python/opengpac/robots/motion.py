@@ -24,7 +24,7 @@ class MotionTimeout(Terminated):
 
 
 class Moved(Report):
-    """How a motion ended: where the joints are (rad), how far the worst is from its goal (rad), how long it was planned (s)."""
+    """End of a motion: where the joints are (rad), how far the worst is from its goal (rad), how long it was planned (s)."""
 
     position: np.ndarray
     error: float

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What keeps a joint where it is commanded to be: a servo of this host, or the drive that closes the loop itself."""
+"""Servo of a joint: one of this host, or the drive that closes the loop itself."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class Converted:
 
 
 def is_urdf(file: Path) -> bool:
-    """Whether a file is called so, or begins as one."""
+    """Returns whether a file is called so, or begins as one."""
     if file.suffix in (".urdf", ".xacro"):
         return True
     try:
@@ -99,7 +99,7 @@ def convert(
 
 
 def _semantics(source: Source, semantic: Path | bool) -> srdf.Semantics:
-    """What the SRDF file says that is given or lies beside the URDF file, with a line in the log.
+    """Returns the semantics of the SRDF file that is given or lies beside the URDF file, with a line in the log.
 
     One that lies there and has no meaning is left out with a note: nobody asked for it.
     """

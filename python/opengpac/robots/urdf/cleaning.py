@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What files of other people's robots have and MuJoCo refuses or misreads, put right as the URDF specification says, each with a note."""
+"""Repair of robot files that MuJoCo refuses or misreads: they are put right as the URDF specification says, each time with a note."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
 
 
 def _is_possible(moments: list[float]) -> bool:
-    """Whether a matrix of inertia is positive definite: Sylvester's criterion."""
+    """Returns whether a matrix of inertia is positive definite: Sylvester's criterion."""
     xx, yy, zz, xy, xz, yz = moments
     determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
     return xx > 0.0 and xx * yy - xy * xy > 0.0 and determinant > 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the tags `ros2_control` of a URDF file say of its joints: the interfaces that command and read them, and their limits there."""
+"""Tags `ros2_control` of a URDF file: the interfaces that command and read its joints, and their limits there."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Interfaces:
 class Control:
     """All joints of the tags `ros2_control`.
 
-    `limits` gives, for a joint and a command interface, its least and its greatest value (rad, rad/s, N.m, of sliding joints m, m/s, N),
+    `limits` gives, for a joint and a command interface, its minimum and its maximum value (rad, rad/s, N.m, of sliding joints m, m/s, N),
     `home` the initial positions of joints.
     """
 
@@ -115,7 +115,7 @@ def _narrow_range(source: Source, limit: ElementTree.Element, name: str, limits:
 
 
 def _greatest(limits: Mapping[tuple[str, str], tuple[float, float]], joint: str, interface: str) -> float:
-    """The greatest absolute value of an interface both ways, 0 where none is said: a joint has one limit of speed and of effort."""
+    """Returns the maximum absolute value of an interface both ways, 0 if none is given: a joint has one limit of speed and of effort."""
     low, high = limits.get((joint, interface), (0.0, 0.0))
     most = min(abs(low), abs(high)) if low and high else max(abs(low), abs(high))
     return most if most < float("inf") else 0.0

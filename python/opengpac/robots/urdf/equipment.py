@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What URDF cannot say, added to the model that MuJoCo has made of a file: motors, the flange, a home, pairs that do not collide."""
+"""Equipment that URDF cannot describe, added to the model that MuJoCo has made: motors, the flange, a home, pairs that do not collide."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str
 
 
 def _is_ascii_stl(file: Path) -> bool:
-    """Whether an STL file is text: MuJoCo reads the binary form alone, whose length follows from its number of faces."""
+    """Returns whether an STL file is text: MuJoCo reads the binary form alone, whose length follows from its number of faces."""
     if file.suffix.lower() != ".stl":
         return False
     with open(file, "rb") as opened:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where the files are that a URDF names by `package://PACKAGE/PATH`."""
+"""Locations of the files that a URDF names by `package://PACKAGE/PATH`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Packages:
 
 
 def _name(folder: Path) -> str | None:
-    """What the `package.xml` of a folder calls it."""
+    """Returns the name of a folder in its `package.xml`."""
     try:
         name = ElementTree.parse(folder / "package.xml").find("name")
     except (OSError, ElementTree.ParseError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which joints of a URDF file have a motor, which make the arm, which stand still, and where all of them begin."""
+"""Selection of the joints of a URDF file: those that have a motor, make the arm or stand still, and where all of them begin."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ def _is_macro(element: ElementTree.Element) -> bool:
 
 
 def _expanded(file: Path) -> bytes:
-    """What xacro makes of a file."""
+    """Returns the result of xacro for a file."""
     try:
         xacro = importlib.import_module("xacro")
     except ImportError:

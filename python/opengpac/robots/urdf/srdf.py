@@ -38,7 +38,7 @@ class EndEffector:
 
 @dataclass
 class Semantics:
-    """What an SRDF file says of the joints and links that the URDF file has.
+    """Contents of an SRDF file about the joints and links that the URDF file has.
 
     `groups` gives the joints of each group in the order of the URDF file, fixed ones too, `lines` where each stands, `tips` the last
     link of a group that is one chain, `pairs` the links that do not collide, each pair once.
@@ -77,7 +77,7 @@ def beside(urdf: Path) -> list[Path]:
 
 
 def read(file: Path, arm: Source) -> Semantics:
-    """What an SRDF file says of a URDF file. Raises `DeviceFailed` with the line where it has no meaning."""
+    """Returns the contents of an SRDF file about a URDF file. Raises `DeviceFailed` with the line where it has no meaning."""
     source = Source.read(file, "SRDF")
     return _Reading(source, Tree(arm.root), arm).semantics()
 
@@ -128,7 +128,7 @@ class _Reading:
         return name
 
     def _has(self, kind: str, name: str, element: ElementTree.Element) -> bool:
-        """Whether the URDF file has a joint or link; what it lacks is remembered."""
+        """Returns whether the URDF file has a joint or link; what it lacks is remembered."""
         if name in (self.tree.joints if kind == "joint" else self.tree.links):
             return True
         if name not in self.virtual:
