@@ -41,7 +41,7 @@ pub struct Lead {
     now: State,
     /// Invocations until the next set-point is due.
     left: u32,
-    /// When the servo formed the set-point `now` itself.
+    /// Time at which the servo formed the set-point `now` itself.
     braked_ns: Option<i64>,
 }
 

@@ -3,7 +3,7 @@
 //!
 //! From rest the joints go along a straight line in joint space: one coordinate runs from 0 to 1, with the maximum speed, acceleration
 //! and jerk that no joint's limit forbids. From a moving state each joint has a motion of its own, and those that would arrive earlier
-//! go slower, so that they arrive together where they can. Either way a motion can be planned anew at any time from where it is: for a
+//! go slower, so that they arrive together where they can. Either way a motion can be planned again at any time from where it is: for a
 //! new goal, another speed, a stop.
 use crate::online::{Profile, State};
 use crate::profile::{JOINTS_MAX, Limits};
@@ -32,7 +32,7 @@ impl Motion {
         motion
     }
 
-    /// Where joint `i` is.
+    /// Returns the state of joint `i`.
     pub fn state(&self, i: usize) -> State {
         if !self.is_line {
             return self.profiles[i].at(self.time_s);
@@ -48,7 +48,7 @@ impl Motion {
         self.time_s += span_s;
     }
 
-    /// How long until it ends.
+    /// Returns the time until it ends.
     pub fn left_s(&self) -> f64 {
         let count = if self.is_line { 1 } else { self.joints };
         let most_s = self.profiles[..count].iter().map(Profile::duration_s).fold(0.0, f64::max);

@@ -2,9 +2,9 @@
 //! The motion of one coordinate from any state to rest at a goal, within limits of speed, acceleration and jerk.
 //!
 //! A *change of speed* has three phases: jerk, constant acceleration, the opposite jerk; its numbers are a closed form. A motion is
-//! a change from the present speed to a speed v, a stretch at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
+//! a change from the present speed to a speed v, a segment at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
 //! planning of time-optimal, jerk-limited trajectories*, 2008). If stopping at once would end short of the goal, v points to it, else
-//! back. v is the maximum that the limit and the way allow; where no stretch is left it is found by halving an interval, because
+//! back. v is the maximum that the limit and the way allow; where no segment is left it is found by halving an interval, because
 //! the way grows with v there. A motion from rest is the shortest in time; one from a moving state may take longer than the shortest where
 //! it is about to stop before its goal, because it never speeds up again while it brakes.
 //!
@@ -23,7 +23,7 @@ pub struct State {
 const REST: f64 = 1e-9;
 
 impl State {
-    /// Whether it neither moves nor is about to.
+    /// Returns true if it neither moves nor is about to.
     pub fn is_at_rest(&self) -> bool {
         self.velocity.abs() < REST && self.acceleration.abs() < REST
     }
@@ -40,7 +40,7 @@ pub fn towards(state: State, velocity: f64, limits: Limits, span_s: f64) -> Stat
     if left_s > 0.0 { State { position: now.position + velocity * left_s, velocity, acceleration: 0.0 } } else { now }
 }
 
-/// A stretch of constant jerk.
+/// Segment of constant jerk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Phase {
     span_s: f64,
@@ -102,12 +102,12 @@ impl Profile {
         }
     }
 
-    /// How long it takes.
+    /// Returns its duration.
     pub fn duration_s(&self) -> f64 {
         self.phases.iter().map(|phase| phase.span_s).sum()
     }
 
-    /// Where it ends.
+    /// Returns its end.
     pub fn end(&self) -> f64 {
         self.end
     }

@@ -50,7 +50,7 @@ pub fn note_lost(passed: Passed, bounds: &[f64], most: &mut f64) -> bool {
     passed.lost_s() > bounds.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Whether an acceleration is within ± `limit`.
+/// Returns true if an acceleration is within ± `limit`.
 pub fn within(acceleration: f64, limit: f64) -> bool {
     acceleration.abs() <= limit * (1.0 + ROUNDING)
 }

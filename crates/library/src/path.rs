@@ -20,19 +20,19 @@ const SAME: f64 = 1e-12;
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Path {
-    /// Which plan it is: 1, 2, …; 0: none yet.
+    /// Number of the plan: 1, 2, …; 0: none yet.
     pub plan: f64,
     /// Number of joints.
     pub joints: i32,
     /// Number of way-points with the start; of those that were one, one is left.
     pub points: i32,
-    /// How many coordinates, the first ones, are a position in space and are measured together; 0: each is a joint.
+    /// Number of coordinates, the first ones, that are a position in space and are measured together; 0: each is a joint.
     pub space: i32,
-    /// How long it takes, s.
+    /// Planned duration, s.
     pub duration: f64,
     /// Joint positions.
     pub q: [[f64; JOINTS_MAX]; ALL],
-    /// How far from the way-point its blend begins and ends, in the distance of joint space.
+    /// Distance from the way-point at which its blend begins and ends, in the distance of joint space.
     pub reach: [f64; ALL],
     /// Rate along the path at the blend, 1/s of that distance.
     pub through: [f64; ALL],
@@ -44,7 +44,7 @@ pub struct Path {
     pub begin: [f64; ALL],
 }
 
-/// How close to a way-point the path passes, and how fast its way there is.
+/// Closest distance of the path to a way-point, and its speed there.
 #[derive(Clone, Copy, Debug)]
 pub struct Passing {
     /// Maximum distance of a joint from the way-point, rad or m; 0: it stops there.
@@ -123,7 +123,7 @@ fn limit_lines(path: &mut Path, speeds: &[f64; ALL], limits: &[Limits]) {
     }
 }
 
-/// How far each blend reaches, and the maximum rate that the joints' accelerations allow there.
+/// Finds the reach of each blend, and the maximum rate that the joints' accelerations allow there.
 fn cut_corners(path: &mut Path, blends: &[f64; ALL], limits: &[Limits]) {
     for (k, blend) in blends.iter().enumerate().take(path.points as usize - 1).skip(1) {
         let ((before, long), (after, short)) = (path.direction(k - 1), path.direction(k));
@@ -158,7 +158,7 @@ fn match_rates(path: &mut Path) {
 }
 
 impl Path {
-    /// How much each limit sees of a vector: of a position its length, of each other coordinate the amount.
+    /// Returns the part of a vector that each limit sees: of a position its length, of each other coordinate the amount.
     pub fn measures(&self, vector: &[f64; JOINTS_MAX]) -> [f64; JOINTS_MAX] {
         let space = self.space as usize;
         let mut found = vector.map(f64::abs);
@@ -169,12 +169,12 @@ impl Path {
         found
     }
 
-    /// What a way-point's speed and blend are about: the position, or the joint with the most.
+    /// Returns the measure of a way-point's speed and blend: that of the position, or of the joint with the most.
     fn maximum(&self, measures: &[f64; JOINTS_MAX]) -> f64 {
         if self.space > 0 { measures[0] } else { measures.iter().fold(0.0, |most: f64, x| most.max(*x)) }
     }
 
-    /// Which part of the path it is in at a time within it.
+    /// Returns the part of the path at a time within it.
     pub fn part(&self, time_s: f64) -> Part {
         let last = (self.points as usize).saturating_sub(1);
         if last == 0 || time_s >= self.duration {

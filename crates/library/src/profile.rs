@@ -25,7 +25,7 @@ const JERK: usize = 6;
 const START: usize = 8;
 const GOAL: usize = START + JOINTS_MAX;
 
-/// What one joint may do, all positive: rad/s, rad/s², rad/s³ (or the same of metres).
+/// Limits of one joint, all positive: rad/s, rad/s², rad/s³ (or the same of metres).
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     pub speed: f64,
@@ -34,7 +34,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Whether each of them is a finite number above 0.
+    /// Returns true if each of them is a finite number above 0.
     pub fn are_positive(&self) -> bool {
         [self.speed, self.acceleration, self.jerk].iter().all(|limit| limit.is_finite() && *limit > 0.0)
     }
@@ -105,17 +105,17 @@ fn phases(most: Limits) -> Phases {
     Phases { jerk_s, acceleration_s, cruise_s, jerk }
 }
 
-/// Which plan these numbers are, 0 where there is none yet.
+/// Returns the number of the plan, 0 if there is none yet.
 pub fn number(coefficients: &Coefficients) -> f64 {
     coefficients[PLAN]
 }
 
-/// How many joints it moves.
+/// Returns the number of joints that it moves.
 pub fn joints(coefficients: &Coefficients) -> usize {
     coefficients[JOINTS] as usize
 }
 
-/// How long it takes, s.
+/// Planned duration, s.
 pub fn duration_s(coefficients: &Coefficients) -> f64 {
     coefficients[DURATION]
 }

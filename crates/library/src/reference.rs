@@ -9,7 +9,7 @@ use crate::lead::{Braking, Lead};
 use crate::span::{Passed, Span};
 use opengpac::Invocation;
 
-/// Where the reference is and where it goes.
+/// Position and speed of a reference, and its way to a goal.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reference {
     value: f64,
@@ -41,7 +41,7 @@ impl Reference {
     }
 }
 
-/// What keeps the reference of a servo within bounds, the last before the physical device.
+/// Bounds of the reference of a servo, the last before the physical device.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     pub position_min: f64,
@@ -71,8 +71,8 @@ pub struct Spline {
     wary: u32,
 }
 
-/// How a reference catches up with set-points that went on while its servo stood still: no faster than it moved and than the set-points move, and
-/// within its acceleration, so that it comes to rest at them.
+/// Motion of a reference that catches up with set-points that went on while its servo stood still: no faster than it moved and than the
+/// set-points move, and within its acceleration, so that it comes to rest at them.
 #[derive(Clone, Copy, Debug)]
 struct CatchingUp {
     /// Maximum speed, per invocation.
@@ -98,7 +98,7 @@ struct Gap {
     left_s: f64,
 }
 
-/// What a reference is led by in one invocation.
+/// Inputs of a reference in one invocation.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Led {
     pub setpoint: f64,
@@ -106,20 +106,20 @@ pub struct Led {
     pub velocity: f64,
     pub acceleration: f64,
     pub time_ns: i64,
-    /// Where the joint is.
+    /// Position of the joint.
     pub position: f64,
-    /// What is added to its readings.
+    /// Addition to its readings.
     pub offset: f64,
     /// None where its zero is not known: then its numbers mean nothing.
     pub range: Option<(f64, f64)>,
     pub speed_max: f64,
-    /// Maximum acceleration while it catches up after lost time, or brakes because no set-points come any more.
+    /// Maximum acceleration while it catches up after lost time, or brakes because set-points no longer come.
     pub acceleration_max: f64,
     /// Maximum jerk while it brakes.
     pub jerk_max: f64,
 }
 
-/// Where a reference is.
+/// Result of one approach of a reference.
 #[derive(Clone, Copy, Debug)]
 pub struct Approached {
     pub reference: f64,
@@ -188,7 +188,7 @@ impl CatchingUp {
     }
 }
 
-/// Whether a limit is negative or no number.
+/// Returns true if a limit is negative or no number.
 pub fn is_bad_limit(limit: f64) -> bool {
     limit.is_nan() || limit < 0.0
 }
@@ -367,7 +367,7 @@ mod tests {
         assert_eq!(spline.advance(1.0, 1, WIDE).0, 1.0, "without interpolation it is the set-point");
     }
 
-    /// A servo at 1 ms that stands still from `at` for `lost` ms, while its set-points go on at 0.3 rad/s and end at 0.6 rad: greatest speed, acceleration, and the end.
+    /// A servo at 1 ms that stands still from `at` for `lost` ms, while its set-points go on at 0.3 rad/s and end at 0.6 rad: maximum speed, acceleration, and the end.
     fn stalled(at: u64, lost: u64) -> (f64, f64, f64) {
         let mut approach = Approach::default();
         let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);

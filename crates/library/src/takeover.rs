@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a motion takes over from another one: from the position, speed and acceleration of its last set-point.
+//! Takeover of a motion by another one: from the position, speed and acceleration of its last set-point.
 //!
 //! A generator stores with each set-point how fast it moves and how that changes, and when it was stored. The one that follows goes on
-//! from that state, so neither speed nor acceleration has a step. Where the last set-point is older than a cycle, nobody leads the joint any more:
+//! from that state, so neither speed nor acceleration has a step. Where the last set-point is older than a cycle, nothing leads the joint:
 //! its servo is at rest, or brakes by itself and says how far beyond that set-point it leads the joint, and how fast.
 use crate::lead::Braking;
 use crate::motion::Motion;
@@ -18,7 +18,7 @@ const CYCLES: f64 = 1.5;
 #[derive(Clone, Copy, Debug)]
 pub struct Last<'a> {
     pub position: &'a [f64],
-    /// How fast their servos move them.
+    /// Speed at which their servos move them.
     pub servo_velocity: &'a [f64],
     pub velocity: &'a [f64],
     pub acceleration: &'a [f64],
@@ -78,13 +78,13 @@ impl Last<'_> {
         State { position: self.position[i], velocity, acceleration }
     }
 
-    /// Whether the servo of joint `i` leads it by itself, since no set-points came.
+    /// Returns true if the servo of joint `i` leads it by itself, since no set-points came.
     fn is_braking(&self, i: usize) -> bool {
         let since_ns = Braking::of(self.braking[i]).time_ns;
         since_ns != 0 && since_ns > self.time_ns[i]
     }
 
-    /// How old the set-point of joint `i` is, if it leads its servo still.
+    /// Returns the age of the set-point of joint `i`, if it leads its servo still.
     fn age_s(&self, i: usize, now_ns: i64, cycle_s: f64) -> Option<f64> {
         let (since_ns, most_s) = if self.is_braking(i) { (Braking::of(self.braking[i]).time_ns, BRAKING_S) } else { (self.time_ns[i], CYCLES * cycle_s) };
         let age_s = now_ns.checked_sub(since_ns)? as f64 * 1e-9;
@@ -120,7 +120,7 @@ pub struct Braked {
 }
 
 impl Brake {
-    /// One cycle: `None` where nothing is to be braked any more and `has_plan`, or nothing ever was. Without a plan it stays at rest.
+    /// Passes one cycle: `None` if nothing is to be braked and `has_plan`, or nothing ever was. Without a plan it stays at rest.
     pub fn step(&mut self, last: &Last, acceleration: &[f64], jerk: &[f64], cycle_s: f64, has_plan: bool, invocation: &Invocation) -> Option<Braked> {
         let passed = self.span.pass(invocation);
         match self.stage {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the generators of tool motion share: the path time passes at a pace, and the joints follow by inverse kinematics.
+//! Common part of the generators of tool motion: the path time passes at a pace, and the joints follow by inverse kinematics.
 use super::JOINTS_MAX;
 use super::chain::Arm;
 use super::inverse::{Ranges, inverse};
@@ -11,14 +11,14 @@ use crate::span::{Passed, Span};
 use crate::takeover::Tail;
 use opengpac::{Condition, ConditionOf, Invocation};
 
-/// How often a step that a joint cannot make is halved before the motion ends.
+/// Number of times that a step that a joint cannot make is halved before the motion ends.
 const HALVINGS: u32 = 6;
 const ANYWHERE: Ranges = Ranges { min: &[f64::NEG_INFINITY; JOINTS_MAX], max: &[f64::INFINITY; JOINTS_MAX] };
 
-/// Where a motion is.
+/// Progress of a motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Follower {
-    /// Which plan is under way.
+    /// Number of the plan under way.
     plan: f64,
     /// Its time, s, and how fast that passes.
     time_s: f64,
@@ -31,7 +31,7 @@ pub struct Follower {
     tail: Tail,
 }
 
-/// A stretch of path time: from where, for how long, the pace at its beginning and end, and the slope between.
+/// Segment of path time: its start and duration, the pace at its beginning and end, and the slope between.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch {
     pub time_s: f64,
@@ -43,21 +43,21 @@ pub struct Stretch {
 
 /// A planned motion of the tool, which a generator follows.
 pub trait Way {
-    /// Which plan it is: 1, 2, …
+    /// Returns the number of the plan: 1, 2, …
     fn plan(&self) -> f64;
     /// Joint positions at its beginning and at its end.
     fn ends(&self) -> (&[f64; JOINTS_MAX], &[f64; JOINTS_MAX]);
-    /// How long it takes as planned, s.
+    /// Returns its planned duration, s.
     fn duration_s(&self) -> f64;
     /// The part of it that is done at a time of its own, 0 to 1.
     fn progress(&self, time_s: f64) -> f64;
-    /// Where the tool is to be at a time of its own.
+    /// Returns the pose at which the tool is to be at a time of its own.
     fn pose(&self, time_s: f64) -> Pose;
-    /// Whether its accelerations allow a stretch of it to be gone at a pace that changes so.
+    /// Returns true if its accelerations allow a segment of it to be passed at a pace that changes so.
     fn allows(&self, stretch: Stretch) -> bool;
 }
 
-/// What one invocation of a generator is given, a number for each joint.
+/// Inputs of one invocation of a generator, a number for each joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Asked<'a> {
     pub r#override: &'a [f64],
@@ -69,7 +69,7 @@ pub struct Asked<'a> {
     pub invocation: &'a Invocation,
 }
 
-/// What one invocation of a generator gives.
+/// Outputs of one invocation of a generator.
 #[derive(Clone, Copy, Debug)]
 pub struct Followed {
     pub setpoint: [f64; JOINTS_MAX],

@@ -14,7 +14,7 @@ use opengpac::{ConditionOf, Type};
 
 /// Points of a line at which a plan looks.
 pub const SAMPLES: usize = 128;
-/// How near to the line the tool must be able to come, m and rad.
+/// Tolerance within which the tool must be able to come to the line, m and rad.
 pub const ON_THE_LINE: Tolerance = Tolerance { position: 1e-7, angle: 1e-7, orientation: true };
 /// A joint that moves further than this from one point to the next has gone to another posture.
 const LEAP: f64 = 0.5;
@@ -25,7 +25,7 @@ const ATTEMPTS: u32 = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Line {
-    /// Which plan it is: 1, 2, …; 0: none yet.
+    /// Number of the plan: 1, 2, …; 0: none yet.
     pub plan: f64,
     /// Number of joints.
     pub joints: i32,
@@ -43,7 +43,7 @@ pub struct Line {
     pub profile: Coefficients,
 }
 
-/// What a line is asked for.
+/// Request for a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Wish<'a> {
     pub from: &'a [f64],
@@ -59,7 +59,7 @@ pub struct Wish<'a> {
     pub slowest: f64,
 }
 
-/// Why a line cannot be gone.
+/// Reason why a line cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
     /// The goal is out of reach by so much, m.
@@ -136,7 +136,7 @@ pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Re
     Err(obstacle(arm, goal, here, &found, wish))
 }
 
-/// What is in the way: the end of a range; else, where the goal itself can be had, a singularity on the way there.
+/// Returns what is in the way: the end of a range; else, if the goal itself can be reached, a singularity on the way there.
 fn obstacle(arm: &Arm, place: &Pose, here: &[f64; JOINTS_MAX], found: &Found, wish: &Wish) -> Obstacle {
     let n = arm.joints();
     if let Some(joint) = in_the_way(arm, place, &here[..n], found, ON_THE_LINE, 1) {

@@ -124,7 +124,7 @@ impl Polyline {
         (velocity, acceleration)
     }
 
-    /// Whether the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
+    /// Returns true if the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
     fn fits(&self, time_s: f64, pace: f64, slope: f64) -> bool {
         let (velocity, planned) = self.motion(time_s);
         let together = crate::pace::acceleration;

@@ -60,7 +60,7 @@ pub struct Pid {
     /// effort by hand, or what another controller gives
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     manual_effort: f64,
-    /// minimum effort, where -limit is not it: 0 for a heater
+    /// lower limit of the effort if it is not -limit (0 for a heater)
     #[param(default = f64::NEG_INFINITY, range = "[-inf, inf)")]
     least: f64,
     /// b: weight of the set-point in the proportional term

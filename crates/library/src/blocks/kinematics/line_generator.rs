@@ -28,19 +28,19 @@ pub struct LineGenerator {
     /// where the joints are commanded to be now, rad or m
     #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
     start: [f64; 16],
-    /// how fast their servos move them now
+    /// speed at which their servos move them now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// how fast the last set-points moved, of whatever motion stored them
+    /// speed of the last set-points, of whatever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
-    /// how that changed
+    /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
     /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
@@ -49,7 +49,7 @@ pub struct LineGenerator {
     /// the same for the whole cell; both are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// whether it is to come to rest and wait
+    /// true: it comes to rest and waits
     #[input(asynchronous, default = false)]
     holding: bool,
     /// time that may be lost at once; beyond it the motion comes to rest
@@ -67,10 +67,10 @@ pub struct LineGenerator {
     /// where the joints are to be, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// how fast they are to be there, rad/s or m/s
+    /// speed at which they are to be there, rad/s or m/s
     #[output(sized)]
     setpoint_velocity: [f64; 16],
-    /// how that changes, rad/s^2 or m/s^2
+    /// acceleration of the set-points, rad/s^2 or m/s^2
     #[output(sized)]
     setpoint_acceleration: [f64; 16],
     /// when they are stored, ns of the system's clock
@@ -85,7 +85,7 @@ pub struct LineGenerator {
     /// part of the line that is done, 0 to 1
     #[output]
     progress: f64,
-    /// whether the last set-point is stored
+    /// true if the last set-point is stored
     #[output]
     complete: bool,
     /// time between two set-points
@@ -106,7 +106,7 @@ pub struct LineGenerator {
     /// it rests because more time than `gap_max` was lost at once; the value is how much, s
     #[condition]
     gap: ConditionOf<f64>,
-    /// how far it is
+    /// progress of the motion
     #[state(opaque)]
     follower: Follower,
     /// joints that are brought to rest first
@@ -139,7 +139,7 @@ impl Step for LineGenerator {
         if let Err(code) = check(line.plan, line.joints, n) {
             return Outcome::Fault(code);
         }
-        let Some(way) = Drawn::of(&line) else { return Outcome::Fault(BAD_POSE) };
+        let Some(way) = DrawnLine::of(&line) else { return Outcome::Fault(BAD_POSE) };
         let asked = Asked {
             r#override: &self.r#override[..n], cell_override: &self.cell_override[..n], holding: self.holding, speed_max: &self.speed_max[..n],
             gap_max: &self.gap_max[..n], invocation,
@@ -156,17 +156,17 @@ impl Step for LineGenerator {
 }
 
 /// A line with what its poses give.
-struct Drawn<'a> {
+struct DrawnLine<'a> {
     line: &'a Line,
     start: Pose,
     way: ([f64; 3], [f64; 3]),
 }
 
-impl Drawn<'_> {
+impl DrawnLine<'_> {
     /// `None` where a pose of the line has no unit quaternion.
-    fn of(line: &Line) -> Option<Drawn<'_>> {
+    fn of(line: &Line) -> Option<DrawnLine<'_>> {
         let (start, goal) = (Pose::of(&line.start)?, Pose::of(&line.goal)?);
-        Some(Drawn { line, start, way: start.to(&goal) })
+        Some(DrawnLine { line, start, way: start.to(&goal) })
     }
 
     /// s and its rate.
@@ -177,7 +177,7 @@ impl Drawn<'_> {
     }
 }
 
-impl Way for Drawn<'_> {
+impl Way for DrawnLine<'_> {
     fn plan(&self) -> f64 {
         self.line.plan
     }

@@ -30,19 +30,19 @@ pub struct PolylinePlanner {
     /// where the joints are commanded to be now, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
-    /// how fast their servos move them now
+    /// speed at which their servos move them now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// how fast the last set-points moved, of whatever motion stored them
+    /// speed of the last set-points, of whatever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
-    /// how that changed
+    /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
     /// poses for the tool, one row each: x y z in m, quaternion w x y z
@@ -75,7 +75,7 @@ pub struct PolylinePlanner {
     /// joint positions at its end, for those that compare
     #[output(sized)]
     target: [f64; 16],
-    /// how long it takes
+    /// planned duration
     #[output(unit = "s")]
     duration: f64,
     /// pose that a condition is about, from 0
@@ -108,7 +108,7 @@ pub struct PolylinePlanner {
     /// a singularity is on the way; the value is the part of the speed that would be possible
     #[condition]
     singular: ConditionOf<f64>,
-    /// whether it has planned
+    /// true after it has planned
     #[state]
     has_planned: bool,
 }

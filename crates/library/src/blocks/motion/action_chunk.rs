@@ -62,7 +62,7 @@ struct Chunk {
     actions: [f64; ACTIONS_MAX],
     number: i64,
     observed_ns: i64,
-    /// Whether there was an invocation before.
+    /// True after the first invocation.
     is_begun: bool,
 }
 

@@ -30,22 +30,22 @@ pub struct GearGenerator {
     /// position of the master
     #[input(asynchronous, unit = "rad|m")]
     master: f64,
-    /// where the slave is commanded to be now
+    /// commanded position of the slave now
     #[input(asynchronous, unit = "rad|m")]
     start: f64,
-    /// how fast its servo moves it now
+    /// speed at which its servo moves it now
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: f64,
-    /// how fast its last set-points moved, of whatever motion stored them
+    /// speed of its last set-points, of whatever motion stored them
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: f64,
-    /// how that changed
+    /// acceleration of the last set-points
     #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: f64,
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = i64::MIN, range = "[-inf, inf)")]
     last_time: i64,
-    /// how its servo leads it by themselves, because no set-points came in their time: see `joint_servo`
+    /// lead of its servo by itself, because no set-points came in their time: see `joint_servo`
     #[input(asynchronous, default = [0.0; 4], range = "[-inf, inf)")]
     braking: [f64; 4],
     /// steps of the slave for each step of the master; negative: the other way
@@ -72,16 +72,16 @@ pub struct GearGenerator {
     /// time that may be lost at once; beyond it the slave comes to rest
     #[input(asynchronous, default = [0.5; 1], unit = "s", range = "(0, inf)")]
     gap_max: [f64; 1],
-    /// where the slave is to be
+    /// position at which the slave is to be
     #[output(unit = "rad|m")]
     setpoint: f64,
-    /// how fast it is to be there
+    /// speed at which it is to be there
     #[output(unit = "rad/s|m/s")]
     velocity: f64,
-    /// how fast the set-point moves at the end of the cycle
+    /// speed of the set-point at the end of the cycle
     #[output(unit = "rad/s|m/s")]
     setpoint_velocity: f64,
-    /// how that changes
+    /// acceleration of the set-point
     #[output(unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: f64,
     /// when it is stored, ns of the system's clock
@@ -90,7 +90,7 @@ pub struct GearGenerator {
     /// the longest time that was lost at once
     #[output(unit = "s")]
     lost: f64,
-    /// whether the slave moves as the ratio says
+    /// true if the slave moves as the ratio says
     #[output]
     engaged: bool,
     /// time by which the first set-point is ahead of the start: the interval of this block
@@ -111,7 +111,7 @@ pub struct GearGenerator {
     /// position of the master in the invocation before
     #[state]
     before: f64,
-    /// where the slave is on its way
+    /// state of the slave on its way
     #[state(opaque)]
     state: State,
     /// its last steps
@@ -205,7 +205,7 @@ impl GearGenerator {
         }
     }
 
-    /// Whether the slave can move at `wanted` from this cycle on: within its acceleration, and while it is not in gear within its jerk, too.
+    /// Returns true if the slave can move at `wanted` from this cycle on: within its acceleration, and while it is not in gear within its jerk, too.
     fn can_follow(&self, wanted: f64, span_s: f64) -> bool {
         let change = (wanted - self.steps.mean) / span_s;
         if change.abs() > self.acceleration * (1.0 + ROUNDING) {
@@ -217,7 +217,7 @@ impl GearGenerator {
         self.engaged || self.steps.count >= 2 && fits(self.steps.change) && fits(masters)
     }
 
-    /// Whether the way to the end of its range is not longer than the way to rest, with what it moves until somebody slows it down.
+    /// Returns true if the way to the end of its range is not longer than the way to rest, with what it moves until it is slowed down.
     fn is_near_the_end(&self, span_s: f64) -> bool {
         let ([deceleration], [jerk], speed) = (self.deceleration, self.jerk, self.velocity.abs());
         let left = if self.velocity > 0.0 { self.position_max[0] - self.setpoint } else { self.setpoint - self.position_min[0] };

@@ -10,7 +10,7 @@ pub struct Heartbeat {
     /// a number that changes
     #[input(asynchronous)]
     beat: i64,
-    /// whether the last change is too old
+    /// true if the last change is too old
     #[output]
     lost: bool,
     /// age of the last change

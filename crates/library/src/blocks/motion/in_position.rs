@@ -13,10 +13,10 @@ pub struct InPosition {
     /// positions
     #[input(asynchronous, sized, unit = "rad|m")]
     sensed: [f64; 16],
-    /// where they are to be
+    /// positions at which they are to be
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
-    /// whether the motion is complete
+    /// true if the motion is complete
     #[input(asynchronous, default = true)]
     complete: bool,
     /// maximum distance of a joint from its goal

@@ -19,10 +19,10 @@ pub struct JointReference {
     /// position that is commanded
     #[input(asynchronous, unit = "rad|m")]
     setpoint: f64,
-    /// how fast the set-point moves, where it says so
+    /// speed of the set-point, if it is given
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     setpoint_velocity: f64,
-    /// how that changes
+    /// acceleration of the set-point
     #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     setpoint_acceleration: f64,
     /// when it was stored, ns of the system's clock
@@ -31,29 +31,29 @@ pub struct JointReference {
     /// position q
     #[input(unit = "rad|m")]
     position: f64,
-    /// what is added to the readings of the joint to give q
+    /// addition to the readings of the joint, which gives q
     #[input(asynchronous, default = 0.0, unit = "rad|m", range = "[-inf, inf)")]
     offset: f64,
-    /// whether q is known: before, the range of q_r means nothing and is not kept to
+    /// true if q is known: before, the range of q_r means nothing and is not kept to
     #[input(asynchronous, default = true)]
     homed: bool,
-    /// what the drive is told, as it counts positions
+    /// goal for the drive, as it counts positions
     #[output(unit = "rad|m")]
     goal: f64,
     /// q_r - q
     #[output(unit = "rad|m")]
     error: f64,
-    /// q_r: where the joint is commanded to be now
+    /// q_r: commanded position of the joint now
     #[output(unit = "rad|m")]
     reference: f64,
-    /// q_r': how fast it is commanded to move now; 0 where no set-points come
+    /// q_r': commanded speed now; 0 if no set-points come
     #[output(unit = "rad/s|m/s")]
     reference_velocity: f64,
     /// invocations in which the range or the maximum speed held q_r back
     #[output]
     limited: i64,
-    /// how q_r is led beyond the last set-point, because no new one came in its time: by how far, how fast, how that changes, and since when (ns
-    /// of the system's clock); all 0 where set-points lead
+    /// lead of q_r beyond the last set-point, because no new one came in its time: distance, speed, acceleration, and time of its beginning (ns
+    /// of the system's clock); all 0 while set-points lead
     #[output]
     braking: [f64; 4],
     /// time that was lost at once, because releases were skipped, told for as long after it as it was; 0 where none was
@@ -74,19 +74,19 @@ pub struct JointReference {
     /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s", range = "[0, inf)")]
     speed_max: f64,
-    /// maximum |q_r''| while it catches up after lost time, or brakes because no set-points come any more
+    /// maximum |q_r''| while it catches up after lost time, or brakes because set-points no longer come
     #[param(default = 1e6, unit = "rad/s^2|m/s^2", range = "(0, inf)")]
     acceleration_max: f64,
     /// maximum jerk of the set-points by which it brakes
     #[param(default = 1e9, unit = "rad/s^3|m/s^3", range = "(0, inf)")]
     jerk_max: f64,
-    /// whether the range is kept to only when the joint is homed
+    /// true: the range is kept to only when the joint is homed
     #[param(default = false)]
     needs_home: bool,
     /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
-    /// where the reference is
+    /// state of the reference
     #[state(opaque)]
     approach: Approach,
 }

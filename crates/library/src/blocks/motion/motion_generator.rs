@@ -15,7 +15,7 @@ const OUT_OF_RANGE: u32 = 3;
 
 /// Motion generator: setpoint = q(t), from a start that may move to rest at q = goal, within speed, acceleration and jerk of each joint.
 ///
-/// It plans when it begins and anew, from where it is, whenever goal, speed, override or holding change, so all of them may change at any
+/// It plans when it begins and again, from where it is, whenever goal, speed, override or holding change, so all of them may change at any
 /// time without a jump. From rest the joints go along a straight line in joint space; from a moving start each goes its own way and
 /// they arrive together where they can. Time is running time: it stands still while the verb is suspended. Where `holding` is true or an
 /// override is 0 the joints come to rest and stay; `held` is reported while they do. Time that is lost, because releases were skipped, is not
@@ -28,25 +28,25 @@ pub struct MotionGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// where the joints are commanded to be now
+    /// commanded positions of the joints now
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// how fast their servos move them now
+    /// speed at which their servos move them now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// how fast the last set-points moved, of whatever motion stored them
+    /// speed of the last set-points, of whatever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
-    /// how that changed
+    /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
-    /// where they are to go
+    /// positions to go to
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
     /// maximum speed of each joint
@@ -79,13 +79,13 @@ pub struct MotionGenerator {
     /// come to rest and stay
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// where the joints are to be
+    /// positions at which the joints are to be
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// how fast they are to be there
+    /// speed at which they are to be there
     #[output(sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
-    /// how that changes
+    /// acceleration of the set-point
     #[output(sized, unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: [f64; 16],
     /// when they are stored, ns of the system's clock
@@ -97,10 +97,10 @@ pub struct MotionGenerator {
     /// where they go: the goal, or where the motion began plus the goal
     #[output(sized, unit = "rad|m")]
     target: [f64; 16],
-    /// whether the goal is stored as set-point
+    /// true if the goal is stored as set-point
     #[output]
     complete: bool,
-    /// how long the motion takes as it was planned first
+    /// duration of the motion as it was planned first
     #[output(unit = "s")]
     duration: f64,
     /// time by which the first set-point is ahead of the start: the interval of this block
@@ -118,7 +118,7 @@ pub struct MotionGenerator {
     /// the joints are at rest because more time than `gap_max` was lost at once; the value is how much, s
     #[condition]
     gap: ConditionOf<f64>,
-    /// where the joints are on their way
+    /// state of the joints on their way
     #[state(opaque)]
     way: Way,
 }

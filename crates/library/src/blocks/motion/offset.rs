@@ -7,7 +7,7 @@ pub struct Offset {
     /// input
     #[input]
     u: f64,
-    /// what is added
+    /// value to add
     #[input(asynchronous, default = 0.0, unit = "=u", range = "[-inf, inf)")]
     offset: f64,
     /// their sum

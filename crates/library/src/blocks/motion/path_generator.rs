@@ -32,19 +32,19 @@ pub struct PathGenerator {
     /// where the joints are commanded to be now, rad or m
     #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
     start: [f64; 16],
-    /// how fast their servos move them now
+    /// speed at which their servos move them now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// how fast the last set-points moved, of whatever motion stored them
+    /// speed of the last set-points, of whatever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
-    /// how that changed
+    /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
     /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
@@ -53,7 +53,7 @@ pub struct PathGenerator {
     /// the same for the whole cell; both are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// whether it is to come to rest and wait
+    /// true: it comes to rest and waits
     #[input(asynchronous, default = false)]
     holding: bool,
     /// time that may be lost at once; beyond it the motion comes to rest
@@ -68,10 +68,10 @@ pub struct PathGenerator {
     /// where the joints are to be, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// how fast they are to be there, rad/s or m/s
+    /// speed at which they are to be there, rad/s or m/s
     #[output(sized)]
     velocity: [f64; 16],
-    /// how that changes, rad/s^2 or m/s^2
+    /// acceleration of the set-points, rad/s^2 or m/s^2
     #[output(sized)]
     setpoint_acceleration: [f64; 16],
     /// when they are stored, ns of the system's clock
@@ -83,7 +83,7 @@ pub struct PathGenerator {
     /// part of the path's time that is done, 0 to 1
     #[output]
     progress: f64,
-    /// whether the last set-point is stored
+    /// true if the last set-point is stored
     #[output]
     complete: bool,
     /// time between two set-points
@@ -104,13 +104,13 @@ pub struct PathGenerator {
     /// time of the path, s
     #[state]
     time_s: f64,
-    /// how fast that passes
+    /// rate at which path time passes
     #[state]
     pace: f64,
     /// the invocation before
     #[state(opaque)]
     span: Span,
-    /// whether it comes to rest because time was lost
+    /// true if it comes to rest because time was lost
     #[state]
     is_lost: bool,
     /// last set-points

@@ -19,22 +19,22 @@ pub struct SetPosition {
     /// its new name
     #[input(asynchronous, sized, unit = "rad|m")]
     position: [f64; 16],
-    /// what is added to the readings of each joint now
+    /// present addition to the readings of each joint
     #[input(asynchronous, sized, unit = "rad|m")]
     offset: [f64; 16],
-    /// where each joint is commanded to be now
+    /// commanded position of each joint now
     #[input(asynchronous, sized, unit = "rad|m")]
     commanded: [f64; 16],
-    /// what is to be added to the readings
+    /// new addition to the readings
     #[output(sized, unit = "rad|m")]
     new_offset: [f64; 16],
     /// where each joint is commanded to be, in the new numbers
     #[output(sized, unit = "rad|m")]
     new_commanded: [f64; 16],
-    /// that the positions are known: 1
+    /// 1: the position is known
     #[output(sized)]
     homed: [bool; 16],
-    /// what was added
+    /// change of the addition
     #[output(sized, unit = "rad|m")]
     shift: [f64; 16],
 }

@@ -21,13 +21,13 @@ pub struct SetpointGenerator {
     /// the planned motion
     #[input(asynchronous)]
     coefficients: [f64; COEFFICIENTS],
-    /// where the joints are to be
+    /// positions at which the joints are to be
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// how fast they are to be there
+    /// speed at which they are to be there
     #[output(sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
-    /// whether the last setpoint is stored: 0 or 1
+    /// true if the last setpoint is stored: 0 or 1
     #[output]
     complete: bool,
     /// time by which the setpoints are early

@@ -20,10 +20,10 @@ pub struct TrajectoryPlanner {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// where the joints are commanded to be now
+    /// commanded positions of the joints now
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// where they are to go
+    /// positions to go to
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
     /// maximum speed of this motion, of any joint
@@ -50,7 +50,7 @@ pub struct TrajectoryPlanner {
     /// the planned motion
     #[output]
     coefficients: [f64; COEFFICIENTS],
-    /// how long the motion takes
+    /// duration of the motion
     #[output(unit = "s")]
     duration: f64,
 }

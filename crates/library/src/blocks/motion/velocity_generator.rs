@@ -27,25 +27,25 @@ pub struct VelocityGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// where the joints are commanded to be now
+    /// commanded positions of the joints now
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// how fast their servos move them now
+    /// speed at which their servos move them now
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// how fast the last set-points moved, of whatever motion stored them
+    /// speed of the last set-points, of whatever motion stored them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
-    /// how that changed
+    /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
     /// when they were stored, ns of the system's clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// how their servos lead them by themselves, because no set-points came in their time: see `joint_servo`
+    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
-    /// how fast they are to move
+    /// wanted speed
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     velocity: [f64; 16],
     /// maximum acceleration of each joint
@@ -72,13 +72,13 @@ pub struct VelocityGenerator {
     /// come to rest and stay
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// where the joints are to be
+    /// positions at which the joints are to be
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// how fast they are to be there
+    /// speed at which they are to be there
     #[output(sized, unit = "rad/s|m/s")]
     setpoint_velocity: [f64; 16],
-    /// how that changes
+    /// acceleration of the set-point
     #[output(sized, unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: [f64; 16],
     /// when they are stored, ns of the system's clock
@@ -108,7 +108,7 @@ pub struct VelocityGenerator {
     /// the joints are at rest because more time than `gap_max` was lost at once; the value is how much, s
     #[condition]
     gap: ConditionOf<f64>,
-    /// where the joints are on their way
+    /// state of the joints on their way
     #[state(opaque)]
     way: Way,
 }
