@@ -28,7 +28,7 @@ const AGE: &str = "age";
 
 /// A channel as its class declares it.
 #[derive(Deserialize)]
-struct Declared {
+struct ChannelDeclaration {
     name: String,
     write: bool,
     #[serde(rename = "type")]
@@ -49,16 +49,16 @@ struct PythonDriver {
     /// For each channel that is written: 1 where a verb commands it.
     engaged: Vec<u8>,
     counters: Option<Arc<Counters>>,
-    services: Option<Arc<Carried>>,
+    services: Option<Arc<ObjectServices>>,
 }
 
 /// The services of an object. Between two of its methods there is a lock of Python, as its class expects to be called by one thread.
-struct Carried {
+struct ObjectServices {
     exchange: Py<PyAny>,
     words: &'static [ServiceWord],
 }
 
-impl Services for Carried {
+impl Services for ObjectServices {
     fn words(&self) -> Option<&'static [ServiceWord]> {
         Some(self.words)
     }
@@ -86,7 +86,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let mut about: Value = serde_json::from_str(&beside).map_err(|why| DriverError::Failed(format!("its services and counters: {why}")))?;
     let words = Told::read(&about).map_err(DriverError::Failed)?;
     about["age"] = AGE.into();
-    let declared: Vec<Declared> = serde_json::from_str(&channels).map_err(|why| DriverError::Failed(format!("its channels: {why}")))?;
+    let declared: Vec<ChannelDeclaration> = serde_json::from_str(&channels).map_err(|why| DriverError::Failed(format!("its channels: {why}")))?;
     let mut layout = Layout::default();
     let mut offsets = Vec::with_capacity(declared.len());
     for channel in declared {
@@ -104,7 +104,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let engaged = vec![0; layout.channels().iter().filter(|channel| channel.direction == Direction::Write).count()];
     let counters = (!words.counters.is_empty()).then(|| Arc::new(Counters::new(words.counters)));
     let services = Python::attach(|py| {
-        let carried = || Arc::new(Carried { exchange: exchange.clone_ref(py), words: words.services });
+        let carried = || Arc::new(ObjectServices { exchange: exchange.clone_ref(py), words: words.services });
         (!words.services.is_empty()).then(carried)
     });
     Ok((Box::new(PythonDriver { exchange, channels: layout.into_channels(), age, taken_ns: 0, commands, engaged, counters, services }), about))

@@ -11,13 +11,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub struct OpengpacSystem(api::System);
 
 /// Refusal of the last call of this thread: as text, and as JSON.
-struct Refused {
+struct LastRefusal {
     text: CString,
     json: CString,
 }
 
 thread_local! {
-    static REFUSED: RefCell<Refused> = RefCell::new(Refused { text: CString::default(), json: CString::from(c"[]") });
+    static REFUSED: RefCell<LastRefusal> = RefCell::new(LastRefusal { text: CString::default(), json: CString::from(c"[]") });
 }
 
 /// Text for C. A NUL within cannot be said there and becomes the end.
@@ -29,7 +29,7 @@ fn text(of: &str) -> CString {
 fn remember(refusals: &api::Refusals) {
     let lines: Vec<String> = refusals.iter().map(|refusal| format!("{:?}: {refusal}", refusal.class)).collect();
     let json = api::to_json(refusals).unwrap_or_else(|_| "[]".to_owned());
-    REFUSED.with_borrow_mut(|refused| *refused = Refused { text: text(&lines.join("\n")), json: text(&json) });
+    REFUSED.with_borrow_mut(|refused| *refused = LastRefusal { text: text(&lines.join("\n")), json: text(&json) });
 }
 
 /// Runs a call: what it refuses is remembered for this thread, and a panic is a refusal too, because none may cross into C.

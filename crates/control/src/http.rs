@@ -162,12 +162,12 @@ async fn call(
 }
 
 /// A call that was made for a part of its slice: its answer, which may say how it goes on, and what is left of the slice.
-struct Begun {
+struct SliceOfCall {
     answer: Value,
     left: Duration,
 }
 
-impl Begun {
+impl SliceOfCall {
     fn goes_on(&self) -> bool {
         self.answer.get("go_on").is_some() && !self.left.is_zero()
     }
@@ -181,11 +181,11 @@ fn begin(
     caller: &Caller,
     presence: Option<&Presence>,
     within: Duration,
-) -> Result<Begun, Failure> {
+) -> Result<SliceOfCall, Failure> {
     let mut asked = Asked { as_of_ms, ..requests::asked(given, call.lasts)? };
     let left = asked.slice.saturating_sub(within);
     asked.slice -= left;
-    Ok(Begun { answer: service.call(call, asked, caller, presence)?, left })
+    Ok(SliceOfCall { answer: service.call(call, asked, caller, presence)?, left })
 }
 
 /// Answers a call that was begun: when it has come to its end, within what is left of its slice. That is a wait like any other.
@@ -193,7 +193,7 @@ async fn ended(
     service: &Arc<Service>,
     caller: &Caller,
     presence: Option<Arc<Presence>>,
-    begun: Begun,
+    begun: SliceOfCall,
     waits: Option<Entered>,
     role: Role,
 ) -> Result<Response, Failure> {

@@ -19,12 +19,12 @@ use std::task::{Context, Poll};
 const PIECE: usize = 32 << 10;
 
 /// The rest of an answer.
-struct Leaving {
+struct AnswerRest {
     rest: Bytes,
     _share: Option<Share>,
 }
 
-impl HttpBody for Leaving {
+impl HttpBody for AnswerRest {
     type Data = Bytes;
     type Error = Infallible;
 
@@ -46,7 +46,7 @@ impl HttpBody for Leaving {
 /// acted is told.
 pub(crate) fn leaving(service: &Service, caller: &Caller, text: Vec<u8>, role: Role) -> Result<Response, Failure> {
     let share = if text.len() > SMALL && role == Role::Observe { Some(service.lanes.answers.take(caller, text.len())?) } else { None };
-    let mut response = Response::new(Body::new(Leaving { rest: text.into(), _share: share }));
+    let mut response = Response::new(Body::new(AnswerRest { rest: text.into(), _share: share }));
     response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
     Ok(response)
 }

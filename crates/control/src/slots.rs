@@ -39,7 +39,7 @@ const ORIGINS_MAX: usize = 64;
 
 /// The caller of a connection.
 #[derive(Debug)]
-enum Standing {
+enum CallerStanding {
     /// `spoke`: since when it has sent something, a handshake or a head.
     Stranger { until: Instant, spoke: Option<Instant> },
     /// `doubted`: the caller was let in no longer when it was looked last.
@@ -56,9 +56,9 @@ pub(crate) enum Origin {
 }
 
 #[derive(Debug)]
-struct Held {
+struct ConnectionSlot {
     origin: Origin,
-    standing: Standing,
+    standing: CallerStanding,
     end: Arc<Notify>,
 }
 
@@ -66,7 +66,7 @@ struct Held {
 #[derive(Debug, Default)]
 struct Table {
     next: u64,
-    held: BTreeMap<u64, Held>,
+    held: BTreeMap<u64, ConnectionSlot>,
     /// Where callers who were let in have come from, with when the last one was.
     remembered: HashMap<Origin, Instant>,
     /// Number of connections that gave way to others since it was told last, by origin.
@@ -145,9 +145,9 @@ enum Admission {
 impl Table {
     /// Strangers from remembered addresses, or those from all others, oldest first.
     fn strangers(&self, are_returning: bool) -> Vec<Stranger> {
-        let of = |(number, held): (&u64, &Held)| match held.standing {
-            Standing::Stranger { spoke, .. } => Some(Stranger { number: *number, origin: held.origin, spoke }),
-            Standing::Known { .. } => None,
+        let of = |(number, held): (&u64, &ConnectionSlot)| match held.standing {
+            CallerStanding::Stranger { spoke, .. } => Some(Stranger { number: *number, origin: held.origin, spoke }),
+            CallerStanding::Known { .. } => None,
         };
         self.held.iter().filter_map(of).filter(|stranger| self.remembered.contains_key(&stranger.origin) == are_returning).collect()
     }
@@ -189,7 +189,7 @@ impl Table {
 
     /// Refuses a caller one more slot among the known. `more`: slots there are beyond the usual ones.
     fn check_known(&self, caller: &Caller, more: usize) -> Result<(), Failure> {
-        let known = || self.held.values().filter_map(|held| if let Standing::Known { caller, .. } = &held.standing { Some(&caller.who) } else { None });
+        let known = || self.held.values().filter_map(|held| if let CallerStanding::Known { caller, .. } = &held.standing { Some(&caller.who) } else { None });
         let own = known().filter(|who| **who == caller.who).count();
         let kept = if caller.role >= Role::Operate { 0 } else { RESERVED };
         let full = if own >= KNOWN_EACH_MAX + more {
@@ -237,14 +237,14 @@ impl Slots {
                 return slot;
             }
         }
-        let standing = Standing::Stranger { until: now + STRANGER_MAX, spoke: None };
-        table.held.insert(number, Held { origin, standing, end });
+        let standing = CallerStanding::Stranger { until: now + STRANGER_MAX, spoke: None };
+        table.held.insert(number, ConnectionSlot { origin, standing, end });
         slot
     }
 
     fn look_again(&self, gate: &Gate) {
-        for Held { standing, end, .. } in self.locked().held.values_mut() {
-            let Standing::Known { caller, pass, doubted } = standing else { continue };
+        for ConnectionSlot { standing, end, .. } in self.locked().held.values_mut() {
+            let CallerStanding::Known { caller, pass, doubted } = standing else { continue };
             let is_out = gate.look_again(caller, pass).is_err();
             if is_out && *doubted {
                 end.notify_one();
@@ -257,14 +257,14 @@ impl Slots {
 impl Slot {
     /// Notes that the first bytes have come: a handshake, or a request, is going on.
     pub fn spoke(&self) {
-        if let Some(Held { standing: Standing::Stranger { spoke, .. }, .. }) = self.slots.locked().held.get_mut(&self.number) {
+        if let Some(ConnectionSlot { standing: CallerStanding::Stranger { spoke, .. }, .. }) = self.slots.locked().held.get_mut(&self.number) {
             spoke.get_or_insert_with(Instant::now);
         }
     }
 
     /// Notes that a request arrived on a connection that is still not authenticated: its time begins again.
     pub fn heard(&self) {
-        if let Some(Held { standing: Standing::Stranger { until, .. }, .. }) = self.slots.locked().held.get_mut(&self.number) {
+        if let Some(ConnectionSlot { standing: CallerStanding::Stranger { until, .. }, .. }) = self.slots.locked().held.get_mut(&self.number) {
             *until = Instant::now() + STRANGER_MAX;
         }
     }
@@ -274,14 +274,14 @@ impl Slot {
     pub fn know(&self, caller: &Caller, pass: &Pass, stops: bool) -> Result<(), Failure> {
         let mut table = self.slots.locked();
         let before = table.held.get(&self.number).map(|held| &held.standing);
-        if matches!(before, Some(Standing::Known { caller: before, pass: by, .. }) if before == caller && by == pass) {
+        if matches!(before, Some(CallerStanding::Known { caller: before, pass: by, .. }) if before == caller && by == pass) {
             return Ok(());
         }
         table.check_known(caller, if stops { STOPS } else { 0 })?;
         // One that has just given way has no slot any more, and its request ends with it.
         if let Some(held) = table.held.get_mut(&self.number) {
             let origin = held.origin;
-            held.standing = Standing::Known { caller: caller.clone(), pass: pass.clone(), doubted: false };
+            held.standing = CallerStanding::Known { caller: caller.clone(), pass: pass.clone(), doubted: false };
             table.remember(origin);
         }
         Ok(())
@@ -304,8 +304,8 @@ impl Slot {
     /// Returns until when it may stay; without an end if it is known, or has given way and is told so.
     fn until(&self) -> Option<Instant> {
         match self.slots.locked().held.get(&self.number)?.standing {
-            Standing::Stranger { until, .. } => Some(until),
-            Standing::Known { .. } => None,
+            CallerStanding::Stranger { until, .. } => Some(until),
+            CallerStanding::Known { .. } => None,
         }
     }
 }

@@ -106,9 +106,9 @@ impl Frame {
 }
 
 /// A subscription of a stream that runs, and how many channels it has.
-type Running = (JoinHandle<()>, usize);
+type RunningSubscription = (JoinHandle<()>, usize);
 /// Subscriptions of one stream, by the names that its client gave them.
-type Subscriptions = HashMap<String, Running>;
+type Subscriptions = HashMap<String, RunningSubscription>;
 
 /// Counts the frames that a client sends in one second.
 struct Pace {

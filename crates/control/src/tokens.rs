@@ -38,7 +38,7 @@ pub struct Entry {
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Kept {
+struct TokenTable {
     tokens: Vec<Entry>,
 }
 
@@ -56,22 +56,22 @@ type Version = (u64, u64, i64, i64);
 /// The tokens file, read again whenever it has changed.
 pub struct Tokens {
     path: PathBuf,
-    read: Mutex<Read>,
+    read: Mutex<FileState>,
 }
 
 /// State of the file as it was last read.
 #[derive(Default)]
-struct Read {
+struct FileState {
     version: Option<Version>,
-    kept: Kept,
+    kept: TokenTable,
     /// Reason why it cannot be read now.
     trouble: Option<String>,
-    told: Told,
+    told: TokenNews,
 }
 
 /// News that has been told already.
 #[derive(Default)]
-struct Told {
+struct TokenNews {
     trouble: Option<String>,
     /// Stage of each token before its end, by its name and when it was made.
     ends: BTreeMap<(String, u64), Ending>,
@@ -95,11 +95,11 @@ impl Tokens {
         Ok(tokens)
     }
 
-    fn locked(&self) -> MutexGuard<'_, Read> {
+    fn locked(&self) -> MutexGuard<'_, FileState> {
         self.read.lock().expect("nobody panics with this lock")
     }
 
-    fn refresh(&self, read: &mut Read) -> io::Result<()> {
+    fn refresh(&self, read: &mut FileState) -> io::Result<()> {
         let about = fs::metadata(&self.path)?;
         let version = (about.ino(), about.size(), about.mtime(), about.mtime_nsec());
         if read.version != Some(version) {
@@ -111,13 +111,13 @@ impl Tokens {
 
     /// Reads the file where it has changed. Where it is damaged, what it had before goes on to count; where it is gone, or others may read it,
     /// it admits no caller.
-    fn look(&self, read: &mut Read) {
+    fn look(&self, read: &mut FileState) {
         let Err(why) = self.refresh(read) else { return };
         read.version = None;
         read.trouble = Some(if why.kind() == io::ErrorKind::InvalidData {
             format!("{why}; the tokens that it had before count until it is mended")
         } else {
-            read.kept = Kept::default();
+            read.kept = TokenTable::default();
             format!("the file of tokens '{}' cannot be read: {why}; nobody is let in by a token until it is there again", self.path.display())
         });
     }
@@ -126,7 +126,7 @@ impl Tokens {
     pub fn news(&self, now_s: u64) -> Vec<String> {
         let mut read = self.locked();
         self.look(&mut read);
-        let Read { kept, trouble, told, .. } = &mut *read;
+        let FileState { kept, trouble, told, .. } = &mut *read;
         let mut news = Vec::new();
         if told.trouble != *trouble {
             news.push(trouble.clone().unwrap_or_else(|| format!("the file of tokens '{}' can be read again", self.path.display())));
@@ -234,7 +234,7 @@ pub fn add_certificate(path: &Path, name: &str, role: Role, expires: Option<u64>
 }
 
 fn enter(path: &Path, name: &str, role: Role, expires: Option<u64>, sha256: String, certificate: bool) -> io::Result<()> {
-    let mut kept = if path.exists() { load(path)? } else { Kept::default() };
+    let mut kept = if path.exists() { load(path)? } else { TokenTable::default() };
     if kept.tokens.iter().any(|entry| entry.name == name && entry.revoked.is_none()) {
         return Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("there is a token '{name}' already; revoke it, or take another name")));
     }
@@ -261,14 +261,14 @@ pub fn list(path: &Path) -> io::Result<Vec<Entry>> {
     Ok(load(path)?.tokens)
 }
 
-fn load(path: &Path) -> io::Result<Kept> {
+fn load(path: &Path) -> io::Result<TokenTable> {
     let file = secret::open(path)?;
     let text = io::read_to_string(file)?;
     serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is no file of tokens: {why}", path.display())))
 }
 
 /// Stores the file: a new one takes the place of the old one, so that no reader sees half of it.
-fn store(path: &Path, kept: &Kept) -> io::Result<()> {
+fn store(path: &Path, kept: &TokenTable) -> io::Result<()> {
     let new = path.with_extension(format!("new-{}", std::process::id()));
     let text = serde_json::to_string_pretty(kept).map_err(io::Error::other)?;
     let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&new)?;

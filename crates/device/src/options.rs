@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[derive(Debug, serde::Deserialize)]
-    struct Shared {
+    struct CommonOptions {
         #[allow(dead_code)]
         name: String,
         #[allow(dead_code)]
@@ -141,7 +141,7 @@ mod tests {
     struct Axis {
         #[serde(flatten)]
         #[allow(dead_code)]
-        shared: Shared,
+        shared: CommonOptions,
         #[allow(dead_code)]
         node: u8,
     }

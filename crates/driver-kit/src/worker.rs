@@ -27,7 +27,7 @@ const STAMPS: usize = 2 * STAMP;
 
 /// State shared by the source and the thread beside the buffers.
 #[derive(Default)]
-struct Shared {
+struct SharedState {
     /// Number of times that the outputs were to go to their safe state.
     safe: AtomicU64,
     stops: AtomicBool,
@@ -36,7 +36,7 @@ struct Shared {
     why: Mutex<String>,
 }
 
-impl Shared {
+impl SharedState {
     fn lose(&self, why: String) {
         *self.why.lock().unwrap_or_else(PoisonError::into_inner) = why;
         self.lost.store(true, Ordering::Release);
@@ -56,12 +56,12 @@ pub(crate) struct Worker {
     counters: Option<Arc<Counters>>,
     watchdog_ns: Option<i64>,
     safe_handles: Mutex<Vec<SafeHandle>>,
-    running: Option<Running>,
+    running: Option<SourceSide>,
 }
 
 /// The source's side of an open one.
-struct Running {
-    shared: Arc<Shared>,
+struct SourceSide {
+    shared: Arc<SharedState>,
     readings: TripleReader,
     commands: TripleWriter,
     thread: JoinHandle<()>,
@@ -83,7 +83,7 @@ impl Driver for Worker {
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
         let Some(inner) = self.inner.take() else { return Err(DeviceError { message: "it was opened before; open the device anew".to_owned() }) };
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(SharedState::default());
         let (to_source, readings) = triple_buffer(STAMPS + self.aged.readings_len);
         let (commands, from_source) = triple_buffer(STAMP + self.aged.written + self.aged.commands_len);
         let (opened, opens) = sync_channel(1);
@@ -111,7 +111,7 @@ impl Driver for Worker {
             Err(RecvTimeoutError::Disconnected) => return Err(DeviceError { message: "its driver ended while it was opened".to_owned() }),
         };
         self.safe_handles = Mutex::new(handles);
-        self.running = Some(Running { shared, readings, commands, thread, ended });
+        self.running = Some(SourceSide { shared, readings, commands, thread, ended });
         Ok(())
     }
 
@@ -203,7 +203,7 @@ impl Clock {
 struct Exchange {
     inner: Box<dyn Driver>,
     pace: Pace,
-    shared: Arc<Shared>,
+    shared: Arc<SharedState>,
     clock: Clock,
     engaged: Vec<bool>,
     readings: TripleWriter,

@@ -60,7 +60,7 @@ struct Row {
 /// A read channel that shows a write channel: (where read, where written, bytes).
 type Loop = (usize, usize, usize);
 
-struct Scripted {
+struct ScriptedDriver {
     channels: Vec<Channel>,
     rows: Vec<Row>,
     next: usize,
@@ -107,7 +107,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
         }
     }
     rows.sort_by_key(|row| row.at_ns);
-    let device = Scripted { channels, rows, next: 0, loops, opened_ns: 0, readings: vec![0; read_len], commands: vec![0; write_len] };
+    let device = ScriptedDriver { channels, rows, next: 0, loops, opened_ns: 0, readings: vec![0; read_len], commands: vec![0; write_len] };
     Ok((Box::new(device), json!({ "parts": [] })))
 }
 
@@ -151,7 +151,7 @@ fn real(value: &Value) -> Option<f64> {
     value.as_f64().or_else(|| value.as_str()?.parse().ok())
 }
 
-impl Driver for Scripted {
+impl Driver for ScriptedDriver {
     fn channels(&self) -> &[Channel] {
         &self.channels
     }

@@ -107,7 +107,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     if options.reads.is_empty() && options.writes.is_empty() {
         return Err(given.wrong("reads", "say what it says, [\"ST,{weight} kg\"], or in \"writes\" what it is told"));
     }
-    let mut made = Made::default();
+    let mut made = ChannelsMade::default();
     let count = made.layout.add(Channel::read(COUNT, Type::DOUBLE).doc("texts that have come so far"));
     let reads = made.patterns(&options.reads, &options.fields, false).map_err(|why| given.wrong("reads", why))?;
     let writes = made.patterns(&options.writes, &options.fields, true).map_err(|why| given.wrong("writes", why))?;
@@ -139,7 +139,7 @@ fn framing(options: &Options) -> Result<Framing, (&'static str, String)> {
 
 /// Channels and fields so far.
 #[derive(Default)]
-struct Made {
+struct ChannelsMade {
     layout: Layout,
     fields: BTreeMap<String, (Field, bool)>,
     /// Number of channels that are written.
@@ -147,7 +147,7 @@ struct Made {
     indices: BTreeMap<String, usize>,
 }
 
-impl Made {
+impl ChannelsMade {
     fn patterns(&mut self, texts: &[String], declared: &Map<String, Value>, is_written: bool) -> Result<Vec<Order>, String> {
         texts.iter().map(|text| self.pattern(text, declared, is_written)).collect()
     }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use std::sync::OnceLock;
 
 #[derive(Deserialize)]
-struct Sent {
+struct SentDefinitions {
     verb: Option<Verb>,
     application: Option<Application>,
     graph: Option<Graph>,
@@ -17,7 +17,7 @@ struct Sent {
 /// JSON with a verb and its application, a graph, or a composition. What is refused has a reason; what is accepted once is
 /// accepted again after it went through JSON.
 pub(crate) fn definitions(bytes: &[u8]) {
-    let Ok(sent) = serde_json::from_slice::<Sent>(bytes) else { return };
+    let Ok(sent) = serde_json::from_slice::<SentDefinitions>(bytes) else { return };
     if let Some(graph) = &sent.graph {
         drop(check_graph(graph, cell()));
     }

@@ -25,12 +25,12 @@ pub(crate) type Tells = Box<dyn Fn(GuardEvent) + Send + Sync>;
 
 /// A guard process of this supervisor. When it is dropped, the process goes on with what has not been forgotten, and ends where that is nothing.
 pub(crate) struct Member {
-    shared: Arc<Shared>,
+    shared: Arc<MemberState>,
     /// The thread that receives from the guard, and the watcher's.
     threads: Vec<JoinHandle<()>>,
 }
 
-struct Shared {
+struct MemberState {
     command: GuardCommand,
     state: Mutex<State>,
     answered: Condvar,
@@ -117,7 +117,7 @@ impl Member {
             gone: None,
             is_closing: false,
         };
-        let shared = Arc::new(Shared { command, state: Mutex::new(state), answered: Condvar::new(), watcher, tell });
+        let shared = Arc::new(MemberState { command, state: Mutex::new(state), answered: Condvar::new(), watcher, tell });
         let (keeps, watches) = (shared.clone(), shared.clone());
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| std::thread::Builder::new().name(name.into()).spawn(body).expect("a thread can be started");
         let threads =
@@ -178,7 +178,7 @@ impl Drop for Member {
     }
 }
 
-impl Shared {
+impl MemberState {
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -15,13 +15,13 @@ pub(crate) struct Reports {
 struct State {
     lost: BTreeSet<u64>,
     /// Processes that were made safe and spared, by name.
-    spared: BTreeMap<String, Spared>,
+    spared: BTreeMap<String, SparedWard>,
     missing: Option<Vec<String>>,
     one_is_gone: bool,
 }
 
 #[derive(Clone, Copy, Default)]
-struct Spared {
+struct SparedWard {
     stands_still: bool,
     /// Time at which it was heard that it goes on, ns: a standstill that was seen before then is that one.
     went_on_ns: i64,
@@ -58,7 +58,7 @@ impl State {
             }
             GuardEvent::GoesOn(name) => match self.spared.get_mut(name) {
                 Some(spared) if spared.stands_still => {
-                    *spared = Spared { stands_still: false, went_on_ns: now_ns };
+                    *spared = SparedWard { stands_still: false, went_on_ns: now_ns };
                     true
                 }
                 _ => false,

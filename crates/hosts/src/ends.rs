@@ -34,7 +34,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// State shared by both sides of an end in this process.
-struct Shared {
+struct SharedEnd {
     /// Number of rows that the writer may have pushed; number that the reader has popped.
     count: AtomicU64,
     /// The real-time end is dropped.
@@ -43,16 +43,16 @@ struct Shared {
     starved: AtomicBool,
 }
 
-impl Shared {
+impl SharedEnd {
     fn new(count: u64) -> Arc<Self> {
-        Arc::new(Shared { count: AtomicU64::new(count), gone: AtomicBool::new(false), starved: AtomicBool::new(false) })
+        Arc::new(SharedEnd { count: AtomicU64::new(count), gone: AtomicBool::new(false), starved: AtomicBool::new(false) })
     }
 }
 
 /// The bridge's side of a writing end.
 pub(crate) struct Writing {
     state: Mutex<WritingState>,
-    shared: Arc<Shared>,
+    shared: Arc<SharedEnd>,
     outlet: Box<dyn Outlet>,
     time: Arc<Timebase>,
     connection: u64,
@@ -71,7 +71,7 @@ struct WritingState {
 struct HostSender {
     local: Box<dyn Sender>,
     pushed: u64,
-    shared: Arc<Shared>,
+    shared: Arc<SharedEnd>,
     bell: Arc<Bell>,
     slot: usize,
 }
@@ -86,7 +86,7 @@ pub(crate) fn writing(
 ) -> (Arc<Writing>, Box<dyn Sender>) {
     let (near, far) = Memory.connect(&ConnectionSpec { queue_depth: window(spec), ..*spec });
     let outbound = Outbound::new(connection, spec.queue_depth, window(spec));
-    let shared = Shared::new(outbound.room_until());
+    let shared = SharedEnd::new(outbound.room_until());
     let state = Mutex::new(WritingState { local: far, outbound, until_ns: None, subscription: None });
     let served = Arc::new(Writing { state, shared: shared.clone(), outlet, time, connection });
     (served, Box::new(HostSender { local: near, pushed: 0, shared, bell, slot }))
@@ -197,7 +197,7 @@ impl Drop for HostSender {
 /// The bridge's side of a reading end.
 pub(crate) struct Reading {
     state: Mutex<ReadingState>,
-    shared: Arc<Shared>,
+    shared: Arc<SharedEnd>,
     outlet: Box<dyn Outlet>,
     raise: Box<dyn Fn() + Send + Sync>,
     time: Arc<Timebase>,
@@ -215,7 +215,7 @@ struct ReadingState {
 struct HostReceiver {
     local: Box<dyn Receiver>,
     popped: u64,
-    shared: Arc<Shared>,
+    shared: Arc<SharedEnd>,
     bell: Arc<Bell>,
     slot: usize,
 }
@@ -234,7 +234,7 @@ pub(crate) fn reading(
     // Without a queue no row fits.
     let (far, near) = Memory.connect(&ConnectionSpec { queue_depth: spec.queue_depth + window(spec), ..*spec });
     let inbound = Inbound::new(connection, spec.asynchronous_len, Some(spec.queue_row_len), window(spec));
-    let shared = Shared::new(0);
+    let shared = SharedEnd::new(0);
     let state = Mutex::new(ReadingState { local: far, inbound, subscription: None });
     let served = Reading { state, shared: shared.clone(), outlet, raise, time, connection, depth: spec.queue_depth as u64 };
     (Arc::new(served), Box::new(HostReceiver { local: near, popped: 0, shared, bell, slot }))

@@ -26,15 +26,15 @@ const RENEWAL: Duration = Duration::from_secs(2);
 
 /// A way between hosts over zenoh.
 pub(crate) struct ZenohWire {
-    shared: Arc<Shared>,
+    shared: Arc<SharedSession>,
     /// Watcher of a joining side: it ends its thread by being dropped.
     watching: Option<(mpsc::Sender<()>, JoinHandle<()>)>,
 }
 
-struct Shared {
+struct SharedSession {
     open: RwLock<Open>,
     /// Subscribers to packets of a key.
-    subscribed: Mutex<Vec<Weak<Subscribed>>>,
+    subscribed: Mutex<Vec<Weak<SubscribedKey>>>,
 }
 
 /// A session, and how many there were before it.
@@ -43,14 +43,14 @@ struct Open {
     renewals: u64,
 }
 
-struct Subscribed {
+struct SubscribedKey {
     key: String,
     came: Arrival,
     declared: Mutex<Option<Subscriber<()>>>,
 }
 
 struct ZenohOutlet {
-    shared: Arc<Shared>,
+    shared: Arc<SharedSession>,
     key: String,
     priority: Priority,
     /// Publisher, with the session that it is of.
@@ -68,7 +68,7 @@ fn no_way(error: impl ToString) -> NetworkError {
 impl ZenohWire {
     pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Self, Refused> {
         let session = session::open(options, endpoint, side)?;
-        let shared = Arc::new(Shared { open: RwLock::new(Open { session, renewals: 0 }), subscribed: Mutex::default() });
+        let shared = Arc::new(SharedSession { open: RwLock::new(Open { session, renewals: 0 }), subscribed: Mutex::default() });
         if side == Side::Listens {
             return Ok(ZenohWire { shared, watching: None });
         }
@@ -93,7 +93,7 @@ impl Drop for ZenohWire {
     }
 }
 
-impl Shared {
+impl SharedSession {
     fn session(&self) -> Session {
         self.open.read().unwrap_or_else(PoisonError::into_inner).session.clone()
     }
@@ -125,7 +125,7 @@ impl Shared {
             open.renewals += 1;
             before
         };
-        let subscribed: Vec<Arc<Subscribed>> = {
+        let subscribed: Vec<Arc<SubscribedKey>> = {
             let mut subscribed = locked(&self.subscribed);
             subscribed.retain(|one| one.strong_count() > 0);
             subscribed.iter().filter_map(Weak::upgrade).collect()
@@ -149,7 +149,7 @@ impl Shared {
     }
 }
 
-impl Subscribed {
+impl SubscribedKey {
     fn declared(&self, session: &Session) -> Result<Subscriber<()>, NetworkError> {
         let came = self.came.clone();
         let declared = session.declare_subscriber(self.key.clone()).callback(move |sample| {
@@ -172,7 +172,7 @@ impl Network for ZenohWire {
     }
 
     fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError> {
-        let one = Arc::new(Subscribed { key: key.to_owned(), came, declared: Mutex::new(None) });
+        let one = Arc::new(SubscribedKey { key: key.to_owned(), came, declared: Mutex::new(None) });
         // First known, then declared: a renewal between the two declares it too, and the later one of both stands.
         locked(&self.shared.subscribed).push(Arc::downgrade(&one));
         let declared = one.declared(&self.shared.session())?;

@@ -18,7 +18,7 @@ use crate::sync::{Arc, AtomicUsize, Ordering, OwnLine, UnsafeCell};
 pub fn queue(row_len: usize, depth: usize) -> (QueueWriter, QueueReader) {
     assert!(depth > 0, "a queue needs room for one row or more");
     let slots = (0..depth).map(|_| UnsafeCell::new(Slot { number: 0, row: AlignedBytes::new(row_len) })).collect();
-    let memory = OwnQueue(Arc::new(Shared { popped: OwnLine(AtomicUsize::new(0)), pushed: OwnLine(AtomicUsize::new(0)), slots }));
+    let memory = OwnQueue(Arc::new(HeapMemory { popped: OwnLine(AtomicUsize::new(0)), pushed: OwnLine(AtomicUsize::new(0)), slots }));
     let writer = QueueWriter { memory: memory.clone(), pushed: 0, next: 0, popped_seen: 0 };
     (writer, QueueReader { memory, popped: 0, next: 0, pushed_seen: 0 })
 }
@@ -183,7 +183,7 @@ impl<M: QueueMemory> QueueReader<M> {
 
 /// Memory of this process, shared by the two ends.
 #[derive(Clone)]
-pub struct OwnQueue(Arc<Shared>);
+pub struct OwnQueue(Arc<HeapMemory>);
 
 // SAFETY: counts and rows are behind one `Arc`, each row is an allocation of its own, `queue` refuses a depth of 0 and makes one end of each kind.
 unsafe impl QueueMemory for OwnQueue {
@@ -220,7 +220,7 @@ struct Slot {
     row: AlignedBytes,
 }
 
-struct Shared {
+struct HeapMemory {
     /// Written by the reader.
     popped: OwnLine<AtomicUsize>,
     /// Written by the writer.
@@ -230,9 +230,9 @@ struct Shared {
 
 // SAFETY: the slots are reached only through the two ends, of which there is one each, neither `Clone`; which end may touch
 // which slot follows from the two counts, each stored with release by one end and loaded with acquire by the other.
-unsafe impl Sync for Shared {}
+unsafe impl Sync for HeapMemory {}
 // SAFETY: it owns numbers and bytes only.
-unsafe impl Send for Shared {}
+unsafe impl Send for HeapMemory {}
 
 /// Returns the slot after `slot`, without a division.
 #[inline]

@@ -22,13 +22,13 @@ pub fn rows(row_len: usize, depth: usize) -> (RowsWriter, RowsReader) {
     assert!(depth >= 2, "a ring of rows needs two rows or more");
     let words_len = HEADER_WORDS + row_len.div_ceil(WORD);
     let words = (0..words_len * depth).map(|_| AtomicU64::new(0)).collect();
-    let shared = Arc::new(Shared { written: OwnLine(AtomicU64::new(0)), words, words_len, row_len, depth });
+    let shared = Arc::new(SharedRing { written: OwnLine(AtomicU64::new(0)), words, words_len, row_len, depth });
     (RowsWriter { shared: shared.clone(), written: 0, next: 0 }, RowsReader { shared })
 }
 
 /// The writing end: one writer at a time.
 pub struct RowsWriter {
-    shared: Arc<Shared>,
+    shared: Arc<SharedRing>,
     /// Rows written so far, the sequence of the next one.
     written: u64,
     /// Its place in the ring.
@@ -162,7 +162,7 @@ pub struct Row {
 /// A reading end, for any thread; a clone is another. Allocates: not for the real-time path.
 #[derive(Clone)]
 pub struct RowsReader {
-    shared: Arc<Shared>,
+    shared: Arc<SharedRing>,
 }
 
 impl RowsReader {
@@ -263,7 +263,7 @@ impl RowsReader {
     }
 }
 
-struct Shared {
+struct SharedRing {
     /// Rows written so far; each is complete.
     written: OwnLine<AtomicU64>,
     /// `depth` rows of `words_len` words: stamp, number, time, bytes.
@@ -273,7 +273,7 @@ struct Shared {
     depth: usize,
 }
 
-impl Shared {
+impl SharedRing {
     #[inline]
     fn place(&self, place: usize) -> &[AtomicU64] {
         &self.words[place * self.words_len..][..self.words_len]

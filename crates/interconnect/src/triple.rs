@@ -20,7 +20,7 @@ use crate::sync::{Arc, AtomicU8, Ordering, OwnLine, UnsafeCell};
 /// Makes a triple buffer for groups of `len_bytes` bytes, zero until the first publication.
 pub fn triple_buffer(len_bytes: usize) -> (TripleWriter, TripleReader) {
     let buffers = std::array::from_fn(|_| UnsafeCell::new(AlignedBytes::new(len_bytes)));
-    let memory = OwnTriple(Arc::new(Shared { middle: OwnLine(AtomicU8::new(MIDDLE_AT_FIRST)), buffers }));
+    let memory = OwnTriple(Arc::new(HeapMemory { middle: OwnLine(AtomicU8::new(MIDDLE_AT_FIRST)), buffers }));
     (TripleWriter { memory: memory.clone(), back: BACK_AT_FIRST }, TripleReader { memory, front: FRONT_AT_FIRST })
 }
 
@@ -157,7 +157,7 @@ impl<M: TripleMemory> TripleReader<M> {
 
 /// Memory of this process, shared by the two ends.
 #[derive(Clone)]
-pub struct OwnTriple(Arc<Shared>);
+pub struct OwnTriple(Arc<HeapMemory>);
 
 // SAFETY: the word and the buffers are behind one `Arc`, the buffers are allocations of their own, and `triple_buffer` makes one end of each kind.
 unsafe impl TripleMemory for OwnTriple {
@@ -179,7 +179,7 @@ unsafe impl TripleMemory for OwnTriple {
     }
 }
 
-struct Shared {
+struct HeapMemory {
     /// Index of the buffer in the middle, and [`NEWS`] if the reader has not had it.
     middle: OwnLine<AtomicU8>,
     buffers: [UnsafeCell<AlignedBytes>; 3],
@@ -190,9 +190,9 @@ const NEWS: u8 = 0b100;
 
 // SAFETY: the cells are reached only through the two ends, of which there is one each, neither `Clone`; which end may touch
 // which cell is exchanged by acquire-release swaps on `middle`.
-unsafe impl Sync for Shared {}
+unsafe impl Sync for HeapMemory {}
 // SAFETY: it owns bytes only.
-unsafe impl Send for Shared {}
+unsafe impl Send for HeapMemory {}
 
 #[cfg(all(test, not(loom)))]
 mod tests {

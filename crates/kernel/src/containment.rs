@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicI32, AtomicI64, AtomicPtr, AtomicU32, 
 
 /// One source's containment, in memory that no forked child has. The first fields are shared with `containment.c`; the jump buffer follows, in memory of C's size.
 #[repr(C)]
-struct Shared {
+struct ContainmentMemory {
     step: AtomicU32,
     armed: AtomicU32,
     started_ns: AtomicI64,
@@ -26,7 +26,7 @@ struct Shared {
 
 unsafe extern "C" {
     fn opengpac_containment_size() -> usize;
-    fn opengpac_containment_run(containment: *mut Shared, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> c_int;
+    fn opengpac_containment_run(containment: *mut ContainmentMemory, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> c_int;
     fn opengpac_containment_install(word: *const u32) -> c_int;
     fn opengpac_containment_replaced(by: *mut *const c_void) -> c_int;
     fn opengpac_containment_trust(address: *const c_void);
@@ -58,7 +58,7 @@ impl Over {
 
 /// Contains faults of blocks in the step loop of one source. Its thread runs it; the watchdog reads how old the loop is.
 pub struct Containment {
-    shared: *mut Shared,
+    shared: *mut ContainmentMemory,
     /// Memory of its own; none where it lies in a black box.
     _memory: Option<Unforked>,
     /// The thread that runs the loop, for the watchdog.
@@ -108,8 +108,8 @@ impl Containment {
         // SAFETY: a constant.
         let len = unsafe { opengpac_containment_size() };
         let memory = Unforked::new(len).expect("there is memory for a page");
-        let shared = memory.start().cast::<Shared>();
-        // SAFETY: all zeroes is a valid `Shared`.
+        let shared = memory.start().cast::<ContainmentMemory>();
+        // SAFETY: all zeroes is a valid `ContainmentMemory`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
         Containment::of(shared, Some(memory))
     }
@@ -122,13 +122,13 @@ impl Containment {
     pub unsafe fn at(memory: *mut u8, budget_ns: i64) -> Containment {
         // SAFETY: a constant.
         assert!(unsafe { opengpac_containment_size() } <= BLACK_BOX_LEN, "a containment fits into its place in a black box");
-        let shared = memory.cast::<Shared>();
-        // SAFETY: the caller's word; all zeroes is a valid `Shared`.
+        let shared = memory.cast::<ContainmentMemory>();
+        // SAFETY: the caller's word; all zeroes is a valid `ContainmentMemory`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
         Containment::of(shared, None)
     }
 
-    fn of(shared: *mut Shared, memory: Option<Unforked>) -> Containment {
+    fn of(shared: *mut ContainmentMemory, memory: Option<Unforked>) -> Containment {
         Containment {
             shared,
             _memory: memory,
@@ -139,7 +139,7 @@ impl Containment {
         }
     }
 
-    fn shared(&self) -> &Shared {
+    fn shared(&self) -> &ContainmentMemory {
         // SAFETY: it lives as long as the containment.
         unsafe { &*self.shared }
     }

@@ -24,11 +24,11 @@ pub struct Inbound<A> {
 
 struct InboundState {
     receiver: Box<dyn Receiver>,
-    waiting: Vec<Waiting>,
+    waiting: Vec<WaitingValues>,
 }
 
 /// Values of one member that have arrived and were not taken yet: a ring of `DEPTH`.
-struct Waiting {
+struct WaitingValues {
     bytes: Box<[u8]>,
     numbers: [u64; DEPTH],
     first: usize,
@@ -64,7 +64,7 @@ impl<A: Paced> Inbound<A> {
     /// Makes the inbound side: `group` and `queue` as the writing end has them, with cells of the reader's image.
     pub fn new(receiver: impl Into<End<dyn Receiver>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>) -> Arc<Inbound<A>> {
         let (spans, _) = spans(&group);
-        let waiting = queue.iter().map(|member| Waiting::new(member.cell.len(), member.ratio)).collect();
+        let waiting = queue.iter().map(|member| WaitingValues::new(member.cell.len(), member.ratio)).collect();
         let End { end: receiver, way } = receiver.into();
         let state = UnsafeCell::new(InboundState { receiver, waiting });
         Arc::new(Inbound { state, brought_ns: AtomicI64::new(i64::MIN), late_ns: AtomicI64::new(0), spans, members: queue, way, group })
@@ -276,9 +276,9 @@ impl<A: Paced> Inbound<A> {
     }
 }
 
-impl Waiting {
-    fn new(len: usize, ratio: u32) -> Waiting {
-        Waiting {
+impl WaitingValues {
+    fn new(len: usize, ratio: u32) -> WaitingValues {
+        WaitingValues {
             bytes: vec![0; len * DEPTH].into(),
             numbers: [0; DEPTH],
             first: 0,

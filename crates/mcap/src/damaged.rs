@@ -12,10 +12,10 @@ use std::ops::Range;
 use std::os::fd::FromRawFd;
 
 /// Channel, time, bytes.
-type Said = (u16, u64, Vec<u8>);
+type RawMessage = (u16, u64, Vec<u8>);
 
 /// Places of chunks, and the messages of each.
-type Chunks = Vec<(Range<usize>, Vec<Said>)>;
+type Chunks = Vec<(Range<usize>, Vec<RawMessage>)>;
 
 const CHUNKS: u64 = 12;
 
@@ -25,9 +25,9 @@ fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Chunks) {
     let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
     writer.metadata("begin", &[("by".to_owned(), "us".to_owned())].into()).expect("memory has room");
     let channels: Vec<u16> = ["a", "b", "c"].iter().filter_map(|topic| writer.channel(topic, "json", Some(&schema), &BTreeMap::new())).collect();
-    let mut chunks: Vec<Vec<Said>> = Vec::new();
+    let mut chunks: Vec<Vec<RawMessage>> = Vec::new();
     for at in 0..CHUNKS {
-        let messages: Vec<Said> =
+        let messages: Vec<RawMessage> =
             (0..10 + at).map(|n| (channels[(n % 3) as usize], 1000 * at + n, format!("{{\"value\":{},\"number\":{n}}}", n * n * 7919).into_bytes())).collect();
         messages.iter().for_each(|(channel, time, data)| writer.put(*channel, 0, *time, data));
         chunks.push(messages);
@@ -66,7 +66,7 @@ fn file(bytes: &[u8]) -> File {
 }
 
 /// Messages that are read of a file, by channel, and what it says is lost.
-fn read(bytes: &[u8]) -> Result<(Vec<Said>, Vec<Damage>, bool), Unreadable> {
+fn read(bytes: &[u8]) -> Result<(Vec<RawMessage>, Vec<Damage>, bool), Unreadable> {
     let indexed = Indexed::open(file(bytes))?;
     let (mut said, mut damage) = (Vec::new(), indexed.damage());
     for at in 0..indexed.chunks.len() {
@@ -84,7 +84,7 @@ fn read(bytes: &[u8]) -> Result<(Vec<Said>, Vec<Damage>, bool), Unreadable> {
 }
 
 /// Asserts what holds of a damaged file. `touched`: bytes that are not as they were written; those behind the end of a file that was cut too.
-fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<Said>)], touched: &[Range<usize>]) -> Result<(), TestCaseError> {
+fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<RawMessage>)], touched: &[Range<usize>]) -> Result<(), TestCaseError> {
     // The mark of the file, and the record that proves it is one.
     if touched.iter().any(|range| range.start < 8) && touched.iter().any(|range| (8..60).contains(&range.start) || range.end > 8) {
         let _no_panic = read(bytes);

@@ -88,7 +88,7 @@ impl Chunk {
 
 /// The index behind a chunk.
 #[derive(Default)]
-struct Counted {
+struct MessageIndex {
     /// Number of messages of each channel.
     counts: BTreeMap<u16, usize>,
     /// Earliest and latest time, where each channel's messages stand in the order of their times.
@@ -276,7 +276,7 @@ impl Indexed {
             MESSAGE => self.take_message(&begin, fields),
             // Of a chunk that was passed over.
             MESSAGE_INDEX => {
-                let (Counted { counts, .. }, behind) = self.index(self.at, len)?;
+                let (MessageIndex { counts, .. }, behind) = self.index(self.at, len)?;
                 let is_chunk = |place: &Range<u64>| self.summary.as_ref().is_some_and(|summary| summary.is_chunk(place));
                 let is_one = |damage: &&mut Damage| damage.counts.is_none() && damage.bytes.end == self.at && is_chunk(&damage.bytes);
                 if let Some(damage) = self.passed.last_mut().filter(is_one) {
@@ -336,7 +336,7 @@ impl Indexed {
         let head = self.read(fields.start..fields.start + CHUNK_HEAD)?;
         let mut rest = Rest(&head);
         let (Some(mut first), Some(mut last)) = (rest.u64(), rest.u64()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
-        let (Counted { mut counts, span, is_whole }, behind) = self.index(fields.end, len)?;
+        let (MessageIndex { mut counts, span, is_whole }, behind) = self.index(fields.end, len)?;
         // The times in its head have no checksum, those of its messages have one.
         if !is_whole || span.is_some_and(|span| span != (first, last)) {
             match self.unpacked(&fields) {
@@ -373,8 +373,8 @@ impl Indexed {
     }
 
     /// Reads the index behind a chunk; where it ends, too.
-    fn index(&self, mut at: u64, len: u64) -> Result<(Counted, u64), Unreadable> {
-        let mut found = Counted::default();
+    fn index(&self, mut at: u64, len: u64) -> Result<(MessageIndex, u64), Unreadable> {
+        let mut found = MessageIndex::default();
         loop {
             let (code, fields) = match self.head(at, len) {
                 Ok(Some(found)) => found,
@@ -385,7 +385,7 @@ impl Indexed {
             let begin = self.read(fields.start..fields.start + sound::prefix(code, size))?;
             match sound::code_of(code, &begin, size, true) {
                 Some(MESSAGE_INDEX) => {}
-                meant => return Ok((Counted { is_whole: meant.is_some(), ..found }, at)),
+                meant => return Ok((MessageIndex { is_whole: meant.is_some(), ..found }, at)),
             }
             let mut rest = Rest(&begin);
             if let (Some(channel), Some(bytes)) = (rest.u16(), rest.u32()) {

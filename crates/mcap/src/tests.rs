@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// A record of a file, as its reader gives it.
 #[derive(Clone, Debug, PartialEq)]
-enum Written {
+enum WrittenRecord {
     Channel {
         id: u16,
         topic: String,
@@ -29,12 +29,12 @@ enum Written {
     Chunk,
 }
 
-impl From<Record<'_>> for Written {
-    fn from(record: Record<'_>) -> Written {
+impl From<Record<'_>> for WrittenRecord {
+    fn from(record: Record<'_>) -> WrittenRecord {
         match record {
-            Record::Channel { id, topic, encoding, metadata } => Written::Channel { id, topic, encoding, metadata },
-            Record::Message { channel, sequence, time, data } => Written::Message { channel, sequence, time, data: data.to_vec() },
-            Record::Metadata { name, texts } => Written::Metadata { name, texts },
+            Record::Channel { id, topic, encoding, metadata } => WrittenRecord::Channel { id, topic, encoding, metadata },
+            Record::Message { channel, sequence, time, data } => WrittenRecord::Message { channel, sequence, time, data: data.to_vec() },
+            Record::Metadata { name, texts } => WrittenRecord::Metadata { name, texts },
         }
     }
 }
@@ -43,41 +43,41 @@ fn texts() -> impl Strategy<Value = BTreeMap<String, String>> {
     prop::collection::btree_map("[a-z]{0,4}", "\\PC{0,4}", 0..3)
 }
 
-fn written() -> impl Strategy<Value = Written> {
+fn written() -> impl Strategy<Value = WrittenRecord> {
     prop_oneof![
-        1 => ("[a-z/]{0,8}", "[a-z]{0,8}", texts()).prop_map(|(topic, encoding, metadata)| Written::Channel { id: 0, topic, encoding, metadata }),
+        1 => ("[a-z/]{0,8}", "[a-z]{0,8}", texts()).prop_map(|(topic, encoding, metadata)| WrittenRecord::Channel { id: 0, topic, encoding, metadata }),
         6 => (any::<u16>(), any::<u32>(), any::<u64>(), prop::collection::vec(any::<u8>(), 0..60))
-            .prop_map(|(channel, sequence, time, data)| Written::Message { channel, sequence, time, data }),
-        1 => ("[a-z]{0,4}", texts()).prop_map(|(name, texts)| Written::Metadata { name, texts }),
-        1 => Just(Written::Chunk),
+            .prop_map(|(channel, sequence, time, data)| WrittenRecord::Message { channel, sequence, time, data }),
+        1 => ("[a-z]{0,4}", texts()).prop_map(|(name, texts)| WrittenRecord::Metadata { name, texts }),
+        1 => Just(WrittenRecord::Chunk),
     ]
 }
 
 /// A file with these records; what its reader is to give; where a whole chunk ended, behind how many of them.
-fn file(of: &[Written]) -> (Vec<u8>, Vec<Written>, Vec<(usize, usize)>) {
+fn file(of: &[WrittenRecord]) -> (Vec<u8>, Vec<WrittenRecord>, Vec<(usize, usize)>) {
     let schema = Schema { name: "form".to_owned(), encoding: "jsonschema", text: "{}".to_owned() };
     let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
     let (mut expected, mut ends) = (Vec::new(), Vec::new());
     for (place, record) in of.iter().enumerate() {
         match record {
-            Written::Channel { topic, encoding, metadata, .. } => {
+            WrittenRecord::Channel { topic, encoding, metadata, .. } => {
                 let id = writer.channel(topic, encoding, Some(&schema).filter(|_| place % 2 == 0), metadata).expect("a file has many numbers");
-                expected.push(Written::Channel { id, topic: topic.clone(), encoding: encoding.clone(), metadata: metadata.clone() });
+                expected.push(WrittenRecord::Channel { id, topic: topic.clone(), encoding: encoding.clone(), metadata: metadata.clone() });
                 continue;
             }
-            Written::Message { channel, sequence, time, data } => {
+            WrittenRecord::Message { channel, sequence, time, data } => {
                 writer.put(*channel, *sequence, *time, data);
                 expected.push(record.clone());
                 continue;
             }
-            Written::Metadata { name, texts } => {
+            WrittenRecord::Metadata { name, texts } => {
                 // The chunk first.
                 writer.finish_chunk().expect("memory has room");
                 ends.push((writer.position() as usize, expected.len()));
                 writer.metadata(name, texts).expect("memory has room");
                 expected.push(record.clone());
             }
-            Written::Chunk => writer.finish_chunk().expect("memory has room"),
+            WrittenRecord::Chunk => writer.finish_chunk().expect("memory has room"),
         }
         ends.push((writer.position() as usize, expected.len()));
     }
@@ -86,7 +86,7 @@ fn file(of: &[Written]) -> (Vec<u8>, Vec<Written>, Vec<(usize, usize)>) {
 }
 
 /// Returns the messages of a file up to its end or its damage, and its state: whole, cut off, or the error.
-fn read(bytes: &[u8]) -> (Vec<Written>, Result<bool, Unreadable>) {
+fn read(bytes: &[u8]) -> (Vec<WrittenRecord>, Result<bool, Unreadable>) {
     let mut found = Vec::new();
     let mut reader = match Reader::new(bytes) {
         Ok(reader) => reader,
@@ -148,19 +148,19 @@ pub(crate) fn plain(records: &[u8]) -> Vec<u8> {
     chunk(records.len(), crc32fast::hash(records), "", records)
 }
 
-fn message(channel: u16, data: &[u8]) -> Written {
-    Written::Message { channel, sequence: 7, time: 9, data: data.to_vec() }
+fn message(channel: u16, data: &[u8]) -> WrittenRecord {
+    WrittenRecord::Message { channel, sequence: 7, time: 9, data: data.to_vec() }
 }
 
 /// Three chunks and two records of metadata.
-fn example() -> (Vec<u8>, Vec<Written>, Vec<(usize, usize)>) {
-    let channel = Written::Channel { id: 0, topic: "/here".to_owned(), encoding: "json".to_owned(), metadata: BTreeMap::new() };
-    let told = |name: &str| Written::Metadata { name: name.to_owned(), texts: [("by".to_owned(), "us".to_owned())].into() };
+fn example() -> (Vec<u8>, Vec<WrittenRecord>, Vec<(usize, usize)>) {
+    let channel = WrittenRecord::Channel { id: 0, topic: "/here".to_owned(), encoding: "json".to_owned(), metadata: BTreeMap::new() };
+    let told = |name: &str| WrittenRecord::Metadata { name: name.to_owned(), texts: [("by".to_owned(), "us".to_owned())].into() };
     let messages = |from: u8| [message(1, &[from; 40]), message(1, &[]), message(1, &[from + 1; 40])];
     let mut all = vec![told("begin"), channel];
     for from in [1, 3, 5] {
         all.extend(messages(from));
-        all.push(Written::Chunk);
+        all.push(WrittenRecord::Chunk);
     }
     all.push(told("end"));
     file(&all)
@@ -327,7 +327,7 @@ fn channels_apart_have_chunks_of_their_own() {
     writer.finish().expect("memory has room");
     let (found, whole) = read(&writer.into_sink());
     assert!(whole.is_ok_and(|whole| whole));
-    let channels: Vec<u16> = found.iter().filter_map(|one| if let Written::Message { channel, .. } = one { Some(*channel) } else { None }).collect();
+    let channels: Vec<u16> = found.iter().filter_map(|one| if let WrittenRecord::Message { channel, .. } = one { Some(*channel) } else { None }).collect();
     assert_eq!(channels, [vec![value; 100], vec![told; 100]].concat());
-    assert!(matches!(&found[1], Written::Channel { id, .. } if *id == told), "a channel is described before its messages");
+    assert!(matches!(&found[1], WrittenRecord::Channel { id, .. } if *id == told), "a channel is described before its messages");
 }

@@ -26,21 +26,21 @@ pub(crate) struct Guarding {
     telling: Telling,
     guard: Mutex<Option<Arc<Guard>>>,
     /// Guards of systems that were lost, whose processes are taken over.
-    adopted: Mutex<Vec<Adopted>>,
+    adopted: Mutex<Vec<AdoptedProcess>>,
     last_ward: AtomicU64,
-    seen: Arc<Seen>,
+    seen: Arc<SeenLosses>,
     /// Path at which a later supervisor finds the guard that is started here.
     path: Option<PathBuf>,
 }
 
 /// Reports of guards on processes that were lost, by their wards.
 #[derive(Default)]
-struct Seen {
+struct SeenLosses {
     losses: Mutex<HashMap<u64, guard::Cause>>,
     changed: Condvar,
 }
 
-struct Adopted {
+struct AdoptedProcess {
     path: PathBuf,
     guard: Arc<Guard>,
     /// Numbers of the ward and of its process.
@@ -60,7 +60,7 @@ pub(crate) struct Guarded {
     guard: Arc<Guard>,
     ward: u64,
     bounds: Bounds,
-    seen: Arc<Seen>,
+    seen: Arc<SeenLosses>,
     /// It is guarded for this system; one that has not been taken over stays guarded without it.
     is_ours: AtomicBool,
 }
@@ -158,7 +158,7 @@ impl Guarding {
                 self.last_ward.fetch_max(found.iter().map(|one| one.ward).max().unwrap_or(0), Ordering::Relaxed);
                 let guard = Arc::new(guard);
                 self.guard.lock().expect("nobody panics with the lock held").get_or_insert_with(|| guard.clone());
-                adopted.push(Adopted { path: path.to_owned(), guard, wards });
+                adopted.push(AdoptedProcess { path: path.to_owned(), guard, wards });
             }
             let of = adopted.iter().find(|one| one.path == path).expect("it was put there above");
             of.wards.iter().find(|(_, of)| *of == pid).map(|(ward, _)| (of.guard.clone(), *ward))

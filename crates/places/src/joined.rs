@@ -144,17 +144,17 @@ impl Joined {
             call(&control).map_err(|_| format!("host '{host}' does not take processor '{processor}'"))?;
             listening.controls.insert(host.to_owned(), control);
         }
-        let running = Arc::new(Lent { host: host.to_owned() });
+        let running = Arc::new(LentProcessor { host: host.to_owned() });
         Ok(Started { link, near: Box::new(hosts) as Box<dyn Ends>, running, silence: SILENCE, is_adopted: false })
     }
 }
 
 /// A processor on a host that was lent.
-struct Lent {
+struct LentProcessor {
     host: String,
 }
 
-impl Running for Lent {
+impl Running for LentProcessor {
     fn cause(&self) -> String {
         format!("or host '{}' is gone, or the network to it is cut", self.host)
     }

@@ -8,7 +8,7 @@ use std::sync::{Condvar, Mutex, MutexGuard};
 pub(crate) const ROOM: usize = 64 << 20;
 
 #[derive(Default)]
-struct Waiting {
+struct WaitingPages {
     pages: VecDeque<Page>,
     /// Pages that were written, whose memory is used again.
     empty: Vec<Page>,
@@ -17,7 +17,7 @@ struct Waiting {
 }
 
 pub(crate) struct Room {
-    waiting: Mutex<Waiting>,
+    waiting: Mutex<WaitingPages>,
     turned: Condvar,
     size: usize,
 }
@@ -27,7 +27,7 @@ impl Room {
         Room { waiting: Mutex::default(), turned: Condvar::new(), size }
     }
 
-    fn locked(&self) -> MutexGuard<'_, Waiting> {
+    fn locked(&self) -> MutexGuard<'_, WaitingPages> {
         self.waiting.lock().expect("nobody panics with the lock held")
     }
 

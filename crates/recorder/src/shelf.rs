@@ -11,9 +11,9 @@ use std::time::UNIX_EPOCH;
 const OPEN_MAX: usize = 4;
 
 /// Path, file, inode: another file of the same name is another recording.
-type Opened = (PathBuf, u64, Arc<Archive>);
+type OpenRecording = (PathBuf, u64, Arc<Archive>);
 
-static SHELF: Mutex<Vec<Opened>> = Mutex::new(Vec::new());
+static SHELF: Mutex<Vec<OpenRecording>> = Mutex::new(Vec::new());
 
 /// Returns the recording at a path, with everything that is in the file by now. Refused where it cannot be read or is none of ours.
 pub fn opened(path: &Path) -> Result<Arc<Archive>, Refusals> {

@@ -37,7 +37,7 @@ struct Request {
 /// Words of the process, a line each.
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Said {
+enum ProcessMessage {
     Progress { time_ns: Option<i64>, firings: u64 },
     Found(Box<Found>),
     Refused(String),
@@ -138,15 +138,15 @@ impl Listener {
         });
     }
 
-    fn hear(&self, said: Said) {
+    fn hear(&self, said: ProcessMessage) {
         let mut standing = locked(&self.standing);
         match said {
-            Said::Progress { time_ns, firings } => (standing.time_ns, standing.firings) = (time_ns, firings),
-            Said::Found(found) => {
+            ProcessMessage::Progress { time_ns, firings } => (standing.time_ns, standing.firings) = (time_ns, firings),
+            ProcessMessage::Found(found) => {
                 (standing.time_ns, standing.firings) = (Some(found.time_ns), found.firings);
                 standing.found = Some(*found);
             }
-            Said::Refused(why) => standing.failure = Some(why),
+            ProcessMessage::Refused(why) => standing.failure = Some(why),
         }
     }
 }
@@ -162,8 +162,8 @@ pub fn serve() -> Result<(), String> {
     link.read_to_end(&mut bytes).map_err(|why| format!("nothing was asked for: {why}"))?;
     let request: Request = postcard::from_bytes(&bytes).map_err(|why| format!("what was asked for is not understood: {why}"))?;
     match run(request, &mut link) {
-        Err(why) => say(&mut link, &Said::Refused(why)),
-        Ok(found) => found.map_or(Ok(()), |found| say(&mut link, &Said::Found(Box::new(found)))),
+        Err(why) => say(&mut link, &ProcessMessage::Refused(why)),
+        Ok(found) => found.map_or(Ok(()), |found| say(&mut link, &ProcessMessage::Found(Box::new(found)))),
     }
     // Nobody listens any more.
     .or(Ok(()))
@@ -183,13 +183,13 @@ fn run(request: Request, link: &mut UnixStream) -> Result<Option<Found>, String>
             return Ok(Some(found));
         }
         let (time_ns, firings) = run.progress();
-        if say(link, &Said::Progress { time_ns, firings }).is_err() {
+        if say(link, &ProcessMessage::Progress { time_ns, firings }).is_err() {
             return Ok(None);
         }
     }
 }
 
-fn say(link: &mut UnixStream, said: &Said) -> std::io::Result<()> {
+fn say(link: &mut UnixStream, said: &ProcessMessage) -> std::io::Result<()> {
     let mut line = serde_json::to_vec(said).expect("everything that is said can be written");
     line.push(b'\n');
     link.write_all(&line)

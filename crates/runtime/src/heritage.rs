@@ -15,12 +15,12 @@ use std::sync::{Arc, Mutex};
 #[derive(Clone)]
 pub struct Holding {
     source: SourceId,
-    blocks: Vec<Held>,
+    blocks: Vec<HeldBlock>,
     devices: Vec<Arc<Device>>,
 }
 
 #[derive(Clone)]
-struct Held {
+struct HeldBlock {
     block: Arc<Block>,
     process: Arc<Process>,
     activation: Arc<Activation>,
@@ -31,7 +31,7 @@ impl Holding {
     pub fn of(table: &Table, source: SourceId) -> Holding {
         let held = |step: &kernel::table::ColdStep| {
             let (process, activation) = (table.processes[step.process as usize].clone(), table.activations[step.slot as usize].clone());
-            step.block.clone().map(|block| Held { block, process, activation })
+            step.block.clone().map(|block| HeldBlock { block, process, activation })
         };
         Holding { source, blocks: table.steps.iter().filter_map(held).collect(), devices: table.devices.clone() }
     }
@@ -81,7 +81,7 @@ impl Heritage {
     /// is
     /// ahead of that of this one.
     pub fn between(to: &Holding, before: &[Holding], ahead_ns: i64) -> (Heritage, Passed) {
-        let known: HashMap<&str, (&Held, SourceId)> =
+        let known: HashMap<&str, (&HeldBlock, SourceId)> =
             before.iter().flat_map(|holding| holding.blocks.iter().map(|held| (held.block.name(), (held, holding.source)))).collect();
         let (mut passes, mut times, mut passed) = (Vec::new(), Vec::<(Arc<Process>, Arc<Process>, SourceId)>::new(), Passed::default());
         let mut last: *const Activation = ptr::null();

@@ -52,7 +52,7 @@ pub struct Host {
     /// Virtual: the executor, used by one thread at a time.
     executor: Option<Mutex<Virtual>>,
     watchdog: Arc<Watchdog>,
-    threads: Mutex<Vec<Running>>,
+    threads: Mutex<Vec<RunningThread>>,
     /// Rings of the supervisor's bell when `poll` found nothing last.
     polled: AtomicU32,
     closed: AtomicBool,
@@ -64,7 +64,7 @@ unsafe impl Sync for Host {}
 unsafe impl Send for Host {}
 
 /// A thread of the host, and the source that it serves, where it serves one.
-type Running = (Option<Arc<Source>>, JoinHandle<()>);
+type RunningThread = (Option<Arc<Source>>, JoinHandle<()>);
 
 /// Memory for containments that others read.
 struct BlackBox {
@@ -341,7 +341,7 @@ impl Host {
         self.sources()[source.0 as usize].clone()
     }
 
-    fn threads(&self) -> MutexGuard<'_, Vec<Running>> {
+    fn threads(&self) -> MutexGuard<'_, Vec<RunningThread>> {
         self.threads.lock().expect("nobody panics with the lock held")
     }
 }

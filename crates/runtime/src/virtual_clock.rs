@@ -52,17 +52,17 @@ struct Member {
     /// Number of the next release of a timer, or of the next firing.
     next: Cell<u64>,
     fires: Cell<bool>,
-    standing: Cell<Option<Standing>>,
+    standing: Cell<Option<StandingFiring>>,
     /// Values that a firing that stands has stored, to be put into the image at its end.
-    unseen: RefCell<Vec<Stored>>,
+    unseen: RefCell<Vec<StoredCell>>,
 }
 
 /// A cell, and what is in it, or was.
-type Stored = (kernel::Cell, Vec<u8>);
+type StoredCell = (kernel::Cell, Vec<u8>);
 
 /// A firing whose steps have run and that is not over.
 #[derive(Clone, Copy)]
-struct Standing {
+struct StandingFiring {
     release_ns: i64,
     end_ns: i64,
     computed: Computed,
@@ -238,7 +238,7 @@ impl Virtual {
                 let now = before.iter().map(|(cell, _)| (cell.clone(), cell.load())).collect();
                 before.iter().rev().for_each(|(cell, bytes)| cell.store(bytes));
                 member.unseen.replace(now);
-                member.standing.set(Some(Standing { release_ns, end_ns, computed }));
+                member.standing.set(Some(StandingFiring { release_ns, end_ns, computed }));
                 self.standing.set(self.standing.get() + 1);
             } else {
                 kernel.fire(number, release_ns, started_ns, &within);
@@ -252,7 +252,7 @@ impl Virtual {
     }
 
     /// Runs the rest of a firing that stood, then what was submitted to its source meanwhile.
-    fn conclude(&self, member: &Member, Standing { release_ns, end_ns, computed }: Standing) {
+    fn conclude(&self, member: &Member, StandingFiring { release_ns, end_ns, computed }: StandingFiring) {
         // SAFETY: nothing of this source runs while its firing stands, so this is the one reference.
         let kernel = unsafe { &mut *member.kernel.get() };
         member.unseen.take().iter().for_each(|(cell, bytes)| cell.store(bytes));
@@ -283,7 +283,7 @@ impl Virtual {
 }
 
 /// Returns the values of all cells that the steps of a table store to.
-fn stored(table: &Table) -> Vec<Stored> {
+fn stored(table: &Table) -> Vec<StoredCell> {
     let outputs = table.steps.iter().filter_map(|step| step.block.as_ref()).flat_map(|block| block.stores()).map(|(_, cell)| cell);
     let copied = table.copies.iter().flat_map(|copies| &copies.1).map(|(_, to)| to);
     let windows = table.appends.iter().flat_map(|appends| &appends.1).map(|append| append.window.cell());

@@ -22,20 +22,20 @@ type Raise = Arc<dyn Fn() + Send + Sync>;
 
 /// Listens until it is dropped.
 pub(crate) struct Listener {
-    shared: Arc<Shared>,
+    shared: Arc<ListenerState>,
     thread: Option<JoinHandle<()>>,
 }
 
-struct Shared {
+struct ListenerState {
     bells: Arc<Bells>,
     number: BellNumber,
-    watched: Mutex<Vec<Watched>>,
+    watched: Mutex<Vec<WatchedQueue>>,
     next: AtomicU64,
     ends: AtomicBool,
 }
 
 /// A queue whose reader is raised.
-struct Watched {
+struct WatchedQueue {
     key: u64,
     layout: Layout,
     /// Rows of which it was raised so far (wraps, as their count does).
@@ -47,7 +47,7 @@ impl Listener {
     /// Claims a bell and starts the thread.
     pub fn start(bells: Arc<Bells>) -> io::Result<Self> {
         let Some(number) = bells.claim()? else { return Err(io::Error::other("too many processes read in this run")) };
-        let shared = Arc::new(Shared { bells, number, watched: Mutex::default(), next: AtomicU64::new(0), ends: AtomicBool::new(false) });
+        let shared = Arc::new(ListenerState { bells, number, watched: Mutex::default(), next: AtomicU64::new(0), ends: AtomicBool::new(false) });
         let listening = shared.clone();
         let thread = thread::Builder::new().name("shared-memory".to_owned()).spawn(move || listening.listen())?;
         Ok(Listener { shared, thread: Some(thread) })
@@ -58,7 +58,7 @@ impl Listener {
         let key = self.shared.next.fetch_add(1, Ordering::Relaxed);
         let raised = layout.popped().load(Ordering::Acquire);
         layout.bell().store(self.shared.number.0, Ordering::SeqCst);
-        self.shared.watched().push(Watched { key, layout, raised, raise: raise.into() });
+        self.shared.watched().push(WatchedQueue { key, layout, raised, raise: raise.into() });
         // What came before the bell was known rang none.
         self.shared.bells.ring(self.shared.number);
         key
@@ -86,7 +86,7 @@ impl Drop for Listener {
     }
 }
 
-impl Shared {
+impl ListenerState {
     fn listen(&self) {
         let parameters = libc::sched_param { sched_priority: PRIORITY };
         // SAFETY: of this thread. Without the rights it listens at an ordinary priority.
@@ -95,7 +95,7 @@ impl Shared {
         let mut vain = 0;
         while !self.ends.load(Ordering::SeqCst) {
             let heard = self.bells.rings(self.number);
-            due.extend(self.watched().iter_mut().filter_map(Watched::due));
+            due.extend(self.watched().iter_mut().filter_map(WatchedQueue::due));
             vain = if due.is_empty() { vain + 1 } else { 0 };
             if vain > VAIN_MAX {
                 vain = 0;
@@ -109,13 +109,13 @@ impl Shared {
         }
     }
 
-    fn watched(&self) -> MutexGuard<'_, Vec<Watched>> {
+    fn watched(&self) -> MutexGuard<'_, Vec<WatchedQueue>> {
         // A list is whole between any two of its calls.
         self.watched.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Watched {
+impl WatchedQueue {
     /// The rows that have come since, if any.
     fn due(&mut self) -> Option<(Raise, usize)> {
         let pushed = self.layout.pushed().load(Ordering::Acquire);

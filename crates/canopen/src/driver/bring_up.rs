@@ -40,7 +40,7 @@ struct Way {
 const RECEIVED: Way = Way { parameters: 0x1400, mappings: 0x1600, identifier: 0x200 };
 const SENT: Way = Way { parameters: 0x1800, mappings: 0x1A00, identifier: 0x180 };
 
-struct Told<'a> {
+struct NodeSetup<'a> {
     client: &'a mut Client,
     node: u8,
     title: String,
@@ -53,7 +53,7 @@ struct Told<'a> {
 /// For people: it does not answer.
 pub fn identify(client: &mut Client, station: &Station) -> Result<Identity, String> {
     client.send(&Command::PreOperational.frame(station.node)).map_err(|error| error.to_string())?;
-    let mut told = Told { client, node: station.node, title: station.title(), mapping: station.mapping };
+    let mut told = NodeSetup { client, node: station.node, title: station.title(), mapping: station.mapping };
     let mut number = |sub| Ok::<u32, String>(told.try_read(0x1018, sub)?.unwrap_or(0));
     Ok(Identity { vendor: number(1)?, product: number(2)?, revision: number(3)?, serial: number(4)?, alias: 0 })
 }
@@ -64,7 +64,7 @@ pub fn identify(client: &mut Client, station: &Station) -> Result<Identity, Stri
 /// For people: it does not answer, is of another profile than it should be, or lacks what is needed.
 pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> Result<(), String> {
     client.send(&Command::PreOperational.frame(station.node)).map_err(|error| error.to_string())?;
-    let mut told = Told { client, node: station.node, title: station.title(), mapping: station.mapping };
+    let mut told = NodeSetup { client, node: station.node, title: station.title(), mapping: station.mapping };
     told.recognise(station)?;
     told.watch(terms, station.is_watched)?;
     match &station.what {
@@ -119,7 +119,7 @@ fn leave_out(station: &mut Station) -> Result<(), String> {
     Ok(())
 }
 
-impl Told<'_> {
+impl NodeSetup<'_> {
     fn wrong(&self, index: u16, sub: u8, why: &Refused) -> String {
         let title = &self.title;
         match why {

@@ -21,7 +21,7 @@ const ANALOG_IN_ONE: usize = 4;
 
 /// The place of a channel in the process data, and the meaning of its counts.
 #[derive(Clone, Copy)]
-struct Wired {
+struct ChannelPlace {
     word: Word,
     /// Bit of a digital one.
     bit: Option<u8>,
@@ -30,14 +30,14 @@ struct Wired {
 
 struct Input {
     slot: Slot,
-    wired: Wired,
+    wired: ChannelPlace,
     /// Counts, or 0 and 1.
     seen: i32,
 }
 
 struct Output {
     slot: Slot,
-    wired: Wired,
+    wired: ChannelPlace,
     told: i32,
     safe: i32,
 }
@@ -56,7 +56,7 @@ impl Module {
         let error = Channel::read(format!("{}.error", options.name), Type::of(Number::Uint16)).doc("code of its latest emergency; 0 where it has none");
         let error = layout.add(error);
         for (name, of) in &options.channels {
-            let wired = Wired::new(of);
+            let wired = ChannelPlace::new(of);
             let kind = if wired.bit.is_some() { Type::BOOL } else { Type::DOUBLE };
             let (name, doc) = (format!("{}.{name}", options.name), of.terminal().to_string());
             if of.terminal().is_input() {
@@ -175,8 +175,8 @@ impl Module {
     }
 }
 
-impl Wired {
-    fn new(of: &ChannelOptions) -> Wired {
+impl ChannelPlace {
+    fn new(of: &ChannelOptions) -> ChannelPlace {
         let digital = |index: u16, number: u8| (entry(index, number / 8, 8), Some(number % 8));
         let (word, bit) = match of.terminal() {
             Terminal::Input(number) => digital(DIGITAL_INPUTS, number),
@@ -184,7 +184,7 @@ impl Wired {
             Terminal::AnalogInput(number) => (entry(ANALOG_INPUTS, number, 16), None),
             Terminal::AnalogOutput(number) => (entry(ANALOG_OUTPUTS, number, 16), None),
         };
-        Wired { word, bit, counts: of.of.counts(Number::Int16, 16) }
+        ChannelPlace { word, bit, counts: of.of.counts(Number::Int16, 16) }
     }
 
     fn value(&self, counts: i32) -> f64 {

@@ -13,12 +13,12 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 const SCALE: Scale = Scale { mode: Mode::Position, counts: 1000.0, offset: 0.0, speed_max: 1.0, rated_torque: 1.0 };
 
 /// A drive that says that an object has come, and takes it when it is let.
-struct Held {
+struct HeldDrive {
     came: Sender<()>,
     takes: Receiver<()>,
 }
 
-impl Reach for Held {
+impl Reach for HeldDrive {
     fn upload(&mut self, _: usize, _: Entry) -> Result<Vec<u8>, String> {
         Err("nothing is read".to_owned())
     }
@@ -31,7 +31,7 @@ impl Reach for Held {
 
 /// An axis and its cycle.
 struct Rig {
-    shared: Shared<Held>,
+    shared: Shared<HeldDrive>,
     came: Receiver<()>,
     takes: Sender<()>,
 }
@@ -40,7 +40,7 @@ impl Rig {
     fn new() -> Rig {
         let (came, takes) = (channel(), channel());
         let shared = Shared::new("the bus", [("x".to_owned(), "axis 'x'".to_owned(), SCALE)].into_iter());
-        shared.reach(Held { came: came.0, takes: takes.1 });
+        shared.reach(HeldDrive { came: came.0, takes: takes.1 });
         Rig { shared, came: came.1, takes: takes.0 }
     }
 

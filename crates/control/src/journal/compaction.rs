@@ -12,7 +12,7 @@ const DEFINITIONS: [&str; 2] = ["define_verb", "define_device_type"];
 type Key = (&'static str, String);
 
 /// The definition that a line makes, if any, and every name in the line.
-struct Named {
+struct NamesOfLine {
     defines: Option<Key>,
     names: HashSet<String>,
 }
@@ -21,7 +21,7 @@ impl Ledger {
     /// Leaves out each definition and module that a later one of its name replaced, where no line between the two names it. Returns their
     /// number. A line that is left out no longer names anything, so the latest lines are looked at first.
     pub fn leave_old_definitions(&mut self) -> usize {
-        let mut lines: Vec<Option<Named>> = self.lines().map(|kept| Some(Named::of(&kept.line))).collect();
+        let mut lines: Vec<Option<NamesOfLine>> = self.lines().map(|kept| Some(NamesOfLine::of(&kept.line))).collect();
         // By definition: the line that replaces it, seen from the end.
         let mut later: HashMap<Key, usize> = HashMap::new();
         for at in (0..lines.len()).rev() {
@@ -44,18 +44,18 @@ impl Ledger {
     }
 }
 
-impl Named {
-    fn of(line: &Line) -> Named {
+impl NamesOfLine {
+    fn of(line: &Line) -> NamesOfLine {
         match line {
-            Line::Module { module, .. } => Named { defines: Some(("module", module.clone())), names: HashSet::new() },
+            Line::Module { module, .. } => NamesOfLine { defines: Some(("module", module.clone())), names: HashSet::new() },
             Line::Call { call, arguments, .. } => {
                 let kind = DEFINITIONS.into_iter().find(|kind| kind == call);
                 let name = arguments.get("name").and_then(Json::as_str);
                 let mut names = HashSet::new();
                 collect(arguments, &mut names);
-                Named { defines: kind.zip(name.map(str::to_owned)), names }
+                NamesOfLine { defines: kind.zip(name.map(str::to_owned)), names }
             }
-            _ => Named { defines: None, names: HashSet::new() },
+            _ => NamesOfLine { defines: None, names: HashSet::new() },
         }
     }
 }

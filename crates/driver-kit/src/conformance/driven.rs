@@ -86,26 +86,26 @@ fn push(rig: &mut Rig, joints: &[Joint], sign: f64, pause: Duration) -> Result<V
 }
 
 /// A part that was pushed up and down.
-struct Pushed {
+struct PushedPart {
     joint: Joint,
     motions: [Motion; 2],
 }
 
-impl Pushed {
+impl PushedPart {
     fn is_still(&self) -> bool {
         self.motions.iter().all(|motion| motion.distance.abs() < MOTION)
     }
 }
 
 /// Every part, pushed up and down; none where the driver has no parts or its exchange is not inline.
-fn pushed(subject: &Subject, pause: Duration) -> Result<Vec<Pushed>, String> {
+fn pushed(subject: &Subject, pause: Duration) -> Result<Vec<PushedPart>, String> {
     if !subject.is_inline() {
         return Ok(Vec::new());
     }
     let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(Vec::new()) };
     let (up, down) = (push(&mut rig, &joints, 1.0, pause)?, push(&mut rig, &joints, -1.0, pause)?);
     rig.driver.safe_state();
-    Ok(joints.into_iter().zip(up.into_iter().zip(down)).map(|(joint, (up, down))| Pushed { joint, motions: [up, down] }).collect())
+    Ok(joints.into_iter().zip(up.into_iter().zip(down)).map(|(joint, (up, down))| PushedPart { joint, motions: [up, down] }).collect())
 }
 
 const NO_INLINE_PARTS: Passed = Passed::NotApplicable("it has no parts whose exchange is inline");
@@ -114,7 +114,7 @@ const NO_INLINE_PARTS: Passed = Passed::NotApplicable("it has no parts whose exc
 ///
 /// Parts with a fault are pushed once more, at the pace of the clock on the wall. A machine that moves by that clock may
 /// stand still during a push of some microseconds, or get where it should in one step that no reading shows.
-fn judged(subject: &Subject, fault: impl Fn(&Pushed) -> Option<String>) -> Tried {
+fn judged(subject: &Subject, fault: impl Fn(&PushedPart) -> Option<String>) -> Tried {
     let mut parts = pushed(subject, Duration::ZERO)?;
     if parts.is_empty() {
         return Ok(NO_INLINE_PARTS);

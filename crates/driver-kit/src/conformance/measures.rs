@@ -45,11 +45,11 @@ pub(crate) fn processor_ns() -> i64 {
 }
 
 /// Standard output and standard error of this process, put back where they were when it is dropped.
-struct Diverted([OwnedFd; 2]);
+struct DivertedOutput([OwnedFd; 2]);
 
-impl Diverted {
-    fn to(file: &File) -> std::io::Result<Diverted> {
-        let kept = Diverted([std::io::stdout().as_fd().try_clone_to_owned()?, std::io::stderr().as_fd().try_clone_to_owned()?]);
+impl DivertedOutput {
+    fn to(file: &File) -> std::io::Result<DivertedOutput> {
+        let kept = DivertedOutput([std::io::stdout().as_fd().try_clone_to_owned()?, std::io::stderr().as_fd().try_clone_to_owned()?]);
         flush();
         for name in [1, 2] {
             // SAFETY: both descriptors are open.
@@ -59,7 +59,7 @@ impl Diverted {
     }
 }
 
-impl Drop for Diverted {
+impl Drop for DivertedOutput {
     fn drop(&mut self) {
         flush();
         for (kept, name) in self.0.iter().zip([1, 2]) {
@@ -86,7 +86,7 @@ pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> 
     }
     // SAFETY: it was just made, and is nobody else's.
     let file = File::from(unsafe { OwnedFd::from_raw_fd(descriptor) });
-    let diverted = Diverted::to(&file)?;
+    let diverted = DivertedOutput::to(&file)?;
     let made = call();
     drop(diverted);
     Ok((made, file.metadata()?.len()))

@@ -24,7 +24,7 @@ pub(super) const CHANNEL: [OptionWord; 9] = [
 /// A channel as it is declared: the table is the key of its address.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Asked {
+struct ChannelOptions {
     holding: Option<u16>,
     input: Option<u16>,
     coil: Option<u16>,
@@ -161,7 +161,7 @@ fn overlap(places: &[Place], end: End) -> Result<(), String> {
 }
 
 fn place(name: &str, value: &Value, end: End) -> Result<(Channel, Place), String> {
-    let asked: Asked = serde_json::from_value(value.clone()).map_err(|why| why.to_string())?;
+    let asked: ChannelOptions = serde_json::from_value(value.clone()).map_err(|why| why.to_string())?;
     let write = Write::of(asked.write.as_ref())?;
     let tables = [(Space::Holding, asked.holding), (Space::Input, asked.input), (Space::Coil, asked.coil), (Space::Discrete, asked.discrete)];
     let mut given = tables.into_iter().filter_map(|(space, address)| address.map(|address| (space, address)));
@@ -193,7 +193,7 @@ fn place(name: &str, value: &Value, end: End) -> Result<(Channel, Place), String
     Ok((channel, place))
 }
 
-fn form(asked: &Asked, space: Space) -> Result<Form, String> {
+fn form(asked: &ChannelOptions, space: Space) -> Result<Form, String> {
     let (scale, offset) = (asked.scale.unwrap_or(1.0), asked.offset.unwrap_or(0.0));
     if scale == 0.0 {
         return Err("a scale of 0 tells nothing; give one that is not 0".to_owned());
@@ -222,7 +222,7 @@ fn form(asked: &Asked, space: Space) -> Result<Form, String> {
 }
 
 /// Bytes of its safe value: 0 or false where none is declared.
-fn safe(asked: &Asked, form: &Form) -> Result<Vec<u8>, String> {
+fn safe(asked: &ChannelOptions, form: &Form) -> Result<Vec<u8>, String> {
     let len = form.channel_type().len();
     let Some(value) = &asked.safe else { return Ok(vec![0; len]) };
     let no = || format!("\"safe\": {value} is no {}", form.channel_type());

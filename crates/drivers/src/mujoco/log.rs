@@ -13,14 +13,14 @@ use std::sync::OnceLock;
 
 const KEPT_MAX: usize = 256;
 
-struct Kept {
+struct KeptMessage {
     inside: Cell<bool>,
     length: Cell<usize>,
     text: UnsafeCell<[u8; KEPT_MAX]>,
 }
 
 thread_local! {
-    static KEPT: Kept = const { Kept { inside: Cell::new(false), length: Cell::new(0), text: UnsafeCell::new([0; KEPT_MAX]) } };
+    static KEPT: KeptMessage = const { KeptMessage { inside: Cell::new(false), length: Cell::new(0), text: UnsafeCell::new([0; KEPT_MAX]) } };
 }
 static BEFORE: OnceLock<LogReceiver> = OnceLock::new();
 

@@ -21,17 +21,17 @@ const PLACE: [OptionWord; 1] =
 /// Position to which a service has put the arm since the last reading.
 pub(super) struct Places {
     joints: Vec<Joint>,
-    asked: Mutex<Asked>,
+    asked: Mutex<PlacingRequest>,
 }
 
-struct Asked {
+struct PlacingRequest {
     is_new: bool,
     positions: Vec<f64>,
 }
 
 impl Places {
     pub fn new(joints: &[Joint]) -> Arc<Places> {
-        Arc::new(Places { joints: joints.to_vec(), asked: Mutex::new(Asked { is_new: false, positions: vec![0.0; joints.len()] }) })
+        Arc::new(Places { joints: joints.to_vec(), asked: Mutex::new(PlacingRequest { is_new: false, positions: vec![0.0; joints.len()] }) })
     }
 
     /// Copies where the arm was put; false where it was not. Real-time safe: where somebody is about to ask, that is for the next reading.
@@ -70,7 +70,7 @@ impl Services for Places {
             return Err(DeviceError { message: format!("no service '{service}'") });
         }
         let positions = self.positions(&arguments["positions"]).map_err(|message| DeviceError { message })?;
-        *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = Asked { is_new: true, positions };
+        *self.asked.lock().unwrap_or_else(PoisonError::into_inner) = PlacingRequest { is_new: true, positions };
         Ok(Value::Null)
     }
 }

@@ -19,14 +19,14 @@ const PASSED_MAX: usize = 64;
 
 /// A file as it was: the library that tried it, where it is, its length and time of change.
 #[derive(Clone, PartialEq, Eq)]
-struct Seen {
+struct FileIdentity {
     library: PathBuf,
     model: PathBuf,
     len: u64,
     changed: SystemTime,
 }
 
-static PASSED: Mutex<VecDeque<Seen>> = Mutex::new(VecDeque::new());
+static PASSED: Mutex<VecDeque<FileIdentity>> = Mutex::new(VecDeque::new());
 
 /// Checks a model; the error is in MuJoCo's words and ours. Blocks until the child is through.
 pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
@@ -48,9 +48,9 @@ pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
     Ok(())
 }
 
-fn seen(library: &Path, model: &Path) -> Option<Seen> {
+fn seen(library: &Path, model: &Path) -> Option<FileIdentity> {
     let of = std::fs::metadata(model).ok()?;
-    Some(Seen { library: library.into(), model: model.into(), len: of.len(), changed: of.modified().ok()? })
+    Some(FileIdentity { library: library.into(), model: model.into(), len: of.len(), changed: of.modified().ok()? })
 }
 
 /// Returns the verdict of the child; none if it did not come to try.

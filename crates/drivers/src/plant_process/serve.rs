@@ -67,7 +67,7 @@ struct Plant {
     safe_group: Vec<u8>,
     /// Slot of the age of its readings.
     age: Option<Slot>,
-    taken: Taken,
+    taken: TakenTime,
     listener: Option<Listener>,
     /// Links to its clients, each with a number.
     links: Vec<(u64, UnixLink)>,
@@ -91,20 +91,20 @@ struct Plant {
 }
 
 /// Time at which the machine took the newest readings.
-struct Taken {
+struct TakenTime {
     /// Time as the driver told it, on the clock of its steps.
     told_ns: Option<i64>,
     /// Time on the monotonic clock of this host.
     at_ns: i64,
 }
 
-impl Taken {
+impl TakenTime {
     /// Takes what the driver tells after the step at `time_ns`, which began at `begun_ns`. What it told before has its time already: the clock of
     /// steps stands still while they are late.
     fn look(&mut self, told_ns: Option<i64>, time_ns: i64, begun_ns: i64) {
         if told_ns.is_none() || told_ns != self.told_ns {
             let old_ns = told_ns.map_or(0, |told_ns| time_ns.saturating_sub(told_ns).max(0));
-            *self = Taken { told_ns, at_ns: begun_ns.saturating_sub(old_ns) };
+            *self = TakenTime { told_ns, at_ns: begun_ns.saturating_sub(old_ns) };
         }
     }
 }
@@ -134,7 +134,7 @@ impl Plant {
         let age = age_of(driver.channels(), &about);
         Ok(Plant {
             age,
-            taken: Taken { told_ns: None, at_ns: now_ns() },
+            taken: TakenTime { told_ns: None, at_ns: now_ns() },
             described: Described { made, channels, about, step_ns },
             group: safe_group.clone(),
             engaged: vec![false; shape.writes],

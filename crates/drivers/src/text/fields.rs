@@ -17,7 +17,7 @@ pub(super) const FIELD: [OptionWord; 6] = [
 /// A field as it is declared.
 #[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
-struct Asked {
+struct FieldOptions {
     text: Option<usize>,
     when: Option<String>,
     base: Option<u32>,
@@ -59,7 +59,7 @@ const TEXT_MAX: usize = 256;
 /// # Errors
 /// In words.
 pub(super) fn declared(name: &str, value: Option<&Value>, is_written: bool) -> Result<(Channel, Field), String> {
-    let asked: Asked = value.map_or(Ok(Asked::default()), |value| serde_json::from_value(value.clone()).map_err(|why| why.to_string()))?;
+    let asked: FieldOptions = value.map_or(Ok(FieldOptions::default()), |value| serde_json::from_value(value.clone()).map_err(|why| why.to_string()))?;
     let numbers = asked.base.is_some() || asked.scale.is_some() || asked.offset.is_some() || asked.decimals.is_some() || asked.safe.is_some();
     let (form, of) = match (asked.text, &asked.when) {
         (Some(_), Some(_)) => return Err("it is a \"text\" or a \"when\", not both".to_owned()),
@@ -81,7 +81,7 @@ pub(super) fn declared(name: &str, value: Option<&Value>, is_written: bool) -> R
     Ok((channel.unit(asked.unit).doc(asked.doc), field))
 }
 
-fn number(asked: &Asked) -> Result<Form, String> {
+fn number(asked: &FieldOptions) -> Result<Form, String> {
     let (base, scale, offset) = (asked.base.unwrap_or(10), asked.scale.unwrap_or(1.0), asked.offset.unwrap_or(0.0));
     if !matches!(base, 10 | 16) {
         return Err("a \"base\" is 10 or 16".to_owned());

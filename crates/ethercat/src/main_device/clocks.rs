@@ -50,7 +50,7 @@ pub fn synchronise(bus: &mut Bus, line: &[Subdevice], clocks: &Clocks<'_>) -> Re
         has_clock.push(u16_at(&bus.read(subdevice.station, reg::FEATURES, 2)?, 0) & reg::HAS_CLOCK != 0);
     }
     let reference = has_clock.iter().position(|has| *has).ok_or("no subdevice has a distributed clock: leave sync0 out")?;
-    let mut best: Option<Latched> = None;
+    let mut best: Option<LatchedTimes> = None;
     let mut sums = vec![0u64; line.len()];
     for _ in 0..MEASURED {
         let latched = latch(bus, line, &has_clock, clocks)?;
@@ -78,18 +78,18 @@ pub fn synchronise(bus: &mut Bus, line: &[Subdevice], clocks: &Clocks<'_>) -> Re
 }
 
 /// The times of one frame, when this host sent it, and how long it took.
-struct Latched {
+struct LatchedTimes {
     ports: Vec<Ports>,
     local_ns: Vec<u64>,
     host_ns: u64,
     span_ns: u64,
 }
 
-fn latch(bus: &mut Bus, line: &[Subdevice], has_clock: &[bool], clocks: &Clocks<'_>) -> Result<Latched, String> {
+fn latch(bus: &mut Bus, line: &[Subdevice], has_clock: &[bool], clocks: &Clocks<'_>) -> Result<LatchedTimes, String> {
     let begun_ns = (clocks.now_ns)();
     bus.write_all(reg::DC_RECEIVED, &[0; 4])?;
     let span_ns = (clocks.now_ns)().saturating_sub(begun_ns);
-    let mut latched = Latched { ports: Vec::new(), local_ns: Vec::new(), host_ns: begun_ns + span_ns / 2, span_ns };
+    let mut latched = LatchedTimes { ports: Vec::new(), local_ns: Vec::new(), host_ns: begun_ns + span_ns / 2, span_ns };
     for (subdevice, has_clock) in line.iter().zip(has_clock) {
         let status = u16_at(&bus.read(subdevice.station, reg::DL_STATUS, 2)?, 0);
         // Communication on a port: two bits each, from bit 8 on; the second one says that there is some.

@@ -29,7 +29,7 @@ impl Sort {
 
 /// Properties of the names that are united, and the part in which each was seen first.
 #[derive(Default)]
-struct Seen {
+struct SeenNames {
     sorts: HashMap<String, (Sort, usize)>,
     arguments: HashMap<String, usize>,
     inputs: HashMap<String, usize>,
@@ -39,7 +39,7 @@ struct Seen {
 impl Composing<'_> {
     /// Unites everything but lists, conditions and τ.
     pub fn unite(&mut self) {
-        let mut seen = Seen::default();
+        let mut seen = SeenNames::default();
         for part in 0..self.parts.len() {
             self.unite_blocks(part);
             self.unite_objects(part, &mut seen);
@@ -71,7 +71,7 @@ impl Composing<'_> {
     }
 
     /// Checks that a name is one sort of thing in all parts.
-    fn check_sort(&mut self, part: usize, name: &str, sort: Sort, seen: &mut Seen) {
+    fn check_sort(&mut self, part: usize, name: &str, sort: Sort, seen: &mut SeenNames) {
         let (known, first) = *seen.sorts.entry(name.to_owned()).or_insert((sort, part));
         if known != sort {
             let message =
@@ -89,7 +89,7 @@ impl Composing<'_> {
         format!("rename one: rename={{'{}.{own}': '{}_{name}'}}", of.label, of.label)
     }
 
-    fn unite_objects(&mut self, part: usize, seen: &mut Seen) {
+    fn unite_objects(&mut self, part: usize, seen: &mut SeenNames) {
         let verb = self.parts[part].verb;
         for (own, object) in &verb.objects {
             let name = self.parts[part].own(own).to_owned();
@@ -111,7 +111,7 @@ impl Composing<'_> {
         }
     }
 
-    fn unite_arguments(&mut self, part: usize, seen: &mut Seen) {
+    fn unite_arguments(&mut self, part: usize, seen: &mut SeenNames) {
         let verb = self.parts[part].verb;
         for (own, nodes) in &verb.instantiation_parameters {
             let (root, of) = (own.split('.').next().unwrap_or(own), &self.parts[part]);
@@ -163,7 +163,7 @@ impl Composing<'_> {
         }
     }
 
-    fn unite_inputs(&mut self, part: usize, seen: &mut Seen) {
+    fn unite_inputs(&mut self, part: usize, seen: &mut SeenNames) {
         let verb = self.parts[part].verb;
         for (own, input) in &verb.input_parameters {
             let of = &self.parts[part];
@@ -233,7 +233,7 @@ impl Composing<'_> {
         self.verb.input_parameters.insert(name.to_owned(), united);
     }
 
-    fn unite_outputs(&mut self, part: usize, seen: &mut Seen) {
+    fn unite_outputs(&mut self, part: usize, seen: &mut SeenNames) {
         let verb = self.parts[part].verb;
         for (at, (key, source)) in verb.output_values.iter().enumerate() {
             let of = &self.parts[part];

@@ -11,7 +11,7 @@ use std::sync::{Arc, Weak};
 /// Knows what the other side has of one host's objects.
 #[derive(Default)]
 pub struct Writer {
-    known: HashMap<usize, Known>,
+    known: HashMap<usize, KnownObject>,
     /// Processes whose stages were sent.
     staged: HashSet<u64>,
     inbounds: HashMap<u64, Weak<Inbound>>,
@@ -25,7 +25,7 @@ pub struct Writer {
 }
 
 /// An object that the other side has.
-struct Known {
+struct KnownObject {
     number: u64,
     is_held: Box<dyn Fn() -> bool + Send>,
     /// More numbers that go with it: the extents of a device.
@@ -107,7 +107,7 @@ impl Writer {
         }
         self.last += 1;
         let held: Weak<T> = Arc::downgrade(of);
-        let known = Known { number: self.last, is_held: Box::new(move || held.strong_count() > 0), with: Vec::new() };
+        let known = KnownObject { number: self.last, is_held: Box::new(move || held.strong_count() > 0), with: Vec::new() };
         self.known.insert(address(of), known);
         (self.last, true)
     }

@@ -10,7 +10,7 @@ const HELP: &str = "simulate [--seeds N | --seconds S] [--first SEED] [--jobs N]
 simulate --seed N [--keep 3,7,12] [--story] [--definitions]                     one seed again, or only these of its operations";
 
 #[derive(Default)]
-struct Asked {
+struct CommandLine {
     seeds: Option<u64>,
     seconds: Option<u64>,
     first: Option<u64>,
@@ -20,8 +20,8 @@ struct Asked {
     definitions: bool,
 }
 
-fn asked() -> Result<Asked, String> {
-    let mut asked = Asked::default();
+fn asked() -> Result<CommandLine, String> {
+    let mut asked = CommandLine::default();
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut number = || words.next().and_then(|text| text.parse::<u64>().ok()).ok_or(format!("{word} wants a number"));

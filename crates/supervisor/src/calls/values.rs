@@ -17,15 +17,15 @@ use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 /// Index of an SVV in a snapshot, its bytes, and where a stamp follows, n of its writer's ratio output.
-type Asked = (usize, usize, Option<u64>);
+type AskedSvv = (usize, usize, Option<u64>);
 
 /// Index of an SVV in a snapshot, its cell, and its stamp with n of its writer's ratio output.
-type Wanted = (usize, Cell, Option<(Cell, u64)>);
+type KnownCell = (usize, Cell, Option<(Cell, u64)>);
 
 /// A snapshot that is under way.
 pub(crate) struct Snapshot {
     /// Ticket of each source that was asked, and what was asked for.
-    pub asked: Vec<(Ticket, Vec<Asked>)>,
+    pub asked: Vec<(Ticket, Vec<AskedSvv>)>,
     /// The sources of these.
     pub sources: Vec<SourceId>,
     /// Values that are known without asking a kernel: (index, bytes, time).
@@ -43,7 +43,7 @@ fn take<'a>(rest: &mut &'a [u8], len: usize) -> &'a [u8] {
 
 /// Asks the kernels for the present values of these SVVs: all of one source at one boundary.
 pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Refusals> {
-    let mut by_source: BTreeMap<SourceId, Vec<Wanted>> = BTreeMap::new();
+    let mut by_source: BTreeMap<SourceId, Vec<KnownCell>> = BTreeMap::new();
     let mut known = Vec::new();
     for (index, name) in names.iter().enumerate() {
         let (name, svv) = core.registry.asked(name)?;

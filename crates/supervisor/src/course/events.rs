@@ -16,7 +16,7 @@ use kernel::{BlockId, Event, Fault, SourceId};
 use std::sync::atomic::Ordering;
 
 /// A condition as the kernel told it.
-struct Told {
+struct ToldCondition {
     source: SourceId,
     process: u64,
     condition: usize,
@@ -60,7 +60,7 @@ impl Core {
                 Purpose::Nothing => {}
             },
             Event::Condition { source, process, generation, condition, block, item, fault, time_ns, alone, acted, ended, stage, value, captured, .. } => {
-                self.condition(Told {
+                self.condition(ToldCondition {
                     source,
                     process,
                     condition: usize::from(condition),
@@ -126,7 +126,7 @@ impl Core {
         }
     }
 
-    fn condition(&mut self, told: Told) {
+    fn condition(&mut self, told: ToldCondition) {
         let Some(instance) = self.instances.get(&told.process) else { return };
         let id = instance.id;
         let block = instance.installed.blocks.iter().position(|b| b.id() == told.block);

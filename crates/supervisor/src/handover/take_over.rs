@@ -115,10 +115,10 @@ impl System {
 }
 
 /// SVVs in the order in which a source was asked for them, under a ticket.
-type Asked = (Ticket, Vec<(String, usize)>);
+type AskedSvvs = (Ticket, Vec<(String, usize)>);
 
 /// Asks the sources of a processor what they hold of SVVs that no block has written.
-fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<Asked> {
+fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<AskedSvvs> {
     let mut by_source: BTreeMap<SourceId, Vec<(String, Cell)>> = BTreeMap::new();
     for (name, svv) in core.registry.svvs.iter().filter(|(_, svv)| svv.home.is_none()) {
         for (source, cell) in svv.cells.iter().filter(|(source, _)| processor_of(core.registry.source_name(**source)) == processor) {
@@ -135,7 +135,7 @@ fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<Asked> {
 }
 
 /// Takes values that differ from those stored here, as they went on there, as the present ones.
-fn know_again(core: &mut Core, asked: &[Asked]) {
+fn know_again(core: &mut Core, asked: &[AskedSvvs]) {
     let mut known: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     for (ticket, names) in asked {
         let Some((_, captured)) = core.observation.reads.remove(ticket) else { continue };

@@ -10,7 +10,7 @@ const REPEATED_NS: i64 = 1_000_000_000;
 const REMEMBERED_MAX: usize = 64;
 
 /// A command that was entered.
-struct Given {
+struct GivenCommand {
     who: String,
     call: String,
     about: String,
@@ -22,12 +22,12 @@ struct Given {
 
 /// The latest commands.
 #[derive(Default)]
-pub(crate) struct Commanded(VecDeque<Given>);
+pub(crate) struct Commanded(VecDeque<GivenCommand>);
 
 impl Commanded {
     /// Returns the number of repetitions of a command since it was entered last; none if it is not to be entered now.
     pub fn enter(&mut self, who: &str, call: &str, about: &str, is_refused: bool, now_ns: i64) -> Option<u64> {
-        let same = |given: &Given| given.who == who && given.call == call && given.about == about && given.is_refused == is_refused;
+        let same = |given: &GivenCommand| given.who == who && given.call == call && given.about == about && given.is_refused == is_refused;
         let mut before = 0;
         if let Some(at) = self.0.iter().position(same) {
             if now_ns - self.0[at].time_ns < REPEATED_NS {
@@ -39,7 +39,7 @@ impl Commanded {
         if self.0.len() == REMEMBERED_MAX {
             self.0.pop_front();
         }
-        self.0.push_back(Given { who: who.to_owned(), call: call.to_owned(), about: about.to_owned(), is_refused, time_ns: now_ns, repeats: 0 });
+        self.0.push_back(GivenCommand { who: who.to_owned(), call: call.to_owned(), about: about.to_owned(), is_refused, time_ns: now_ns, repeats: 0 });
         Some(before)
     }
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 type Past = (u64, i64, Vec<u8>);
 
 /// A value that a block stored: the source, and its row.
-type Written = (SourceId, Row);
+type WrittenRow = (SourceId, Row);
 
 /// History that is kept of an SVV at one instant.
 pub(crate) struct Kept {
@@ -30,15 +30,15 @@ impl Kept {
     }
 
     /// Returns the values that blocks stored, as far as they are kept, oldest first; of one instant, in the order of their homes.
-    fn written(&self) -> Vec<Written> {
-        let rows = |(source, ring, written): &(SourceId, Arc<RowsEnd>, u64)| -> Vec<Written> {
+    fn written(&self) -> Vec<WrittenRow> {
+        let rows = |(source, ring, written): &(SourceId, Arc<RowsEnd>, u64)| -> Vec<WrittenRow> {
             let mut rows = ring.reader().last(self.history + ROWS_SPARE);
             rows.retain(|row| row.sequence < *written);
             let first = rows.len().saturating_sub(self.history);
             rows.drain(..first);
             rows.into_iter().map(|row| (*source, row)).collect()
         };
-        let mut values: Vec<Written> = self.rings.iter().flat_map(rows).collect();
+        let mut values: Vec<WrittenRow> = self.rings.iter().flat_map(rows).collect();
         if self.rings.len() > 1 {
             values.sort_by_cached_key(|(source, row)| (row.time_ns, self.stays.of(*source, row.sequence), row.sequence));
         }
@@ -46,7 +46,7 @@ impl Kept {
     }
 
     /// Returns the same with what the PS and ψ stored between: such a value has the number of the invocation before it.
-    fn with_stores(&self, written: Vec<Written>) -> Vec<Past> {
+    fn with_stores(&self, written: Vec<WrittenRow>) -> Vec<Past> {
         let mut values: Vec<Past> = Vec::with_capacity(written.len() + self.stores.len());
         let put = |values: &mut Vec<Past>, store: &Stored| values.push((values.last().map_or(0, |(number, ..)| *number), store.time_ns, store.bytes.clone()));
         let mut stores = self.stores.iter().peekable();

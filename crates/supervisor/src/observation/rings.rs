@@ -55,7 +55,7 @@ pub(crate) struct Seen<'a> {
 }
 
 /// Instances that were found by their names, with their cells by theirs.
-type Found<'a> = HashMap<&'a str, (&'a Instance, HashMap<&'a str, usize>)>;
+type FoundInstances<'a> = HashMap<&'a str, (&'a Instance, HashMap<&'a str, usize>)>;
 
 /// Bytes that a row has beside its cells.
 const ROW_HEADER: usize = 24;
@@ -196,7 +196,7 @@ fn tap_channel(seen: &Seen<'_>, name: &str) -> Result<TapChannel, Refusals> {
 /// Returns the layouts of a tap, by source: the stamps first, each once.
 fn layouts(seen: &Seen<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, Layout> {
     let mut places: BTreeMap<SourceId, Vec<(usize, Place)>> = BTreeMap::new();
-    let mut found = Found::default();
+    let mut found = FoundInstances::default();
     for (channel, tapped) in tap.channels.iter_mut().enumerate() {
         let Some(place) = place_of(seen, &tapped.of, &mut found) else { continue };
         let is_other = match (&place.stamp, &tapped.stamp) {
@@ -234,7 +234,7 @@ fn layouts(seen: &Seen<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, Layout> {
 }
 
 /// Returns the place of a channel; none if nothing writes it now, or what is there now is of another type.
-fn place_of<'a>(seen: &Seen<'a>, of: &TapChannel, found: &mut Found<'a>) -> Option<Place> {
+fn place_of<'a>(seen: &Seen<'a>, of: &TapChannel, found: &mut FoundInstances<'a>) -> Option<Place> {
     if let Some(svv) = seen.registry.svvs.get(&of.name) {
         let (source, ratio) = (svv.home?, svv.ratio);
         let cell = svv.cells.get(&source).filter(|_| svv.type_text == of.type_text)?.clone();

@@ -24,7 +24,7 @@ pub struct WorkspaceAbout {
     pub revision: u64,
 }
 
-struct Kept {
+struct KeptWorkspace {
     workspace: Workspace,
     shipped: bool,
     revision: u64,
@@ -33,7 +33,7 @@ struct Kept {
 /// Workspaces by their names.
 #[derive(Default)]
 pub(crate) struct Workspaces {
-    by_name: IndexMap<String, Kept>,
+    by_name: IndexMap<String, KeptWorkspace>,
     last: u64,
 }
 
@@ -54,7 +54,7 @@ impl Workspaces {
             _ => {}
         }
         self.last += 1;
-        self.by_name.insert(name.clone(), Kept { workspace, shipped, revision: self.last });
+        self.by_name.insert(name.clone(), KeptWorkspace { workspace, shipped, revision: self.last });
         Ok(())
     }
 
@@ -73,7 +73,7 @@ impl Workspaces {
     }
 
     pub fn list(&self) -> Vec<WorkspaceAbout> {
-        let about = |kept: &Kept| WorkspaceAbout {
+        let about = |kept: &KeptWorkspace| WorkspaceAbout {
             name: kept.workspace.name.clone(),
             title: kept.workspace.title.clone(),
             doc: kept.workspace.doc.clone(),
@@ -84,7 +84,7 @@ impl Workspaces {
         self.by_name.values().map(about).collect()
     }
 
-    fn known(&self, name: &str) -> Result<&Kept, Refusals> {
+    fn known(&self, name: &str) -> Result<&KeptWorkspace, Refusals> {
         self.by_name.get(name).ok_or_else(|| unknown("workspace", name, self.by_name.keys().map(String::as_str)))
     }
 }

@@ -15,9 +15,9 @@ const PLANS_MAX: usize = 32;
 
 /// The latest plans, the last used one last.
 #[derive(Default)]
-pub(crate) struct Plans(VecDeque<Planned>);
+pub(crate) struct Plans(VecDeque<PlannedApplication>);
 
-struct Planned {
+struct PlannedApplication {
     /// Without its place, which is of the call.
     application: Application,
     /// Origin of the plan: the definitions by the number of their changes, and the writers of what it is bound to.
@@ -27,7 +27,7 @@ struct Planned {
     plan: Arc<Plan>,
 }
 
-impl Planned {
+impl PlannedApplication {
     fn holds(&self, application: &Application, checked: &Arc<CheckedVerb>, changes: u64, configuration: &Configuration) -> bool {
         self.changes == changes
             && Arc::ptr_eq(&self.checked, checked)
@@ -68,7 +68,7 @@ impl Plans {
         if self.0.len() == PLANS_MAX {
             self.0.pop_front();
         }
-        self.0.push_back(Planned { application: application.clone(), changes, writers, checked: checked.clone(), plan: plan.clone() });
+        self.0.push_back(PlannedApplication { application: application.clone(), changes, writers, checked: checked.clone(), plan: plan.clone() });
         Ok(plan)
     }
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operators that lay out elements afresh, with more of them than they were given, and those that count.
 use super::movement::{moved, place, transposed};
-use super::{Call, Made, axis};
+use super::{Call, OperatorResult, axis};
 use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, strides};
 
-pub fn tile(call: &mut Call) -> Made {
+pub fn tile(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let times = fixed(&call.known_ints(1, "repeats")?.ok_or("its repeats are missing: the file is damaged")?)?;
     if times.len() != x.shape.len() {
@@ -17,7 +17,7 @@ pub fn tile(call: &mut Call) -> Made {
     Ok(vec![moved(call.program, &x, shape, indices)?])
 }
 
-pub fn range(call: &mut Call) -> Made {
+pub fn range(call: &mut Call) -> OperatorResult {
     let (start, limit, delta) = (call.input(0)?, call.input(1)?, call.input(2)?);
     let count = |start: f64, limit: f64, delta: f64| -> Result<usize, String> {
         let count = ((limit - start) / delta).ceil().max(0.0);
@@ -38,12 +38,12 @@ pub fn range(call: &mut Call) -> Made {
     }
 }
 
-pub fn size(call: &mut Call) -> Made {
+pub fn size(call: &mut Call) -> OperatorResult {
     let len = call.input(0)?.len();
     Ok(vec![Value::ints(vec![], vec![len as i64])])
 }
 
-pub fn pad(call: &mut Call) -> Made {
+pub fn pad(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let mode = call.text("mode", "constant");
     let given = call.known_ints(1, "pads")?.ok_or("its pads are missing: the file is damaged")?;
@@ -93,7 +93,7 @@ fn source(mode: &str, at: i64, n: i64) -> Option<usize> {
 }
 
 /// Elements of the input among those of one value.
-fn filled(call: &mut Call, x: &Value, shape: Vec<usize>, sources: &[Option<usize>]) -> Made {
+fn filled(call: &mut Call, x: &Value, shape: Vec<usize>, sources: &[Option<usize>]) -> OperatorResult {
     if let Content::Ints(ints) = &x.content {
         let value = call.known_ints(2, "value")?.and_then(|v| v.first().copied()).unwrap_or(0);
         return Ok(vec![Value::ints(shape, sources.iter().map(|at| at.map_or(value, |at| ints[at])).collect())]);
@@ -120,7 +120,7 @@ fn filled(call: &mut Call, x: &Value, shape: Vec<usize>, sources: &[Option<usize
 }
 
 /// `ArgMax` and `ArgMin`.
-pub fn extreme(call: &mut Call) -> Made {
+pub fn extreme(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let at = axis(call.int("axis", 0), x.shape.len())?;
     let (keeps, last) = (call.int("keepdims", 1) != 0, call.int("select_last_index", 0) != 0);

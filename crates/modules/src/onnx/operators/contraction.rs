@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `Einsum`: sums of products over named dimensions, as nested loops.
-use super::{Call, Made};
+use super::{Call, OperatorResult};
 use crate::onnx::value::{Value, strides};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-pub fn einsum(call: &mut Call) -> Made {
+pub fn einsum(call: &mut Call) -> OperatorResult {
     let equation: String = call.text("equation", "").chars().filter(|c| !c.is_whitespace()).collect();
     let operands = (0..call.inputs.len()).map(|at| call.input(at)).collect::<Result<Vec<_>, _>>()?;
     let (terms, result) = read(&equation, &operands)?;

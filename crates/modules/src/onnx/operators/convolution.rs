@@ -2,7 +2,7 @@
 //! Convolution as one product for each place: the elements under the kernel are gathered, those beside the input are zero.
 use super::movement::{moved, transposed};
 use super::products::{packed, rows_of};
-use super::{Call, Made};
+use super::{Call, OperatorResult};
 use crate::onnx::value::{Value, each, offset, strides};
 
 /// Position of the kernel on the input: one entry for each dimension behind the channels.
@@ -14,7 +14,7 @@ struct Layout {
     out: Vec<usize>,
 }
 
-pub fn conv(call: &mut Call) -> Made {
+pub fn conv(call: &mut Call) -> OperatorResult {
     let (x, w) = (call.input(0)?, call.input(1)?);
     let weights = call.weights(1, "W")?;
     let bias = call.known_floats(2, "B")?;

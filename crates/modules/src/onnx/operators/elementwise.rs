@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operators that compute each element from those at its place.
 use super::movement::moved;
-use super::{Call, Made, Operator};
+use super::{Call, OperatorResult, Operator};
 use crate::onnx::value::{Content, Kind, Value, broadcast, spread};
 
 pub fn find(operator: &str) -> Option<Operator> {
@@ -15,7 +15,7 @@ pub fn find(operator: &str) -> Option<Operator> {
     })
 }
 
-fn plain(call: &mut Call) -> Made {
+fn plain(call: &mut Call) -> OperatorResult {
     let e = match call.node.op_type.as_str() {
         "Relu" => "relu(X)",
         "Tanh" => "hyperbolic_tangent(X)",
@@ -43,7 +43,7 @@ fn plain(call: &mut Call) -> Made {
     mapped(call, e)
 }
 
-fn shaped(call: &mut Call) -> Made {
+fn shaped(call: &mut Call) -> OperatorResult {
     let alpha = |default: f32| format!("{:e}f", call.float("alpha", default));
     let e = match call.node.op_type.as_str() {
         "LeakyRelu" => format!("leaky(X, all({}))", alpha(0.01)),
@@ -59,7 +59,7 @@ fn shaped(call: &mut Call) -> Made {
     mapped(call, &e)
 }
 
-fn clip(call: &mut Call) -> Made {
+fn clip(call: &mut Call) -> OperatorResult {
     let end = |at: usize, attribute: &str, default: f32| -> Result<f32, String> {
         Ok(match call.known_floats(at, attribute)? {
             Some(floats) => *floats.first().ok_or("a bound is empty")?,
@@ -71,7 +71,7 @@ fn clip(call: &mut Call) -> Made {
 }
 
 /// Applies an expression of `X` to each element.
-pub fn mapped(call: &mut Call, expression: &str) -> Made {
+pub fn mapped(call: &mut Call, expression: &str) -> OperatorResult {
     let x = call.input(0)?;
     if let Some(ints) = x.known_ints() {
         let operator = call.node.op_type.as_str();
@@ -89,7 +89,7 @@ pub fn mapped(call: &mut Call, expression: &str) -> Made {
 }
 
 /// The same with elements of another kind.
-pub fn mapped_to(call: &mut Call, kind: Kind, expression: &str) -> Made {
+pub fn mapped_to(call: &mut Call, kind: Kind, expression: &str) -> OperatorResult {
     let x = call.input(0)?;
     let made = call.program.value_of(kind, &x.shape);
     let (to, from) = (call.program.name(&made)?, call.program.name(&x)?);
@@ -98,7 +98,7 @@ pub fn mapped_to(call: &mut Call, kind: Kind, expression: &str) -> Made {
     Ok(vec![made])
 }
 
-fn combined(call: &mut Call) -> Made {
+fn combined(call: &mut Call) -> OperatorResult {
     let operator = call.node.op_type.clone();
     if call.opset < 7 && call.node.attribute.iter().any(|a| a.name == "broadcast") {
         return Err("it spreads its operands by the rule before opset 7: export the network with a newer opset".to_string());

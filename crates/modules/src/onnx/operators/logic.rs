@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Comparisons, truth values and choices. A truth value is 1 or 0; constants are compared at translation.
 use super::elementwise::{full, mapped_to};
-use super::{Call, Made};
+use super::{Call, OperatorResult};
 use crate::onnx::value::{Content, Kind, Value, broadcast};
 
 /// A comparison, or a connective of two truth values.
-pub fn compare(call: &mut Call) -> Made {
+pub fn compare(call: &mut Call) -> OperatorResult {
     let (a, b) = (call.input(0)?, call.input(1)?);
     let shape = broadcast(&a.shape, &b.shape)?;
     let (a, b) = (full(call, &a, &shape)?, full(call, &b, &shape)?);
@@ -53,7 +53,7 @@ fn numbers(value: &Value) -> Option<Vec<f64>> {
     }
 }
 
-pub fn not(call: &mut Call) -> Made {
+pub fn not(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     if let Content::Ints(ints) = &x.content {
         return Ok(vec![Value::ints(x.shape.clone(), ints.iter().map(|&i| i64::from(i == 0)).collect())]);
@@ -62,7 +62,7 @@ pub fn not(call: &mut Call) -> Made {
 }
 
 /// `Where`: elements of the second input where the first is true, of the third elsewhere.
-pub fn choose(call: &mut Call) -> Made {
+pub fn choose(call: &mut Call) -> OperatorResult {
     let (which, a, b) = (call.input(0)?, call.input(1)?, call.input(2)?);
     let shape = broadcast(&broadcast(&which.shape, &a.shape)?, &b.shape)?;
     let (which, a, b) = (full(call, &which, &shape)?, full(call, &a, &shape)?, full(call, &b, &shape)?);

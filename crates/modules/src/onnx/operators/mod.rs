@@ -17,8 +17,8 @@ use super::proto::{Attribute, Node};
 use super::value::{Content, Kind, Value};
 use std::cell::RefCell;
 
-type Made = Result<Vec<Value>, String>;
-type Operator = fn(&mut Call) -> Made;
+type OperatorResult = Result<Vec<Value>, String>;
+type Operator = fn(&mut Call) -> OperatorResult;
 
 /// A node that is being translated.
 pub struct Call<'a> {
@@ -33,7 +33,7 @@ pub struct Call<'a> {
 ///
 /// # Errors
 /// The operator is not supported, or one of its attributes, shapes or inputs is not.
-pub fn translate(node: &Node, inputs: Vec<Option<Value>>, opset: i64, program: &mut Program) -> Made {
+pub fn translate(node: &Node, inputs: Vec<Option<Value>>, opset: i64, program: &mut Program) -> OperatorResult {
     let foreign = !matches!(node.domain.as_str(), "" | "ai.onnx");
     let Some(operator) = find(&node.op_type).filter(|_| !foreign) else {
         let domain = if foreign { format!(" of domain '{}'", node.domain) } else { String::new() };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operators that move elements and compute nothing: with fixed shapes each is a list of indices, known now.
 use super::elementwise::mapped_to;
-use super::{Call, Made, axes, axis};
+use super::{Call, OperatorResult, axes, axis};
 use crate::onnx::program::Program;
 use crate::onnx::proto;
 use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, spread, strides};
@@ -43,7 +43,7 @@ pub fn place(program: &mut Program, into: &Value, start: usize, source: &Value, 
     Ok(())
 }
 
-pub fn constant(call: &mut Call) -> Made {
+pub fn constant(call: &mut Call) -> OperatorResult {
     let int = |i: i64| Value::ints(vec![], vec![i]);
     let made = if let Some(tensor) = call.attribute("value").and_then(|a| a.t.as_ref()) {
         Value::of(tensor)?
@@ -59,7 +59,7 @@ pub fn constant(call: &mut Call) -> Made {
     Ok(vec![made])
 }
 
-pub fn constant_of_shape(call: &mut Call) -> Made {
+pub fn constant_of_shape(call: &mut Call) -> OperatorResult {
     let shape = fixed(&call.known_ints(0, "shape")?.unwrap_or_default())?;
     let len = shape.iter().product();
     let value = call.attribute("value").and_then(|a| a.t.as_ref()).map(Value::of).transpose()?;
@@ -71,7 +71,7 @@ pub fn constant_of_shape(call: &mut Call) -> Made {
     }])
 }
 
-pub fn shape(call: &mut Call) -> Made {
+pub fn shape(call: &mut Call) -> OperatorResult {
     let of = call.input(0)?.shape;
     let rank = i64::try_from(of.len()).unwrap_or(i64::MAX);
     let end = |at: i64| usize::try_from(if at < 0 { at + rank } else { at }.clamp(0, rank)).unwrap_or(0);
@@ -80,7 +80,7 @@ pub fn shape(call: &mut Call) -> Made {
     Ok(vec![Value::ints(vec![ints.len()], ints)])
 }
 
-pub fn identity(call: &mut Call) -> Made {
+pub fn identity(call: &mut Call) -> OperatorResult {
     if call.node.op_type == "Dropout" {
         call.attribute("seed");
         call.attribute("ratio");
@@ -91,7 +91,7 @@ pub fn identity(call: &mut Call) -> Made {
     Ok(vec![call.input(0)?])
 }
 
-pub fn cast(call: &mut Call) -> Made {
+pub fn cast(call: &mut Call) -> OperatorResult {
     call.attribute("saturate");
     call.attribute("round_mode");
     let (x, to) = (call.input(0)?, call.int("to", 0));
@@ -110,7 +110,7 @@ pub fn cast(call: &mut Call) -> Made {
     }])
 }
 
-pub fn reshape(call: &mut Call) -> Made {
+pub fn reshape(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let zero_is_zero = call.int("allowzero", 0) != 0;
     let mut wanted = call.known_ints(1, "shape")?.ok_or("its shape is missing: the file is damaged")?;
@@ -130,7 +130,7 @@ pub fn reshape(call: &mut Call) -> Made {
     Ok(vec![x.reshaped(shape)])
 }
 
-pub fn flatten(call: &mut Call) -> Made {
+pub fn flatten(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let rank = x.shape.len();
     let given = call.int("axis", 1);
@@ -138,7 +138,7 @@ pub fn flatten(call: &mut Call) -> Made {
     Ok(vec![x.reshaped(vec![x.shape[..at].iter().product(), x.shape[at..].iter().product()])])
 }
 
-pub fn squeeze(call: &mut Call) -> Made {
+pub fn squeeze(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let gone = match call.known_ints(1, "axes")? {
         Some(given) => axes(&given, x.shape.len())?,
@@ -150,7 +150,7 @@ pub fn squeeze(call: &mut Call) -> Made {
     Ok(vec![x.reshaped((0..x.shape.len()).filter(|i| !gone.contains(i)).map(|i| x.shape[i]).collect())])
 }
 
-pub fn unsqueeze(call: &mut Call) -> Made {
+pub fn unsqueeze(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let given = call.known_ints(1, "axes")?.ok_or("its axes are missing: the file is damaged")?;
     let rank = x.shape.len() + given.len();
@@ -160,7 +160,7 @@ pub fn unsqueeze(call: &mut Call) -> Made {
     Ok(vec![x.reshaped(shape.ok_or("an axis is there more than once")?)])
 }
 
-pub fn transpose(call: &mut Call) -> Made {
+pub fn transpose(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let rank = x.shape.len();
     let order = match call.ints("perm") {
@@ -185,7 +185,7 @@ pub fn transposed(program: &mut Program, x: &Value, order: &[usize]) -> Result<V
     moved(program, x, shape, indices)
 }
 
-pub fn concat(call: &mut Call) -> Made {
+pub fn concat(call: &mut Call) -> OperatorResult {
     let parts = (0..call.inputs.len()).map(|i| call.input(i)).collect::<Result<Vec<_>, _>>()?;
     let first = parts.first().ok_or("it has no input: the file is damaged")?;
     let at = axis(call.int("axis", 0), first.shape.len())?;
@@ -221,7 +221,7 @@ pub fn concat(call: &mut Call) -> Made {
     Ok(vec![made])
 }
 
-pub fn slice(call: &mut Call) -> Made {
+pub fn slice(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let need = |given: Option<Vec<i64>>| given.ok_or("its starts or ends are missing: the file is damaged".to_string());
     let (starts, ends) = (need(call.known_ints(1, "starts")?)?, need(call.known_ints(2, "ends")?)?);
@@ -254,7 +254,7 @@ pub fn slice(call: &mut Call) -> Made {
     Ok(vec![moved(call.program, &x, shape, indices)?])
 }
 
-pub fn split(call: &mut Call) -> Made {
+pub fn split(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let at = axis(call.int("axis", 0), x.shape.len())?;
     let parts = call.int("num_outputs", call.node.output.len() as i64).max(1) as usize;
@@ -282,7 +282,7 @@ pub fn split(call: &mut Call) -> Made {
     Ok(made)
 }
 
-pub fn gather(call: &mut Call) -> Made {
+pub fn gather(call: &mut Call) -> OperatorResult {
     let (x, which) = (call.input(0)?, call.input(1)?);
     let at = axis(call.int("axis", 0), x.shape.len())?;
     if let Content::Buffer(_) = which.content {
@@ -303,7 +303,7 @@ pub fn gather(call: &mut Call) -> Made {
 }
 
 /// Rows whose numbers are known while it runs only: a table of embeddings. A number beyond the rows gives NaN, which is a fault of the block.
-fn gather_at_run_time(call: &mut Call, x: &Value, which: &Value, at: usize) -> Made {
+fn gather_at_run_time(call: &mut Call, x: &Value, which: &Value, at: usize) -> OperatorResult {
     let (before, after): (usize, usize) = (x.shape[..at].iter().product(), x.shape[at + 1..].iter().product());
     let kind = call.program.kind(x);
     let made = call.program.value_of(kind, &[&x.shape[..at], &which.shape, &x.shape[at + 1..]].concat());
@@ -313,7 +313,7 @@ fn gather_at_run_time(call: &mut Call, x: &Value, which: &Value, at: usize) -> M
     Ok(vec![made])
 }
 
-pub fn expand(call: &mut Call) -> Made {
+pub fn expand(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let wanted = fixed(&call.known_ints(1, "shape")?.ok_or("its shape is missing: the file is damaged")?)?;
     let shape = crate::onnx::value::broadcast(&x.shape, &wanted)?;

@@ -2,10 +2,10 @@
 //! Softmax and normalisations.
 use super::elementwise::pair;
 use super::movement::transposed;
-use super::{Call, Made, axis};
+use super::{Call, OperatorResult, axis};
 use crate::onnx::value::Value;
 
-pub fn softmax(call: &mut Call) -> Made {
+pub fn softmax(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let rank = x.shape.len();
     let old = call.opset < 13;
@@ -23,7 +23,7 @@ pub fn softmax(call: &mut Call) -> Made {
     Ok(vec![transposed(call.program, &made, &back)?])
 }
 
-pub fn layer(call: &mut Call) -> Made {
+pub fn layer(call: &mut Call) -> OperatorResult {
     let (x, scale) = (call.input(0)?, call.input(1)?);
     let bias = call.optional(2).cloned();
     let at = axis(call.int("axis", -1), x.shape.len())?;
@@ -48,7 +48,7 @@ pub fn layer(call: &mut Call) -> Made {
     Ok(vec![made, mean, inverse])
 }
 
-pub fn batch(call: &mut Call) -> Made {
+pub fn batch(call: &mut Call) -> OperatorResult {
     call.attribute("momentum");
     call.attribute("spatial");
     if call.int("training_mode", 0) != 0 || call.node.output.len() > 1 {

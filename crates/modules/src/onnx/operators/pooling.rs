@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operators that reduce windows of the trailing dimensions: which elements a window has is known at translation.
-use super::{Call, Made};
+use super::{Call, OperatorResult};
 use crate::onnx::value::{each, offset, strides};
 
 /// `GlobalAveragePool` and `GlobalMaxPool`: one window, all of it.
-pub fn global(call: &mut Call) -> Made {
+pub fn global(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     if x.shape.len() < 3 {
         return Err(format!("its input has shape {:?}, not at least three dimensions", x.shape));
@@ -21,7 +21,7 @@ pub fn global(call: &mut Call) -> Made {
 }
 
 /// `MaxPool` and `AveragePool`.
-pub fn pool(call: &mut Call) -> Made {
+pub fn pool(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let spatial = x.shape.get(2..).unwrap_or_default().to_vec();
     let is_mean = call.node.op_type == "AveragePool";
@@ -66,12 +66,12 @@ pub fn pool(call: &mut Call) -> Made {
 }
 
 /// Padding at both ends of a dimension, and the number of windows along it.
-struct Padded {
+struct PaddedDimension {
     pads: (i64, i64),
     windows: usize,
 }
 
-fn padded(call: &Call, spatial: &[usize], kernel: &[i64], stride: &[i64], dilation: &[i64], ceil: bool) -> Result<Vec<Padded>, String> {
+fn padded(call: &Call, spatial: &[usize], kernel: &[i64], stride: &[i64], dilation: &[i64], ceil: bool) -> Result<Vec<PaddedDimension>, String> {
     let (auto, given) = (call.text("auto_pad", "NOTSET"), call.ints("pads").unwrap_or_else(|| vec![0; 2 * spatial.len()]));
     if given.len() != 2 * spatial.len() || given.iter().any(|&pad| pad < 0) {
         return Err(format!("its pads {given:?} do not fit shape {spatial:?}"));
@@ -97,7 +97,7 @@ fn padded(call: &Call, spatial: &[usize], kernel: &[i64], stride: &[i64], dilati
         if size < 1 {
             return Err(format!("its window {kernel:?} is larger than its input {spatial:?}"));
         }
-        made.push(Padded { pads: (before, after), windows: size as usize });
+        made.push(PaddedDimension { pads: (before, after), windows: size as usize });
     }
     Ok(made)
 }

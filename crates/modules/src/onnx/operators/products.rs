@@ -2,7 +2,7 @@
 //! Products of matrices: with constant weights packed for `product` of kernels.h, of two values by loops.
 use super::elementwise::pair;
 use super::movement::{moved, transposed};
-use super::{Call, Made};
+use super::{Call, OperatorResult};
 use crate::onnx::program::{LANES, Program};
 use crate::onnx::value::{Content, Value, broadcast, spread};
 
@@ -22,7 +22,7 @@ pub fn packed(program: &mut Program, k: usize, n: usize, at: impl Fn(usize, usiz
     program.packed(floats)
 }
 
-pub fn gemm(call: &mut Call) -> Made {
+pub fn gemm(call: &mut Call) -> OperatorResult {
     let (alpha, beta) = (call.float("alpha", 1.0), call.float("beta", 1.0));
     let (flip_a, flip_b) = (call.int("transA", 0) != 0, call.int("transB", 0) != 0);
     let (mut a, mut b) = (call.input(0)?, call.input(1)?);
@@ -63,7 +63,7 @@ pub fn gemm(call: &mut Call) -> Made {
     Ok(vec![made])
 }
 
-pub fn matmul(call: &mut Call) -> Made {
+pub fn matmul(call: &mut Call) -> OperatorResult {
     let (a, b) = (call.input(0)?, call.input(1)?);
     let lift =
         |x: &Value, column: bool| if x.shape.len() == 1 { x.reshaped(if column { vec![x.shape[0], 1] } else { vec![1, x.shape[0]] }) } else { x.clone() };

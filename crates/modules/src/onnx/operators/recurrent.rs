@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! RNN, GRU and LSTM, forward: for each step of the sequence two products and the gates.
 use super::products::packed;
-use super::{Call, Made};
+use super::{Call, OperatorResult};
 use crate::onnx::program::LANES;
 use crate::onnx::value::Value;
 
@@ -114,7 +114,7 @@ fn activations_of(call: &Call) -> Vec<String> {
     call.attribute("activations").map(|a| a.strings.iter().map(|s| String::from_utf8_lossy(s).into_owned()).collect()).unwrap_or_default()
 }
 
-pub fn rnn(call: &mut Call) -> Made {
+pub fn rnn(call: &mut Call) -> OperatorResult {
     let activation = activations_of(call).first().cloned().unwrap_or_else(|| "Tanh".to_string());
     let function = match activation.as_str() {
         "Tanh" => "hyperbolic_tangent",
@@ -136,7 +136,7 @@ pub fn rnn(call: &mut Call) -> Made {
     Ok(vec![all, last])
 }
 
-pub fn gru(call: &mut Call) -> Made {
+pub fn gru(call: &mut Call) -> OperatorResult {
     let cell = Cell::read(call, 3, "Sigmoid Tanh")?;
     let reset_after = call.int("linear_before_reset", 0) != 0;
     let (h, p, k) = (cell.hidden, cell.padded, cell.inputs);
@@ -164,7 +164,7 @@ pub fn gru(call: &mut Call) -> Made {
     Ok(vec![all, last])
 }
 
-pub fn lstm(call: &mut Call) -> Made {
+pub fn lstm(call: &mut Call) -> OperatorResult {
     let cell = Cell::read(call, 4, "Sigmoid Tanh Tanh")?;
     if call.optional(7).is_some() {
         return Err("it has peepholes, which are not supported".to_string());

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operators that make one element of many along some dimensions.
 use super::movement::transposed;
-use super::{Call, Made, axes};
+use super::{Call, OperatorResult, axes};
 use crate::onnx::value::Value;
 
-pub fn reduce(call: &mut Call) -> Made {
+pub fn reduce(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     let rank = x.shape.len();
     let keep = call.int("keepdims", 1) != 0;
