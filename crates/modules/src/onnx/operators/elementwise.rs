@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operators that compute each element from those at its place.
 use super::movement::moved;
-use super::{Call, OperatorResult, Operator};
+use super::{Call, Operator, OperatorResult};
 use crate::onnx::value::{Content, Kind, Value, broadcast, spread};
 
 pub fn find(operator: &str) -> Option<Operator> {
