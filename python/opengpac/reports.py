@@ -134,4 +134,5 @@ def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] 
     error.objects = objects or {}
     # The system's own message says what to do; a class explains what a block reported.
     error.remedy = error.explanation() if report.block or not report.message else ""
+    error.message += "".join(thing._said_of_end(report.message) for thing in error.objects.values() if hasattr(thing, "_said_of_end"))
     return error

@@ -171,6 +171,23 @@ def test_a_motor_that_is_too_weak_is_named_with_its_effort(tmp_path: Path) -> No
     assert "its motor is at -1.5 of 1.5 N.m (saturated)" in found.system.alarms["following_error"].text
 
 
+def test_a_message_names_what_a_joint_has_run_into(tmp_path: Path) -> None:
+    wall = '<geom name="wall" type="box" size="0.2 0.05 0.4" pos="0.4 0.4 0.4"/>'
+    found = gpac.robots.load(arm(tmp_path, world=wall), name="blocked", clock="virtual").enable()
+    assert found.touching() == []
+    with pytest.raises(gpac.Terminated, match=r"joint 'blocked\.\w+' is .* from where it is commanded .*; '(fore|hand)' touches 'wall'"):
+        gpac.motion.move_absolute(found, [1.5, 0.0, 0.0], time_limit="20 s")
+    assert {second for _, second in found.touching()} == {"wall"}
+
+
+def test_the_floor_that_stops_an_arm_of_ours_is_named() -> None:
+    found = gpac.robots.load("ur5e", name="falling", clock="virtual").enable()
+    goal = found.values("sensed")
+    goal[1] += 1.5
+    with pytest.raises(gpac.Terminated, match=r"'following_error': .*; 'floor' touches '\w+_link'"):
+        gpac.motion.move_absolute(found, goal, time_limit="20 s")
+
+
 def test_a_file_that_is_no_xml_is_refused_with_the_line(tmp_path: Path) -> None:
     file = arm(tmp_path)
     lines = file.read_text().splitlines()

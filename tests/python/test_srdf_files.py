@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import logging
 import re
+import sys
+import types
 import warnings
 from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
+from xml.dom import minidom
 from xml.etree import ElementTree
 
 import mujoco
@@ -160,6 +163,37 @@ def test_the_file_beside_is_told_in_the_log_and_one_of_several_has_to_be_named(b
         robots.load(body, clock="virtual", group="left")
     with pytest.raises(gpac.UnknownName, match=r"two.srdf' has no group 'lefd'; did you mean 'left'"):
         robots.load(body, clock="virtual", group="lefd", srdf=body.parent / "two.srdf")
+
+
+class Xacro(types.ModuleType):
+    """Expands a file as `xacro` does: it has one argument, `arm`, which is `left`."""
+
+    def process_file(self, path: str) -> minidom.Document:
+        return minidom.parseString(Path(path).read_text().replace("$(arg arm)", "left"))
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_macros_of_an_srdf_file_are_expanded(body: Path, monkeypatch: pytest.MonkeyPatch, named: bool) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", Xacro("xacro"))
+    (body.parent / "two.srdf").unlink()
+    file = body.parent / "two.srdf.xacro"
+    file.write_text(SEMANTICS.replace('<group name="left">', '<group name="$(arg arm)">'))
+    arm = robots.load(body, clock="virtual", name="expanded", group="left", **({"srdf": file} if named else {}))
+    assert [joint.short_name for joint in arm] == ["left_a", "left_b"] and arm.values("home") == [0.5, -1.0]
+
+
+def test_an_srdf_file_is_read_before_one_with_macros(body: Path) -> None:
+    (body.parent / "two.srdf.xacro").write_text("<robot>$(arg arm)</robot>")
+    assert urdf.convert(body, semantic=True).groups
+
+
+def test_an_srdf_file_with_macros_needs_xacro_only_where_it_is_named(body: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    file = (body.parent / "two.srdf").rename(body.parent / "two.srdf.xacro")
+    converted = urdf.convert(body, semantic=True)
+    assert converted.groups == {} and any("has macros of xacro, which is not installed" in note for note in converted.notes)
+    with pytest.raises(gpac.DeviceFailed, match=r"two\.srdf\.xacro' has macros of xacro, which is not installed; pip install xacro"):
+        robots.load(body, clock="virtual", srdf=file)
 
 
 DAMAGED = {

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loads one robot file as it is, or an arm by its name, holds it, moves it, and prints what came of it as a line of JSON.
 
-`python tests/robots/one.py FILE|NAME`
+`python tests/robots/one.py FILE|NAME [PICTURE]`
 """
 
 from __future__ import annotations
 
-import importlib
 import json
 import re
 import sys
@@ -15,13 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import sketch
+from scene import Scene
 
 import opengpac as gpac
-from opengpac.robots import mjcf, urdf
+from opengpac.robots import sketch, urdf
 from opengpac.robots.catalogue import KNOWN
-
-mujoco: Any = importlib.import_module("mujoco")
 
 ARRIVED = {"rad": 1e-3, "m": 1e-4}
 """How far from its goal a joint has arrived, 1 mrad or 0.1 mm."""
@@ -36,11 +33,19 @@ EFFORT_UNREAL, SPEED_UNREAL = 1e3, 100.0
 """An effort that all joints of an arm have alike, and a speed, that stand in files of arms which have others, N.m and rad/s."""
 HELD = 500
 """Values of the servo, 1 ms each, over which the ripple is taken."""
+PERIOD_S = 1e-3
+"""Of the values that are kept."""
+SWINGS, REVERSALS_HZ = 0.05, 50.0
+"""An acceleration above this part of the joint's own counts, and how often it may change its sign there and back: an effort that bangs."""
+TOGETHER = 16
+"""Joints that one motion takes at the most; a hand or a robot of more is moved in parts."""
+TRIES = 64
+"""Choices of directions that are looked at for a move of all joints."""
 
 
-def main(file: str) -> None:
+def main(file: str, picture: str = "") -> None:
     """Prints `{"joints": …, "ripple": …, "missed": [joint, …], "why": …}`; `why` is empty where all is well."""
-    found: dict[str, Any] = {"joints": 0, "ripple": None, "missed": [], "why": ""}
+    found: dict[str, Any] = {"joints": 0, "ripple": None, "reversals": 0.0, "missed": [], "why": ""}
     warnings.simplefilter("ignore")
     try:
         arm = gpac.robots.load(file, name="arm", clock="virtual")
@@ -48,10 +53,13 @@ def main(file: str) -> None:
         if file in KNOWN:
             found["sketch"] = sketch.chain(arm, arm.values("home"))
             found["speeds"], found["efforts"] = limits(arm, KNOWN[file].file())
+        scene = Scene(KNOWN[file].file() if file in KNOWN else Path(file), [joint.name.removeprefix("arm.") for joint in arm])
+        if picture:
+            scene.paint(arm.values("sensed"), Path(picture))
         arm.enable()
-        try_to_move(arm, found)
+        try_to_move(arm, scene, found)
         if found["why"]:
-            found["why"] += touching(arm, KNOWN[file].file() if file in KNOWN else Path(file))
+            found["why"] += "".join(f"; '{first}' touches '{second}'" for first, second in sorted(scene.touching(arm.values("sensed"))))
     except (gpac.Error, ValueError) as error:
         found["why"] = f"{type(error).__name__}: {sentence(error)}"
     print(json.dumps(found), flush=True)
@@ -69,54 +77,62 @@ def limits(arm: Any, file: Path) -> tuple[list[float | None], list[float | None]
     )
 
 
-def try_to_move(arm: Any, found: dict[str, Any]) -> None:
-    """Holds the arm at home for 2 s, moves each joint there and back, then all at once."""
+def try_to_move(arm: Any, scene: Scene, found: dict[str, Any]) -> None:
+    """Holds the arm at home for 2 s, moves each joint there and back, then all at once, each to the side where nothing is in its way."""
     arm.system.advance("2 s")
     found["ripple"] = max(float(np.ptp(joint.sensed.history[-HELD:]["value"])) for joint in arm)
+    if bangs(arm, scene.step_s, found):
+        return
     low, high = np.array(arm.values("position_min")), np.array(arm.values("position_max"))
     home = np.clip(arm.values("sensed"), low, high)
-    step = np.where(high - low < UNLIMITED, SHARE * (high - low), STEP)
-    step = np.where(home + step <= high, step, -step)
+    size = np.where(high - low < UNLIMITED, SHARE * (high - low), STEP)
+    forwards, backwards = home + size <= high, home - size >= low
+    side = np.where(forwards, 1.0, -1.0)
     for index in range(len(arm)):
-        if not (reach(arm, home + step * (np.arange(len(arm)) == index), found) and reach(arm, home, found)):
+        one = np.arange(len(arm)) == index
+        if forwards[index] and backwards[index] and not scene.is_free(home, home + size * one) and scene.is_free(home, home - size * one):
+            side[index] = -1.0
+        if not (reach(arm, scene, home + side * size * one, found) and reach(arm, scene, home, found)):
             return
-    reach(arm, home + step, found)
+    chance = np.random.default_rng(0)
+    for _ in range(TRIES):
+        if scene.is_free(home, home + side * size):
+            break
+        side = np.where(forwards & backwards, chance.choice([-1.0, 1.0], len(arm)), side)
+    reach(arm, scene, home + side * size, found)
 
 
-def reach(arm: Any, goal: np.ndarray, found: dict[str, Any]) -> bool:
+def reach(arm: Any, scene: Scene, goal: np.ndarray, found: dict[str, Any]) -> bool:
     """Moves to a goal; false, with the joints that missed it and why, where it was not reached."""
-    try:
-        gpac.motion.move_absolute(arm, [float(q) for q in goal], time_limit="30 s")
-    except gpac.Terminated as error:
-        found["why"] = sentence(error)
-        return False
+    for first in range(0, len(arm), TOGETHER):
+        part = arm if len(arm) <= TOGETHER else gpac.Group(f"part{first}", *list(arm)[first : first + TOGETHER])
+        try:
+            gpac.motion.move_absolute(part, [float(q) for q in goal[first : first + TOGETHER]], time_limit="30 s")
+        except gpac.Terminated as error:
+            found["why"] = sentence(error)
+            return False
     arm.system.advance(SETTLING)
     near = [ARRIVED[joint.sensed.unit] for joint in arm]
     far = [joint.short_name for joint, q, at, most in zip(arm, goal, arm.values("sensed"), near, strict=False) if abs(q - at) > most]
     found["missed"] = far
     if far:
         found["why"] = "off its goal: " + ", ".join(far)
-    return not found["why"]
+    return not found["why"] and not bangs(arm, scene.step_s, found)
 
 
-def touching(arm: Any, file: Path) -> str:
-    """Names the links of an MJCF model that touch each other where the arm has come to a stop."""
-    if urdf.is_urdf(file):
-        return ""
-    text, _, _ = mjcf.put_right(file)
-    model = mujoco.MjModel.from_xml_path(str(file)) if text is None else mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    for joint, position in zip(arm, arm.values("sensed"), strict=True):
-        data.qpos[model.jnt_qposadr[model.joint(joint.short_name).id]] = position
-    mujoco.mj_forward(model, data)
-    pairs = {tuple(sorted(called(model, geom) for geom in contact.geom)) for contact in data.contact}
-    return "".join(f"; '{first}' touches '{second}'" for first, second in sorted(pairs))
-
-
-def called(model: Any, geom: int) -> str:
-    """The name of a shape's link; of what belongs to no link its own."""
-    body = model.geom_bodyid[geom]
-    return model.body(body).name if body else model.geom(geom).name or "world"
+def bangs(arm: Any, step_s: float, found: dict[str, Any]) -> bool:
+    """Whether the acceleration of a joint has reversed faster than it may in the last two seconds, told with the joint and how fast."""
+    stride = max(1, round(step_s / PERIOD_S))
+    for joint in arm:
+        q = joint.sensed.history[-round(2.0 / PERIOD_S) :]["value"][::stride]
+        acceleration = np.diff(q, 2) / (stride * PERIOD_S) ** 2
+        signs = np.sign(acceleration[np.abs(acceleration) > SWINGS * joint.max_acceleration])
+        rate = float(np.count_nonzero(np.diff(signs)) / 2 / (len(q) * stride * PERIOD_S))
+        found["reversals"] = max(found["reversals"], rate)
+        if rate > REVERSALS_HZ:
+            found["why"] = f"the acceleration of {joint.short_name} reverses at {rate:.0f} Hz"
+            return True
+    return False
 
 
 def sentence(error: Exception) -> str:
@@ -129,4 +145,4 @@ def sentence(error: Exception) -> str:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])

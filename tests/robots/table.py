@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -18,16 +19,15 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import sketch
-
-from opengpac.robots.catalogue import KNOWN, Named
+from opengpac.robots import sketch
+from opengpac.robots.catalogue import ELSEWHERE, KNOWN, OWN, Named
 
 HERE = Path(__file__).parent
 TOP = HERE.parents[1]
 PLACE = TOP / "out" / "robots"
 PAGE = TOP / "docs" / "robots.md"
 PICTURES = TOP / "docs" / "robots"
-SECONDS = 180
+SECONDS = 600
 """How long one file may take."""
 
 
@@ -44,13 +44,14 @@ def main() -> None:
     files = [unpacked(package, version) / folder / file for package, version, folder, file in wanted]
     arms = [arm for arm in KNOWN.values() if not words or any(word in arm.name for word in words)]
     # An unpacked package is found as an installed one is.
-    places = [None if arm.package.name == "opengpac" else unpacked(arm.package.name, arm.package.version) for arm in arms]
+    places = [None if arm.package.name == OWN else places_of(arm) for arm in arms]
     named, rows = [], []
+    drawings = [picture(package, file) for package, _, _, file in wanted]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for arm, found in zip(arms, pool.map(tried, [arm.name for arm in arms], places), strict=True):
             named.append((arm, found))
             print(f"{arm.name:20} {arm.package.name:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
-        for (package, version, _, file), found in zip(wanted, pool.map(tried, files), strict=True):
+        for (package, version, _, file), found in zip(wanted, pool.map(tried, files, [None] * len(files), drawings), strict=True):
             rows.append((f"{package} {version}", file, found))
             print(f"{package:20} {file:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
     if not words:
@@ -77,12 +78,24 @@ def unpacked(package: str, version: str) -> Path:
     return folder
 
 
-def tried(file: Path | str, packages: Path | None = None) -> dict[str, Any]:
-    """Runs `one.py` on a file, or on an arm's name with the folder of its package, in a process of its own."""
+def picture(package: str, file: str) -> Path:
+    """Where the picture of a file is kept."""
+    return PICTURES / package / f"{re.sub(r'[^0-9A-Za-z]+', '_', file.rpartition('.')[0])}.webp"
+
+
+def places_of(arm: Named) -> str:
+    """The folders of the packages that an arm known by name needs, for `PYTHONPATH`."""
+    name, _, version = arm.package.reader.partition("==")
+    folders = [unpacked(arm.package.name, arm.package.version), *([unpacked(name, version)] if name else [])]
+    return os.pathsep.join(map(str, folders))
+
+
+def tried(file: Path | str, packages: str | None = None, drawn: Path | str = "") -> dict[str, Any]:
+    """Runs `one.py` on a file, or on an arm's name with the folders of its packages, in a process of its own."""
     nothing = {"joints": 0, "ripple": None, "missed": [], "why": ""}
     try:
-        command = [sys.executable, HERE / "one.py", file]
-        environment = os.environ if packages is None else {**os.environ, "PYTHONPATH": str(packages)}
+        command = [sys.executable, HERE / "one.py", file, drawn]
+        environment = {"MUJOCO_GL": "egl", **os.environ, **({} if packages is None else {"PYTHONPATH": packages})}
         run = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False, env=environment)
     except subprocess.TimeoutExpired:
         return {**nothing, "why": f"not done after {SECONDS} s"}
@@ -132,26 +145,31 @@ def page(named: list[tuple[Named, dict[str, Any]]], rows: list[tuple[str, str, d
             for arm, found in named
         ),
         "",
-        "They are tried as the files below.",
+        "They are tried as the files below. Of these no package has the model; they are refused with the place where it is published:",
+        "",
+        *(f"- `{name}`: {place.replace(chr(39), '`')}" for name, place in ELSEWHERE.items()),
         "",
         "## Files",
         "",
         f"{len(rows)} files from {packages} packages of the Python registry, loaded as they are by `gpac.robots.load(FILE)`:",
         f"{loaded} load, and in {arrive} every joint arrives. `make robots` writes this page anew (`tests/robots`).",
         "",
-        "Each arm is held at its home for 2 s, each joint is moved by a tenth of its range and back, then all at once, under",
-        "gravity, by `move_absolute` at its default speed. A joint arrives if it is within 1 mrad or 0.1 mm of its goal 1 s",
-        "after the move. *Ripple* is how far a joint moves at rest, over 0.5 s. *Put right* counts what `arm.notes` tells",
-        "([files of arms](urdf.md#mjcf-files)). Links of an MJCF file that touch on the way are named as MuJoCo sees them: it collides the",
-        "convex hulls of meshes.",
+        "Each arm is held at its home for 2 s, each joint is moved by a tenth of its range and back, then all at once (16 at a time: a",
+        "motion takes no more), under gravity, by `move_absolute` at its default speed, to the side where nothing is in its way if",
+        "there is one. A joint arrives if it is within 1 mrad or 0.1 mm of its goal 1 s after the move. *Ripple* is how far a joint moves",
+        "at rest, over 0.5 s. *Put right* counts what `arm.notes` tells ([files of arms](urdf.md#mjcf-files)). Links that touch where an",
+        "arm has come to a stop are named as MuJoCo sees them: it collides the convex hulls of meshes. The pictures show shapes that",
+        "collide of URDF files, and all shapes of MJCF files.",
         "",
-        "| package | file | joints | put right | ripple, mrad or mm | |",
-        "|---|---|---|---|---|---|",
+        "| package | file | at home | joints | put right | ripple, mrad or mm | |",
+        "|---|---|---|---|---|---|---|",
     ]
     for package, file, found in rows:
         ripple = "" if found["ripple"] is None else f"{found['ripple'] * 1e3:.3f}"
         why = found["why"].replace("|", "/") or "arrives"
-        lines.append(f"| {package} | `{file}` | {found['joints'] or ''} | {found.get('notes', '') or ''} | {ripple} | {why} |")
+        drawn = picture(package.partition(" ")[0], file)
+        shown = f"![{Path(file).stem}]({drawn.relative_to(PAGE.parent)})" if drawn.exists() else ""
+        lines.append(f"| {package} | `{file}` | {shown} | {found['joints'] or ''} | {found.get('notes', '') or ''} | {ripple} | {why} |")
     return "\n".join(lines) + "\n"
 
 

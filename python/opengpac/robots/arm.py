@@ -3,26 +3,32 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
 
 from .. import library
-from ..errors import CallError, NotEnabled, refuse
+from ..errors import CallError, Error, NotEnabled, refuse
 from ..frames import Pose
 from ..groups import Group
 from ..instances import VerbInstance
 from ..quantities import Quantity
 from .joints import Joint
 from .kinematics import Kinematics
+from .touching import touching
 from .urdf import Interfaces
 
 _SENSED = ("standstill", "moving", "stopping")
 """States of a joint in which its verb reads where it is."""
+
+TOUCHING_TOLD = 3
+"""How many pairs of bodies a message names."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +78,29 @@ class Arm(Group[Joint]):
         """The states of its SRDF file: the positions of its joints, in their order, rad or m; a state may lack some."""
         self.interfaces = {name: interfaces[name] for name in names if name in interfaces}
         """What the tags `ros2_control` of its URDF file say of its joints, by their names."""
+        self._scene: Path | None = None
+        """The MJCF model that is simulated, with what stands around the arm; none of a real arm."""
         self._payload = Payload(0.0)
         self._carrying: VerbInstance[Any] | None = None
+
+    def touching(self) -> list[tuple[str, str]]:
+        """Pairs of bodies that touch where a simulated arm is now and do not at its home, by their names in the model; of others none.
+
+        Bodies that move freely are left out. Not on the real-time path: it loads the model.
+        """
+        if self._scene is None:
+            return []
+        names = [joint.name.removeprefix(f"{self.name}.") for joint in self]
+        return touching(self._scene, dict(zip(names, self.values("sensed"), strict=True)))
+
+    def _said_of_end(self, message: str) -> str:
+        """Returns what is added to the message of a motion's end: the bodies that touch, where a joint did not follow."""
+        if "following_error" not in message:
+            return ""
+        # The end is told also where the file of the model is gone by now.
+        with contextlib.suppress(Error, OSError, ValueError):
+            return "".join(f"; '{first}' touches '{second}'" for first, second in self.touching()[:TOUCHING_TOLD])
+        return ""
 
     @functools.cached_property
     def kinematics(self) -> Kinematics:

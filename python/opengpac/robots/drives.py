@@ -12,7 +12,7 @@ from ..physical import Part
 from ..quantities import Quantity, duration_ns
 from ..sources import Source
 from ..verbs import Verb
-from .servos import SERVO_PERIOD, joint_decoupled_servo, joint_follower, joint_servo
+from .servos import SERVO_PERIOD, joint_decoupled_servo, joint_follower, joint_servo, quiet_decoupled_servo
 
 JOG_SPEED = 0.25
 """Maximum speed of a joint for which nothing says another, rad/s."""
@@ -53,7 +53,7 @@ def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., A
     """`joint_follower` for a drive that takes positions, `joint_decoupled_servo` for one that knows the arm's dynamics; none, the type's
     own, for one of efforts alone. Refused: a channel is missing.
     """
-    suits = joint_follower if _takes_positions(drive) else joint_decoupled_servo if "decoupled" in drive.about else joint_servo
+    suits = joint_follower if _takes_positions(drive) else _decoupled(drive) if "decoupled" in drive.about else joint_servo
     chosen = verb or suits
     lacking = _lacking(drive, chosen)
     if lacking:
@@ -67,6 +67,12 @@ def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., A
             else "give a part that takes positions ('goal') or efforts ('effort'), or verb=, one of your own for what this part takes",
         )
     return verb if verb is not None else suits if suits is not joint_servo else None
+
+
+def _decoupled(drive: Part) -> Verb[..., Any]:
+    """`joint_decoupled_servo`, or the one that does without what its motor gives where the drive does not tell that."""
+    tells_motor = {"motor_effort", "motor_limit"} <= set(drive.channels)
+    return joint_decoupled_servo if tells_motor else quiet_decoupled_servo
 
 
 def _takes_positions(drive: Part) -> bool:
@@ -101,7 +107,7 @@ def _limits(drive: Part, verb: Verb[..., Any] | None) -> dict[str, Any]:
         return found
     if "decoupled" in about:
         found["max_ripple"] = SIMULATED_RIPPLE[about["unit"]]
-    gains = about["decoupled" if verb is joint_decoupled_servo else "servo"]
+    gains = about["decoupled" if verb in (joint_decoupled_servo, quiet_decoupled_servo) else "servo"]
     return found | {name: gains[name] for name in ("kp", "kd")}
 
 

@@ -132,48 +132,59 @@ joint_servo = Verb(
 )
 
 
-joint_decoupled_servo = Verb(
-    "robot_joint_decoupled_servo",
-    doc="Keeps a joint at its commanded position, within its range and maximum speed: PID on a drive that knows the arm's dynamics.",
-    blocks={
-        "position": reading,
-        "speed": lib.block("read_channel"),
-        "servo": lib.block("joint_servo"),
-        "write": lib.block("write_channel"),
-        "load": lib.block("write_channel"),
-        "motor": lib.block("read_channel"),
-        "strongest": lib.block("read_channel"),
-    },
-    instantiation_parameters={
-        "drive.position": "position.read.channel",
-        "drive.velocity": "speed.channel",
-        "drive.motor_effort": "motor.channel",
-        "drive.motor_limit": "strongest.channel",
-        "drive.decoupled": "write.channel",
-        "drive.effort": "load.channel",
-        "load_effort": "load.u",
-        **_kept("servo", ["speed.y", "servo.velocity"]),
-    },
-    cells={"effort": ["servo.effort", "write.u"]},
-    modes={"load.u": "asynchronous"},
-    input_parameters=joint_servo.input_parameters,
-    command_lists={
-        "start": [
-            execute("position"),
-            activate("position", every=SERVO_PERIOD),
-            activate("speed", every=SERVO_PERIOD),
-            activate("motor", every=SERVO_PERIOD),
-            activate("strongest", every=SERVO_PERIOD),
-            activate("load", every=SERVO_PERIOD),
-            activate("servo"),
-            activate("write"),
-            ready(),
-        ]
-    },
-    output_values=_DECOUPLED_SAYS,
-    conditions=_ends(_DECOUPLED_SAYS),
+def _decoupled(name: str, doc: str, motor: Mapping[str, str], says: Mapping[str, str]) -> Verb[..., Any]:
+    """A servo on a drive that knows the arm's dynamics. `motor`: blocks that read what the drive tells of its motor, and their channels."""
+    return Verb(
+        name,
+        doc=doc,
+        blocks={
+            "position": reading,
+            "speed": lib.block("read_channel"),
+            "servo": lib.block("joint_servo"),
+            "write": lib.block("write_channel"),
+            "load": lib.block("write_channel"),
+            **{block: lib.block("read_channel") for block in motor},
+        },
+        instantiation_parameters={
+            "drive.position": "position.read.channel",
+            "drive.velocity": "speed.channel",
+            **{f"drive.{channel}": f"{block}.channel" for block, channel in motor.items()},
+            "drive.decoupled": "write.channel",
+            "drive.effort": "load.channel",
+            "load_effort": "load.u",
+            **_kept("servo", ["speed.y", "servo.velocity"]),
+        },
+        cells={"effort": ["servo.effort", "write.u"]},
+        modes={"load.u": "asynchronous"},
+        input_parameters=joint_servo.input_parameters,
+        command_lists={
+            "start": [
+                execute("position"),
+                activate("position", every=SERVO_PERIOD),
+                activate("speed", every=SERVO_PERIOD),
+                *(activate(block, every=SERVO_PERIOD) for block in motor),
+                activate("load", every=SERVO_PERIOD),
+                activate("servo"),
+                activate("write"),
+                ready(),
+            ]
+        },
+        output_values=says,
+        conditions=_ends(says),
+    )
+
+
+_DECOUPLED_DOC = (
+    "Keeps a joint at its commanded position, within its range and maximum speed: PID on a drive that knows the arm's dynamics."
+)
+
+joint_decoupled_servo = _decoupled(
+    "robot_joint_decoupled_servo", _DECOUPLED_DOC, {"motor": "motor_effort", "strongest": "motor_limit"}, _DECOUPLED_SAYS
 )
 """Keeps a joint going whose drive adds what gravity and the other joints need (computed torque), as a simulated arm's does."""
+
+quiet_decoupled_servo = _decoupled("robot_joint_quiet_decoupled_servo", _DECOUPLED_DOC, {}, _SERVO_SAYS)
+"""The same for a drive that does not tell the effort and the limit of its motor: a following error tells the servo's."""
 
 
 joint_follower = Verb(

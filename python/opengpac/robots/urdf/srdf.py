@@ -69,10 +69,14 @@ class Semantics:
 
 
 def beside(urdf: Path) -> list[Path]:
-    """The SRDF files in the folder of a URDF file; where there is none, those in the folder `srdf` beside that folder."""
+    """The SRDF files in the folder of a URDF file; where there is none, those in the folder `srdf` beside that folder.
+
+    `.srdf.xacro` files count where a folder has no `.srdf` file: those of one name are often made of them.
+    """
     for folder in (urdf.parent, urdf.parent.parent / "srdf"):
-        if found := sorted(folder.glob("*.srdf")):
-            return found
+        for pattern in ("*.srdf", "*.srdf.xacro"):
+            if found := sorted(folder.glob(pattern)):
+                return found
     return []
 
 

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The model of an arm's file, apart from its simulation: which links touch in a pose, which way is free, and a picture."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from opengpac.robots import mjcf, urdf
+
+mujoco: Any = importlib.import_module("mujoco")
+
+SAMPLES = 20
+"""Poses of a straight way in which links are looked at."""
+SIZE, QUALITY, PAPER = 320, 70, 244
+"""Width and height of a picture, pixels, its quality, WebP, and the grey behind the arm."""
+PLANE = 0
+"""`mjtGeom` of a floor."""
+
+
+class Scene:
+    """An arm and what stands around it. `joints` names those that poses are given for."""
+
+    def __init__(self, file: Path, joints: Sequence[str]) -> None:
+        if urdf.is_urdf(file):
+            text: str | None = urdf.convert(file).text
+        else:
+            text, _, _ = mjcf.put_right(file)
+        self.model = mujoco.MjModel.from_xml_path(str(file)) if text is None else mujoco.MjModel.from_xml_string(text)
+        self.data = mujoco.MjData(self.model)
+        self.places = [self.model.jnt_qposadr[self.model.joint(name).id] for name in joints]
+
+    @property
+    def step_s(self) -> float:
+        """The step of the model, s."""
+        return float(self.model.opt.timestep)
+
+    def touching(self, pose: Sequence[float]) -> set[tuple[str, str]]:
+        """Pairs of links that touch each other in a pose."""
+        self._pose(pose)
+        return {tuple(sorted(self._called(geom) for geom in contact.geom)) for contact in self.data.contact}
+
+    def is_free(self, start: np.ndarray, goal: np.ndarray) -> bool:
+        """Whether nothing touches on the straight way to a goal that does not at its start."""
+        at_start = self.touching(start)
+        return all(self.touching(start + share * (goal - start)) <= at_start for share in np.linspace(0.0, 1.0, SAMPLES))
+
+    def paint(self, pose: Sequence[float], picture: Path) -> None:
+        """Writes a picture of the arm in a pose, from the front, the right and above; none of an arm without shapes."""
+        image = importlib.import_module("PIL.Image")
+        model = self.model
+        self._pose(pose)
+        if model.nlight == 0:
+            model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.5, 0.6
+        model.geom_rgba[model.geom_type == PLANE, 3] = 0.0
+        shown = [geom for geom in range(model.ngeom) if model.geom_type[geom] != PLANE and model.geom_group[geom] < 3]
+        if not shown:
+            return
+        centres, reach = self.data.geom_xpos[shown], model.geom_rbound[shown, None]
+        low, high = (centres - reach).min(axis=0), (centres + reach).max(axis=0)
+        camera = mujoco.MjvCamera()
+        camera.lookat[:], camera.distance, camera.azimuth, camera.elevation = (low + high) / 2, 0.95 * np.linalg.norm(high - low), 130, -20
+        with mujoco.Renderer(model, SIZE, SIZE) as renderer:
+            renderer.update_scene(self.data, camera)
+            pixels = renderer.render().copy()
+            renderer.enable_segmentation_rendering()
+            renderer.update_scene(self.data, camera)
+            pixels[renderer.render()[..., 0] < 0] = PAPER
+        picture.parent.mkdir(parents=True, exist_ok=True)
+        image.fromarray(pixels).save(picture, quality=QUALITY, method=6)
+
+    def _pose(self, pose: Sequence[float]) -> None:
+        self.data.qpos[self.places] = pose
+        mujoco.mj_forward(self.model, self.data)
+
+    def _called(self, geom: int) -> str:
+        """The name of a shape's link; of what belongs to no link its own."""
+        body = self.model.geom_bodyid[geom]
+        return self.model.body(body).name if body else self.model.geom(geom).name or "world"
