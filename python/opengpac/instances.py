@@ -255,6 +255,7 @@ def create(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstanc
 
 def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
     """Starts an instance: `verb.asynch(...)`; one that cannot be started is deleted again."""
+    verb = verb._fitting(args, kwargs)
     if checking.active():
         return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.signature))
     options = options_json(kwargs, verb)
@@ -282,6 +283,7 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
 
     One request to the real-time system, where the verb ends soon; one that lasts is waited for as any other.
     """
+    verb = verb._fitting(args, kwargs)
     if checking.active():
         return start(verb, args, kwargs).wait()
     options, prepared = options_json(kwargs, verb), PreparedCall.of(verb)

@@ -72,6 +72,9 @@ def plain(value: Any, what: str = "the value") -> Any:
         return value
     if isinstance(value, np.void) and value.dtype.names:
         return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names}
+    if isinstance(value, np.ndarray) and value.dtype == float and value.ndim and np.isfinite(value).all():
+        # A table of thousands of numbers, number by number, takes half a second.
+        return value.tolist()
     if isinstance(value, np.ndarray) and value.dtype.names is not None:
         return plain(value[()], what) if value.ndim == 0 else [plain(v, what) for v in value]
     listed = rows(value)

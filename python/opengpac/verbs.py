@@ -9,7 +9,7 @@ import functools
 import inspect
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Sized
 from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, ParamSpec, Self, TypeVar, overload
 
@@ -98,6 +98,9 @@ class Verb(VerbTables, Declared, Generic[P, R]):
     """What `then` does: `composition`, which stands above this, gives it."""
 
     _settable = frozenset({"layout"})
+
+    _longer: tuple[str, int, Verb[..., Any], Verb[..., Any]] | None = None
+    """`_takes_longer`: the input parameter, the maximum number of its values, the verb for more, and this one as it was defined."""
 
     def __init__(
         self: Verb[..., Report],
@@ -216,6 +219,32 @@ class Verb(VerbTables, Declared, Generic[P, R]):
         conditions = {"completed": on(), **self.conditions}
         normal = {name: t for name, t in conditions.items() if t.raises is None and (t.returns is not None or name == "completed")}
         new = self._with({"conditions": {**conditions, **{n: dataclasses.replace(t, raises=exception) for n, t in normal.items()}}})
+        vars(new).pop("_text", None)
+        return new
+
+    def _takes_longer(self, parameter: str, most: int, longer: Verb[P, R]) -> None:
+        """Calls with more than `most` values of an input parameter become calls of `longer`, which has the same labels, conditions and
+        parameters and larger tables. `new_instance` does not know the values, and stays what it is. Call it right after the definition.
+        """
+        self._longer = (parameter, most, longer, copy.copy(self))
+
+    def _fitting(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Verb[P, R]:
+        """The verb that has room for the values of a call: this one, or what `_takes_longer` names, placed and named like this one."""
+        if self._longer is None:
+            return self
+        parameter, most, longer, defined = self._longer
+        try:
+            own = {name: value for name, value in kwargs.items() if name in self.signature.parameters}
+            given = self.signature.bind_partial(*args, **own).arguments.get(parameter)
+        except TypeError:
+            return self
+        if not isinstance(given, Sized) or len(given) <= most:
+            return self
+        options = ("conditions", "placement", "intervals", "placed_in", "instance_name")
+        changed = {name: vars(self)[name] for name in options if vars(self)[name] is not vars(defined)[name]}
+        if not changed:
+            return longer
+        new = longer._with(changed)
         vars(new).pop("_text", None)
         return new
 

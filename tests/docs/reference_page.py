@@ -62,6 +62,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Motions": (
         "opengpac.motion",
         "move_absolute move_relative move_velocity stop jog home home_here gear move_linear follow_linear follow carry "
+        "follow_long follow_linear_long speeds "
         "Moved Stopped Homed MoveTimeout LimitReached TimeLost HomingFailed LineRefused PathRefused",
     ),
     "Arms and grippers": (

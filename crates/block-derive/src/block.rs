@@ -94,6 +94,7 @@ fn value_type(item: &Item) -> TokenStream {
     let ty = &item.ty;
     match item.kind {
         Kind::ConditionOf => quote!(<#ty as ::opengpac::generated::Reported>::Value),
+        _ if item.in_place => quote!(<#ty as ::opengpac::generated::Lying>::Value),
         _ => quote!(#ty),
     }
 }
@@ -120,6 +121,7 @@ fn initial(item: &Item) -> TokenStream {
             quote!(#name: #least)
         }
         (_, Some(value)) => quote!(#name: #value),
+        (_, None) if item.in_place => quote!(#name: <#ty as ::opengpac::generated::Lying>::NOWHERE),
         (_, None) if item.opaque => quote!(#name: <#ty as ::core::default::Default>::default()),
         (_, None) => quote!(#name: <#ty as ::opengpac::Type>::zero()),
     }
@@ -200,8 +202,9 @@ fn entry(ident: &Ident, items: &[Item], size: Option<&Item>) -> TokenStream {
 }
 
 fn load(item: &Item) -> TokenStream {
-    let name = &item.name;
+    let (name, ty) = (&item.name, &item.ty);
     match item.kind {
+        _ if item.in_place => quote!(#name: <#ty as ::opengpac::generated::Lying>::at((*m).at.#name)),
         Kind::Input | Kind::DeviceRead if item.sized => quote!(#name: ::opengpac::generated::load_sized((*m).at.#name, count)),
         Kind::Input | Kind::DeviceRead => quote!(#name: *(*m).at.#name),
         Kind::Condition => quote!(#name: ::opengpac::Condition::new()),
@@ -212,7 +215,7 @@ fn load(item: &Item) -> TokenStream {
 
 fn nonfinite(item: &Item) -> Option<TokenStream> {
     let (name, ty) = (&item.name, &item.ty);
-    if !matches!(item.kind, Kind::Output | Kind::DeviceWrite) || item.nonfinite {
+    if !matches!(item.kind, Kind::Output | Kind::DeviceWrite) || item.nonfinite || item.in_place {
         return None;
     }
     Some(match item.sized {
@@ -236,6 +239,7 @@ fn store(item: &Item) -> TokenStream {
         false => quote!(*(*m).at.#name = local.#name;),
     };
     match (item.kind, &item.ratio) {
+        _ if item.in_place => quote!(),
         (Kind::Output, Some(n)) => quote! {
             if number.wrapping_sub((*m).header.activated).wrapping_add(1) % (#n as u64) == 0 { #through }
             (*m).own.#name = local.#name;
@@ -268,7 +272,7 @@ fn spec(item: &Item, size: Option<&Item>) -> TokenStream {
         (None, false) => (quote!(SYNCHRONOUS), quote!(0)),
     };
     let has_default = item.kind == Kind::Input && item.value.is_some();
-    let (nonfinite, keep, sized, history) = (item.nonfinite, item.keep, item.sized, item.history);
+    let (nonfinite, keep, sized, history) = (item.nonfinite || item.in_place && item.kind == Kind::Output, item.keep, item.sized, item.history);
     let value = match (item.kind, item.opaque, item.sized) {
         _ if history => quote!(::opengpac::generated::ValueSpec::history::<#ty>()),
         (Kind::Condition, ..) => quote!(::opengpac::generated::ValueSpec::none()),
@@ -283,6 +287,7 @@ fn spec(item: &Item, size: Option<&Item>) -> TokenStream {
     };
     let offset = match item.kind {
         Kind::Condition => quote!(None),
+        _ if item.in_place => quote!(None),
         Kind::ConditionOf => quote!(Some(::core::mem::offset_of!(Instance, own.#name.preset))),
         _ => quote!(Some(::core::mem::offset_of!(Instance, own.#name))),
     };

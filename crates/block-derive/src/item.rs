@@ -35,6 +35,7 @@ pub struct Item {
     pub nonfinite: bool,
     pub sized: bool,
     pub history: bool,
+    pub in_place: bool,
     pub least: TokenStream,
     pub most: TokenStream,
 }
@@ -75,6 +76,7 @@ impl Item {
             nonfinite: false,
             sized: false,
             history: false,
+            in_place: false,
             least: quote!(0),
             most: quote!(0),
         };
@@ -103,6 +105,7 @@ impl Item {
                 (_, "sized", None) => self.sized = true,
                 ("input" | "output", "asynchronous", None) => self.asynchronous = true,
                 ("input", "history", None) => (self.history, self.asynchronous) = (true, true),
+                ("input" | "output", "in_place", None) => self.in_place = true,
                 ("input" | "output", "ratio", Some(n)) => self.ratio = Some(n),
                 ("input" | "param", "default", Some(value)) | ("state", "initial", Some(value)) | ("condition", "preset", Some(value)) => {
                     self.value = Some(value)
@@ -128,6 +131,12 @@ impl Item {
         }
         if self.asynchronous && self.ratio.is_some() {
             return Err(syn::Error::new(attribute.span(), "a port has one mode: `asynchronous` or `ratio = n`"));
+        }
+        if self.in_place && (self.sized || self.history || self.value.is_some() || self.ratio.is_some()) {
+            return Err(syn::Error::new(
+                attribute.span(),
+                "a port that is used in place has no size, history, default or ratio: #[input(asynchronous, in_place)] table: InPlace<[f64; 65536]>",
+            ));
         }
         if self.history && (self.sized || self.value.is_some()) {
             return Err(syn::Error::new(
@@ -156,8 +165,8 @@ fn kind(word: &str, ty: &Type) -> Kind {
 
 fn forms(word: &str) -> &'static str {
     match word {
-        "input" => "#[input(asynchronous, ratio = n, history, default = value, sized, unit = \"rad\", range = \"[0, 1]\")]",
-        "output" => "#[output(asynchronous, ratio = n, nonfinite, sized, unit = \"rad\")]",
+        "input" => "#[input(asynchronous, ratio = n, history, default = value, sized, in_place, unit = \"rad\", range = \"[0, 1]\")]",
+        "output" => "#[output(asynchronous, ratio = n, nonfinite, sized, in_place, unit = \"rad\")]",
         "param" => "#[param(default = value, sized, unit = \"rad\", range = \"[0, 1]\")]",
         "state" => "#[state(initial = value, keep, opaque, sized, unit = \"rad\")]",
         "device" => "#[device(read)] or #[device(write)], unit = \"rad\"",

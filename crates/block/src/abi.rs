@@ -150,7 +150,8 @@ pub struct Item {
     pub unit: *const c_char,
     /// Description, one line.
     pub doc: *const c_char,
-    /// Offset of the item's value (of a condition: its preset) in the instance; `NONE` for a condition without a value.
+    /// Offset of the item's value (of a condition: its preset) in the instance; `NONE` for a condition without a value, and for an input
+    /// or output that the block uses where it is bound: what it has written there stays, whatever becomes of the invocation.
     pub offset: u32,
     /// Bytes of the value.
     pub size: u32,

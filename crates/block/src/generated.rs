@@ -3,6 +3,7 @@
 
 use crate::abi::{self, Descriptor, Header, Item, Module, Run, TypeDescriptor, flag};
 use crate::bank::{self, Bank};
+pub use crate::in_place::Lying;
 use crate::{ConditionOf, Type, panics};
 use core::ffi::{CStr, c_char, c_void};
 use std::alloc::{Layout, alloc_zeroed, handle_alloc_error};

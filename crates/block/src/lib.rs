@@ -32,6 +32,7 @@
 //! | `#[input]`, `#[input(asynchronous)]`, `#[input(ratio = n)]`, `#[input(default = v)]` | an input, latched; `default`: it may stay unbound |
 //! | `#[input(history)] u: [f64; 8]` | the last 8 values, oldest first |
 //! | `#[output]`, `#[output(ratio = n)]`, `#[output(nonfinite)]` | an output, stored after success |
+//! | `#[input(in_place)] table: InPlace<T>`, `#[output(in_place)] table: InPlaceMut<T>` | a table too large to be copied in each invocation |
 //! | `#[param(default = v)]` | a parameter |
 //! | `#[state]`, `#[state(initial = v)]`, `#[state(keep)]`, `#[state(opaque)]` | memory; `opaque`: any `Copy + Default` type |
 //! | `#[device(read)]`, `#[device(write)]` | a channel of a physical device |
@@ -49,6 +50,7 @@ mod fault;
 #[doc(hidden)]
 pub mod floats;
 pub mod generated;
+mod in_place;
 mod panics;
 pub mod read;
 mod step;
@@ -59,6 +61,7 @@ mod what;
 pub use abi::Invocation;
 pub use condition::{Condition, ConditionOf};
 pub use fault::{CALLED_FORK, FLOATS_CHANGED, lost_text, signal_text};
+pub use in_place::{InPlace, InPlaceMut};
 pub use opengpac_derive::{FunctionBlock, Type};
 pub use step::{FunctionBlock, Outcome, Step};
 pub use types::Type;

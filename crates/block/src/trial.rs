@@ -117,7 +117,7 @@ impl Trial {
         for item in &face.items {
             cells.push(item.address.map(|address| {
                 let mut cell = Memory::new(item.size, 64);
-                cell.bytes_mut()[..item.size].copy_from_slice(&item.initial);
+                cell.bytes_mut()[..item.initial.len()].copy_from_slice(&item.initial);
                 let pointer = (cell.start as usize).to_ne_bytes();
                 instance.bytes_mut()[address..address + pointer.len()].copy_from_slice(&pointer);
                 cell
@@ -140,7 +140,8 @@ impl Trial {
     pub fn set(&mut self, name: &str, bytes: &[u8]) -> Result<(), TrialError> {
         let (index, item) = self.find(name)?;
         let wanted = self.present_size(&item);
-        let Some(offset) = item.offset.filter(|_| item.kind != Kind::Output) else { return Err(TrialError::NotSettable { item: item.name }) };
+        let is_ours = item.kind != Kind::Output && (item.offset.is_some() || item.kind == Kind::Input);
+        let Some(offset) = is_ours.then(|| item.offset.unwrap_or_default()) else { return Err(TrialError::NotSettable { item: item.name }) };
         let is_newest = item.history > 0 && bytes.len() == item.element;
         if bytes.len() != wanted && bytes.len() != item.size && !is_newest {
             return Err(TrialError::WrongLength { given: bytes.len(), wanted, item: item.name, type_text: item.type_text });

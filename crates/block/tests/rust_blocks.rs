@@ -2,7 +2,7 @@
 //! Blocks in Rust, each word of the declaration on trial.
 
 use opengpac::trial::{Fault, Trial, TrialError};
-use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step, Type};
+use opengpac::{Condition, ConditionOf, FunctionBlock, InPlace, InPlaceMut, Invocation, Outcome, Step, Type};
 
 /// First-order low-pass filter: y += alpha (u - y).
 #[derive(FunctionBlock)]
@@ -291,4 +291,45 @@ fn a_history_holds_the_last_values() {
         assert_eq!(trial.number("y").unwrap(), y);
     }
     assert_eq!(trial.numbers("oldest").unwrap(), [5.0, -5.0]);
+}
+
+/// Running sums where they lie: sums[k] = values[0] + … + values[k].
+#[derive(FunctionBlock)]
+struct Sums {
+    /// numbers
+    #[input(asynchronous, in_place)]
+    values: InPlace<[f64; 5000]>,
+    /// their sums
+    #[output(in_place)]
+    sums: InPlaceMut<[f64; 5000]>,
+    /// number of values to add, a fault where there are fewer
+    #[param(default = 5000)]
+    count: u32,
+}
+
+impl Step for Sums {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let mut sum = 0.0;
+        for k in 0..self.count as usize {
+            let Some(value) = self.values.get(k) else { return Outcome::Fault(1) };
+            sum += value;
+            self.sums[k] = sum;
+        }
+        Outcome::Done
+    }
+}
+
+#[test]
+fn a_port_in_place_is_not_copied_and_what_is_written_stays() {
+    let mut trial = Trial::new(Sums::descriptor());
+    let instance = trial.face().instance_size;
+    assert!(instance < 200, "the instance has no copy of the tables: {instance} bytes");
+    trial.set_numbers("values", &[1.0; 5000]).expect("an input");
+    trial.run().expect("no fault");
+    assert_eq!(trial.numbers("sums").expect("numbers")[4999], 5000.0);
+    trial.set_numbers("values", &[2.0; 5000]).expect("an input");
+    trial.set("count", &5001u32.to_ne_bytes()).expect("a parameter");
+    assert_eq!(trial.run(), Err(Fault::Returned(1)));
+    assert_eq!(trial.numbers("sums").expect("numbers")[4999], 10_000.0, "an invocation that faults takes nothing back there");
+    assert!(matches!(trial.set_numbers("sums", &[0.0; 5000]), Err(TrialError::NotSettable { .. })));
 }

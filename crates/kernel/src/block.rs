@@ -95,9 +95,13 @@ impl Block {
         self.write(declared.offset as usize, bytes);
     }
 
-    /// Returns the cell of a parameter's, preset's or output's own value (`self.field`), for `Op::Store` and `Op::Capture`.
+    /// Returns the cell of a parameter's, preset's or output's own value (`self.field`), for `Op::Store` and `Op::Capture`; of an output that is
+    /// used in place, the cell that it is bound to.
     pub fn value(&self, item: usize) -> Cell {
         let declared = &self.items()[item];
+        if let (kind::OUTPUT, NONE, Some(bound)) = (declared.kind, declared.offset, &self.bound[item]) {
+            return bound.clone();
+        }
         assert!(declared.offset != NONE, "item {item} of block '{}' has no value", self.name);
         self.memory.part(declared.offset as usize, declared.size as usize)
     }

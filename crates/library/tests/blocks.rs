@@ -120,6 +120,11 @@ fn the_names_of_the_interface_stay() {
             "n path start start_velocity last_velocity last_acceleration last_time braking override cell_override holding gap_max speed_max acceleration_max \
              jerk_max setpoint setpoint_velocity setpoint_acceleration setpoint_time lost pose progress complete lead chain finished held singular gap",
         ),
+        (
+            "long_path_planner",
+            "n start start_velocity last_velocity last_acceleration last_time braking points blend speed speed_max acceleration_max position_min position_max path \
+             target duration refused lead waits limit",
+        ),
         ("payload_effort", "n q effort held chain mass centre gravity rate"),
         ("channel_sum", "channel u y"),
         ("flag", "y value"),

@@ -79,7 +79,7 @@ fn kind(wanted: &str) -> String {
     said.to_owned()
 }
 
-fn shown(text: &str) -> String {
+pub(crate) fn shown(text: &str) -> String {
     let text = text.replace('\n', " ");
     match text.char_indices().nth(SHOWN_MAX) {
         Some((end, _)) => format!("{}...", &text[..end]),

@@ -20,6 +20,12 @@ _PATH = "planned = lib.path_planner.run(start=[0.0, 0.0], points=np.ones((64, 16
 _LINE = "planned = lib.line_planner.run(chain=arm.chain, start=[0.5, 0.5], goal=tool.pose[0])"
 _POLYLINE = "planned = lib.polyline_planner.run(chain=arm.chain, start=[0.5, 0.5], poses=np.tile(tool.pose[0], (64, 1)))"
 
+_LONG_PATH = "planned = lib.long_path_planner.run(start=[0.0, 0.0], points=np.ones((4096, 16)), blend=np.zeros(4096), speed=np.ones(4096))"
+_LONG_POLYLINE = (
+    "planned = lib.long_polyline_planner.run(chain=arm.chain, start=[0.5, 0.5], poses=np.tile(tool.pose[0], (4096, 1)), "
+    "blend=np.zeros(4096), speed=np.ones(4096))"
+)
+
 _WRITTEN = {
     "action_chunk": ["lib.action_chunk.run(n=3, actions=[0.0, 0.1, 0.2], number=1, observed=0, present=0.0)"],
     "forward_kinematics": [_ARM, "lib.forward_kinematics.run(chain=arm.chain, q=[0.5, 0.7])"],
@@ -31,8 +37,12 @@ _WRITTEN = {
     "line_generator": [_ARM, _TOOL, _LINE, "lib.line_generator.run(n=2, chain=arm.chain, line=planned.line[0])"],
     "path_planner": [_PATH.removeprefix("planned = ")],
     "path_generator": [_PATH, "lib.path_generator.run(n=2, path=planned.path[0])"],
+    "long_path_planner": [_LONG_PATH.removeprefix("planned = ")],
+    "long_path_generator": [_LONG_PATH, "lib.long_path_generator.run(n=2, path=planned.path[0])"],
     "polyline_planner": [_ARM, _TOOL, _POLYLINE.removeprefix("planned = ")],
     "polyline_generator": [_ARM, _TOOL, _POLYLINE, "lib.polyline_generator.run(n=2, chain=arm.chain, path=planned.path[0])"],
+    "long_polyline_planner": [_ARM, _TOOL, _LONG_POLYLINE.removeprefix("planned = ")],
+    "long_polyline_generator": [_ARM, _TOOL, _LONG_POLYLINE, "lib.long_polyline_generator.run(n=2, chain=arm.chain, path=planned.path[0])"],
 }
 """Those of blocks that take the geometry of an arm, or what another block has planned."""
 

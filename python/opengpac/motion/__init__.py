@@ -10,13 +10,15 @@ brake first), and when they are halted or their time is up they slow down within
 from ..robots.generators import TimeLost
 from .coupled import gear
 from .home import Homed, HomingFailed, home, home_here
-from .line import LineRefused, follow_linear, move_linear
+from .line import LineRefused, follow_linear, follow_linear_long, move_linear
 from .moves import Moved, MoveTimeout, move_absolute, move_relative
-from .path import PathRefused, follow
+from .path import PathRefused, follow, follow_long
 from .payload import carry
+from .tables import speeds
 from .velocity import LimitReached, Stopped, jog, move_velocity, stop
 
 __all__ = [
     "Homed", "HomingFailed", "LimitReached", "LineRefused", "MoveTimeout", "Moved", "PathRefused", "Stopped", "TimeLost", "carry", "follow",
-    "follow_linear", "gear", "home", "home_here", "jog", "move_absolute", "move_linear", "move_relative", "move_velocity", "stop",
+    "follow_linear", "follow_linear_long", "follow_long", "gear", "home", "home_here", "jog", "move_absolute", "move_linear",
+    "move_relative", "move_velocity", "speeds", "stop",
 ]  # fmt: skip

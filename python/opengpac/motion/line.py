@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ..robots.generators import HOMED, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
 from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
-from .tables import each_point, poses
+from .tables import LONG_POINTS_MAX, POINTS_MAX, Form, each_point, poses
 
 
 class LineRefused(Terminated, Unreachable):
@@ -31,7 +32,7 @@ class LineRefused(Terminated, Unreachable):
     point: int | None = None
 
     def explanation(self) -> str:
-        """Returns why, with the joint by name and the pose by number."""
+        """Returns the reason, with the joint by name and the pose by number."""
         if self.outputs.get("refused", -1) < 0:
             return self._why()
         self.point = int(self.outputs["refused"])
@@ -107,45 +108,52 @@ def move_linear(
     ...
 
 
-@verb(
-    name="follow_linear",
-    blocks={
-        "planner": lib.block("polyline_planner")(waits=True),
-        "generator": lib.block("polyline_generator"),
-        **ENDS,
-    },
-    objects={"arm": each(Joint)},
-    instantiation_parameters=FOLLOWED,
-    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
-    input_parameters={
-        "poses": input("planner.poses", form=poses),
-        "blend": input("planner.blend", form=each_point),
-        "speed": input("planner.speed", form=each_point),
+def _inputs(points: Form, each: Form) -> dict[str, Any]:
+    """ψ of a path of several lines, with what makes tables of lists."""
+    return {
+        "poses": input("planner.poses", form=points),
+        "blend": input("planner.blend", form=each),
+        "speed": input("planner.speed", form=each),
         "angular_speed": "planner.angular_speed",
         "acceleration": "planner.acceleration",
         "tolerance": "near.tolerance",
         "chain": input(["planner.chain", "generator.chain"], member="arm.chain"),
         "arm.max_speed": ["planner.speed_max", "generator.speed_max"],
         **BOUNDS,
-    },
-    output_values={
+    }
+
+
+_FOLLOW: dict[str, Any] = {
+    "objects": {"arm": each(Joint)},
+    "instantiation_parameters": FOLLOWED,
+    "cells": {"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
+    "output_values": {
         "position": "near.sensed",
         "error": "near.error",
         "duration": "planner.duration",
         "refused": "planner.refused",
     },
-    command_lists=LISTS,
-    initial="start",
-    transitions=TRANSITIONS,
-    requires={"arm.homed": HOMED},
-    suspend=suspended("generator"),
-    conditions={
+    "command_lists": LISTS,
+    "initial": "start",
+    "transitions": TRANSITIONS,
+    "requires": {"arm.homed": HOMED},
+    "suspend": suspended("generator"),
+    "conditions": {
         "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "unreachable": on("planner.unreachable", returns=["refused"], raises=LineRefused),
         "limit": on("planner.limit", returns=["refused"], raises=LineRefused),
         "singular": on(["planner.singular", "generator.singular"], returns=["refused"], raises=LineRefused),
         **RESTED,
     },
+}
+"""What both verbs of several lines have in common."""
+
+
+@verb(
+    name="follow_linear",
+    blocks={"planner": lib.block("polyline_planner")(waits=True), "generator": lib.block("polyline_generator"), **ENDS},
+    input_parameters=_inputs(poses(POINTS_MAX, "follow_linear_long"), each_point(POINTS_MAX)),
+    **_FOLLOW,
 )
 def follow_linear(
     arm: Group[Joint],
@@ -159,8 +167,36 @@ def follow_linear(
 ) -> Moved:
     """Moves the tool of an arm through poses on straight lines, cutting the corners by no more than `blend`; from rest to rest.
 
-    poses: 1 to 64; blend: by how much the tool may pass a pose, m, one number or one for each, 0 to stop there; speed: m/s, one number
+    poses: 1 to 4,096; blend: by how much the tool may pass a pose, m, one number or one for each, 0 to stop there; speed: m/s, one number
     or one for the way to each pose; angular_speed: rad/s; acceleration: m/s²; tolerance of each joint at the end: rad. Slower where
-    the joints ask for it. A path that the arm cannot go raises `LineRefused` before it moves; its `point` says where.
+    the joints ask for it. A path that the arm cannot go raises `LineRefused` before it moves; its `point` says where. More than 64
+    poses are what `follow_linear_long` is for: a call does that by itself, `new_instance` and a composition do not know them beforehand.
     """
     ...
+
+
+@verb(
+    name="follow_linear_long",
+    blocks={"planner": lib.block("long_polyline_planner")(waits=True), "generator": lib.block("long_polyline_generator"), **ENDS},
+    input_parameters=_inputs(poses(LONG_POINTS_MAX), each_point(LONG_POINTS_MAX)),
+    **_FOLLOW,
+)
+def follow_linear_long(
+    arm: Group[Joint],
+    /,
+    poses: Sequence[Pose | Sequence[float]],
+    blend: float | Sequence[float] = 0.01,
+    speed: float | Sequence[float] = 0.25,
+    angular_speed: float = 1.0,
+    acceleration: float = 1.0,
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves the tool of an arm through up to 4,096 poses, as `follow_linear`, with tables of that size: 1.1 MB while it exists.
+
+    For `new_instance` and in compositions; a call of `follow_linear` with more than 64 poses is one of this. The path is planned over
+    some cycles, and followed by inverse kinematics: an arm that rests begins to move up to 0.6 s later.
+    """
+    ...
+
+
+follow_linear._takes_longer("poses", POINTS_MAX, follow_linear_long)

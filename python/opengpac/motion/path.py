@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ..robots.generators import HOMED, handed, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
 from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
-from .tables import each_point, way_points
+from .tables import LONG_POINTS_MAX, POINTS_MAX, Form, each_point, way_points
 
 
 class PathRefused(Terminated, Unreachable):
@@ -27,7 +28,7 @@ class PathRefused(Terminated, Unreachable):
     point: int | None = None
 
     def explanation(self) -> str:
-        """Returns the way-point and the joint."""
+        """Returns the way-point and the joint in words."""
         if "arm" not in self.objects:
             return f"a way-point is outside the range of joint {self.value} (from 0)"
         joint = self.objects["arm"][int(self.value)]
@@ -37,40 +38,50 @@ class PathRefused(Terminated, Unreachable):
         return f"way-point {self.point} is outside the range of joint '{self.joint}', {range_text}; are degrees meant? gpac.deg(points)"
 
 
-@verb(
-    name="follow",
-    blocks={
-        "planner": lib.block("path_planner")(waits=True),
-        "generator": lib.block("path_generator"),
-        **ENDS,
-    },
-    objects={"arm": each(Joint)},
-    instantiation_parameters={**FOLLOWED, **handed(["planner", "generator"], ["generator"], velocity={"generator": "velocity"})},
-    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
-    input_parameters={
-        "points": input("planner.points", form=way_points),
-        "blend": input("planner.blend", form=each_point),
-        "speed": input("planner.speed", form=each_point),
+def _inputs(points: Form, each: Form) -> dict[str, Any]:
+    """ψ, with what makes tables of lists."""
+    return {
+        "points": input("planner.points", form=points),
+        "blend": input("planner.blend", form=each),
+        "speed": input("planner.speed", form=each),
         "tolerance": "near.tolerance",
         "arm.max_speed": "planner.speed_max",
         **BOUNDS,
+    }
+
+
+_FOLLOW: dict[str, Any] = {
+    "objects": {"arm": each(Joint)},
+    "instantiation_parameters": {
+        **FOLLOWED,
+        **handed(["planner", "generator"], ["generator"], velocity={"generator": "velocity"}),
     },
-    output_values={
+    "cells": {"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
+    "output_values": {
         "position": "near.sensed",
         "error": "near.error",
         "duration": "planner.duration",
         "refused": "planner.refused",
     },
-    command_lists=LISTS,
-    initial="start",
-    transitions=TRANSITIONS,
-    requires={"arm.homed": HOMED},
-    suspend=suspended("generator"),
-    conditions={
+    "command_lists": LISTS,
+    "initial": "start",
+    "transitions": TRANSITIONS,
+    "requires": {"arm.homed": HOMED},
+    "suspend": suspended("generator"),
+    "conditions": {
         "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "limit": on("planner.limit", returns=["refused"], raises=PathRefused),
         **RESTED,
     },
+}
+"""What both verbs have in common."""
+
+
+@verb(
+    name="follow",
+    blocks={"planner": lib.block("path_planner")(waits=True), "generator": lib.block("path_generator"), **ENDS},
+    input_parameters=_inputs(way_points(POINTS_MAX, "follow_long"), each_point(POINTS_MAX)),
+    **_FOLLOW,
 )
 def follow(
     arm: Group[Joint],
@@ -82,8 +93,34 @@ def follow(
 ) -> Moved:
     """Moves the joints of an arm through way-points on straight lines in joint space, cutting the corners by no more than `blend`.
 
-    points: 1 to 64 rows of joint positions, rad (m for a sliding joint); blend: by how much a joint may pass a way-point, rad, one
+    points: 1 to 4,096 rows of joint positions, rad (m for a sliding joint); blend: by how much a joint may pass a way-point, rad, one
     number or one for each point, 0 to stop there; speed of the fastest joint: rad/s, one number or one for the way to each point;
-    tolerance at the last: rad. A point outside a joint's range raises `PathRefused` before it moves.
+    tolerance at the last: rad. A point outside a joint's range raises `PathRefused` before it moves. More than 64 points are what
+    `follow_long` is for: a call does that by itself, `new_instance` and a composition do not know the points beforehand.
     """
     ...
+
+
+@verb(
+    name="follow_long",
+    blocks={"planner": lib.block("long_path_planner")(waits=True), "generator": lib.block("long_path_generator"), **ENDS},
+    input_parameters=_inputs(way_points(LONG_POINTS_MAX), each_point(LONG_POINTS_MAX)),
+    **_FOLLOW,
+)
+def follow_long(
+    arm: Group[Joint],
+    /,
+    points: Sequence[Sequence[float]] | np.ndarray,
+    blend: float | Sequence[float] = 0.05,
+    speed: float | Sequence[float] = 0.5,
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves the joints of an arm through up to 4,096 way-points, as `follow`, with tables of that size: 1.3 MB while it exists.
+
+    For `new_instance` and in compositions; a call of `follow` with more than 64 points is one of this. The path is planned over some
+    cycles: an arm that rests begins to move up to 0.2 s later.
+    """
+    ...
+
+
+follow._takes_longer("points", POINTS_MAX, follow_long)

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -13,49 +13,115 @@ from ..errors import CallError, refuse
 from ..frames import Pose
 from ..numerals import number
 
+Form: TypeAlias = Callable[[Any, Mapping[str, Any]], Any]
+"""What turns what a call gives into the value that a port takes."""
+
 POINTS_MAX = int(library.path_planner.items["points"].type.split("[")[1].rstrip("]"))
 """The maximum number of way-points of one path: the rows of the planner's table."""
+
+LONG_POINTS_MAX = int(library.long_path_planner.items["points"].type.split("[")[1].rstrip("]"))
+"""That of a long path."""
 
 JOINTS_MAX = library.path_planner.items["n"].most
 """The maximum number of joints of one path."""
 
-
-def way_points(given: Any, objects: Mapping[str, Any]) -> Any:
-    """A list of way-points as the planner's table: short lists are filled up with their last point, rows with zeros."""
-    try:
-        points = np.array([list(point) for point in given], dtype=float)
-    except (TypeError, ValueError):
-        refuse(CallError, f"the way-points are {given!r}", "give a list of joint positions, each a list of numbers in rad")
-    joints = len(objects["arm"]) if "arm" in objects else points.shape[-1]
-    if points.ndim != 2 or not 1 <= len(points) <= POINTS_MAX or points.shape[1] != joints or joints > JOINTS_MAX:
-        refuse(
-            CallError, f"the way-points have the shape {points.shape}", f"give 1 to {POINTS_MAX} points of {joints} joint positions each"
-        )
-    table = np.zeros((POINTS_MAX, JOINTS_MAX))
-    table[: len(points), :joints] = points
-    table[len(points) :, :joints] = points[-1]
-    return table
+_SHORTEN = "leave out points that lie on straight lines between others, or move in parts, each of which ends at rest"
 
 
-def each_point(given: Any, objects: Mapping[str, Any]) -> Any:
+def way_points(most: int, longer: str = "") -> Form:
+    """Lists of up to `most` way-points as the planner's table: short ones are filled up with their last point, rows with zeros.
+
+    `longer` names the verb that takes longer ones.
+    """
+
+    def form(given: Any, objects: Mapping[str, Any]) -> Any:
+        try:
+            points = np.array([list(point) for point in given], dtype=float)
+        except (TypeError, ValueError):
+            refuse(CallError, f"the way-points are {_shown(given)}", "give a list of joint positions, each a list of numbers in rad")
+        joints = len(objects["arm"]) if "arm" in objects else points.shape[-1]
+        if points.ndim != 2 or len(points) < 1 or points.shape[1] != joints or joints > JOINTS_MAX:
+            remedy = f"give 1 to {most} points of {joints} joint positions each"
+            refuse(CallError, f"the way-points have the shape {points.shape}", remedy)
+        _count(len(points), "way-points", most, longer)
+        bad = np.argwhere(~np.isfinite(points))
+        if len(bad):
+            point, joint = bad[0]
+            what = f"way-point {point} is {points[point, joint]} for joint {joint} (both from 0)"
+            refuse(CallError, what, "each position is a finite number: look where the plan comes from")
+        table = np.zeros((most, JOINTS_MAX))
+        table[: len(points), :joints] = points
+        table[len(points) :, :joints] = points[-1]
+        return table
+
+    return form
+
+
+def each_point(most: int) -> Form:
     """One value for all way-points, or one for each: filled up with the last."""
-    given = number(given)
-    if isinstance(given, int | float):
-        return [float(given)] * POINTS_MAX
-    is_list = isinstance(given, Sequence) and not isinstance(given, str | bytes)
-    if not is_list and not (isinstance(given, np.ndarray) and given.ndim == 1):
-        refuse(CallError, f"{given!r} is given for the way-points", f"give one number for all, or a list of 1 to {POINTS_MAX}")
-    values = list(given)
-    if not 1 <= len(values) <= POINTS_MAX:
-        refuse(CallError, f"{len(values)} values are given for the way-points", f"give one for all, or 1 to {POINTS_MAX}")
-    return values + [values[-1]] * (POINTS_MAX - len(values))
+
+    def form(given: Any, objects: Mapping[str, Any]) -> Any:
+        given = number(given)
+        if isinstance(given, int | float):
+            return [float(given)] * most
+        is_list = isinstance(given, Sequence) and not isinstance(given, str | bytes)
+        if not is_list and not (isinstance(given, np.ndarray) and given.ndim == 1):
+            refuse(CallError, f"{given!r} is given for the way-points", f"give one number for all, or a list of 1 to {most}")
+        values = list(given)
+        if not 1 <= len(values) <= most:
+            refuse(CallError, f"{len(values)} values are given for the way-points", f"give one for all, or 1 to {most}")
+        return values + [values[-1]] * (most - len(values))
+
+    return form
 
 
-def poses(given: Any, objects: Mapping[str, Any]) -> Any:
-    """A list of poses as the planner's table: a short list is filled up with its last."""
-    if isinstance(given, Pose | str) or not hasattr(given, "__iter__"):
-        refuse(CallError, f"the poses are {given!r}", "give a list of poses; for one there is move_linear")
-    found = [list(Pose.of(pose)) for pose in given]
-    if not 1 <= len(found) <= POINTS_MAX:
-        refuse(CallError, f"{len(found)} poses are given", f"give 1 to {POINTS_MAX}")
-    return found + [found[-1]] * (POINTS_MAX - len(found))
+def poses(most: int, longer: str = "") -> Form:
+    """Lists of up to `most` poses as the planner's table: a short list is filled up with its last. `longer` as of `way_points`."""
+
+    def form(given: Any, objects: Mapping[str, Any]) -> Any:
+        if isinstance(given, Pose | str) or not hasattr(given, "__iter__"):
+            refuse(CallError, f"the poses are {_shown(given)}", "give a list of poses; for one there is move_linear")
+        found = [list(Pose.of(pose)) for pose in given]
+        if not found:
+            refuse(CallError, "0 poses are given", f"give 1 to {most}")
+        _count(len(found), "poses", most, longer)
+        return found + [found[-1]] * (most - len(found))
+
+    return form
+
+
+def _shown(given: Any) -> str:
+    """Returns a value in one line."""
+    text = repr(given)
+    return text if len(text) <= 200 else f"{text[:200]}…"
+
+
+def _count(count: int, what: str, most: int, longer: str) -> None:
+    """Refuses more than there is room for."""
+    if count <= most:
+        return
+    if longer and count <= LONG_POINTS_MAX:
+        refuse(CallError, f"{count} {what} are given", f"give 1 to {most} here; motion.{longer} takes up to {LONG_POINTS_MAX}")
+    refuse(CallError, f"{count} {what} are given, and one path has at most {LONG_POINTS_MAX}", _SHORTEN)
+
+
+def speeds(points: Sequence[Sequence[float]] | np.ndarray, times: Sequence[float] | np.ndarray) -> list[float]:
+    """The speeds at which the fastest joint goes through way-points at the times that a planner gave them, for `follow(…, speed=…)`.
+
+    points: rows of joint positions, rad; times: one for each, s, ascending. The result has a speed for the way to each point, rad/s.
+    `follow` keeps to them where the limits of the joints allow it; it does not wait where points repeat.
+    """
+    q, t = np.asarray(points, dtype=float), np.asarray(times, dtype=float)
+    if q.ndim != 2 or t.shape != q.shape[:1] or len(t) < 2:
+        refuse(CallError, f"the way-points have the shape {q.shape}, their times {t.shape}", "give one time for each of 2 or more points")
+    if not (np.isfinite(q).all() and np.isfinite(t).all()):
+        refuse(CallError, "the way-points or their times have a number that is not finite", "look where the plan comes from")
+    spans = np.diff(t)
+    if (late := np.flatnonzero(spans <= 0)).size:
+        k = int(late[0])
+        what = f"the time of way-point {k + 1} is {t[k + 1]:.6g} s, that of way-point {k} is {t[k]:.6g} s"
+        refuse(CallError, what, "times ascend: leave out points that repeat one")
+    found = np.abs(np.diff(q, axis=0)).max(axis=1) / spans
+    # A point that repeats the one before counts once: any speed will do.
+    found[found == 0] = found.max() or 1.0
+    return [float(found[0]), *map(float, found)]

@@ -216,7 +216,7 @@ def test_a_path_out_of_range_names_the_point_and_the_joint(arm: gpac.robots.Arm)
         ({"points": [[0, 0]]}, "shape"),
         ({"points": []}, "shape"),
         ({"points": 5}, "way-points are 5"),
-        ({"points": [[0] * 6] * 65}, "shape"),
+        ({"points": [[0] * 6] * 4097}, "4097 way-points"),
         ({"points": [["a"] * 6]}, "way-points are"),
         ({"points": [[0] * 6], "blend": []}, "0 values"),
     ],

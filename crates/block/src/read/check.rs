@@ -20,11 +20,15 @@ pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item:
     let bad = |what: &str| Err(invalid(block, name, what));
     let inside = |offset: u32, size: u32| offset as usize >= size_of::<Header>() && u64::from(offset) + u64::from(size) <= u64::from(descriptor.instance_size);
     let bound = matches!(kind, Kind::Input | Kind::Output | Kind::DeviceRead | Kind::DeviceWrite);
-    let valued = kind != Kind::Condition || item.offset != abi::NONE;
+    let in_place = matches!(kind, Kind::Input | Kind::Output) && item.offset == abi::NONE;
+    if in_place && (item.size == 0 || item.flags & (abi::flag::DEFAULT | abi::flag::SIZED | abi::flag::HISTORY) != 0) {
+        return bad("it is used in place and yet has a default, a size or a history");
+    }
+    let valued = !in_place && (kind != Kind::Condition || item.offset != abi::NONE);
     if valued && (item.size == 0 || !inside(item.offset, item.size)) {
         return bad("its value lies outside the instance");
     }
-    if !valued && (item.size != 0 || item.report != abi::NONE) {
+    if !valued && !in_place && (item.size != 0 || item.report != abi::NONE) {
         return bad("it has no value and yet a size");
     }
     if bound != (item.address != abi::NONE) || (bound && (!inside(item.address, 8) || !item.address.is_multiple_of(8))) {
@@ -69,7 +73,7 @@ pub(super) fn check_block(block: &BlockFace, types: &[TypeFace]) -> Result<(), R
         if block.items[..index].iter().any(|other| other.name == item.name) {
             return bad(&item.name, "the block has two items of this name");
         }
-        if item.offset.is_none() || item.kind == Kind::Size {
+        if item.type_text.is_empty() && item.offset.is_none() || item.kind == Kind::Size {
             continue;
         }
         let Some(text) = TypeText::parse(&item.type_text) else { return bad(&item.name, "its type cannot be read") };

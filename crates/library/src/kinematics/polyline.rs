@@ -1,109 +1,93 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Straight lines of the tool through poses, joined by blends, planned whole before anything moves.
 //!
-//! The position of the tool goes along a [`Path`] of four coordinates: x, y, z, and the angle by which it has turned since the start, so
+//! The position of the tool goes along a path of four coordinates: x, y, z, and the angle by which it has turned since the start, so
 //! that the orientation has a speed and an acceleration too. On a line the orientation turns evenly about one axis; in a blend it goes
 //! from the one turn into the other as the position does (de Casteljau's construction, with turns for lines). Inverse kinematics follows
 //! the whole path beforehand, and the path is slowed down as a whole until no joint exceeds its limits anywhere.
-use super::JOINTS_MAX;
-use super::chain::Arm;
-use super::follower::{Stretch, Way};
-use super::line::{Obstacle, Wish, next};
-use super::pose::{Numbers, Pose, length};
-use crate::path::{POINTS_MAX, Part, Passing, Path, plan_in};
-use opengpac::Type;
+pub(crate) mod generator;
+pub(crate) mod planner;
+mod planning;
 
-const ALL: usize = POINTS_MAX + 1;
-/// Points of a path at which a plan looks.
-const SAMPLES: usize = 512;
+use super::JOINTS_MAX;
+use super::follower::{Stretch, Way};
+use super::pose::{Pose, length};
+use crate::path::{LONG_POINTS_MAX, LongPath, POINTS_MAX, Part, Path, Table, View};
+use opengpac::Type;
+pub use planning::{Budget, PolylinePlanning, which};
+
 /// Points within a period at which a change of the pace is checked.
 const PLACES: u32 = 6;
 /// Coordinates that are the position, and that of the angle.
 const SPACE: usize = 3;
-/// Way-points nearer than this, m and rad, are one.
-const SAME: f64 = 1e-8;
 
-/// A planned path of the tool.
-#[derive(Clone, Copy, Debug, PartialEq, Type)]
-#[repr(C)]
-pub struct Polyline {
-    /// x, y, z (m) and the angle turned (rad) as a path.
-    pub path: Path,
-    /// Orientation at each way-point, w first.
-    pub quaternion: [[f64; 4]; ALL],
-    /// Number of joints.
-    pub joints: i32,
-    /// Joint positions at its beginning.
-    pub from: [f64; JOINTS_MAX],
-    /// Joint positions at its end.
-    pub to: [f64; JOINTS_MAX],
-    /// Maximum acceleration of the position (m/s²) and of the angle (rad/s²).
+macro_rules! polyline {
+    ($(#[$about:meta])* $name:ident, $path:ty, $all:expr) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Type)]
+        #[repr(C)]
+        pub struct $name {
+            /// x, y, z (m) and the angle turned (rad) as a path.
+            pub path: $path,
+            /// Orientation at each way-point, w first.
+            pub quaternion: [[f64; 4]; $all],
+            /// Number of joints.
+            pub joints: i32,
+            /// Joint positions at its beginning.
+            pub from: [f64; JOINTS_MAX],
+            /// Joint positions at its end.
+            pub to: [f64; JOINTS_MAX],
+            /// Maximum acceleration of the position (m/s²) and of the angle (rad/s²).
+            pub acceleration: [f64; 2],
+        }
+
+        impl $name {
+            /// It, to be asked.
+            pub fn view(&self) -> PolylineView<'_> {
+                PolylineView { path: self.path.view(), quaternion: &self.quaternion, from: &self.from, to: &self.to, acceleration: self.acceleration }
+            }
+
+            /// It, to be planned.
+            pub fn table(&mut self) -> PolylineTable<'_> {
+                PolylineTable {
+                    path: self.path.table(), quaternion: &mut self.quaternion, joints: &mut self.joints, from: &mut self.from, to: &mut self.to,
+                    acceleration: &mut self.acceleration,
+                }
+            }
+        }
+    };
+}
+
+polyline!(
+    /// A planned path of the tool.
+    Polyline, Path, POINTS_MAX + 1
+);
+polyline!(
+    /// A planned path of the tool through up to 4,096 poses: as `polyline`.
+    LongPolyline, LongPath, LONG_POINTS_MAX + 1
+);
+
+/// A planned path of the tool of any length, by the names of [`Polyline`].
+#[derive(Clone, Copy, Debug)]
+pub struct PolylineView<'a> {
+    pub path: View<'a>,
+    pub quaternion: &'a [[f64; 4]],
+    pub from: &'a [f64; JOINTS_MAX],
+    pub to: &'a [f64; JOINTS_MAX],
     pub acceleration: [f64; 2],
 }
 
-/// Plans path number `number` (from 1) through `poses`; `wish.goal` is not used. The caller has checked that numbers are finite and
-/// limits positive. An obstacle comes with the way-point that it is before or at.
-pub fn plan_polyline(number: f64, arm: &Arm, poses: &[Pose], passing: &[Passing], wish: &Wish) -> Result<Polyline, (usize, Obstacle)> {
-    let n = arm.joints();
-    let mut line = <Polyline as Type>::zero();
-    line.joints = n as i32;
-    line.from[..n].copy_from_slice(wish.from);
-    let mut points = [[0.0; JOINTS_MAX]; POINTS_MAX];
-    let mut chosen = [Passing { blend: 0.0, speed: 1.0 }; POINTS_MAX];
-    let mut which = [0; ALL];
-    let (mut here, mut count, mut angle) = (arm.posture(wish.from).tool, 0, 0.0);
-    let start = here.position;
-    line.quaternion[0] = here.quaternion;
-    for (k, (pose, passing)) in poses.iter().zip(passing).enumerate() {
-        let (way, turn) = here.to(pose);
-        if length(way) < SAME && length(turn) < SAME {
-            continue;
-        }
-        angle += length(turn);
-        let [x, y, z] = pose.position;
-        points[count][..4].copy_from_slice(&[x, y, z, angle]);
-        (chosen[count], which[count + 1]) = (*passing, k);
-        count += 1;
-        line.quaternion[count] = pose.quaternion;
-        here = *pose;
-    }
-    let limits = [wish.linear, wish.linear, wish.linear, wish.angular];
-    line.path = plan_in(SPACE, number, &[start[0], start[1], start[2], 0.0], &points[..count], &chosen[..count], &limits);
-    line.acceleration = [wish.linear.acceleration, wish.angular.acceleration];
-    let slower = follow(&mut line, arm, wish).map_err(|(at, what)| (which[at], what))?;
-    if slower > 1.0 / wish.slowest {
-        return Err((which[count], Obstacle::Singular(1.0 / slower)));
-    }
-    line.path.slow_down(slower);
-    line.acceleration = line.acceleration.map(|a| a / (slower * slower));
-    Ok(line)
+/// One to be planned.
+pub struct PolylineTable<'a> {
+    pub path: Table<'a>,
+    pub quaternion: &'a mut [[f64; 4]],
+    pub joints: &'a mut i32,
+    pub from: &'a mut [f64; JOINTS_MAX],
+    pub to: &'a mut [f64; JOINTS_MAX],
+    pub acceleration: &'a mut [f64; 2],
 }
 
-/// Follows the path by inverse kinematics, to its end: how much slower it must be so that no joint exceeds its limits.
-fn follow(line: &mut Polyline, arm: &Arm, wish: &Wish) -> Result<f64, (usize, Obstacle)> {
-    let span = line.path.duration / SAMPLES as f64;
-    let mut slower: f64 = 1.0;
-    let (mut here, mut rate) = (line.from, [0.0; JOINTS_MAX]);
-    for k in 1..=SAMPLES {
-        if span <= 0.0 {
-            break;
-        }
-        let (pose, at) = (line.pose(k as f64 * span), line.before(k as f64 * span));
-        let [x, y, z, ..] = line.path.q[at];
-        let goal = Pose { position: [x, y, z], quaternion: line.quaternion[at] };
-        let ahead = next(arm, &pose, &here, &Wish { goal, ..*wish }).map_err(|what| (at, what))?;
-        for (i, limit) in wish.joints.iter().enumerate() {
-            let speed = (ahead[i] - here[i]) / span;
-            slower = slower.max(speed.abs() / limit.speed).max(((speed - rate[i]).abs() / span / limit.acceleration).sqrt());
-            rate[i] = speed;
-        }
-        here = ahead;
-    }
-    line.to = here;
-    Ok(slower)
-}
-
-impl Polyline {
+impl PolylineView<'_> {
     /// The way-point that the path goes to at a time.
     fn before(&self, time_s: f64) -> usize {
         match self.path.part(time_s) {
@@ -124,7 +108,7 @@ impl Polyline {
         (velocity, acceleration)
     }
 
-    /// Returns true if the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
+    /// Returns whether the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
     fn fits(&self, time_s: f64, pace: f64, slope: f64) -> bool {
         let (velocity, planned) = self.motion(time_s);
         let together = crate::pace::acceleration;
@@ -134,13 +118,13 @@ impl Polyline {
     }
 }
 
-impl Way for Polyline {
+impl Way for PolylineView<'_> {
     fn plan(&self) -> f64 {
         self.path.plan
     }
 
     fn ends(&self) -> (&[f64; JOINTS_MAX], &[f64; JOINTS_MAX]) {
-        (&self.from, &self.to)
+        (self.from, self.to)
     }
 
     fn duration_s(&self) -> f64 {
@@ -177,13 +161,4 @@ impl Way for Polyline {
 fn between(from: [f64; 4], to: [f64; 4], share: f64) -> [f64; 4] {
     let (from, to) = (Pose { quaternion: from, ..Pose::IDENTITY }, Pose { quaternion: to, ..Pose::IDENTITY });
     from.along(from.to(&to), share).quaternion
-}
-
-/// The seven numbers of way-points as poses, up to the first that is none: then its index in the list.
-pub fn read_poses(given: &[Numbers; POINTS_MAX]) -> Result<[Pose; POINTS_MAX], usize> {
-    let mut poses = [Pose::IDENTITY; POINTS_MAX];
-    for (k, (pose, given)) in poses.iter_mut().zip(given).enumerate() {
-        *pose = Pose::of(given).ok_or(k)?;
-    }
-    Ok(poses)
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-use super::samples::{Case, case};
+use super::samples::{Case, case, numbers, plan, plan_by};
 use super::*;
+use crate::profile::{JOINTS_MAX, Limits};
 
 fn planned(case: &Case) -> Path {
     plan(1.0, &case.start, &case.points, &case.passing, &case.limits)
@@ -16,7 +17,7 @@ fn every_limit_is_kept_and_positions_and_speeds_do_not_jump() {
         let [mut q, mut v, mut a, mut before, mut slower] = [[0.0; JOINTS_MAX]; 5];
         for k in 0..=steps {
             let time_s = if k == steps { path.duration } else { f64::from(k) * dt };
-            path.evaluate(time_s, &mut q[..n], &mut v[..n], &mut a[..n]);
+            path.view().evaluate(time_s, &mut q[..n], &mut v[..n], &mut a[..n]);
             for i in 0..n {
                 let limit = case.limits[i];
                 assert!(v[i].abs() <= limit.speed * (1.0 + 1e-9), "seed {seed}: speed of joint {i}");
@@ -29,7 +30,7 @@ fn every_limit_is_kept_and_positions_and_speeds_do_not_jump() {
             (before, slower) = (q, v);
         }
         assert_eq!(q[..n], case.points.last().expect("a point")[..n], "seed {seed}: the end, exactly");
-        path.evaluate(path.duration - 1e-9, &mut q[..n], &mut v[..n], &mut a[..n]);
+        path.view().evaluate(path.duration - 1e-9, &mut q[..n], &mut v[..n], &mut a[..n]);
         assert!((0..n).all(|i| (q[i] - before[i]).abs() < 1e-8), "seed {seed}: no jump at the end");
     }
 }
@@ -43,7 +44,7 @@ fn a_way_point_is_passed_within_its_blend() {
         let mut q = [0.0; JOINTS_MAX];
         let mut nearest = vec![f64::INFINITY; case.points.len()];
         for k in 0..=steps {
-            path.evaluate(path.duration * f64::from(k) / f64::from(steps), &mut q[..n], &mut [0.0; JOINTS_MAX][..n], &mut [0.0; JOINTS_MAX][..n]);
+            path.view().evaluate(path.duration * f64::from(k) / f64::from(steps), &mut q[..n], &mut [0.0; JOINTS_MAX][..n], &mut [0.0; JOINTS_MAX][..n]);
             for (point, nearest) in case.points.iter().zip(&mut nearest) {
                 *nearest = nearest.min((0..n).fold(0.0, |most: f64, i| most.max((q[i] - point[i]).abs())));
             }
@@ -84,6 +85,76 @@ fn nowhere_to_go_takes_no_time() {
     let path = plan(1.0, &[0.5], &[[0.5; JOINTS_MAX]; 3], &[Passing { blend: 0.1, speed: 1.0 }; 3], &[Limits { speed: 1.0, acceleration: 1.0, jerk: 1.0 }]);
     assert_eq!((path.points, path.duration), (1, 0.0));
     let (mut q, mut v) = ([0.0], [1.0]);
-    path.evaluate(0.0, &mut q, &mut v, &mut [0.0]);
+    path.view().evaluate(0.0, &mut q, &mut v, &mut [0.0]);
     assert_eq!((q, v), ([0.5], [0.0]));
+}
+
+/// A path that is too long for a stack.
+fn long() -> Box<LongPath> {
+    let memory = Box::<LongPath>::new_zeroed();
+    // SAFETY: numbers, all of which may be 0.
+    unsafe { memory.assume_init() }
+}
+
+/// A smooth way of six joints: sums of sines through `count` points.
+fn smooth(seed: u64, count: usize) -> Case {
+    let (mut number, n) = (numbers(seed), 6);
+    let waves: Vec<[f64; 3]> = (0..3 * n).map(|_| [number(-0.5, 0.5), number(1.0, 20.0), number(0.0, 6.0)]).collect();
+    let at = |s: f64, i: usize| waves[3 * i..3 * i + 3].iter().map(|[size, rate, phase]| size * (rate * s + phase).sin()).sum::<f64>();
+    let point = |k: usize| std::array::from_fn(|i| if i < n { at(k as f64 / count as f64, i) } else { 0.0 });
+    let limits = (0..n).map(|_| Limits { speed: number(0.5, 3.0), acceleration: number(2.0, 10.0), jerk: 1.0 }).collect();
+    let start = point(0)[..n].to_vec();
+    Case { n, start, points: (1..=count).map(point).collect(), passing: vec![Passing { blend: 0.01, speed: number(0.3, 3.0) }; count], limits }
+}
+
+#[test]
+fn a_plan_is_the_same_in_one_part_and_in_many_and_in_either_table() {
+    for seed in 1..100 {
+        let case = case(seed);
+        let path = planned(&case);
+        for steps in [1, 7, 1000] {
+            let mut found = long();
+            plan_by(steps, &mut found.table(), &case.start, &case.points, &case.passing, &case.limits);
+            let points = path.points as usize;
+            assert_eq!((found.points, found.duration.to_bits()), (path.points, path.duration.to_bits()), "seed {seed}");
+            assert_eq!(found.q[..points], path.q[..points]);
+            for (found, path) in [(&found.through[..], &path.through[..]), (&found.begin[..], &path.begin[..]), (&found.reach[..], &path.reach[..])] {
+                assert_eq!(found[..points], path[..points], "seed {seed}, {steps} steps");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_path_of_4096_points_keeps_every_limit_and_passes_every_point() {
+    for seed in 1..4 {
+        let case = smooth(seed, LONG_POINTS_MAX);
+        let (mut path, n) = (long(), case.n);
+        let parts = plan_by(2048, &mut path.table(), &case.start, &case.points, &case.passing, &case.limits);
+        assert_eq!((path.points as usize, parts), (LONG_POINTS_MAX + 1, (5 * LONG_POINTS_MAX).div_ceil(2048)));
+        let steps = 200_000;
+        let [mut q, mut v, mut a, mut slower] = [[0.0; JOINTS_MAX]; 4];
+        let (mut next, mut nearest) = (0, f64::INFINITY);
+        let dt = path.duration / f64::from(steps);
+        for k in 0..=steps {
+            path.view().evaluate(f64::from(k) * dt, &mut q[..n], &mut v[..n], &mut a[..n]);
+            for i in 0..n {
+                let limit = case.limits[i];
+                assert!(v[i].abs() <= limit.speed * (1.0 + 1e-9) && a[i].abs() <= limit.acceleration * (1.0 + 1e-9), "seed {seed}: joint {i} at {k}");
+                assert!((v[i] - slower[i]).abs() <= limit.acceleration * dt * (1.0 + 1e-6) + 1e-9, "seed {seed}: the speed of joint {i} jumps");
+            }
+            slower = v;
+            // The points come in their order: it is nearest to each before it is nearer to the next.
+            while next < case.points.len() {
+                let off = (0..n).fold(0.0, |most: f64, i| most.max((q[i] - case.points[next][i]).abs()));
+                if off <= nearest && k < steps {
+                    nearest = off;
+                    break;
+                }
+                assert!(nearest.min(off) <= 1e-4, "seed {seed}: point {next} is passed at {nearest}");
+                (next, nearest) = (next + 1, f64::INFINITY);
+            }
+        }
+        assert_eq!((next, &q[..n]), (case.points.len(), &case.points[LONG_POINTS_MAX - 1][..n]));
+    }
 }

@@ -209,7 +209,8 @@ impl Composing<'_> {
         if let (Some(a), Some(b)) = (&known.default, &input.default)
             && a != b
         {
-            let text = |value| serde_json::to_string(value).unwrap_or_default();
+            // A table of thousands of numbers is no message.
+            let text = |value| crate::wording::shown(&serde_json::to_string(value).unwrap_or_default());
             let (first_label, label) = (self.parts[first].label, self.parts[second].label);
             let message = format!("the input '{name}' defaults to {} in part '{first_label}' and to {} in part '{label}'", text(a), text(b));
             let remedy = format!("{}, or fix one: preset={{'{label}.{name}': {}}}", self.rename_remedy(second, name), text(b));

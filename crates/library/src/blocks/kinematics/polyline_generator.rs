@@ -3,152 +3,23 @@ use crate::kinematics::BAD_CHAIN;
 use crate::kinematics::chain::Chain;
 use crate::kinematics::follower::{Asked, Follower, check};
 use crate::kinematics::polyline::Polyline;
+use crate::kinematics::polyline::generator::polyline_generator;
+use crate::path::BEING_PLANNED;
 use crate::takeover::{Brake, Last};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Polyline generator: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, τ being running time at the pace of the override.
-///
-/// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
-/// above its maximum speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
-/// stays. Joints that move when it begins are braked first, each by itself, and the planner plans from where they rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
-/// than the path's accelerations allow. The last set-point is the planned end exactly. Time that is lost, because releases were
-/// skipped, is not made up for; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported.
-/// Faults: 1 the chain is not one for n joints, or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
-#[derive(FunctionBlock)]
-pub struct PolylineGenerator {
-    /// number of joints
-    #[size(1, 16)]
-    n: u32,
-    /// the planned path
+polyline_generator! {
+    /// Polyline generator: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, τ being running time at the pace of the override.
+    ///
+    /// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
+    /// above its maximum speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
+    /// stays. Joints that move when it begins are braked first, each by itself, and the planner plans from where they rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
+    /// than the path's accelerations allow. The last set-point is the planned end exactly. Time that is lost, because releases were
+    /// skipped, is not made up for; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported.
+    /// Faults: 1 the chain is not one for n joints, or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
+    PolylineGenerator,
     #[input(asynchronous)]
-    path: Polyline,
-    /// where the joints are commanded to be now, rad or m
-    #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
-    start: [f64; 16],
-    /// speed at which their servos move them now
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
-    start_velocity: [f64; 16],
-    /// speed of the last set-points, of whatever motion stored them
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
-    last_velocity: [f64; 16],
-    /// acceleration of the last set-points
-    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
-    last_acceleration: [f64; 16],
-    /// when they were stored, ns of the system's clock
-    #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
-    last_time: [i64; 16],
-    /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
-    #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
-    braking: [[f64; 4]; 16],
-    /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
-    #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
-    r#override: [f64; 16],
-    /// the same for the whole cell; both are multiplied
-    #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
-    cell_override: [f64; 16],
-    /// true: it comes to rest and waits
-    #[input(asynchronous, default = false)]
-    holding: bool,
-    /// time that may be lost at once; beyond it the motion comes to rest
-    #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
-    gap_max: [f64; 16],
-    /// maximum speed of each joint
-    #[input(asynchronous, default = [1e6; 16], sized, range = "(0, inf)")]
-    speed_max: [f64; 16],
-    /// maximum acceleration at which joints that move are braked first
-    #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
-    acceleration_max: [f64; 16],
-    /// maximum jerk of that
-    #[input(asynchronous, default = [50.0; 16], sized, range = "(0, inf)")]
-    jerk_max: [f64; 16],
-    /// where the joints are to be, rad or m
-    #[output(sized)]
-    setpoint: [f64; 16],
-    /// speed at which they are to be there, rad/s or m/s
-    #[output(sized)]
-    setpoint_velocity: [f64; 16],
-    /// acceleration of the set-points, rad/s^2 or m/s^2
-    #[output(sized)]
-    setpoint_acceleration: [f64; 16],
-    /// when they are stored, ns of the system's clock
-    #[output(sized)]
-    setpoint_time: [i64; 16],
-    /// the longest time that was lost at once
-    #[output(unit = "s")]
-    lost: f64,
-    /// where the tool is to be: x y z in m, quaternion w x y z
-    #[output]
-    pose: [f64; 7],
-    /// part of the path's time that is done, 0 to 1
-    #[output]
-    progress: f64,
-    /// true if the last set-point is stored
-    #[output]
-    complete: bool,
-    /// time between two set-points
-    #[param(default = 0.02, unit = "s", range = "[0, inf)")]
-    lead: f64,
-    /// the arm
-    #[param(default = Chain::NOTHING)]
-    chain: Chain,
-    /// the last set-point is stored
-    #[condition]
-    finished: Condition,
-    /// it rests, as `holding` asks
-    #[condition]
-    held: Condition,
-    /// the arm cannot follow the path from here; the value is how much of it is done, 0 to 1
-    #[condition]
-    singular: ConditionOf<f64>,
-    /// it rests because more time than `gap_max` was lost at once; the value is how much, s
-    #[condition]
-    gap: ConditionOf<f64>,
-    /// progress of the motion
-    #[state(opaque)]
-    follower: Follower,
-    /// joints that are brought to rest first
-    #[state(opaque)]
-    brake: Brake,
-}
-
-impl Step for PolylineGenerator {
-    fn step(&mut self, invocation: &Invocation) -> Outcome {
-        let n = self.n as usize;
-        let last = Last {
-            position: &self.start[..n],
-            servo_velocity: &self.start_velocity[..n],
-            velocity: &self.last_velocity[..n],
-            acceleration: &self.last_acceleration[..n],
-            time_ns: &self.last_time[..n],
-            braking: &self.braking[..n],
-        };
-        let (acceleration, jerk, has_plan) = (&self.acceleration_max[..n], &self.jerk_max[..n], self.path.path.plan >= 1.0);
-        if let Some(now) = self.brake.step(&last, acceleration, jerk, self.lead, has_plan, invocation) {
-            (self.setpoint, self.setpoint_velocity, self.setpoint_acceleration) = (now.setpoint, now.velocity, now.acceleration);
-            (self.setpoint_time, self.complete) = ([invocation.now_ns; 16], false);
-            if now.is_at_rest && self.holding {
-                self.held.report();
-            }
-            return Outcome::Done;
-        }
-        let chain = self.chain;
-        let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
-        if let Err(code) = check(self.path.path.plan, self.path.joints, n) {
-            return Outcome::Fault(code);
-        }
-        let asked = Asked {
-            r#override: &self.r#override[..n], cell_override: &self.cell_override[..n], holding: self.holding, speed_max: &self.speed_max[..n],
-            gap_max: &self.gap_max[..n], invocation,
-        };
-        let now = match self.follower.follow(&arm, &self.path, &asked, &mut self.lost) {
-            Ok(now) => now,
-            Err(code) => return Outcome::Fault(code),
-        };
-        (self.setpoint, self.pose, self.progress, self.complete) = (now.setpoint, now.pose, now.progress, now.complete);
-        (self.setpoint_velocity, self.setpoint_acceleration, self.setpoint_time) = (now.velocity, now.acceleration, [invocation.now_ns; 16]);
-        now.report(&mut self.finished, &mut self.held, &mut self.singular, &mut self.gap);
-        Outcome::Done
-    }
+    path: Polyline
 }
 
 #[cfg(test)]
@@ -157,9 +28,9 @@ mod tests {
     use crate::kinematics::chain::samples::{HOME, six_joints};
     use crate::kinematics::inverse::Ranges;
     use crate::kinematics::line::{Obstacle, Wish};
-    use crate::kinematics::polyline::plan_polyline;
+    use crate::kinematics::polyline::{Budget, PolylinePlanning, which};
     use crate::kinematics::pose::{Pose, length, product, subtract, turn};
-    use crate::path::Passing;
+    use crate::path::{BLEND_SHARE, Passing};
     use crate::path::samples::numbers;
     use crate::profile::Limits;
 
@@ -190,7 +61,14 @@ mod tests {
         let chain = six_joints();
         let ranges = Ranges { min: &[-6.3; 6], max: &[6.3; 6] };
         let wish = Wish { from: &HOME, goal: Pose::IDENTITY, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, slowest: 0.02 };
-        plan_polyline(1.0, &chain.read(6).expect("a chain"), poses, &vec![Passing { blend, speed: 0.3 }; poses.len()], &wish)
+        let (arm, numbers) = (chain.read(6).expect("a chain"), poses.iter().map(Pose::numbers).collect::<Vec<_>>());
+        let mut path = <Polyline as opengpac::Type>::zero();
+        let passing = std::iter::repeat(Passing { blend, speed: 0.3 });
+        let mut planning = PolylinePlanning::begin(&mut path.table(), &arm, (&numbers, BLEND_SHARE), passing, &wish);
+        let ready = planning.advance(&mut path.table(), &arm, &wish, Budget { steps: usize::MAX, samples: usize::MAX });
+        assert!(ready.map_err(|(at, what)| (which(arm.posture(&HOME).tool, &numbers, at), what))?, "it is planned at once");
+        path.path.plan = 1.0;
+        Ok(path)
     }
 
     /// Runs a path to its end; checks tool and joints at every step, and gives the tool's poses.

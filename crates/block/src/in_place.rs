@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values that a block uses where they lie. An invocation copies its inputs before it runs and its outputs after it: right for some
+//! numbers, too slow for a table of a megabyte.
+
+use crate::Type;
+use core::ops::{Deref, DerefMut};
+
+/// An input that is read where it lies: `#[input(asynchronous, in_place)] table: InPlace<[f64; 65536]>`. Nothing changes it while the
+/// block runs.
+pub struct InPlace<T>(*const T);
+
+/// An output that is written where it lies: `#[output(in_place)] table: InPlaceMut<[f64; 65536]>`, which begins with zeros at each start.
+///
+/// What an invocation has written stays written, also where it faults or is ended: so a table says itself whether it is complete, by a
+/// number that is written last. Nobody checks whether its numbers are finite.
+pub struct InPlaceMut<T>(*mut T);
+
+/// A port of this kind, for the derive.
+pub trait Lying {
+    /// Type of the value.
+    type Value: Type;
+    /// The image of a port that is not bound.
+    const NOWHERE: Self;
+    /// The port bound to an address.
+    ///
+    /// # Safety
+    /// The address is that of a value which nobody else touches while the port lives.
+    unsafe fn at(address: *mut Self) -> Self;
+}
+
+impl<T: Type> Lying for InPlace<T> {
+    type Value = T;
+    const NOWHERE: InPlace<T> = InPlace(core::ptr::null());
+    unsafe fn at(address: *mut Self) -> Self {
+        InPlace(address.cast())
+    }
+}
+
+impl<T: Type> Lying for InPlaceMut<T> {
+    type Value = T;
+    const NOWHERE: InPlaceMut<T> = InPlaceMut(core::ptr::null_mut());
+    unsafe fn at(address: *mut Self) -> Self {
+        InPlaceMut(address.cast())
+    }
+}
+
+const BOUND: &str = "the kernel binds every port before it runs a block";
+
+impl<T> Deref for InPlace<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        // SAFETY: who made it has promised so; one that leads nowhere is null.
+        unsafe { self.0.as_ref() }.expect(BOUND)
+    }
+}
+
+impl<T> Deref for InPlaceMut<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        // SAFETY: as of `InPlace`.
+        unsafe { self.0.as_ref() }.expect(BOUND)
+    }
+}
+
+impl<T> DerefMut for InPlaceMut<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        // SAFETY: as of `InPlace`; the value is borrowed as the port is.
+        unsafe { self.0.as_mut() }.expect(BOUND)
+    }
+}

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Planning of paths: adds way-points one by one, then makes pass after pass along them, each as far as an invocation has time for.
+use super::view::View;
+use super::{BEING_PLANNED, Passing, SAME};
+use crate::profile::{JOINTS_MAX, Limits};
+
+/// A path of any length to be planned, by the names of [`Path`](super::Path).
+pub struct Table<'a> {
+    pub plan: &'a mut f64,
+    pub joints: &'a mut i32,
+    pub points: &'a mut i32,
+    pub space: &'a mut i32,
+    pub duration: &'a mut f64,
+    pub q: &'a mut [[f64; JOINTS_MAX]],
+    pub reach: &'a mut [f64],
+    pub through: &'a mut [f64],
+    pub top: &'a mut [f64],
+    pub slope: &'a mut [f64],
+    pub begin: &'a mut [f64],
+}
+
+/// The part of a line that the blend at one of its ends may take. With all of it in blends no rate could rise along it: few way-points are far from
+/// each other, so there the limits of the joints are reached sooner; among many near ones a path would creep.
+pub const BLEND_SHARE: f64 = 0.5;
+/// The same of a long path.
+pub const LONG_BLEND_SHARE: f64 = 0.25;
+
+/// Progress of planning a path. Its default: nothing is under way.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Planning {
+    pass: Pass,
+    /// Of a line, the part that one blend may take.
+    share: f64,
+    /// Steps of the pass that are done.
+    at: usize,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Pass {
+    #[default]
+    None,
+    /// The maximum rate and acceleration of each line.
+    Lines,
+    /// Reach of each blend, and the maximum rate that the joints' accelerations allow there.
+    Corners,
+    /// Lowers the rates at the blends until each line is long enough to speed up.
+    Forward,
+    /// The same for slowing down.
+    Backward,
+    /// Time at which each line begins.
+    Times,
+}
+
+impl Planning {
+    /// Begins a path from `start`; the first `space` coordinates are a position, whose speed, acceleration and blend are those of the point, with
+    /// the first limits. One blend takes at most the part `share` of a line. The way-points are added next, then
+    /// [`advance`](Planning::advance) plans.
+    pub fn begin(table: &mut Table, space: usize, start: &[f64], share: f64) -> Planning {
+        (*table.plan, *table.joints, *table.points, *table.space) = (BEING_PLANNED, start.len() as i32, 1, space as i32);
+        table.q[0][..start.len()].copy_from_slice(start);
+        (table.reach[0], table.through[0], table.begin[0]) = (0.0, 0.0, 0.0);
+        Planning { pass: Pass::Lines, share, at: 0 }
+    }
+
+    /// Returns whether a path is begun and not ready.
+    pub fn is_under_way(&self) -> bool {
+        self.pass != Pass::None
+    }
+
+    /// Plans on, by no more than `budget` steps of a way-point each, which it counts down; true where the path is ready but for its number.
+    /// `limits` has one for each coordinate, all above 0; their jerk is not used: the acceleration is constant in each part.
+    pub fn advance(&mut self, table: &mut Table, limits: &[Limits], budget: &mut usize) -> bool {
+        let last = *table.points as usize - 1;
+        while self.pass != Pass::None {
+            let steps = if self.pass == Pass::Corners { last.saturating_sub(1) } else { last };
+            let end = steps.min(self.at.saturating_add(*budget));
+            for k in self.at..end {
+                match self.pass {
+                    Pass::Lines => table.limit_line(k, limits),
+                    Pass::Corners => table.cut_corner(k + 1, self.share, limits),
+                    Pass::Forward => table.speed_up(k),
+                    Pass::Backward => table.slow_down(last - 1 - k),
+                    _ => table.time(k),
+                }
+            }
+            *budget -= end - self.at;
+            self.at = end;
+            if end < steps {
+                return false;
+            }
+            if self.pass == Pass::Corners {
+                (table.reach[last], table.through[last]) = (0.0, 0.0);
+            }
+            *self = Planning { pass: self.pass.next(), at: 0, ..*self };
+        }
+        *table.duration = table.begin[last];
+        true
+    }
+}
+
+impl Pass {
+    fn next(self) -> Pass {
+        match self {
+            Pass::Lines => Pass::Corners,
+            Pass::Corners => Pass::Forward,
+            Pass::Forward => Pass::Backward,
+            Pass::Backward => Pass::Times,
+            Pass::Times | Pass::None => Pass::None,
+        }
+    }
+}
+
+impl Table<'_> {
+    /// Adds a way-point; one that is where the last one is counts for nothing. There is room for it: the caller has checked.
+    pub fn add(&mut self, point: &[f64], passing: Passing) {
+        let (n, last) = (*self.joints as usize, *self.points as usize - 1);
+        if (0..n).all(|i| (point[i] - self.q[last][i]).abs() <= SAME) {
+            return;
+        }
+        self.q[last + 1][..n].copy_from_slice(&point[..n]);
+        // What the passes below make of these takes their place.
+        (self.reach[last + 1], self.top[last]) = (passing.blend, passing.speed);
+        *self.points += 1;
+    }
+
+    /// It, to be asked.
+    pub fn view(&self) -> View<'_> {
+        View {
+            plan: *self.plan,
+            joints: *self.joints as usize,
+            points: *self.points as usize,
+            space: *self.space as usize,
+            duration: *self.duration,
+            q: self.q,
+            reach: self.reach,
+            through: self.through,
+            top: self.top,
+            slope: self.slope,
+            begin: self.begin,
+        }
+    }
+
+    fn limit_line(&mut self, k: usize, limits: &[Limits]) {
+        let view = self.view();
+        let u = view.measures(&view.direction(k).0);
+        let (mut top, mut slope) = (view.top[k] / view.maximum(&u), f64::INFINITY);
+        for (u, limit) in u.iter().zip(limits).filter(|(u, _)| **u > 0.0) {
+            top = top.min(limit.speed / u);
+            slope = slope.min(limit.acceleration / u);
+        }
+        (self.top[k], self.slope[k]) = (top, slope);
+    }
+
+    fn cut_corner(&mut self, k: usize, share: f64, limits: &[Limits]) {
+        let view = self.view();
+        let blend = view.reach[k];
+        let ((before, long), (after, short)) = (view.direction(k - 1), view.direction(k));
+        let turn = view.measures(&std::array::from_fn(|i| after[i] - before[i]));
+        let most = view.maximum(&turn);
+        let wished = if most > 0.0 { 4.0 * blend / most } else { f64::INFINITY };
+        let mut through = view.top[k - 1].min(view.top[k]);
+        // A longer blend than the maximum rate needs would only take longer.
+        let enough = turn.iter().zip(limits).fold(0.0, |most: f64, (turn, limit)| most.max(through.powi(2) * turn / (2.0 * limit.acceleration)));
+        let reach = if blend > 0.0 { wished.min(enough).min(long * share).min(short * share) } else { 0.0 };
+        for (turn, limit) in turn.iter().zip(limits).filter(|(turn, _)| **turn > 0.0) {
+            through = through.min((2.0 * reach * limit.acceleration / turn).sqrt());
+        }
+        (self.reach[k], self.through[k]) = (reach, if blend == 0.0 { 0.0 } else { through });
+    }
+
+    /// The maximum rate at the other end of the line after way-point k, for the rate at one end.
+    fn reachable(&self, k: usize, rate: f64) -> f64 {
+        let rest = (self.view().direction(k).1 - self.reach[k] - self.reach[k + 1]).max(0.0);
+        (rate.powi(2) + 2.0 * self.slope[k] * rest).sqrt()
+    }
+
+    fn speed_up(&mut self, k: usize) {
+        self.through[k + 1] = self.through[k + 1].min(self.reachable(k, self.through[k]));
+    }
+
+    fn slow_down(&mut self, k: usize) {
+        self.through[k] = self.through[k].min(self.reachable(k, self.through[k + 1]));
+    }
+
+    fn time(&mut self, k: usize) {
+        let blend_s = if self.reach[k + 1] > 0.0 { 2.0 * self.reach[k + 1] / self.through[k + 1] } else { 0.0 };
+        self.begin[k + 1] = self.begin[k] + self.view().line(k).times.iter().sum::<f64>() + blend_s;
+    }
+
+    /// The same path, `factor` times slower.
+    pub fn stretch(&mut self, factor: f64) {
+        let points = *self.points as usize;
+        *self.duration *= factor;
+        self.begin[..points].iter_mut().for_each(|t| *t *= factor);
+        self.through[..points].iter_mut().chain(&mut self.top[..points]).for_each(|rate| *rate /= factor);
+        self.slope[..points].iter_mut().for_each(|slope| *slope /= factor * factor);
+    }
+}
