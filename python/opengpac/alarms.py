@@ -12,6 +12,7 @@ from .declared import Declared
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .given import all_taking
 from .numerals import number
+from .quantities import Quantity, duration_ns
 from .tables import Shown, Table
 
 if TYPE_CHECKING:
@@ -21,10 +22,28 @@ SEVERITIES = ("low", "medium", "high", "critical")
 
 
 @dataclass(frozen=True)
+class Shelving:
+    """One time that an alarm was out of the list: `who` shelved it and the `reason`, from `time` `until` a time at most.
+
+    Times are s of the system's clock, `wall` is the date of `time`. `ended`: when it ended, None while it lasts; `ended_by`: who ended
+    it, empty where its time was over.
+    """
+
+    who: str
+    reason: str
+    time: float
+    wall: datetime
+    until: float
+    ended: float | None
+    ended_by: str
+
+
+@dataclass(frozen=True)
 class Alarm:
     """One alarm as it is now: `code`, `source` (verb, device or channel), `block`, `text`, `remedy`, `severity`, when and how often.
 
     `active`: its cause is there. `time`, `returned` and `acknowledged_at` are s of the system's clock, `wall` is the date of `time`.
+    `shelvings`: when it was out of the list, by whom and why, the latest last.
     """
 
     number: int
@@ -41,6 +60,7 @@ class Alarm:
     wall: datetime
     returned: float | None
     acknowledged_at: float | None
+    shelvings: tuple[Shelving, ...] = ()
 
     @property
     def time(self) -> float:
@@ -49,7 +69,9 @@ class Alarm:
 
     @property
     def state(self) -> str:
-        """`active`, `acknowledged` (and still active), `returned` (not acknowledged yet), or `over`."""
+        """`active`, `acknowledged` (and still active), `returned` (not acknowledged yet), `shelved`, or `over`."""
+        if self.shelvings and self.shelvings[-1].ended is None:
+            return "shelved"
         if self.active:
             return "acknowledged" if self.acknowledged else "active"
         return "over" if self.acknowledged else "returned"
@@ -64,8 +86,18 @@ class Alarm:
 def _alarm(given: Mapping[str, Any]) -> Alarm:
     seconds: dict[str, Any] = {to: None if given[at] is None else given[at] * 1e-9 for at, to in _TIMES.items()}
     kept: dict[str, Any] = {name: given[name] for name in Alarm.__dataclass_fields__ if name in given}
-    wall = datetime.fromtimestamp(given["wall_ns"] // 1_000 / 1e6, UTC)
-    return Alarm(**kept, **seconds, wall=wall)
+    kept["shelvings"] = tuple(_shelving(one) for one in given.get("shelvings", []))
+    return Alarm(**kept, **seconds, wall=_date(given["wall_ns"]))
+
+
+def _shelving(given: Mapping[str, Any]) -> Shelving:
+    ended = None if given["ended_ns"] is None else given["ended_ns"] * 1e-9
+    time, until = given["time_ns"] * 1e-9, given["until_ns"] * 1e-9
+    return Shelving(given["who"], given["reason"], time, _date(given["wall_ns"]), until, ended, given["ended_by"])
+
+
+def _date(wall_ns: int) -> datetime:
+    return datetime.fromtimestamp(wall_ns // 1_000 / 1e6, UTC)
 
 
 _TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
@@ -122,6 +154,11 @@ class Alarms(Shown, Declared):
         return [alarm for alarm in self if not alarm.acknowledged]
 
     @property
+    def shelved(self) -> list[Alarm]:
+        """Those that `shelve` has taken out of the list for a time; `len`, iteration and `active` leave them out."""
+        return [_alarm(given) for given in self._described().get("shelved", [])]
+
+    @property
     def texts(self) -> Mapping[str, Mapping[str, str]]:
         """Texts that were defined: code → text, remedy, severity."""
         return self._described()["texts"]
@@ -151,12 +188,25 @@ class Alarms(Shown, Declared):
             return self._system._alive().clear_alarm(_text(code, "code"), source)
 
     def acknowledge(self, alarm: Alarm | int | None = None) -> int:
-        """Acknowledges one alarm, or all; how many were not. An active one stays until its cause is gone."""
-        which = number(alarm.number if isinstance(alarm, Alarm) else alarm)
-        if which is not None and (isinstance(which, bool) or not isinstance(which, int) or which < 0):
-            refuse(CallError, f"the alarm to acknowledge is {alarm!r}", "give an alarm of this list, its number, or nothing for all")
+        """Acknowledges one alarm, or all that are not shelved; how many were not. An active one stays until its cause is gone."""
+        which = None if alarm is None else _numbered(alarm, "acknowledge", ", or nothing for all")
         with refusals:
             return self._system._alive().acknowledge_alarms(which)
+
+    def shelve(self, alarm: Alarm | int, reason: str, duration: Quantity) -> None:
+        """Takes an alarm out of the list for a `duration` of the system's clock, 24 h at most, or until `unshelve`.
+
+        It stays out while it returns and comes again. Its `shelvings` tell who, when and why. Emergency stops, lost devices and processors
+        and the severity `critical` stay in the list: `NotAllowed`.
+        """
+        for_ns = duration_ns(duration, "the time of a shelving")
+        with refusals:
+            self._system._alive().shelve_alarm(_numbered(alarm, "shelve"), _text(reason, "reason"), for_ns)
+
+    def unshelve(self, alarm: Alarm | int) -> bool:
+        """Puts a shelved alarm back into the list; whether it was shelved."""
+        with refusals:
+            return self._system._alive().unshelve_alarm(_numbered(alarm, "unshelve"))
 
     def __iter__(self) -> Iterator[Alarm]:
         return iter([_alarm(given) for given in self._described()["current"]])
@@ -199,6 +249,13 @@ def _alarm_table(alarms: Iterable[Alarm]) -> Table:
     rows = [(a.number, f"{a.time:.3f} s", a.severity, a.state, a.code, a.source, a.text, a.remedy, a.count) for a in shown]
     looks = ["bad" if a.active and not a.acknowledged else "warn" if a.active else "soft" for a in shown]
     return Table("alarms", ["number", "time", "severity", "state", "code", "source", "text", "remedy", "count"], rows, looks)
+
+
+def _numbered(alarm: Any, what: str, more: str = "") -> int:
+    which = number(alarm.number if isinstance(alarm, Alarm) else alarm)
+    if isinstance(which, bool) or not isinstance(which, int) or which < 0:
+        refuse(CallError, f"the alarm to {what} is {alarm!r}", f"give an alarm of this list or its number{more}")
+    return which
 
 
 def _text(given: Any, what: str) -> str:

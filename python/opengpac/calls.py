@@ -300,12 +300,21 @@ class Calls(Asking):
         return self._ask("clear_alarm", {"code": code, "source": source})
 
     def alarms(self) -> Any:
-        """Returns all alarms and their history."""
+        """Returns all alarms, those that are shelved, and their history."""
         return self._ask("alarms")
 
     def acknowledge_alarms(self, number: int | None = None) -> int:
-        """Acknowledges one alarm, or all. Returns how many."""
+        """Acknowledges one alarm, or all that are not shelved. Returns how many."""
         return self._ask("acknowledge_alarms", {"number": number})
+
+    def shelve_alarm(self, number: int, reason: str, for_ns: int, who: str | None = None) -> None:
+        """Takes an alarm out of the list for a time. Emergency stops, what is lost, and the severity critical
+        stay in it."""
+        return self._ask("shelve_alarm", {"number": number, "reason": reason, "for_ns": for_ns, "who": who})
+
+    def unshelve_alarm(self, number: int, who: str | None = None) -> bool:
+        """Puts a shelved alarm back into the list. Returns whether it was shelved."""
+        return self._ask("unshelve_alarm", {"number": number, "who": who})
 
     def restore_alarms(self, history: list[Any]) -> None:
         """Enters the history of an earlier life."""

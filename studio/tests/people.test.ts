@@ -204,6 +204,43 @@ test("each alarm is seen with its severity and state in every view, and acknowle
   await other.close();
 });
 
+test("an alarm is shelved with a reason and a time, is told of, and comes back", async () => {
+  const { page } = bert;
+  const other = await Commander.open(running.url, true);
+  for (const code of ["E101", "E102"]) await other.call("raise_alarm", { code, source: "elbow" });
+  await other.giveBack();
+  await show(page, "#/system");
+  const list = page.locator("main");
+  await list.locator('[data-alarm="E102"]').waitFor();
+  expect(await list.getByRole("button", { name: "Shelve E102" }).count(), "what is critical stays").toBe(0);
+  await list.getByRole("button", { name: "Shelve E101 of elbow…" }).click();
+  const form = list.getByRole("form", { name: "Shelve E101 of elbow" });
+  expect(await form.getByRole("button", { name: "Shelve", exact: true }).isDisabled(), "without a reason").toBe(true);
+  await form.getByLabel("Reason").fill("the grease comes on Monday");
+  await form.getByLabel("for").selectOption("15 min");
+  await form.getByRole("button", { name: "Shelve", exact: true }).click();
+  const shelved = list.locator('[data-shelved="E101"]');
+  await shelved.getByText("the grease comes on Monday").waitFor();
+  await shelved.getByText(/1[45] min left/).waitFor();
+  expect(await list.locator('[data-alarm="E101"]').count()).toBe(0);
+  expect(await axeFindings(page)).toEqual([]);
+  await shoot(page, "alarm-shelved");
+  await other.take();
+  await other.call("clear_alarm", { code: "E102" });
+  await other.call("acknowledge_alarms", {});
+  // Nothing else is raised: the place of messages says that one is shelved, and where.
+  await page.getByRole("link", { name: "1 alarm is shelved" }).waitFor();
+  await shelved.getByRole("button", { name: "Unshelve E101 of elbow" }).click();
+  await list.locator('[data-alarm="E101"]').waitFor();
+  const { current } = await other.call<{ current: { shelvings: { who: string; reason: string; ended_by: string }[] }[] }>("alarms", {});
+  const [shelving] = current[0]?.shelvings ?? [];
+  expect(shelving?.reason).toBe("the grease comes on Monday");
+  for (const who of [shelving?.who, shelving?.ended_by]) expect(who, "the system knows who it was").toMatch(/^studio-\w+/);
+  await other.call("clear_alarm", { code: "E101" });
+  await other.call("acknowledge_alarms", {});
+  await other.close();
+});
+
 /** Fills the form of a new panel. */
 async function write(page: Page, kind: string, fill: (form: ReturnType<Page["getByRole"]>) => Promise<void>): Promise<void> {
   const form = page.getByRole("form", { name: "New panel" });

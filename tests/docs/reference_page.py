@@ -75,7 +75,7 @@ GROUPS: dict[str, tuple[str, str]] = {
         "opengpac.cell",
         "DigitalInput DigitalOutput AnalogInput AnalogOutput set_output pulse wait_for_input InputTimeout",
     ),
-    "Alarms": ("opengpac.alarms", "Alarms Alarm"),
+    "Alarms": ("opengpac.alarms", "Alarms Alarm Shelving"),
     "Workspaces": ("opengpac.workspaces", "Workspaces"),
     "Sessions with a remote system": ("opengpac.remote.session", "Session Commanding CommandRequest"),
     "The component data base": (

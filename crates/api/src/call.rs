@@ -44,6 +44,8 @@ pub struct Call {
     pub moves: bool,
     /// True if it may be made without command: the role is enough.
     pub free: bool,
+    /// Argument into which the control interface enters the caller, whatever was given.
+    pub signed: Option<&'static str>,
     /// True if it takes long to work out, or its answer is long.
     pub costs: bool,
     /// True if it speaks of files of this host: from another one this goes another way.
@@ -93,6 +95,7 @@ impl Call {
             stops: false,
             moves: false,
             free: false,
+            signed: None,
             costs: false,
             local: false,
             rated: false,
@@ -147,6 +150,11 @@ impl Call {
     /// Declares that it may be made without command.
     pub const fn free(self) -> Call {
         Call { free: true, ..self }
+    }
+
+    /// Has the control interface enter the caller into this argument, whatever was given.
+    pub const fn signed(self, by: &'static str) -> Call {
+        Call { signed: Some(by), ..self }
     }
 
     /// Declares that it takes long to work out, or its answer is long.

@@ -248,9 +248,18 @@ void opengpac_close(opengpac_system *system);
  *   clear_alarm(code, [source]) -> boolean
  *       Says that the cause of an alarm is gone. Returns whether there was one.
  *   alarms() -> Alarms
- *       Returns all alarms and their history.
+ *       Returns all alarms, those that are shelved, and their history.
  *   acknowledge_alarms([number]) -> integer
- *       Acknowledges one alarm, or all. Returns how many.
+ *       Acknowledges one alarm, or all that are not shelved. Returns how many.
+ *   shelve_alarm(number, reason, for_ns, [who])
+ *       Takes an alarm out of the list for a time. Emergency stops, what is lost, and the severity critical
+ *       stay in it.
+ *         reason: Reason for it.
+ *         for_ns: Duration on the system's clock: 24 h at most.
+ *         who: Person or session that shelves it: the control interface enters its caller.
+ *   unshelve_alarm(number, [who]) -> boolean
+ *       Puts a shelved alarm back into the list. Returns whether it was shelved.
+ *         who: Person or session that does it: the control interface enters its caller.
  *   restore_alarms(history)
  *       Enters the history of an earlier life.
  * observation

@@ -82,8 +82,11 @@ impl Service {
 
     /// Makes a call: rights, command, audit, the call itself, and whose the instances are that it makes. It may last; never called on
     /// a thread that serves others.
-    pub fn call(self: &Arc<Self>, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+    pub fn call(self: &Arc<Self>, call: &Call, mut asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let role = call.role_under(self.system.is_virtual());
+        if let Some(by) = call.signed {
+            asked.arguments.insert(by.to_owned(), json!(self.signature(caller, presence.map_or("", |p| &p.name))));
+        }
         let mut act = Act::new(caller, presence.map_or("", |p| &p.name), call.name, asked_text(&asked).as_bytes());
         let commands = api::commanded(&self.system, call.name, &asked.arguments);
         act.about = commands.clone().unwrap_or_default();
@@ -100,13 +103,18 @@ impl Service {
         result
     }
 
+    /// Returns a caller as the log names it: its session, the person there, and its token's name.
+    fn signature(&self, caller: &Caller, session: &str) -> String {
+        let caller = match self.sessions.person(session) {
+            Some(person) => format!("{person}, {}", caller.who),
+            None => caller.who.clone(),
+        };
+        if session.is_empty() { caller } else { format!("{session} ({caller})") }
+    }
+
     /// Enters a command into the system's log, and who gave it.
     fn log(&self, act: &Act, failure: Option<&Failure>) {
-        let caller = match self.sessions.person(&act.session) {
-            Some(person) => format!("{person}, {}", act.caller.who),
-            None => act.caller.who.clone(),
-        };
-        let who = if act.session.is_empty() { caller } else { format!("{} ({caller})", act.session) };
+        let who = self.signature(&act.caller, &act.session);
         let refused = failure.map(|failure| failure.refusals.first().map_or_else(String::new, |refusal| refusal.message.clone()));
         let about = if act.about.is_empty() { "system" } else { &act.about };
         self.system.log_command(&who, &act.call, about, refused.as_deref());

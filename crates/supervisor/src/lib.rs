@@ -68,4 +68,5 @@ pub use registry::location::{InProcess, Location, Patience};
 pub use registry::sane::check_name;
 pub use safety::alarms::{Alarm, AlarmList, AlarmText, Severity};
 pub use safety::modes::Mode;
+pub use safety::shelving::{Shelving, ShelvingRequest};
 pub use system::{System, Waited};

@@ -22,7 +22,10 @@ const SLICE_MS = 1000;
 export type Stops = Pick<Orders, "halt" | "suspend" | "disable" | "pause">;
 
 /** Calls that neither need command nor take it, for they leave the machine alone: a replay beside it, what is kept for people, alarms. */
-export type Asides = Pick<Orders, "replay" | "stop_replay" | "keep_workspace" | "forget_workspace" | "acknowledge_alarms">;
+export type Asides = Pick<
+  Orders,
+  "replay" | "stop_replay" | "keep_workspace" | "forget_workspace" | "acknowledge_alarms" | "shelve_alarm" | "unshelve_alarm"
+>;
 
 interface Waiting {
   waiting: true;

@@ -22,6 +22,8 @@ export interface Alarm {
   wall_ns: number;
   returned_ns: number | null;
   acknowledged_ns: number | null;
+  /** Shelvings of it, the latest last. */
+  shelvings: Shelving[];
 }
 
 /** One alarm. */
@@ -45,6 +47,8 @@ export interface AlarmRequest {
   wall_ns: number;
   returned_ns?: number | null;
   acknowledged_ns?: number | null;
+  /** Shelvings of it, the latest last. */
+  shelvings?: ShelvingRequest[];
 }
 
 /** Text of an alarm of one code. */
@@ -65,6 +69,8 @@ export interface AlarmTextRequest {
 export interface Alarms {
   /** Alarms that are active or not acknowledged, newest last. */
   current: Alarm[];
+  /** Alarms that an operator has taken out of that list for a time. */
+  shelved: Alarm[];
   /** Alarms of the past, oldest first. */
   history: Alarm[];
   /** Text of each code. */
@@ -1987,6 +1993,38 @@ export interface SettledRequest {
 /** Urgency of an alarm. */
 export type Severity = "low" | "medium" | "high" | "critical";
 
+/** Shelving of an alarm: a time that it is out of the list. */
+export interface Shelving {
+  /** Person or session that shelved it. */
+  who: string;
+  reason: string;
+  /** Time at which it began, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
+  time_ns: number;
+  wall_ns: number;
+  /** Time at which it is over at the latest. */
+  until_ns: number;
+  /** Time at which it ended; null while it lasts. */
+  ended_ns: number | null;
+  /** Person or session that ended it; empty: its time was over, or the alarm became one that cannot be shelved. */
+  ended_by: string;
+}
+
+/** Shelving of an alarm: a time that it is out of the list. */
+export interface ShelvingRequest {
+  /** Person or session that shelved it. */
+  who: string;
+  reason: string;
+  /** Time at which it began, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
+  time_ns: number;
+  wall_ns: number;
+  /** Time at which it is over at the latest. */
+  until_ns: number;
+  /** Time at which it ended; null while it lasts. */
+  ended_ns?: number | null;
+  /** Person or session that ended it; empty: its time was over, or the alarm became one that cannot be shelved. */
+  ended_by: string;
+}
+
 /** A command in short: its name is the key of what it acts on. */
 export type ShortCommand = {
   install: NameList;
@@ -3253,19 +3291,43 @@ export interface Calls {
     };
     result: boolean;
   };
-  /** Returns all alarms and their history. */
+  /** Returns all alarms, those that are shelved, and their history. */
   alarms: {
     role: "observe";
     arguments: Record<string, never>;
     result: Alarms;
   };
-  /** Acknowledges one alarm, or all. Returns how many. */
+  /** Acknowledges one alarm, or all that are not shelved. Returns how many. */
   acknowledge_alarms: {
     role: "operate";
     arguments: {
       number?: number | null;
     };
     result: number;
+  };
+  /** Takes an alarm out of the list for a time. Emergency stops, what is lost, and the severity critical stay in it. */
+  shelve_alarm: {
+    role: "operate";
+    arguments: {
+      number: number;
+      /** Reason for it. */
+      reason: string;
+      /** Duration on the system's clock: 24 h at most. */
+      for_ns: number;
+      /** Person or session that shelves it: the control interface enters its caller. */
+      who?: string | null;
+    };
+    result: null;
+  };
+  /** Puts a shelved alarm back into the list. Returns whether it was shelved. */
+  unshelve_alarm: {
+    role: "operate";
+    arguments: {
+      number: number;
+      /** Person or session that does it: the control interface enters its caller. */
+      who?: string | null;
+    };
+    result: boolean;
   };
   /** Enters the history of an earlier life. */
   restore_alarms: {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
-import { useId, useState } from "react";
+import { useEffect, useId, useState } from "react";
 import type { Alarm } from "../control/shapes";
 import { worded } from "../control/wording";
 import { Acknowledge, AcknowledgeAll, AlarmTable, AlarmTags, inOrder } from "./AlarmTable";
 import { useLive, useWatched } from "./context";
+import { addressOf } from "./route";
 
 /** The alarm that is told first. */
 export function foremost(alarms: readonly Alarm[]): Alarm | null {
@@ -19,8 +20,14 @@ export function AlarmBar() {
   const alarms = useWatched(control.alarms.latest);
   // The emergency stop has a line of its own.
   const raised = (alarms?.current ?? []).filter((alarm) => alarm.code !== "emergency_stop" || !alarm.active);
+  const shelved = alarms?.shelved?.length ?? 0;
   const first = foremost(raised);
-  if (!first) return null;
+  const isOver = first === null;
+  // The list does not open over the view by itself when the next alarm comes.
+  useEffect(() => {
+    if (isOver) setOpen(false);
+  }, [isOver]);
+  if (!first) return <ShelvedNote count={shelved} />;
   return (
     <section className="alarm-bar" aria-label="Alarm bar">
       <div className={`notice ${first.active && !first.acknowledged ? "bad" : "warn"} alarm`} role="status" aria-label="Alarms">
@@ -38,11 +45,22 @@ export function AlarmBar() {
       <div id={list} className="alarm-list" hidden={!isOpen}>
         {isOpen && (
           <>
+            <ShelvedNote count={shelved} />
             <AlarmTable of={raised} from={control} />
             <AcknowledgeAll of={raised} from={control} />
           </>
         )}
       </div>
     </section>
+  );
+}
+
+/** Tells that there are shelved alarms, and where they are. */
+function ShelvedNote(props: { count: number }) {
+  if (props.count === 0) return null;
+  return (
+    <p className="notice quiet shelved-note">
+      <a href={addressOf("system")}>{props.count === 1 ? "1 alarm is shelved" : `${props.count} alarms are shelved`}</a>
+    </p>
   );
 }

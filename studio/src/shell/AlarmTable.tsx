@@ -6,6 +6,7 @@ import { worded } from "../control/wording";
 import { clockText, dayText, seconds } from "../design/numbers";
 import { Refusals, Tag, type Tone } from "../design/parts";
 import { useAction } from "./context";
+import { Shelve } from "./Shelving";
 
 /** The states of an alarm that a person still has to know of, by the words of ISA-18.2. */
 export type AlarmState = "active" | "acknowledged" | "returned";
@@ -110,6 +111,7 @@ export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
             {alarm.count > 1 && `, ${alarm.count} times`}
           </span>
           <Acknowledge of={alarm} from={props.from} />
+          <Shelve of={alarm} from={props.from} />
         </li>
       ))}
     </ul>

@@ -271,3 +271,69 @@ def test_an_alarm_that_leaves_for_want_of_a_place_is_counted_and_told() -> None:
         assert [alarm.source for alarm in cell.alarms.history] == ["s0"]
         assert [(e["about"], "no place" in e["text"]) for e in cell.log() if e["kind"] == "lost"] == [("s0", True)]
         assert "1 more left before they were over" in repr(cell.alarms)
+
+
+def test_a_shelved_alarm_is_out_of_the_list_until_its_time_is_over(cell: gpac.System) -> None:
+    alarms = cell.alarms
+    alarms.define("E1", "the fan is loud", severity="low")
+    alarms.trip("E1", source="fan")
+    alarms.shelve(alarms["E1"], "the fan is exchanged on Monday", "10 s")
+    assert (len(alarms), [a.state for a in alarms.shelved], "E1" in alarms) == (0, ["shelved"], False)
+    assert alarms.acknowledge() == 0, "what is shelved is seen by nobody"
+    # It is the alarm that is shelved: it returns and comes again, and stays out.
+    alarms.acknowledge(alarms.shelved[0])
+    alarms.clear("E1")
+    alarms.trip("E1", source="fan")
+    assert (len(alarms), alarms.shelved[0].count) == (0, 2)
+    cell.advance("9.9 s")
+    assert len(alarms) == 0
+    cell.advance("0.1 s")
+    assert (alarms["E1"].state, alarms.shelved) == ("active", [])
+    (shelving,) = alarms["E1"].shelvings
+    assert (shelving.who, shelving.reason, shelving.ended_by) == ("program", "the fan is exchanged on Monday", "")
+    assert (shelving.until - shelving.time, shelving.ended) == (10.0, shelving.until)
+    said = [entry["text"] for entry in cell.log() if entry["kind"] == "alarm"]
+    assert said[-1] == "E1: its time on the shelf is over"
+    assert "E1: shelved for 10 s: the fan is exchanged on Monday" in said
+
+
+def test_an_alarm_is_unshelved_and_what_is_over_by_then_goes_into_the_history(cell: gpac.System) -> None:
+    alarms = cell.alarms
+    alarms.define("E1", "the fan is loud")
+    alarms.trip("E1")
+    number = alarms["E1"].number
+    alarms.shelve(number, "known", "1 h")
+    alarms.shelve(number, "known, and it takes longer", "2 h")
+    alarms.acknowledge(number)
+    alarms.clear("E1")
+    assert (alarms.shelved[0].number, alarms.history) == (number, [])
+    assert (alarms.unshelve(number), len(alarms), alarms.shelved) == (True, 0, [])
+    (over,) = alarms.history
+    assert [(s.reason, s.ended is None, s.ended_by) for s in over.shelvings] == [
+        ("known", False, "program"),
+        ("known, and it takes longer", False, "program"),
+    ]
+    with pytest.raises(gpac.UnknownName):
+        alarms.unshelve(number)
+
+
+def test_what_is_about_safety_cannot_be_shelved(cell: gpac.System) -> None:
+    alarms = cell.alarms
+    alarms.define("E1", "the pressure is low", severity="critical")
+    # A text of one's own makes an emergency stop no less of one.
+    alarms.define("emergency_stop", "somebody pressed", severity="low")
+    alarms.trip("E1")
+    cell.emergency_stop("test")
+    for code, why in (("E1", "its severity is critical"), ("emergency_stop", "it is an emergency stop")):
+        with pytest.raises(gpac.NotAllowed, match=why):
+            alarms.shelve(alarms[code], "it is loud", "1 h")
+    alarms.define("E2", "the fan is loud")
+    alarms.trip("E2")
+    wrong = (("", "1 h", gpac.CallError), (" ", "1 h", gpac.CallError), ("x", "25 h", gpac.OutOfRange), ("x", 0.0, gpac.OutOfRange))
+    for reason, time, error in wrong:
+        with pytest.raises(error):
+            alarms.shelve(alarms["E2"], reason, time)
+    alarms.shelve(alarms["E2"], "known", "1 h")
+    alarms.define("E2", "the fan burns", severity="critical")
+    alarms.trip("E2")
+    assert alarms["E2"].shelvings[-1].ended is not None, "one that comes again as critical is back in the list"

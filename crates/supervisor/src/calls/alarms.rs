@@ -3,6 +3,7 @@
 use crate::protection::causes::{known_alarm, raise};
 use crate::refuse::{refuse, unknown};
 use crate::safety::alarms::{Alarm, AlarmList, AlarmText, Cause, Raised, Severity};
+use crate::safety::shelving::ShelvingRequest;
 use crate::system::System;
 use model::refusal::{Class, Refusals};
 use model::wording::printable;
@@ -41,7 +42,7 @@ impl System {
         })
     }
 
-    /// Acknowledges one alarm by its number, or all. How many were not yet.
+    /// Acknowledges one alarm by its number, or all but those that are shelved. How many were not yet.
     pub fn acknowledge_alarms(&self, number: Option<u64>) -> Result<usize, Refusals> {
         self.shared.command(|core| {
             if let Some(number) = number.filter(|n| !core.safety.alarms.current.iter().any(|a| a.number == *n)) {
@@ -49,7 +50,7 @@ impl System {
                 return Err(unknown("alarm", &number.to_string(), known.iter().map(String::as_str)));
             }
             let now_ns = core.host.now_ns();
-            Ok(core.safety.alarms.acknowledge(now_ns, |a| number.is_none_or(|n| a.number == n)))
+            Ok(core.safety.alarms.acknowledge(now_ns, |a| number.map_or(!a.is_shelved(), |n| a.number == n)))
         })
     }
 
@@ -57,7 +58,22 @@ impl System {
     pub fn alarms(&self) -> AlarmList {
         let core = self.shared.locked();
         let of = &core.safety.alarms;
-        AlarmList { current: of.current.clone(), history: of.history.iter().cloned().collect(), texts: of.texts.clone(), dropped: of.dropped }
+        let (shelved, current) = of.current.iter().cloned().partition(Alarm::is_shelved);
+        AlarmList { current, shelved, history: of.history.iter().cloned().collect(), texts: of.texts.clone(), dropped: of.dropped }
+    }
+
+    /// Takes an alarm out of the list for a time.
+    ///
+    /// # Errors
+    /// `CallError` without a reason, `OutOfRange` beyond 24 h, `UnknownName`, `NotAllowed` for what has to stay in the list: emergency stops,
+    /// what is lost, and the severity critical.
+    pub fn shelve_alarm(&self, asked: &ShelvingRequest) -> Result<(), Refusals> {
+        self.shared.command(|core| core.shelve(asked))
+    }
+
+    /// Puts a shelved alarm back into the list. Returns whether it was shelved.
+    pub fn unshelve_alarm(&self, number: u64, who: &str) -> Result<bool, Refusals> {
+        self.shared.command(|core| core.unshelve(number, who))
     }
 
     /// Takes over the history of an earlier life of the system; its numbers are not given again.

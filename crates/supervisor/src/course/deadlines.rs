@@ -7,7 +7,7 @@ use crate::protection::ages::{age_deadline, too_old};
 use model::SystemCondition;
 
 impl Core {
-    /// Returns when the next limit or wait of a running instance is over, ns on the clock.
+    /// Returns the time at which the next limit or wait of a running instance is over, or the shelving of an alarm, ns on the clock.
     pub fn next_deadline(&self) -> Option<i64> {
         let deadlines = |i: &Instance| {
             let limit = i.times.limits.time_limit_ns.and_then(|t| i.times.running.clock_at(t));
@@ -16,7 +16,8 @@ impl Core {
             let departure = i.leaving.departure.as_ref().and_then(|d| d.until_ns).and_then(|t| i.times.running.clock_at(t));
             [limit.filter(|_| !i.is_in_ending()), wait, departure, rest, age_deadline(self, i), i.work.look_ns].into_iter().flatten().min()
         };
-        self.instances.values().filter(|i| i.is_running()).filter_map(deadlines).min()
+        let running = self.instances.values().filter(|i| i.is_running()).filter_map(deadlines);
+        running.chain(self.safety.alarms.next_unshelving()).min()
     }
 
     /// Serves what is over by now.
@@ -41,6 +42,7 @@ impl Core {
         }
         self.serve_overrun_limits();
         self.serve_ages(now_ns);
+        self.serve_shelvings(now_ns);
     }
 
     /// Instances with a limit on the age of what they read.

@@ -3,9 +3,9 @@
 use crate::observation::commanded::{Announced, Commanded};
 use model::wording::printable;
 use serde::Serialize;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
-/// Entries kept.
+/// Entries kept. Of more, the oldest leave of that which has the most: jogging pushes out jogging, and not the fault before it.
 const ENTRIES_MAX: usize = 4096;
 
 #[derive(Clone, Debug, Serialize)]
@@ -26,7 +26,9 @@ pub struct Entry {
 
 #[derive(Default)]
 pub(crate) struct Log {
-    entries: VecDeque<Entry>,
+    /// By kind and by what they are about: `jog` stands for all instances `jog#1`, `jog#2`, ….
+    entries: BTreeMap<(&'static str, String), VecDeque<Entry>>,
+    kept: usize,
     next: u64,
     commanded: Commanded,
     /// Commands of which it is not known yet whether they are refused.
@@ -47,18 +49,33 @@ impl Log {
     }
 
     fn push(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>, who: &str) {
-        if self.entries.len() == ENTRIES_MAX {
-            self.entries.pop_front();
+        if self.kept == ENTRIES_MAX {
+            self.make_room();
         }
-        self.entries.push_back(Entry {
+        let about = printable(about);
+        let key = (kind, about.split_once('#').map_or(about.as_str(), |(verb, _)| verb).to_owned());
+        self.entries.entry(key).or_default().push_back(Entry {
             sequence: self.next,
             time_s: time_ns as f64 * 1e-9,
             kind,
-            about: printable(about),
+            about,
             text: printable(text),
             who: printable(who),
         });
+        self.kept += 1;
         self.next += 1;
+    }
+
+    /// Drops the oldest entry of that which has the most.
+    fn make_room(&mut self) {
+        let most = self.entries.iter().max_by_key(|(_, of)| of.len()).map(|(key, _)| key.clone());
+        let Some(key) = most else { return };
+        let Some(of) = self.entries.get_mut(&key) else { return };
+        of.pop_front();
+        self.kept -= 1;
+        if of.is_empty() {
+            self.entries.remove(&key);
+        }
     }
 
     /// Returns the number of the next entry.
@@ -68,7 +85,10 @@ impl Log {
 
     /// Entries from number `sequence` on.
     pub fn since(&self, sequence: u64) -> Vec<Entry> {
-        self.entries.iter().filter(|e| e.sequence >= sequence).cloned().collect()
+        let new = |of: &VecDeque<Entry>| of.range(of.partition_point(|entry| entry.sequence < sequence)..).cloned().collect::<Vec<_>>();
+        let mut since: Vec<Entry> = self.entries.values().flat_map(new).collect();
+        since.sort_unstable_by_key(|entry| entry.sequence);
+        since
     }
 }
 
@@ -105,5 +125,31 @@ impl Log {
         for of in std::mem::take(&mut self.announced) {
             self.command(PROGRAM, &of.call, &of.about, None, of.time_ns);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_often_pushes_out_itself_and_not_what_came_before() {
+        let mut log = Log::default();
+        log.add(0, "fault", "arm.elbow", "the position is 0.3 from where it is commanded to be");
+        for press in 0..10_000 {
+            log.add(press, "start", &format!("jog#{press}"), "");
+            log.add(press, "end", &format!("jog#{press}"), "halted");
+        }
+        log.add(10_000, "start", "move#1", "");
+        let entries = log.since(0);
+        assert_eq!(entries.len(), ENTRIES_MAX);
+        assert!(entries.is_sorted_by_key(|entry| entry.sequence));
+        assert_eq!((entries[0].kind, entries.last().map(|last| last.about.as_str())), ("fault", Some("move#1")));
+        assert_eq!(log.since(log.next() - 2).iter().map(|entry| entry.about.as_str()).collect::<Vec<_>>(), ["jog#9999", "move#1"]);
+        // Of as many things as there is room for, the oldest of one that has two leaves.
+        for about in 0..ENTRIES_MAX {
+            log.add(0, "device", &format!("d{about}"), "");
+        }
+        assert_eq!((log.since(0).len(), log.kept), (ENTRIES_MAX, ENTRIES_MAX));
     }
 }

@@ -4,6 +4,7 @@
 //! The states are those of IEC 62682: active or returned, unacknowledged or acknowledged. An alarm that is active cannot be
 //! acknowledged away: it stays, acknowledged, until its cause is gone. One that is both returned and acknowledged goes into the
 //! history. The same alarm (code and source) that comes again is counted, and is unacknowledged again.
+use crate::safety::shelving::Shelving;
 use indexmap::IndexMap;
 use model::wording::printable;
 use serde::{Deserialize, Serialize};
@@ -56,6 +57,9 @@ pub struct Alarm {
     pub wall_ns: i64,
     pub returned_ns: Option<i64>,
     pub acknowledged_ns: Option<i64>,
+    /// Shelvings of it, the latest last.
+    #[serde(default)]
+    pub shelvings: Vec<Shelving>,
     #[serde(skip)]
     pub(crate) cause: Cause,
 }
@@ -64,7 +68,8 @@ impl Alarm {
     /// Returns the same in texts that may be shown in a terminal: it comes from a program's own file.
     pub(crate) fn printable(self) -> Alarm {
         let (code, source, text, remedy) = (printable(self.code), printable(self.source), printable(self.text), printable(self.remedy));
-        Alarm { code, source, text, remedy, ..self }
+        let shelvings = self.shelvings.into_iter().map(Shelving::printable).collect();
+        Alarm { code, source, text, remedy, shelvings, ..self }
     }
 }
 
@@ -107,6 +112,8 @@ pub(crate) const HISTORY_MAX: usize = 1000;
 pub struct AlarmList {
     /// Alarms that are active or not acknowledged, newest last.
     pub current: Vec<Alarm>,
+    /// Alarms that an operator has taken out of that list for a time.
+    pub shelved: Vec<Alarm>,
     /// Alarms of the past, oldest first.
     pub history: Vec<Alarm>,
     /// Text of each code.
@@ -129,7 +136,7 @@ pub(crate) struct Alarms {
 }
 
 impl Alarms {
-    fn wall_ns(&self, now_ns: i64) -> i64 {
+    pub(crate) fn wall_ns(&self, now_ns: i64) -> i64 {
         let wall = || SystemTime::now().duration_since(UNIX_EPOCH).ok().and_then(|d| i64::try_from(d.as_nanos()).ok());
         if self.has_wall { wall().unwrap_or(now_ns) } else { now_ns }
     }
@@ -152,9 +159,10 @@ impl Alarms {
             (known.active, known.acknowledged, known.cause) = (true, false, raised.cause);
             (known.time_ns, known.wall_ns, known.returned_ns, known.acknowledged_ns) = (now_ns, wall_ns, None, None);
             (known.text, known.block, known.remedy, known.severity) = (text, block, remedy, severity);
+            known.unshelve_if_urgent(now_ns);
             return None;
         }
-        let dropped = (self.current.len() == CURRENT_MAX).then(|| self.drop_one()).flatten();
+        let dropped = (self.current.len() == CURRENT_MAX).then(|| self.drop_one(now_ns)).flatten();
         self.last += 1;
         self.current.push(Alarm {
             number: self.last,
@@ -171,15 +179,17 @@ impl Alarms {
             wall_ns,
             returned_ns: None,
             acknowledged_ns: None,
+            shelvings: Vec::new(),
             cause: raised.cause,
         });
         dropped
     }
 
     /// Drops one alarm and returns it: returned ones before active ones, of those the mildest, of those the oldest.
-    fn drop_one(&mut self) -> Option<Alarm> {
+    fn drop_one(&mut self, now_ns: i64) -> Option<Alarm> {
         let mildest = (0..self.current.len()).min_by_key(|&at| (self.current[at].active, self.current[at].severity))?;
-        let gone = self.current.remove(mildest);
+        let mut gone = self.current.remove(mildest);
+        gone.unshelve(now_ns, "");
         self.dropped += 1;
         self.archive(gone.clone());
         Some(gone)
@@ -207,9 +217,9 @@ impl Alarms {
         seen
     }
 
-    /// Moves alarms that have returned and are acknowledged to the history.
-    fn sweep(&mut self) {
-        let is_over = |a: &Alarm| !a.active && a.acknowledged;
+    /// Moves alarms that have returned and are acknowledged to the history, unless they are shelved.
+    pub(crate) fn sweep(&mut self) {
+        let is_over = |a: &Alarm| !a.active && a.acknowledged && !a.is_shelved();
         let (over, current) = std::mem::take(&mut self.current).into_iter().partition(is_over);
         self.current = current;
         let over: Vec<Alarm> = over;

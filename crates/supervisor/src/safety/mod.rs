@@ -5,4 +5,5 @@ pub(crate) mod emergency;
 pub(crate) mod modes;
 pub(crate) mod pause;
 pub(crate) mod present;
+pub(crate) mod shelving;
 pub(crate) mod state;

@@ -3,6 +3,7 @@ import type { Statistics } from "../../control/shapes";
 import { Panel, Refusals, Tag } from "../../design/parts";
 import { AcknowledgeAll, AlarmTable } from "../../shell/AlarmTable";
 import { useControl, useWatched } from "../../shell/context";
+import { ShelvedAlarms } from "../../shell/Shelving";
 
 /** Stops of the cell: emergency stop, pause, lost devices, alarms that are raised. Nothing where nothing does. */
 export function Stops(props: { now: Statistics }) {
@@ -30,28 +31,34 @@ export function Stops(props: { now: Statistics }) {
           </ul>
         </Panel>
       )}
-      <RaisedAlarms />
+      <RaisedAlarms now_s={now.now_s} />
     </>
   );
 }
 
-function RaisedAlarms() {
+function RaisedAlarms(props: { now_s: number }) {
   const control = useControl();
   const alarms = useWatched(control.alarms.latest);
   const trouble = useWatched(control.alarms.trouble);
   if (trouble.length > 0) return <Refusals of={trouble} />;
-  if (!alarms || alarms.current.length === 0) return null;
+  if (!alarms) return null;
+  // Recordings from before alarms could be shelved have none.
+  const shelved = <ShelvedAlarms of={alarms.shelved ?? []} from={control} now_s={props.now_s} />;
+  if (alarms.current.length === 0) return shelved;
   return (
-    <Panel
-      title="Alarms"
-      end={
-        <>
-          <Tag tone="warn">{alarms.current.length} raised</Tag>
-          <AcknowledgeAll of={alarms.current} from={control} />
-        </>
-      }
-    >
-      <AlarmTable of={alarms.current} from={control} />
-    </Panel>
+    <>
+      <Panel
+        title="Alarms"
+        end={
+          <>
+            <Tag tone="warn">{alarms.current.length} raised</Tag>
+            <AcknowledgeAll of={alarms.current} from={control} />
+          </>
+        }
+      >
+        <AlarmTable of={alarms.current} from={control} />
+      </Panel>
+      {shelved}
+    </>
   );
 }

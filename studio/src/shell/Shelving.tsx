@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shelving alarms: out of the list for a time, with a reason (ISA-18.2).
+import { useId, useState } from "react";
+import type { Alarm } from "../control/shapes";
+import type { Source } from "../control/source";
+import { worded } from "../control/wording";
+import { clockText } from "../design/numbers";
+import { Panel, Refusals, Tag } from "../design/parts";
+import { useAction } from "./context";
+
+/** Times that are offered, in min. */
+const OFFERED: [number, string][] = [
+  [15, "15 min"],
+  [60, "1 h"],
+  [8 * 60, "8 h"],
+  [24 * 60, "24 h"],
+];
+const MINUTE_NS = 60_000_000_000;
+
+/** Alarms that the system refuses to shelve: no button offers it. */
+const STAYS = new Set(["emergency_stop", "device_lost", "processor_lost"]);
+
+function mayShelve(alarm: Alarm): boolean {
+  return alarm.severity !== "critical" && !STAYS.has(alarm.code);
+}
+
+/** Shelves one alarm: opens a form for the reason and the time. */
+export function Shelve(props: { of: Alarm; from: Source }) {
+  const { of, from } = props;
+  const [isOpen, setOpen] = useState(false);
+  if (!from.may("operate") || !mayShelve(of)) return null;
+  const name = `${of.code}${of.source ? ` of ${of.source}` : ""}`;
+  return (
+    <>
+      <button type="button" aria-expanded={isOpen} aria-label={`Shelve ${name}…`} onClick={() => setOpen(!isOpen)}>
+        Shelve…
+      </button>
+      {isOpen && <ShelveForm of={of} from={from} name={name} close={() => setOpen(false)} />}
+    </>
+  );
+}
+
+function ShelveForm(props: { of: Alarm; from: Source; name: string; close: () => void }) {
+  const { of, from, name, close } = props;
+  const action = useAction();
+  const id = useId();
+  const [reason, setReason] = useState("");
+  const [minutes, setMinutes] = useState(60);
+  return (
+    <form
+      className="shelve row"
+      aria-label={`Shelve ${name}`}
+      data-commands
+      onSubmit={(event) => {
+        event.preventDefault();
+        const asked = { number: of.number, reason, for_ns: minutes * MINUTE_NS };
+        void action.run(() => from.aside("shelve_alarm", asked).then(() => from.alarms.look())).then((done) => done && close());
+      }}
+    >
+      <label htmlFor={`${id}-reason`}>Reason</label>
+      <input id={`${id}-reason`} value={reason} required maxLength={400} onChange={(event) => setReason(event.target.value)} />
+      <label htmlFor={`${id}-time`}>for</label>
+      <select id={`${id}-time`} value={minutes} onChange={(event) => setMinutes(Number(event.target.value))}>
+        {OFFERED.map(([given, text]) => (
+          <option key={given} value={given}>
+            {text}
+          </option>
+        ))}
+      </select>
+      <button type="submit" disabled={action.busy || reason.trim() === ""}>
+        Shelve
+      </button>
+      <button type="button" className="plain" onClick={close}>
+        Cancel
+      </button>
+      <Refusals of={action.refusals} />
+    </form>
+  );
+}
+
+/** Time that is left of a shelving, as a person would say it. */
+export function leftText(left_s: number): string {
+  if (left_s <= 90) return `${Math.max(0, Math.ceil(left_s))} s`;
+  if (left_s <= 90 * 60) return `${Math.ceil(left_s / 60)} min`;
+  return `${(left_s / 3600).toFixed(1)} h`;
+}
+
+/** The alarms that are shelved: who shelved each, why, and for how long still. */
+export function ShelvedAlarms(props: { of: readonly Alarm[]; from: Source; now_s: number }) {
+  const { of, from, now_s } = props;
+  if (of.length === 0) return null;
+  return (
+    <Panel title="Shelved alarms" end={<Tag tone="plain">{of.length}</Tag>}>
+      <ul className="alarm-table">
+        {of.map((alarm) => {
+          const shelving = alarm.shelvings.at(-1);
+          return (
+            <li key={alarm.number} data-shelved={alarm.code}>
+              <Tag tone="plain">shelved</Tag>
+              <strong>{alarm.code}</strong>
+              <span className="said">
+                {alarm.source && `${alarm.source}: `}
+                {worded(alarm.text)}
+                {shelving && (
+                  <span className="quiet">
+                    {" "}
+                    {shelving.who}: {shelving.reason}
+                  </span>
+                )}
+              </span>
+              {shelving && (
+                <span className="quiet small figures">
+                  {[`since ${clockText(shelving.wall_ns)}`, `${leftText(shelving.until_ns * 1e-9 - now_s)} left`].join(" · ")}
+                </span>
+              )}
+              <Unshelve of={alarm} from={from} />
+            </li>
+          );
+        })}
+      </ul>
+    </Panel>
+  );
+}
+
+function Unshelve(props: { of: Alarm; from: Source }) {
+  const { of, from } = props;
+  const action = useAction();
+  if (!from.may("operate")) return null;
+  return (
+    <>
+      <button
+        type="button"
+        data-commands
+        disabled={action.busy}
+        aria-label={`Unshelve ${of.code}${of.source ? ` of ${of.source}` : ""}`}
+        onClick={() => action.run(() => from.aside("unshelve_alarm", { number: of.number }).then(() => from.alarms.look()))}
+      >
+        Unshelve
+      </button>
+      <Refusals of={action.refusals} />
+    </>
+  );
+}
