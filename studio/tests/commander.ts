@@ -48,6 +48,17 @@ export class Commander {
     return log.filter((entry) => entry.kind === "start").length;
   }
 
+  /** Times at which instances whose name begins so have started, ms of the system's clock. */
+  async startsOf(name: string): Promise<number[]> {
+    const log = await this.call<{ kind: string; about: string; time_s: number }[]>("log", { since: 0 });
+    return log.filter((entry) => entry.kind === "start" && entry.about.startsWith(name)).map((entry) => entry.time_s * 1000);
+  }
+
+  /** Time of the system's clock, ms. */
+  async now_ms(): Promise<number> {
+    return (await this.call<number>("now", {})) / 1e6;
+  }
+
   async take(force = true): Promise<void> {
     await this.#ask("POST", "/v1/command", force ? { force } : {});
   }
