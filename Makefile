@@ -41,7 +41,7 @@ EXTENSION := python/opengpac/_native.abi3.so
 RUST := $(shell find crates -name '*.rs' -o -name '*.c' -o -name '*.h' -o -name '*.py' -o -name Cargo.toml 2>/dev/null) Cargo.toml Cargo.lock
 # The studio's page, which the wheel carries and the control interface serves.
 PAGE := python/opengpac/studio_page/index.html
-PAGE_SOURCES := $(shell find studio/src studio/public -type f 2>/dev/null) studio/index.html studio/vite.config.ts studio/tsconfig.json
+PAGE_SOURCES := $(shell find studio/src studio/public -type f 2>/dev/null) docs/studio.md docs/workspaces.md studio/index.html studio/vite.config.ts studio/tsconfig.json
 # Where the plant's physics library lies: the Rust tests of its driver need it.
 MUJOCO = $(shell $(BIN)/python -c 'import pathlib, importlib.util as u; print(pathlib.Path(u.find_spec("mujoco").origin).parent)' 2>/dev/null)
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check

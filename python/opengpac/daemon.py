@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from . import _native, opened, programs, studio, system
+from . import _native, offered, opened, programs, studio, system
 from .drivers.simulated import mujoco_folder
 from .errors import CallError, FileFailed, refusals, refuse
 
@@ -95,6 +95,8 @@ def _rts(given: argparse.Namespace) -> int:
     }  # fmt: skip
     try:
         served = _of_program(given) if given.program else _of_words(given)
+        if given.studio:
+            offered.offer(served, given.studio_role or "operate")
         embedded = served._alive()
         assert isinstance(embedded, _native.System)
         with served, refusals:

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, get_args, get_origin
 
+from . import offered
 from .arguments import Argument, argument_json, systems_in
 from .checks import check_device_type
 from .declared import Declared
@@ -261,6 +262,7 @@ class LogicalDevice(Shown, Declared, Argument):
         with refusals:
             native.device(described, name)
         self._enter()
+        offered.offer_for(self)
         if self.system._restored is not None:
             self.system._restored.apply(self)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import urlsplit
 
-from . import files
+from . import files, offered
 from . import studio as pages
 from .errors import CallError, InvalidState, refusals, refuse
 from .given import all_taking
@@ -169,6 +169,8 @@ class SystemObservation(Shown):
 
     def _served(self, page: pages.Studio) -> pages.Studio:
         self._studio = page
+        if page.role is not None:
+            offered.offer(self, page.role)
         return page
 
     def _table(self) -> Tables | None:

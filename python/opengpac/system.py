@@ -150,6 +150,7 @@ class System(SystemCommands, SystemTime, Declared):
         self._unguarded_said: set[str] = set()
         self._restored: restart.RestartContents | None = None
         self._studio: Studio | None = None
+        self._offers_motions = False
         forks.known(self)
 
     # ---- configuration ----

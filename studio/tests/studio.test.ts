@@ -195,7 +195,7 @@ test("by the keyboard alone: to a view, over the skip button to its content", as
   await page.keyboard.press("Tab");
   await page.keyboard.press("Enter");
   expect(await page.evaluate(() => document.activeElement?.id)).toBe("main");
-  await page.getByRole("link", { name: "Log" }).focus();
+  await page.getByRole("navigation", { name: "Views" }).getByRole("link", { name: "Log" }).focus();
   await page.keyboard.press("Enter");
   await page.getByRole("main", { name: "Log" }).waitFor();
   await context.close();

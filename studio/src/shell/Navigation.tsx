@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+import { HelpButton } from "./HelpButton";
+import { Keys } from "./Keys";
 import { addressOf } from "./route";
 import { ThemeSwitch } from "./ThemeSwitch";
 import { views } from "./views";
@@ -17,7 +19,11 @@ export function Navigation(props: { present: string }) {
             </li>
           ))}
       </ul>
-      <ThemeSwitch />
+      <div className="foot">
+        <HelpButton view={views.find((view) => view.name === props.present)} />
+        <Keys />
+        <ThemeSwitch />
+      </div>
     </nav>
   );
 }

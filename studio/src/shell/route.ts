@@ -12,7 +12,7 @@ export interface Route {
 export function routeOf(fragment: string): Route {
   const [where = "", query = ""] = fragment.replace(/^#\/?/, "").split("?");
   const [view, ...path] = where.split("/").filter(Boolean).map(decodeURIComponent);
-  return { view: view ?? "system", path, query: new URLSearchParams(query) };
+  return { view: view ?? "start", path, query: new URLSearchParams(query) };
 }
 
 /** The address of a view, for `href`. */

@@ -13,6 +13,7 @@ export interface View {
 }
 
 export const views: View[] = [
+  { name: "start", title: "Start", about: "what this is, what runs, what to try", part: lazy(() => import("../views/start")) },
   {
     name: "system",
     title: "System",

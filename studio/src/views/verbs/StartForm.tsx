@@ -162,19 +162,23 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
               <option key={name}>{name}</option>
             ))}
           </select>
-          <button type="button" className="clear" disabled={filled === EMPTY} onClick={() => write(EMPTY)}>
-            Clear
-          </button>
-          <button type="submit" className="primary" disabled={action.busy}>
-            Start
-          </button>
         </div>
         {missing[TIME_LIMIT] && (
           <p className="wrong" role="alert">
             Time limit: {missing[TIME_LIMIT]}
           </p>
         )}
-        <Refusals of={rest} />
+        <div className="actions">
+          <Refusals of={rest} />
+          <div className="row">
+            <button type="button" className="clear" disabled={filled === EMPTY} onClick={() => write(EMPTY)}>
+              Clear
+            </button>
+            <button type="submit" className="primary" disabled={action.busy}>
+              Start
+            </button>
+          </div>
+        </div>
       </form>
     </Panel>
   );

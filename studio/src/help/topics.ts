@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pages of the docs that belong to each view. They are part of the page: no network is needed to read them.
+import studio from "../../../docs/studio.md?raw";
+import workspaces from "../../../docs/workspaces.md?raw";
+import { type Block, blocksOf, sectionOf } from "./markdown";
+
+const SECTIONS: Record<string, string[]> = {
+  flow: ["Data flow, and the editor"],
+  scope: ["The scope"],
+  recordings: ["A recording in the same views"],
+};
+
+/** Returns what the docs say of a view. */
+export function helpOf(view: string, title: string): Block[] {
+  if (view === "workspaces") return blocksOf(workspaces).slice(1);
+  const page = blocksOf(studio);
+  const shown = sectionOf(page, "What it shows");
+  const table = shown.find((block) => block.kind === "table");
+  const row = table?.kind === "table" ? table.rows.find(([name]) => name === `*${title}*`) : undefined;
+  const about: Block[] = row?.[1] ? [{ kind: "text", text: row[1] }] : [];
+  const sections = SECTIONS[view]?.flatMap((name) => sectionOf(page, name));
+  return [...about, ...(sections ?? (row ? shown.filter((block) => block !== table) : shown))];
+}

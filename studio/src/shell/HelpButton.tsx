@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+import { lazy, Suspense, useEffect, useRef, useState } from "react";
+import type { View } from "./views";
+
+// The docs come when they are first asked for.
+const Help = lazy(() => import("../help/Help"));
+
+/** Button that opens the docs of the present view beside it. */
+export function HelpButton(props: { view: View | undefined }) {
+  const { view } = props;
+  const page = useRef<HTMLDialogElement>(null);
+  const [isOpen, setOpen] = useState(false);
+  // Another view has other docs.
+  useEffect(() => {
+    if (view) page.current?.close();
+  }, [view]);
+  if (!view) return null;
+  return (
+    <>
+      <button
+        type="button"
+        className="plain"
+        aria-haspopup="dialog"
+        onClick={() => {
+          setOpen(true);
+          page.current?.showModal();
+        }}
+      >
+        Help
+      </button>
+      <dialog ref={page} className="help" aria-label={`Help: ${view.title}`} onClose={() => setOpen(false)}>
+        <header>
+          <h2>{view.title}</h2>
+          <form method="dialog">
+            <button type="submit">Close</button>
+          </form>
+        </header>
+        {isOpen && (
+          <Suspense fallback={<p className="quiet wait">Loading…</p>}>
+            <Help view={view.name} title={view.title} />
+          </Suspense>
+        )}
+      </dialog>
+    </>
+  );
+}

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Suggestions of the first page: what can be tried in this system, each with its address.
+import type { Configuration } from "../../control/shapes";
+import { addressOf } from "../../shell/route";
+
+/** A thing to try. */
+export interface Try {
+  title: string;
+  about: string;
+  address: string;
+}
+
+/** Names that decide what is offered. */
+export interface SystemNames {
+  verbs: readonly string[];
+  svvs: readonly string[];
+  configuration: Configuration;
+  mayOperate: boolean;
+  mayConfigure: boolean;
+}
+
+/** Lists what can be tried here and now, the easiest first. */
+export function triesOf(known: SystemNames): Try[] {
+  const { verbs, svvs, configuration, mayOperate, mayConfigure } = known;
+  const joint = Object.entries(configuration.logical_devices).find(
+    ([, type]) => "jog_speed" in (configuration.device_types[type]?.parameters ?? {}),
+  )?.[0];
+  const sensed = svvs.find((name) => name === `${joint}.sensed`) ?? svvs.find((name) => name !== "studio.heartbeat");
+  const found: (Try | false | undefined)[] = [
+    joint !== undefined &&
+      mayOperate &&
+      verbs.includes("jog") && {
+        title: "Jog a joint",
+        about: "Enable the joints, and hold + or − beside one: it moves while the button is held.",
+        address: addressOf("devices", [joint]),
+      },
+    joint !== undefined &&
+      mayOperate &&
+      verbs.includes("move_absolute") && {
+        title: "Move to a position",
+        about: "Choose the joints, write a goal or take the present one, and press Start.",
+        address: addressOf("verbs", ["move_absolute"]),
+      },
+    joint !== undefined && {
+      title: "Look at the machine",
+      about: "In 3-D as it stands, with the path of its tool; all values of each joint.",
+      address: addressOf("devices"),
+    },
+    sensed !== undefined && {
+      title: "Watch a value",
+      about: `${sensed} on the scope, at its full rate.`,
+      address: addressOf("scope", [], { names: sensed }),
+    },
+    Object.keys(configuration.sources).length > 0 && {
+      title: "See what runs, and when",
+      about: "Blocks and their wires with live values; load and jitter of each interrupt source.",
+      address: addressOf("flow"),
+    },
+    mayConfigure && {
+      title: "Record",
+      about: "Values, log and ends into a file that opens in the same views.",
+      address: addressOf("recordings"),
+    },
+  ];
+  return found.filter((one): one is Try => Boolean(one));
+}

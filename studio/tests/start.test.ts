@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The first minutes with a page: an arm and not a line of program more, what to try, help, keys.
+import { join } from "node:path";
+import type { Browser } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { Commander } from "./commander";
+import { axeFindings, browse, command, goTo, LOOKS, type Opened, open, type Running, run, shoot, show } from "./running";
+
+let running: Running;
+let browser: Browser;
+let studio: Opened;
+let watch: Commander;
+
+beforeAll(async () => {
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "bare_arm.py")), browse(false)]);
+  studio = await open(browser, running.url);
+  watch = await Commander.look(running.url);
+});
+
+afterAll(async () => {
+  await watch?.close();
+  await browser?.close();
+  await running?.stop();
+});
+
+test("the page opens with what runs and what to try", async () => {
+  const { page } = studio;
+  await page.getByRole("main", { name: "Start" }).waitFor();
+  await page.getByText("6 devices").waitFor();
+  await page.getByText(", 6 enabled").waitFor();
+  for (const title of ["Jog a joint", "Move to a position", "Look at the machine", "Watch a value"])
+    await page.getByRole("link", { name: title }).waitFor();
+  for (const look of LOOKS) {
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
+    expect(await axeFindings(page)).toEqual([]);
+    expect(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth)).toBe(true);
+    await shoot(page, `start-${look.width}-${look.scheme}`);
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+});
+
+test("what is offered works: a joint is jogged, and the arm moves to a position", async () => {
+  const { page } = studio;
+  await page.getByRole("link", { name: "Jog a joint" }).click();
+  await page.getByRole("main", { name: "Devices" }).waitFor();
+  const jog = page.getByRole("button", { name: "Jog wrist_3 forward while held" });
+  await jog.waitFor();
+  await jog.hover();
+  await page.mouse.down();
+  await expect.poll(async () => Math.abs(await watch.value("ur5e.wrist_3.sensed"))).toBeGreaterThan(0.01);
+  await page.mouse.up();
+  const jogs = async () => (await watch.instances()).filter((one) => one.verb === "jog").length;
+  await expect.poll(jogs).toBe(0);
+  await goTo(page, "Start");
+  await page.getByRole("link", { name: "Move to a position" }).click();
+  const form = page.locator("form.start");
+  const goal = form.getByRole("group", { name: "goal" });
+  await goal.getByRole("button", { name: "Present" }).click();
+  await expect.poll(() => goal.getByLabel("wrist_3").inputValue()).not.toBe("");
+  await goal.getByLabel("wrist_3").fill("-20 deg");
+  // The form is longer than the window, and its button is in view.
+  const start = form.getByRole("button", { name: "Start" });
+  expect(await form.evaluate((one) => one.getBoundingClientRect().bottom > window.innerHeight)).toBe(true);
+  const box = await start.boundingBox();
+  expect((box?.y ?? Number.POSITIVE_INFINITY) + (box?.height ?? 0)).toBeLessThanOrEqual(900);
+  await shoot(page, "start-in-view");
+  await command(start, page.locator(".reports li").filter({ hasText: "move_absolute" }).first());
+  expect(await watch.value("ur5e.wrist_3.sensed")).toBeCloseTo(-0.349, 2);
+});
+
+test("help says what the docs say of each view, and ? lists the keys", async () => {
+  const { page, errors } = studio;
+  for (const [view, says] of [
+    ["Scope", "every value that is stored is on the screen"],
+    ["Data flow", "draws the blocks of all instances"],
+  ] as const) {
+    await goTo(page, view);
+    await page.getByRole("button", { name: "Help", exact: true }).click();
+    const help = page.getByRole("dialog", { name: `Help: ${view}` });
+    await help.getByText(says).first().waitFor();
+    expect(await axeFindings(page)).toEqual([]);
+    await help.getByRole("button", { name: "Close" }).click();
+    await help.waitFor({ state: "hidden" });
+  }
+  await show(page, "#/log");
+  await page.locator("#main").focus();
+  await page.keyboard.press("?");
+  const keys = page.getByRole("dialog", { name: "Keys" });
+  await keys.getByText("undo, redo").waitFor();
+  expect(await axeFindings(page)).toEqual([]);
+  await shoot(page, "keys");
+  await page.keyboard.press("Escape");
+  await keys.waitFor({ state: "hidden" });
+  expect(errors).toEqual([]);
+});
