@@ -203,3 +203,18 @@ def test_a_limit_that_no_joint_takes_names_the_file(tmp_path: Path) -> None:
         gpac.OutOfRange, match=r"the arm of '.*arm.xml': parameter 'position_max' of device '.*elbow' cannot be 9"
     ):
         gpac.robots.load(file, clock="virtual")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"joint": ' armature="-1"'}, "joint 'shoulder' has armature -1: it is a number from 0"),
+        ({"joint": ' frictionloss="inf"'}, "joint 'shoulder' has frictionloss inf: it is a number from 0"),
+        ({"upper": '<inertial pos="0 0 0" mass="inf" diaginertia="1 1 1"/>'}, "body 'upper' has mass inf kg: it is a number from 0"),
+    ],
+)
+def test_a_number_that_nothing_has_is_refused_with_its_joint_or_body(tmp_path: Path, given: dict[str, str], said: str) -> None:
+    file = arm(tmp_path, **given)
+    with pytest.raises(gpac.DeviceFailed) as refused:
+        gpac.robots.load(file, clock="virtual")
+    assert f"{file}: {said}" in str(refused.value)

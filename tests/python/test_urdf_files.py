@@ -66,6 +66,10 @@ PUT_RIGHT = {
         {"shape": "<visual><geometry/></visual>"},
         r"arm.urdf:4: a <visual> of link 'upper' has no shape, and is left out; it is one of box,",
     ),
+    "two shapes in one": (
+        {"shape": '<visual><geometry><sphere radius="0.01"/><sphere radius="0.02"/></geometry></visual>'},
+        r"arm.urdf:4: a <geometry> has a <sphere> behind its <sphere>: the first is taken",
+    ),
     "a part twice": (
         {"limit": LIMIT + LIMIT},
         r"arm.urdf:3: <joint> 'turn' has two <limit>: the first is taken",

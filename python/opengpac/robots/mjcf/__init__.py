@@ -12,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from ...errors import DeviceFailed, refuse
 from ..urdf.source import check_xml
 
 _SURVEY = Path(__file__).parent / "survey.py"
@@ -22,7 +23,7 @@ SECONDS_MAX = 60.0
 def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str, ...], frozenset[str]]:
     """Returns the model to simulate in place of a file, or nothing where the file is used as it is, the notes on what was
     changed, and the joints that dry friction or followers hold back. With `is_whole` the model is returned in any case. Raises
-    `DeviceFailed` for a file that MuJoCo cannot read because it is not XML."""
+    `DeviceFailed` for a file that is not XML, and for one with a number that no joint or body can have."""
     try:
         command = [sys.executable, _SURVEY, file, *(["--whole"] if is_whole else [])]
         run = subprocess.run(command, capture_output=True, timeout=SECONDS_MAX, check=False)
@@ -32,5 +33,8 @@ def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str
     if run.returncode != 0 or not lines:
         check_xml(file, "MJCF or URDF")
         return None, (), frozenset()
-    text, notes, held_back = json.loads(lines[-1])
+    found = json.loads(lines[-1])
+    if isinstance(found, str):
+        refuse(DeviceFailed, f"{file}: {found}", "mend it in the file")
+    text, notes, held_back = found
     return text, tuple(f"{file.name}: {note}" for note in notes), frozenset(held_back)

@@ -27,19 +27,43 @@ RESERVE = 2.0
 """Effort of such a motor as a multiple of what it needs."""
 DAMPING_MAX = 1e6
 """A joint with more damping than this is locked: no motor moves it."""
+NUMBER_MAX = 1e10
+"""Numbers beyond this are taken for a failed simulation by MuJoCo itself."""
 _KINDS = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def main(file: Path, is_whole: bool) -> None:
-    """Prints `[text or null, notes, joints that dry friction or followers hold back]`; with `is_whole` the text in any case."""
+    """Prints `[text or null, notes, joints that dry friction or followers hold back]`; with `is_whole` the text in any case.
+
+    Where the model has a number that nothing can have, prints a sentence about it instead.
+    """
     spec = mujoco.MjSpec.from_file(str(file))
     model = spec.compile()
+    if sentence := _impossible(spec, model):
+        print(json.dumps(sentence))
+        return
     notes: list[str] = []
     if not any(kind == mujoco.mjtTrn.mjTRN_JOINT for kind in model.actuator_trntype):
         notes += _give_motors(spec, model)
         model = spec.compile()
     notes += exclude_touching(spec, model)
     print(json.dumps([_text(spec, file.parent) if notes or is_whole else None, notes, _held_back(spec, model)]))
+
+
+def _impossible(spec: Any, model: Any) -> str | None:
+    """Returns a sentence about a number with which no simulation goes on: not finite, huge, or negative where only its size counts."""
+    for joint in [joint for joint in spec.joints if joint.type in _KINDS]:
+        dof = model.jnt_dofadr[joint.id]
+        numbers = {"armature": model.dof_armature[dof], "frictionloss": model.dof_frictionloss[dof]}
+        for word, number in numbers.items():
+            if not 0.0 <= number <= NUMBER_MAX:
+                return f"joint '{joint.name}' has {word} {number:g}: it is a number from 0"
+    for body in spec.bodies:
+        if not 0.0 <= model.body_mass[body.id] <= NUMBER_MAX:
+            return f"body '{body.name}' has mass {model.body_mass[body.id]:g} kg: it is a number from 0"
+        if not np.all(np.abs(model.body_inertia[body.id]) <= NUMBER_MAX):
+            return f"body '{body.name}' has an inertia that is no number, or its mass or a size is too large"
+    return None
 
 
 def _held_back(spec: Any, model: Any) -> list[str]:

@@ -32,6 +32,8 @@ def clean(source: Source) -> dict[str, float]:
         root.remove(element)
     for element in [*root.findall("joint"), *root.findall("link"), *root.findall("link/*")]:
         _drop_second(source, element)
+    for geometry in root.iter("geometry"):
+        _drop_second_shape(source, geometry)
     _number_names(source, "link")
     _number_names(source, "joint")
     links = {link.get("name", "") for link in root.findall("link")}
@@ -56,6 +58,15 @@ def _drop_second(source: Source, element: ElementTree.Element) -> None:
             element.remove(part)
         if part.tag in _ONCE:
             seen.add(part.tag)
+
+
+def _drop_second_shape(source: Source, geometry: ElementTree.Element) -> None:
+    """Takes the first of several shapes: a geometry is one."""
+    first, *more = [part for part in geometry if part.tag in _SHAPES] or [None]
+    for part in more:
+        assert first is not None and part is not None
+        source.note(f"a <geometry> has a <{part.tag}> behind its <{first.tag}>: the first is taken", part)
+        geometry.remove(part)
 
 
 def _number_names(source: Source, tag: str) -> None:
