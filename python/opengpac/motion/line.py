@@ -19,7 +19,7 @@ from ..robots.generators import HOMED, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
 from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
-from .tables import LONG_POINTS_MAX, POINTS_MAX, Form, each_point, poses
+from .tables import POINTS_MAX, Form, each_long_point, each_point, long_poses, poses
 
 
 class LineRefused(Terminated, Unreachable):
@@ -152,7 +152,7 @@ _FOLLOW: dict[str, Any] = {
 @verb(
     name="follow_linear",
     blocks={"planner": lib.block("polyline_planner")(waits=True), "generator": lib.block("polyline_generator"), **ENDS},
-    input_parameters=_inputs(poses(POINTS_MAX, "follow_linear_long"), each_point(POINTS_MAX)),
+    input_parameters=_inputs(poses, each_point),
     **_FOLLOW,
 )
 def follow_linear(
@@ -178,7 +178,7 @@ def follow_linear(
 @verb(
     name="follow_linear_long",
     blocks={"planner": lib.block("long_polyline_planner")(waits=True), "generator": lib.block("long_polyline_generator"), **ENDS},
-    input_parameters=_inputs(poses(LONG_POINTS_MAX), each_point(LONG_POINTS_MAX)),
+    input_parameters=_inputs(long_poses, each_long_point),
     **_FOLLOW,
 )
 def follow_linear_long(

@@ -18,7 +18,7 @@ from ..robots.generators import HOMED, handed, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
 from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
-from .tables import LONG_POINTS_MAX, POINTS_MAX, Form, each_point, way_points
+from .tables import POINTS_MAX, Form, each_long_point, each_point, long_way_points, way_points
 
 
 class PathRefused(Terminated, Unreachable):
@@ -80,7 +80,7 @@ _FOLLOW: dict[str, Any] = {
 @verb(
     name="follow",
     blocks={"planner": lib.block("path_planner")(waits=True), "generator": lib.block("path_generator"), **ENDS},
-    input_parameters=_inputs(way_points(POINTS_MAX, "follow_long"), each_point(POINTS_MAX)),
+    input_parameters=_inputs(way_points, each_point),
     **_FOLLOW,
 )
 def follow(
@@ -104,7 +104,7 @@ def follow(
 @verb(
     name="follow_long",
     blocks={"planner": lib.block("long_path_planner")(waits=True), "generator": lib.block("long_path_generator"), **ENDS},
-    input_parameters=_inputs(way_points(LONG_POINTS_MAX), each_point(LONG_POINTS_MAX)),
+    input_parameters=_inputs(long_way_points, each_long_point),
     **_FOLLOW,
 )
 def follow_long(

@@ -28,66 +28,84 @@ JOINTS_MAX = library.path_planner.items["n"].most
 _SHORTEN = "leave out points that lie on straight lines between others, or move in parts, each of which ends at rest"
 
 
-def way_points(most: int, longer: str = "") -> Form:
-    """Lists of up to `most` way-points as the planner's table: short ones are filled up with their last point, rows with zeros.
+def way_points(given: Any, objects: Mapping[str, Any]) -> np.ndarray:
+    """Gives the way-points of `follow` as its planner's table."""
+    return _way_points(given, objects, POINTS_MAX, "follow_long")
+
+
+def long_way_points(given: Any, objects: Mapping[str, Any]) -> np.ndarray:
+    """Gives the way-points of `follow_long` as its planner's table."""
+    return _way_points(given, objects, LONG_POINTS_MAX)
+
+
+def poses(given: Any, objects: Mapping[str, Any]) -> list[list[float]]:
+    """Gives the poses of `follow_linear` as its planner's table."""
+    return _poses(given, POINTS_MAX, "follow_linear_long")
+
+
+def long_poses(given: Any, objects: Mapping[str, Any]) -> list[list[float]]:
+    """Gives the poses of `follow_linear_long` as its planner's table."""
+    return _poses(given, LONG_POINTS_MAX)
+
+
+def each_point(given: Any, objects: Mapping[str, Any]) -> list[float]:
+    """Gives one value for each way-point of a path."""
+    return _each_point(given, POINTS_MAX)
+
+
+def each_long_point(given: Any, objects: Mapping[str, Any]) -> list[float]:
+    """Gives one value for each way-point of a long path."""
+    return _each_point(given, LONG_POINTS_MAX)
+
+
+def _way_points(given: Any, objects: Mapping[str, Any], most: int, longer: str = "") -> np.ndarray:
+    """Returns way-points as a table of `most` rows: short lists are filled up with their last point, rows with zeros.
 
     `longer` names the verb that takes longer ones.
     """
-
-    def form(given: Any, objects: Mapping[str, Any]) -> Any:
-        try:
-            points = np.array([list(point) for point in given], dtype=float)
-        except (TypeError, ValueError):
-            refuse(CallError, f"the way-points are {_shown(given)}", "give a list of joint positions, each a list of numbers in rad")
-        joints = len(objects["arm"]) if "arm" in objects else points.shape[-1]
-        if points.ndim != 2 or len(points) < 1 or points.shape[1] != joints or joints > JOINTS_MAX:
-            remedy = f"give 1 to {most} points of {joints} joint positions each"
-            refuse(CallError, f"the way-points have the shape {points.shape}", remedy)
-        _count(len(points), "way-points", most, longer)
-        bad = np.argwhere(~np.isfinite(points))
-        if len(bad):
-            point, joint = bad[0]
-            what = f"way-point {point} is {points[point, joint]} for joint {joint} (both from 0)"
-            refuse(CallError, what, "each position is a finite number: look where the plan comes from")
-        table = np.zeros((most, JOINTS_MAX))
-        table[: len(points), :joints] = points
-        table[len(points) :, :joints] = points[-1]
-        return table
-
-    return form
+    try:
+        points = np.array([list(point) for point in given], dtype=float)
+    except (TypeError, ValueError):
+        refuse(CallError, f"the way-points are {_shown(given)}", "give a list of joint positions, each a list of numbers in rad")
+    joints = len(objects["arm"]) if "arm" in objects else points.shape[-1]
+    if points.ndim != 2 or len(points) < 1 or points.shape[1] != joints or joints > JOINTS_MAX:
+        remedy = f"give 1 to {most} points of {joints} joint positions each"
+        refuse(CallError, f"the way-points have the shape {points.shape}", remedy)
+    _count(len(points), "way-points", most, longer)
+    bad = np.argwhere(~np.isfinite(points))
+    if len(bad):
+        point, joint = bad[0]
+        what = f"way-point {point} is {points[point, joint]} for joint {joint} (both from 0)"
+        refuse(CallError, what, "each position is a finite number: look where the plan comes from")
+    table = np.zeros((most, JOINTS_MAX))
+    table[: len(points), :joints] = points
+    table[len(points) :, :joints] = points[-1]
+    return table
 
 
-def each_point(most: int) -> Form:
-    """One value for all way-points, or one for each: filled up with the last."""
-
-    def form(given: Any, objects: Mapping[str, Any]) -> Any:
-        given = number(given)
-        if isinstance(given, int | float):
-            return [float(given)] * most
-        is_list = isinstance(given, Sequence) and not isinstance(given, str | bytes)
-        if not is_list and not (isinstance(given, np.ndarray) and given.ndim == 1):
-            refuse(CallError, f"{given!r} is given for the way-points", f"give one number for all, or a list of 1 to {most}")
-        values = list(given)
-        if not 1 <= len(values) <= most:
-            refuse(CallError, f"{len(values)} values are given for the way-points", f"give one for all, or 1 to {most}")
-        return values + [values[-1]] * (most - len(values))
-
-    return form
+def _each_point(given: Any, most: int) -> list[float]:
+    """Returns one value for all way-points, or one for each, as a list of `most`: filled up with the last."""
+    given = number(given)
+    if isinstance(given, int | float):
+        return [float(given)] * most
+    is_list = isinstance(given, Sequence) and not isinstance(given, str | bytes)
+    if not is_list and not (isinstance(given, np.ndarray) and given.ndim == 1):
+        refuse(CallError, f"{given!r} is given for the way-points", f"give one number for all, or a list of 1 to {most}")
+    values: list[Any] = list(given)
+    if not 1 <= len(values) <= most:
+        refuse(CallError, f"{len(values)} values are given for the way-points", f"give one for all, or 1 to {most}")
+    return values + [values[-1]] * (most - len(values))
 
 
-def poses(most: int, longer: str = "") -> Form:
-    """Lists of up to `most` poses as the planner's table: a short list is filled up with its last. `longer` as of `way_points`."""
-
-    def form(given: Any, objects: Mapping[str, Any]) -> Any:
-        if isinstance(given, Pose | str) or not hasattr(given, "__iter__"):
-            refuse(CallError, f"the poses are {_shown(given)}", "give a list of poses; for one there is move_linear")
-        found = [list(Pose.of(pose)) for pose in given]
-        if not found:
-            refuse(CallError, "0 poses are given", f"give 1 to {most}")
-        _count(len(found), "poses", most, longer)
-        return found + [found[-1]] * (most - len(found))
-
-    return form
+def _poses(given: Any, most: int, longer: str = "") -> list[list[float]]:
+    """Returns poses as a list of `most`: a short one is filled up with its last. `longer` as of `_way_points`."""
+    if isinstance(given, Pose | str) or not hasattr(given, "__iter__"):
+        refuse(CallError, f"the poses are {_shown(given)}", "give a list of poses; for one there is move_linear")
+    found = [list(Pose.of(pose)) for pose in given]
+    if not found:
+        refuse(CallError, "0 poses are given", f"give 1 to {most}")
+    _count(len(found), "poses", most, longer)
+    return found + [found[-1]] * (most - len(found))
 
 
 def _shown(given: Any) -> str:
