@@ -284,10 +284,15 @@ impl Drain {
             if !page.is_empty() {
                 page = room.put(page, self.system.is_virtual());
             }
-            if stops {
+            if !stops {
+                self.values.tap.wait(LOOK);
+                continue;
+            }
+            // A file that has begun meanwhile is told what is installed too.
+            room.wait_written();
+            if !begun.load(Ordering::Acquire) {
                 return room.close();
             }
-            self.values.tap.wait(LOOK);
         }
     }
 }

@@ -64,6 +64,12 @@ impl Room {
         self.turned.notify_all();
     }
 
+    /// Waits until all that was handed over is written.
+    pub fn wait_written(&self) {
+        let waiting = self.locked();
+        let _all = self.turned.wait_while(waiting, |waiting| waiting.bytes > 0 || !waiting.pages.is_empty()).expect("nobody panics with the lock held");
+    }
+
     /// Gives back the memory that was kept for pages to come.
     pub fn release(&self) {
         self.locked().empty = Vec::new();
