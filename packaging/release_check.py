@@ -9,6 +9,7 @@ What this machine cannot try (no emulation, no rights, no builder of containers)
 from __future__ import annotations
 
 import argparse
+import functools
 import os
 import re
 import shutil
@@ -116,13 +117,19 @@ def installs(distribution: roots.Distribution) -> Callable[[], str]:
     return tried
 
 
+@functools.cache
+def debian_package(machine: str) -> Path:
+    """The package of Debian for a processor, built once a run out of its wheel."""
+    return deb.made(wheel_of(machine), DIST, "3.11")
+
+
 def package(machine: str) -> Callable[[], str]:
     """Builds the package of Debian for a processor; on this one also installs it, runs its daemon as its unit does, and purges it."""
 
     def tried() -> str:
         if shutil.which("dpkg-deb") is None:
             raise NotTried("dpkg-deb: it is part of Debian and its descendants")
-        made = deb.made(wheel_of(machine), DIST, "3.11")
+        made = debian_package(machine)
         told = f"{made.stat().st_size / 1e6:.1f} MB"
         if shutil.which("systemd-analyze"):
             ran("systemd-analyze", "verify", "--recursive-errors=no", unit_of(made))
@@ -158,7 +165,7 @@ def container() -> str:
         raise NotTried("buildah: apt-get install buildah")
     if why := roots.DEBIAN_12.lacks():
         raise NotTried(why)
-    made = deb.made(wheel_of("x86_64"), DIST, "3.11")
+    made = debian_package("x86_64")
     base = roots.made(roots.DEBIAN_12)
     with tempfile.TemporaryDirectory(prefix="opengpac-container-", dir=TOP / "target") as name:
         folder = Path(name)

@@ -19,7 +19,7 @@ pub enum Role {
 }
 
 impl Role {
-    /// Roles, the least first.
+    /// All roles, in the order of what they may do.
     pub const ALL: [Role; 4] = [Role::Observe, Role::Operate, Role::Configure, Role::Download];
 
     /// Its word.

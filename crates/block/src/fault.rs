@@ -20,7 +20,7 @@ pub enum Fault {
     Signal(i32),
     /// The body did not come to its end in its time.
     Budget,
-    /// One of these (0: the time) in code of a library that may hold a lock: this process cannot be trusted.
+    /// A signal, by its number, or 0 for a spent budget, in code of a library that may hold a lock: this process cannot be trusted.
     Lost(i32),
 }
 

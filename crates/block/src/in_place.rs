@@ -11,8 +11,8 @@ pub struct InPlace<T>(*const T);
 
 /// An output that is written where it lies: `#[output(in_place)] table: InPlaceMut<[f64; 65536]>`, which begins with zeros at each start.
 ///
-/// What an invocation has written stays written, also where it faults or is ended: so a table says itself whether it is complete, by a
-/// number that is written last. Nobody checks whether its numbers are finite.
+/// A value that an invocation has written stays, even if the invocation faults or is ended. A table therefore says itself whether it is
+/// complete, by a number that is written last. Its numbers are not checked to be finite.
 pub struct InPlaceMut<T>(*mut T);
 
 /// A port of this kind, for the derive.

@@ -40,7 +40,7 @@ pub enum Refused {
     /// A token that could be guessed, or none.
     #[error("the token is too weak; use 16 characters or more, without white space")]
     WeakToken,
-    /// One side lacks something that it needs.
+    /// A token was given without what it needs besides.
     #[error("a token alone does not do to {purpose}; give {needed} too")]
     TokenAlone {
         /// To listen or to join.

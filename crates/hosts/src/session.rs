@@ -23,7 +23,7 @@ const OPEN_MS: u32 = 1_000;
 /// The name of all who have the token.
 const USER: &str = "opengpac";
 
-/// Another explanation if nobody lets in a host that joins on loopback.
+/// Second explanation, told where nobody lets in a host that joins on loopback.
 const ANOTHER_SECRET: &str = "; if a system listens there, it is another user's: what joins it then needs the token that it was given to listen with";
 
 /// Opens a session: of a joining side where the listening one lets it in.

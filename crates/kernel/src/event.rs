@@ -20,8 +20,8 @@ pub enum Fault {
     Signal(i32),
     /// The time budget ran out inside block code: as for a signal.
     Budget,
-    /// One of these two (0: the budget) in code of a library that may hold a lock: the source has ended for good, and its process cannot be
-    /// trusted.
+    /// A signal, by its number, or 0 for a spent budget, in code of a library that may hold a lock: the source has ended for good, and its process
+    /// cannot be trusted.
     Lost(i32),
     /// A C++ exception left the body; what it says is the `value` of the event.
     Threw,

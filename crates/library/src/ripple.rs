@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Detection of a joint that swings about the place where it is commanded to stand still.
 
-/// Swings in a row, and the least time that they last, before a joint ripples: ten periods. Over fewer samples noise may look regular by chance.
+/// Number of swings in a row from which a joint ripples, ten periods, and the minimum time that they take. Over fewer samples noise may look
+/// regular by chance.
 const SWINGS: u32 = 20;
 const SPAN_S: f64 = 0.1;
 /// A swing that is lower than this share of the largest one before it belongs to a joint that settles.

@@ -67,7 +67,7 @@ def _wanted(layers: Layers, name: str, near: Sequence[tuple[str, float, float]])
 
 
 def _offsets(layers: Layers, layer: Sequence[str], gaps: Gaps) -> list[float]:
-    """Returns the least distance of each from the first of a layer."""
+    """Returns the minimum distance of each box from the first one of its layer."""
     offsets, at, last = [], 0.0, None
     for name in layer:
         box = layers.boxes[name]

@@ -11,8 +11,8 @@ const LOOK_MS = 1000;
 const NOBODY: Holder = { holder: null, who: null, person: null, requests: [], settled: [] };
 
 /**
- * Command of the system: one session has it at a time. The page takes command when a person presses a command, and not before; from another
- * session it is asked for, and that hands over or declines.
+ * Command of the system, which one session holds at a time. The page takes it when a person presses a command, and not before; where another
+ * session holds it, the page asks for it, and that session hands over or declines.
  */
 export class Command {
   /** Holder of command, requests for it, and the outcomes of the last ones. */
@@ -108,7 +108,7 @@ export function personOf(of: { who?: string | null; person?: string | null }): s
 
 const RANKS: Role[] = ["observe", "operate", "configure", "download"];
 
-/** Returns whether a role `has` what `needs` at the least. */
+/** Returns whether the role `has` may do all that the role `needs` may. */
 export function may(has: Role, needs: Role): boolean {
   return RANKS.indexOf(has) >= RANKS.indexOf(needs);
 }

@@ -166,7 +166,7 @@ impl Point {
     }
 }
 
-/// Returns so many bits of process data from this one on, the least significant first.
+/// Returns `count` bits of process data from bit `at` on, the least significant bit first.
 fn bits(process: &[u8], at: usize, count: usize) -> u64 {
     let mut value = 0;
     let mut done = 0;

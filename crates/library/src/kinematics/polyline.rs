@@ -77,7 +77,7 @@ pub struct PolylineView<'a> {
     pub acceleration: [f64; 2],
 }
 
-/// One to be planned.
+/// Table into which a path of straight lines is planned.
 pub struct PolylineTable<'a> {
     pub path: Table<'a>,
     pub quaternion: &'a mut [[f64; 4]],

@@ -27,7 +27,7 @@ pub enum Part {
     Blend { at: usize, share: f64, before: f64, behind: f64 },
 }
 
-/// One line between two way-points.
+/// Straight part of a path between two way-points, and the law by which it is travelled.
 pub(super) struct Line {
     pub(super) direction: [f64; JOINTS_MAX],
     /// Of the whole line, and of what its blends leave.

@@ -35,7 +35,7 @@ pub(crate) enum Beat<'a> {
     Interval(u64),
     Trigger(&'a str, u32),
     Once,
-    /// It is on, but nothing drives it in this stage.
+    /// Active, but driven by nothing in this stage.
     Idle,
 }
 

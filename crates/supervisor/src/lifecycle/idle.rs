@@ -30,9 +30,9 @@ fn driving_channels<'a>(registry: &'a Registry, plan: &'a Plan) -> impl Iterator
     })
 }
 
-/// Returns the SVVs that a verb writes and that drive a device on: its own verb takes them as commands, they have such a unit, and they began with 0.
-/// One that
-/// began with another value is a limit, as the maximum force of a gripper, which would drop what it holds. With their idle values.
+/// Returns the SVVs that a verb writes and that drive a device on, with their idle values: its own verb takes them as commands, they have such a
+/// unit, and they began with 0. An SVV that began with another value is a limit, such as the maximum force of a gripper, which would drop what
+/// it holds.
 pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan) -> Vec<(String, Vec<u8>)> {
     let written = plan.claims.iter().filter_map(|claim| if let Claim::Svv { name, .. } = claim { Some(name) } else { None });
     let begins_at_rest = |svv: &SvvRecord| driving(&svv.unit).is_some() && svv.first.iter().all(|byte| *byte == 0);
