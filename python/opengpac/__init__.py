@@ -25,8 +25,9 @@ if TYPE_CHECKING:
     from . import gym as gym
     from .face import *  # noqa: F403
 elif not _OF_A_DRIVER:
-    from . import face, offered
+    from . import face, offered, tracebacks
 
+    tracebacks.install()
     globals().update({name: vars(face)[name] for name in face.__all__ if name not in _WITH_DEFINITIONS})
     offered.enters_with(lambda: importlib.import_module(".motion.offering", __name__).enter_for)
 

@@ -10,11 +10,26 @@ import re
 import select
 import signal
 import sys
+import traceback
 from collections.abc import Sequence, Sized
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import _native, daemon, doctor, driver_commands, hosts, library, plotting, programs, replaying, robot_commands, studio, top
+from . import (
+    _native,
+    daemon,
+    doctor,
+    driver_commands,
+    hosts,
+    library,
+    plotting,
+    programs,
+    replaying,
+    robot_commands,
+    studio,
+    top,
+    tracebacks,
+)
 from .drivers import beginning, conformance
 from .errors import Error, InstallationErrors, refusals, several
 from .places import Place, here
@@ -50,6 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader has had enough: `opengpac blocks | head`.
         return 128 + signal.SIGPIPE
     except Error as error:
+        if tracebacks.is_full():
+            traceback.print_exception(error)
         print(f"{type(error).__name__}: {_about(error, given, called)}", file=sys.stderr)
     except FileNotFoundError as error:
         print(f"there is no file '{error.filename}'", file=sys.stderr)

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, NoReturn
 
 from . import _native
 from .places import Place, here, packaged
+from .tracebacks import ShortTraceback
 
 
 class End(NamedTuple):
@@ -23,7 +24,7 @@ class End(NamedTuple):
     place: Place | None
 
 
-class Error(Exception):
+class Error(ShortTraceback):
     """Refusal by OpenGPAC. `message`, `remedy`, `ends`, `place` (file and line in your program) say what, why and where.
 
     `where` has the parts of a definition that it is about, as an editor draws them: `{"block": "filter", "port": "u"}`.

@@ -33,22 +33,34 @@ def packaged(place: Place) -> bool:
     return place.file.startswith(_PACKAGE)
 
 
+def is_of_package(frame: FrameType) -> bool:
+    """Returns whether a frame runs code of this package."""
+    file = frame.f_code.co_filename
+    # The constructor that `dataclass` makes has no file.
+    return _whose(file)[0] or (file == "<string>" and str(frame.f_globals.get("__name__")).startswith("opengpac."))
+
+
+def is_of_python(frame: FrameType) -> bool:
+    """Returns whether a frame runs code of Python's own library."""
+    return _whose(frame.f_code.co_filename)[1]
+
+
 def _inside(frame: FrameType) -> bool:
-    code = frame.f_code
-    if code.co_filename == "<string>" and str(frame.f_globals.get("__name__")).startswith("opengpac."):
-        return True  # The constructor that `dataclass` makes.
-    is_packaged, is_of_python = _whose(code.co_filename)
     # What a module of this package defines is a program of its own: an error in a definition is found there.
-    return code.co_name != "<module>" if is_packaged else is_of_python
+    return not _is_module(frame) if is_of_package(frame) else is_of_python(frame)
+
+
+def _is_module(frame: FrameType) -> bool:
+    return frame.f_code.co_name == "<module>"
 
 
 @functools.lru_cache(1024)
 def _whose(file: str) -> tuple[bool, bool]:
     """Returns whether a file is of this package, and whether it is Python's own. Asked in each call, of the same files."""
-    return file.startswith(_PACKAGE), file.startswith("<frozen") or _is_of_python(file)
+    return file.startswith(_PACKAGE), file.startswith("<frozen") or _is_python(file)
 
 
-def _is_of_python(file: str) -> bool:
+def _is_python(file: str) -> bool:
     """Returns whether a file is one of Python's own: `contextlib` and `functools` stand between a program and what it calls."""
     return file.startswith(_PYTHON) and not file.startswith(_INSTALLED)
 

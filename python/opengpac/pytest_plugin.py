@@ -1,15 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures for tests of programs: `cell` is a system under the virtual clock, closed at the end; `real_cell` runs in real time."""
+"""Fixtures for tests of programs: `cell` is a system under the virtual clock, closed at the end; `real_cell` runs in real time.
+Tracebacks of refusals end at the test's own line."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
     from .system import System
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> None:
+    """Ends the traceback of a refusal at the test's own line; with `--full-trace` or `OPENGPAC_TRACEBACK=full` it stays whole."""
+    from .errors import Error
+    from .tracebacks import shorten
+
+    if call.excinfo is not None and isinstance(call.excinfo.value, Error) and not item.config.option.fulltrace:
+        shorten(call.excinfo.value)
+        call.excinfo = pytest.ExceptionInfo.from_exception(call.excinfo.value)
 
 
 @pytest.fixture
