@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
+import resource
 import sys
 from pathlib import Path
 from typing import Any
@@ -170,5 +172,13 @@ def exclude_touching(spec: Any, model: Any) -> list[str]:
     return notes
 
 
+def _limit_memory() -> None:
+    """Leaves this process at most 8 GiB and half of the machine's memory, as the driver does: a file's sizes may ask for any amount."""
+    bytes_max = min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (bytes_max, bytes_max))
+
+
 if __name__ == "__main__":
+    _limit_memory()
     main(Path(sys.argv[1]), "--whole" in sys.argv[2:])
