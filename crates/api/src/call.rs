@@ -3,16 +3,19 @@
 use crate::answered::Answered;
 use crate::arguments::peek;
 use crate::calls::find;
+use crate::effect::{DriverArgument, Effect, RecordArguments};
 use crate::journal::{Journalled, Recorded};
 use crate::role::Role;
 use model::refusal::{Class, Refusal, Refusals};
 use schemars::{Schema, SchemaGenerator};
 use serde_json::{Map, Value as Json};
 use std::time::Duration;
-use supervisor::System;
+use supervisor::{CommandSubject, ProgramCommand, System};
 
 /// Time for which a wait sleeps before it looks at its deadline again.
 const SLICE: Duration = Duration::from_millis(50);
+/// Argument that is the number of an instance.
+const INSTANCE: &str = "instance";
 
 type Run<O> = fn(&System, &str, Duration) -> Result<Answered<O>, Refusals>;
 type SchemaOf = fn(&mut SchemaGenerator) -> Schema;
@@ -34,12 +37,20 @@ pub struct Call {
     /// There it is about the system, not about its argument.
     pub told_of_system: bool,
     pub journal: Journalled,
+    pub effect: Effect,
+    /// Argument by which it defines a name; of several definitions of one name the last one counts.
+    pub defines: Option<&'static str>,
+    /// Argument that a driver reads.
+    pub for_driver: Option<DriverArgument>,
+    pub records: RecordArguments,
     /// True if it lasts, and goes on in slices.
     pub lasts: bool,
     /// True if it is over in microseconds, or if it lasts so is its beginning: no file, no device, no compiler.
     pub brief: bool,
     /// True if it brings something to a stop: it is not queued behind other calls.
     pub stops: bool,
+    /// True if it stops everything: a thread is kept for it, and nobody counts how many there are.
+    pub stops_all: bool,
     /// A machine may begin to move by it: one that says when it was given is refused where it comes late.
     pub moves: bool,
     /// True if it may be made without command: the role is enough.
@@ -80,6 +91,7 @@ impl Call {
     ) -> Call {
         let recorded = if matches!(role, Role::Configure | Role::Download) { Recorded::Call } else { Recorded::Nothing };
         let journal = Journalled { recorded, replaces: None, goes_with: None, watches: false, secret: &[] };
+        let records = RecordArguments { path: None, folder: None, trust: None };
         let (commands, whole) = (None, None);
         Call {
             name,
@@ -90,9 +102,14 @@ impl Call {
             told: false,
             told_of_system: false,
             journal,
+            effect: Effect::None,
+            defines: None,
+            for_driver: None,
+            records,
             lasts: false,
             brief: false,
             stops: false,
+            stops_all: false,
             moves: false,
             free: false,
             signed: None,
@@ -140,6 +157,41 @@ impl Call {
     /// Declares that it brings something to a stop: it is not queued behind other calls.
     pub const fn stops(self) -> Call {
         Call { stops: true, ..self }
+    }
+
+    /// Declares that it stops everything: nothing is ahead of it.
+    pub const fn stops_all(self) -> Call {
+        Call { stops: true, stops_all: true, ..self }
+    }
+
+    /// Declares its effect on an instance, a device or a recording.
+    pub const fn effect(self, effect: Effect) -> Call {
+        Call { effect, ..self }
+    }
+
+    /// Declares that it defines the name in this argument: the last definition of a name counts.
+    pub const fn defines(self, name: &'static str) -> Call {
+        Call { defines: Some(name), ..self }
+    }
+
+    /// Declares that a driver reads this argument.
+    pub const fn for_driver(self, argument: DriverArgument) -> Call {
+        Call { for_driver: Some(argument), ..self }
+    }
+
+    /// Declares that this argument is the path of a recording: over the control interface a name in the daemon's folder.
+    pub const fn record_path(self, argument: &'static str) -> Call {
+        Call { records: RecordArguments { path: Some(argument), ..self.records }, ..self }
+    }
+
+    /// Has the control interface enter the daemon's folder of recordings into this argument.
+    pub const fn record_folder(self, argument: &'static str) -> Call {
+        Call { records: RecordArguments { folder: Some(argument), ..self.records }, ..self }
+    }
+
+    /// Has the control interface enter the digests of code that the daemon trusts into this argument.
+    pub const fn trusts(self, argument: &'static str) -> Call {
+        Call { records: RecordArguments { trust: Some(argument), ..self.records }, ..self }
     }
 
     /// Declares that a machine may begin to move by it.
@@ -248,7 +300,7 @@ impl Call {
         let argument = self.commands?;
         Some(match arguments.get(argument) {
             Some(Json::String(text)) => text.clone(),
-            Some(number) if argument == "instance" => number.as_u64().map_or_else(|| "system".to_owned(), |id| system.instance_name(id)),
+            Some(number) if argument == INSTANCE => number.as_u64().map_or_else(|| "system".to_owned(), |id| system.instance_name(id)),
             _ => "system".to_owned(),
         })
     }
@@ -261,15 +313,22 @@ impl Call {
     /// Begins it as the program that holds the system: the log has what commands. Its answer is text.
     pub fn begin_as_program(&self, system: &System, arguments: &str, slice: Duration) -> Result<Answered<String>, Refusals> {
         let run = || (self.tell)(system, arguments, slice);
-        match self.commands.filter(|_| self.told) {
-            None => run(),
-            Some(_) if self.told_of_system => system.as_program(self.name, "system", 0, run),
-            Some("instance") => {
-                let instance = peek(arguments, "instance").and_then(|number| number.parse().ok()).unwrap_or(0);
-                system.as_program(self.name, "", instance, run)
+        let Some(about) = self.commands.filter(|_| self.told) else { return run() };
+        let named;
+        let subject = match about {
+            _ if self.told_of_system => CommandSubject::Named("system"),
+            INSTANCE => CommandSubject::Instance(peek(arguments, INSTANCE).and_then(|number| number.parse().ok()).unwrap_or(0)),
+            about => {
+                named = peek(arguments, about);
+                CommandSubject::Named(named.as_deref().unwrap_or("system"))
             }
-            Some(about) => system.as_program(self.name, peek(arguments, about).as_deref().unwrap_or("system"), 0, run),
-        }
+        };
+        system.as_program(&self.command(subject), run)
+    }
+
+    /// Makes the entry that the log has of this call, about a subject, where the program gives it.
+    pub(crate) fn command<'a>(&self, subject: CommandSubject<'a>) -> ProgramCommand<'a> {
+        ProgramCommand { call: self.name, subject, stops: self.stops }
     }
 
     /// Goes on with it, which the log has already.

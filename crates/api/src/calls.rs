@@ -12,7 +12,10 @@ mod software;
 mod values;
 mod workspaces;
 
+pub use recordings::is_recording;
+
 use crate::Call;
+use crate::effect::Effect;
 use std::collections::HashMap;
 use std::sync::{LazyLock, OnceLock};
 
@@ -44,6 +47,14 @@ pub fn calls() -> impl Iterator<Item = &'static Call> {
 /// Returns the call of that name.
 pub fn find(name: &str) -> Option<&'static Call> {
     BY_NAME.get(name).copied().or_else(|| MORE.get()?.iter().find(|call| call.name == name))
+}
+
+/// Returns the call that has this effect, the first one where several have.
+///
+/// # Panics
+/// Where no call has it.
+pub fn with_effect(effect: Effect) -> &'static Call {
+    calls().find(|call| call.effect == effect).expect("each effect but none is that of a call")
 }
 
 /// Enters calls that are declared outside this crate, once in the life of the process, before anything is served.

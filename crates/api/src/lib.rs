@@ -13,6 +13,7 @@ mod arguments;
 mod call;
 mod calls;
 mod declare;
+mod effect;
 pub mod generate;
 mod journal;
 mod open;
@@ -25,10 +26,11 @@ pub use answered::{Answered, Outcome};
 #[doc(hidden)]
 pub use arguments::{Given, quick};
 pub use call::{Argument, Call, begin, call, commanded, known};
-pub use calls::{add, calls, find};
+pub use calls::{add, calls, find, is_recording, with_effect};
+pub use effect::{DriverArgument, Effect, RecordArguments};
 pub use journal::{Journalled, Recorded};
 pub use open::open;
-pub use performing::perform;
+pub use performing::{PreparedVerb, StartedVerb, prepare};
 pub use role::Role;
 pub use values::{Reading, Snapshot, snapshot};
 

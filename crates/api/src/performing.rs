@@ -1,36 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A call of a verb in one: made, started, waited for and deleted.
+//! Call of a verb in steps: its instance is made, started, waited for and deleted. Whoever keeps owners or a journal acts between the steps.
 use crate::answered::{Answered, Outcome};
 use crate::arguments::Given;
+use crate::calls::with_effect;
+use crate::effect::Effect;
 use crate::waits::lasting;
 use model::definition::Application;
 use model::refusal::Refusals;
 use serde_json::json;
 use std::time::Duration;
-use supervisor::{Limits, Report, System, Waited};
+use supervisor::{Limits, Report, StartedInstance, System, Waited};
 
-/// Makes the call `perform` for a caller that keeps whose the instances are: `start` is given the instance before it starts, and what starts
-/// it. Where it does not start, nothing is left of it.
-pub fn perform(
-    system: &System,
-    arguments: &str,
-    slice: Duration,
-    start: impl FnOnce(u64, &dyn Fn() -> Result<(), Refusals>) -> Result<(), Refusals>,
-) -> Result<Answered, Refusals> {
-    let mut given = Given::of("perform", arguments)?;
-    let limits = given.may("limits")?;
-    performing(system, &given.whole()?, limits, slice, start)?.answered()
+/// An instance that was made for a call of a verb and has not started.
+pub struct PreparedVerb<'a> {
+    system: &'a System,
+    application: Application,
+    limits: Limits,
+    instance: u64,
 }
 
-pub(crate) fn performing(
-    system: &System,
-    application: &Application,
-    limits: Limits,
-    slice: Duration,
-    start: impl FnOnce(u64, &dyn Fn() -> Result<(), Refusals>) -> Result<(), Refusals>,
-) -> Result<Outcome<Option<Report>>, Refusals> {
-    let (instance, waited) = system.perform(application, limits, slice, start)?;
-    Ok(ended(waited, instance))
+/// An instance of a call of a verb that was started.
+pub struct StartedVerb<'a> {
+    system: &'a System,
+    started: StartedInstance,
+}
+
+/// Reads the arguments of a call of a verb, and makes its instance.
+pub fn prepare<'a>(system: &'a System, arguments: &str) -> Result<PreparedVerb<'a>, Refusals> {
+    let mut given = Given::of(with_effect(Effect::PerformsVerb).name, arguments)?;
+    let limits = given.may("limits")?;
+    PreparedVerb::of(system, given.whole()?, limits)
+}
+
+impl<'a> PreparedVerb<'a> {
+    pub(crate) fn of(system: &'a System, application: Application, limits: Limits) -> Result<PreparedVerb<'a>, Refusals> {
+        let instance = system.create_to_start(&application)?;
+        Ok(PreparedVerb { system, application, limits, instance })
+    }
+
+    /// Returns the number of its instance.
+    pub fn instance(&self) -> u64 {
+        self.instance
+    }
+
+    /// Starts it with the values of its application. Where that is refused, nothing is left of it.
+    pub fn start(self) -> Result<StartedVerb<'a>, Refusals> {
+        let PreparedVerb { system, application, limits, instance } = self;
+        Ok(StartedVerb { system, started: system.start_to_wait(instance, &application.values, limits)? })
+    }
+}
+
+impl StartedVerb<'_> {
+    /// Waits for its end, at most `slice` of real time; it is deleted then. Returns the answer of the call.
+    pub fn complete(self, slice: Duration) -> Result<Answered, Refusals> {
+        self.completed(slice)?.answered()
+    }
+
+    pub(crate) fn completed(self, slice: Duration) -> Result<Outcome<Option<Report>>, Refusals> {
+        let instance = self.started.instance();
+        Ok(ended(self.system.complete(self.started, slice)?, instance))
+    }
 }
 
 /// Waits until an instance that was started so has ended, and deletes it.

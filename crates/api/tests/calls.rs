@@ -330,8 +330,9 @@ fn a_source_says_where_it_is_and_the_log_who_commanded() {
     system.log_command("panel", "start", "wave#1", None);
     system.log_command("panel", "halt", "wave#1", Some("it does not run"));
     let instance = arguments["instance"].as_u64().expect("a number");
-    assert!(system.as_program("resume", "", instance, || system.resume(instance)).is_err());
-    system.as_program("start", "", instance, || system.start(instance, &indexmap::IndexMap::new(), Default::default())).expect("starts");
+    let command = |call| supervisor::ProgramCommand { call, subject: supervisor::CommandSubject::Instance(instance), stops: false };
+    assert!(system.as_program(&command("resume"), || system.resume(instance)).is_err());
+    system.as_program(&command("start"), || system.start(instance, &indexmap::IndexMap::new(), Default::default())).expect("starts");
     let log = say(&system, "log", json!({}));
     let told: Vec<_> = log.as_array().expect("a list").iter().filter(|e| e["kind"] == "command").map(|e| json!([e["who"], e["text"], e["about"]])).collect();
     let expected = [

@@ -59,7 +59,7 @@ impl System {
     /// before anybody can be interrupted, so that it can be ended.
     #[pyo3(signature = (arguments_json, made, slice_ns, /))]
     fn performing(&self, py: Python<'_>, arguments_json: &str, made: &Bound<'_, PyList>, slice_ns: u64) -> PyResult<Option<String>> {
-        let call = api::known("perform").map_err(refused)?;
+        let call = api::with_effect(api::Effect::PerformsVerb);
         match py.detach(|| call.begin_as_program(&self.inner, arguments_json, Duration::from_nanos(slice_ns))).map_err(refused)? {
             Answered::Done(text) => Ok(Some(text)),
             Answered::Waiting { arguments, .. } => {

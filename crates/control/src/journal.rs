@@ -13,8 +13,7 @@ use crate::caller::Caller;
 use crate::calls::Call;
 use crate::failure::Failure;
 use crate::files::{Files, Reference};
-use api::Recorded;
-use api::Role;
+use api::{Effect, Recorded, Role};
 use content::Content;
 use file::{LogFile, Unavailable};
 use ledger::Ledger;
@@ -257,7 +256,8 @@ pub(crate) fn needed(ledger: &Ledger) -> BTreeSet<String> {
 fn recording_ended(name: Json) -> Line {
     let by = By { who: "the system".to_owned(), role: Role::Configure, session: String::new(), time: now_s() };
     let arguments = Map::from_iter([("name".to_owned(), name)]);
-    Line::Call { call: "stop_recording".to_owned(), of: None, arguments, withheld: Vec::new(), by }
+    let call = api::with_effect(Effect::EndsRecording).name.to_owned();
+    Line::Call { call, of: None, arguments, withheld: Vec::new(), by }
 }
 
 /// Returns s since 1970.
@@ -318,8 +318,8 @@ impl Inner {
     /// Returns the line of a call that was made; none if it leaves nothing that has to be known.
     fn line(&mut self, system: &System, call: &Call, mut arguments: Map<String, Json>, result: &Json, by: By) -> Option<Line> {
         let instance = arguments.get("instance").and_then(Json::as_u64);
-        let of = match call.name {
-            "create" => {
+        let of = match call.effect {
+            Effect::CreatesInstance => {
                 let instance = result.as_u64()?;
                 let number = self.ledger.fresh();
                 self.instances.insert(number, instance);
@@ -329,19 +329,19 @@ impl Inner {
                 }
                 Some(Subject::Instance(number))
             }
-            "start" => Some(Subject::Instance(self.number(instance?).filter(|_| instance.is_some_and(|of| system.continues(of)))?)),
-            "set" => Some(self.subject(system, instance?).filter(|subject| self.ledger.runs(subject))?),
-            "enable" => Some(Subject::Device(arguments.get("name")?.as_str()?.to_owned())),
-            "halt" | "delete" => {
-                let state = if call.name == "halt" { State::Ended } else { State::Deleted };
+            Effect::StartsInstance => Some(Subject::Instance(self.number(instance?).filter(|_| instance.is_some_and(|of| system.continues(of)))?)),
+            Effect::TunesInstance => Some(self.subject(system, instance?).filter(|subject| self.ledger.runs(subject))?),
+            Effect::EnablesDevice => Some(Subject::Device(arguments.get("name")?.as_str()?.to_owned())),
+            Effect::EndsInstance | Effect::DeletesInstance => {
+                let state = if call.effect == Effect::EndsInstance { State::Ended } else { State::Deleted };
                 let of = self.subject(system, instance?).filter(|of| state == State::Deleted || self.ledger.runs(of))?;
                 return Some(Line::Became { of, state });
             }
-            "record" => {
+            Effect::BeginsRecording => {
                 self.recordings.insert(result["recording"].as_u64()?, arguments.get("path")?.clone());
                 None
             }
-            "stop_recording" => {
+            Effect::EndsRecording => {
                 let name = self.recordings.remove(&arguments.get("recording")?.as_u64()?)?;
                 arguments = Map::from_iter([("name".to_owned(), name)]);
                 None
@@ -370,11 +370,7 @@ impl Inner {
                 self.became(of, now)?;
             }
         }
-        let is_over = |number: u64| {
-            let about = api::call(system, "recording", &serde_json::json!({ "recording": number }).to_string());
-            about.map_or(true, |about| about["running"] == false)
-        };
-        let over: Vec<u64> = self.recordings.keys().copied().filter(|number| is_over(*number)).collect();
+        let over: Vec<u64> = self.recordings.keys().copied().filter(|number| !api::is_recording(system, *number)).collect();
         for name in over.iter().filter_map(|number| self.recordings.remove(number)).collect::<Vec<_>>() {
             self.append(recording_ended(name))?;
         }

@@ -76,7 +76,7 @@ impl Lane {
     /// Returns the lane of a call. What stops begins in the lane for that; the wait for its end is one as any other.
     pub fn of(call: &Call) -> Lane {
         match call {
-            call if call.name == "emergency_stop" => Lane::Emergency,
+            call if call.stops_all => Lane::Emergency,
             call if call.stops => Lane::Stop,
             call if call.lasts => Lane::Wait,
             call if call.costs => Lane::Costly,

@@ -5,17 +5,17 @@ use crate::caller::Caller;
 use crate::calls;
 use crate::failure::Failure;
 use crate::files::check_digest;
-use crate::journal::ledger::Kept;
+use crate::journal::ledger::{Kept, creates, effect};
 use crate::journal::lines::{By, Line, Subject};
 use crate::journal::{Journal, needed};
 use crate::service::Service;
 use crate::sessions::Sessions;
-use api::Answered;
+use api::{Answered, Effect};
 use model::refusal::{Class, Refusal, Refusals};
 use serde_json::{Map, Value as Json, json};
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
-use supervisor::{Anew, OfProcessor, TakenOver};
+use supervisor::{Anew, OfProcessor, TakenOver, Waited};
 
 /// Period at which progress is told.
 const SAY: Duration = Duration::from_secs(1);
@@ -111,7 +111,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
 /// Returns true if a line starts something or tells of what runs.
 fn runs(line: &Line) -> bool {
     match line {
-        Line::Call { call, of, .. } => of.is_some() && call != "create",
+        Line::Call { call, of, .. } => of.is_some() && !creates(call),
         Line::Became { .. } => true,
         _ => false,
     }
@@ -221,9 +221,9 @@ impl Player<'_> {
     /// Returns the arguments with the number that the instance has now, which belongs to the session that started it.
     fn given(&self, of: Option<&Subject>, call: &str, mut arguments: Map<String, Json>) -> Result<Map<String, Json>, Failure> {
         let instance = match of {
-            Some(Subject::Instance(_)) if call == "create" => return Ok(arguments),
+            Some(Subject::Instance(_)) if creates(call) => return Ok(arguments),
             Some(Subject::Instance(number)) => self.instances.get(number),
-            Some(Subject::Device(device)) if call == "set" => self.devices.get(device),
+            Some(Subject::Device(device)) if effect(call) == Effect::TunesInstance => self.devices.get(device),
             _ => return Ok(arguments),
         };
         let gone = || Failure::new(Class::InvalidState, "the instance that it is for could not be made or started", "make it again");
@@ -233,22 +233,22 @@ impl Player<'_> {
 
     /// Keeps what a call made or started, so that later lines find it, and the session that owned it.
     fn follow(&mut self, (call, arguments): (&str, &Map<String, Json>), of: Option<&Subject>, by: &By, result: &Json) -> Result<(), Failure> {
-        match (call, of) {
-            ("record", _) => {
+        match (effect(call), of) {
+            (Effect::BeginsRecording, _) => {
                 if let (Some(number), Some(name)) = (result["recording"].as_u64(), arguments.get("path")) {
                     self.journal.locked().recordings.insert(number, name.clone());
                 }
             }
-            ("create", Some(Subject::Instance(number))) => {
+            (Effect::CreatesInstance, Some(Subject::Instance(number))) => {
                 let instance = result.as_u64().unwrap_or_default();
                 self.instances.insert(*number, instance);
                 self.owned(by, instance, |sessions| sessions.make(&by.session, instance));
             }
-            ("start", Some(Subject::Instance(number))) => {
+            (Effect::StartsInstance, Some(Subject::Instance(number))) => {
                 let instance = self.instances.get(number).copied().unwrap_or_default();
                 self.owned(by, instance, |sessions| drop(sessions.own(&by.session, instance)));
             }
-            ("enable", Some(Subject::Device(device))) => {
+            (Effect::EnablesDevice, Some(Subject::Device(device))) => {
                 let instance = result.as_u64().unwrap_or_default();
                 self.devices.insert(device.clone(), instance);
                 self.owned(by, instance, |sessions| drop(sessions.own(&by.session, instance)));
@@ -271,17 +271,16 @@ impl Player<'_> {
     fn enabled(&mut self, device: &str) -> Result<(), Failure> {
         let system = &self.service.system;
         let until_ns = system.now_ns().saturating_add(ENABLED_WITHIN_NS);
-        let mut answered = api::begin(system, "wait_enabled", &json!({ "name": device, "until_ns": until_ns }).to_string(), SLICE)?;
         loop {
-            match answered {
-                Answered::Done(Json::Bool(false)) => {
+            match system.wait_enabled(device, Some(until_ns), SLICE)? {
+                Waited::Done(false) | Waited::TimedOut => {
                     let message = format!("device '{device}' is not enabled after {} s", ENABLED_WITHIN_NS / 1_000_000_000);
                     return Err(Failure::new(Class::NotEnabled, message, "look at the log, and enable it again"));
                 }
-                Answered::Done(_) => return Ok(()),
+                Waited::Done(true) => return Ok(()),
                 // The next question ends it.
-                Answered::Waiting { .. } if !self.watcher.goes_on() => return Ok(()),
-                Answered::Waiting { call, arguments } => answered = api::begin(system, call, &arguments.to_string(), SLICE)?,
+                Waited::Slice if !self.watcher.goes_on() => return Ok(()),
+                Waited::Slice => {}
             }
         }
     }
@@ -293,11 +292,9 @@ fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) ->
     let call = calls::find(name).ok_or_else(unknown)?;
     service.require_role(&caller(by), call.role, name)?;
     let mut arguments = arguments;
-    service.resolve(name, &mut arguments, by.role)?;
-    if call.subject == "recordings" {
-        crate::records::place(service.records.as_deref(), &service.trust, name, &mut arguments)?;
-        crate::records::go_on(&mut arguments);
-    }
+    service.resolve(call, &mut arguments, by.role)?;
+    crate::records::place(service.records.as_deref(), &service.trust, &call.records, &mut arguments)?;
+    crate::records::go_on(&call.records, &mut arguments);
     match api::begin(&service.system, name, &Json::Object(arguments).to_string(), SLICE)? {
         Answered::Done(result) => Ok(result),
         Answered::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' lasts, and cannot be played"), "delete that line")),

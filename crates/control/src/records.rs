@@ -1,41 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where callers record, and what they read back and run again: by plain names, in the one folder that the daemon was started with for that.
 use crate::failure::Failure;
+use api::RecordArguments;
 use model::refusal::Class;
 use serde_json::{Map, Value as Json};
 use std::path::{Component, Path};
 
-/// Places the `path` of a call on recordings in the folder, which `recordings` lists; whose code `replay` may run says the daemon.
+/// Places the path of a recording in the folder, and enters the folder and the code that the daemon trusts where a call takes them.
 /// Errors: there is no folder, the name is no plain one.
-pub fn place(folder: Option<&Path>, trust: &[String], call: &str, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
-    if call == "replay" {
-        arguments.insert("trust".to_owned(), trust.into());
+pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
+    if let Some(argument) = takes.trust {
+        arguments.insert(argument.to_owned(), trust.into());
     }
-    if call != "recordings" && !arguments.contains_key("path") {
+    let path = takes.path.filter(|path| arguments.contains_key(*path));
+    if path.is_none() && takes.folder.is_none() {
         return Ok(());
     }
     let Some(folder) = folder else {
         return Err(Failure::new(Class::NotAllowed, "this daemon has no folder for recordings".to_owned(), "start it with --records FOLDER"));
     };
-    if call == "recordings" {
-        arguments.insert("folder".to_owned(), Json::String(folder.display().to_string()));
-        return Ok(());
+    if let Some(argument) = takes.folder {
+        arguments.insert(argument.to_owned(), Json::String(folder.display().to_string()));
     }
-    // What is no text is refused by the call itself.
-    let Some(name) = arguments.get("path").and_then(Json::as_str) else { return Ok(()) };
+    // A path that is no text is refused by the call itself.
+    let Some((argument, name)) = path.and_then(|path| Some((path, arguments.get(path)?.as_str()?))) else { return Ok(()) };
     if !matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]) {
         return Err(Failure::new(Class::CallError, format!("a recording cannot be named {name:?}"), "give a name without folders, for example 'run.mcap'"));
     }
     let path = folder.join(name).display().to_string();
-    arguments.insert("path".to_owned(), Json::String(path));
+    arguments.insert(argument.to_owned(), Json::String(path));
     Ok(())
 }
 
 /// Makes a recording that was under way when its daemon died go on in a file beside those that it has: `run-2.mcap` after `run.mcap`.
-pub fn go_on(arguments: &mut Map<String, Json>) {
-    let Some(path) = arguments.get("path").and_then(Json::as_str) else { return };
+pub fn go_on(takes: &RecordArguments, arguments: &mut Map<String, Json>) {
+    let Some((argument, path)) = takes.path.and_then(|name| Some((name, arguments.get(name)?.as_str()?))) else { return };
     let next = api::next_recording(Path::new(path)).display().to_string();
-    arguments.insert("path".to_owned(), Json::String(next));
+    arguments.insert(argument.to_owned(), Json::String(next));
 }
 
 #[cfg(test)]
@@ -45,7 +46,8 @@ mod tests {
 
     fn asked(folder: Option<&str>, call: &str, mut arguments: Json) -> Result<Json, Failure> {
         let map = arguments.as_object_mut().expect("an object");
-        place(folder.map(Path::new), &["00ff".to_owned()], call, map).map(|()| arguments)
+        let takes = api::find(call).expect("a call").records;
+        place(folder.map(Path::new), &["00ff".to_owned()], &takes, map).map(|()| arguments)
     }
 
     fn placed(folder: Option<&str>, name: &str) -> Result<String, Failure> {

@@ -16,8 +16,7 @@ use crate::rates::Rates;
 use crate::requests::{self, Asked};
 use crate::sessions::{Described, Sessions};
 use crate::slots::Doors;
-use api::Answered;
-use api::Role;
+use api::{Answered, DriverArgument, Effect, Role};
 use model::refusal::Class;
 use serde_json::{Map, Value as Json, json};
 use std::path::PathBuf;
@@ -150,7 +149,7 @@ impl Service {
 
     /// Makes a call under the journal, where there is one: what configures is not made where its line would have no room.
     fn kept(&self, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
-        if call.name == "perform" {
+        if call.effect == Effect::PerformsVerb {
             return self.perform(call, &asked, caller, presence);
         }
         let Some(journal) = self.journal.as_ref().filter(|_| Journal::concerns(call)) else { return self.make(call, asked, caller.role, presence) };
@@ -167,32 +166,29 @@ impl Service {
 
     /// Calls a verb in one request. Its instance has an owner, and is in the journal, before it starts.
     fn perform(&self, call: &Call, asked: &Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
-        let (mut made, mut unrecorded) = (None, None);
-        let answered = api::perform(&self.system, &asked_text(asked), asked.slice, |instance, start| {
-            made = Some(instance);
-            if let Some(presence) = presence {
-                self.sessions.make(&presence.name, instance);
-            }
-            let Some(journal) = &self.journal else { return start() };
-            let by = || By::of(caller, presence.map_or("", |p| &p.name));
-            let mut record = |name: &str, arguments, result: Json| {
-                let call = calls::find(name).expect("a call of the journal");
-                unrecorded = journal.made(&self.system, call, arguments, &result, by()).err().or(unrecorded.take());
-            };
-            let (create, begin) = steps(&asked.arguments, instance);
-            record("create", create, json!(instance));
-            start()?;
-            record("start", begin, Json::Null);
-            Ok(())
+        let prepared = api::prepare(&self.system, &asked_text(asked))?;
+        let instance = prepared.instance();
+        if let Some(presence) = presence {
+            self.sessions.make(&presence.name, instance);
+        }
+        let mut unrecorded = None;
+        let mut record = |effect, arguments, result: Json| {
+            let Some(journal) = &self.journal else { return };
+            let by = By::of(caller, presence.map_or("", |p| &p.name));
+            unrecorded = journal.made(&self.system, api::with_effect(effect), arguments, &result, by).err().or(unrecorded.take());
+        };
+        let (create, begin) = steps(&asked.arguments, instance);
+        record(Effect::CreatesInstance, create, json!(instance));
+        let answered = prepared.start().and_then(|started| {
+            record(Effect::StartsInstance, begin, Json::Null);
+            started.complete(asked.slice)
         });
-        match (answered, made) {
-            (Ok(answered), _) => match unrecorded {
-                Some(failure) => Err(failure),
-                None => Ok(self.answer(call, answered, made, presence)),
-            },
-            (Err(refusals), made) => {
+        match (answered, unrecorded) {
+            (Ok(_), Some(failure)) => Err(failure),
+            (Ok(answered), None) => Ok(self.answer(call, answered, Some(instance), presence)),
+            (Err(refusals), _) => {
                 // Where only the wait was refused, the instance goes on: it stays its session's, and in the journal.
-                if let Some(instance) = made.filter(|instance| self.system.state(*instance) == "deleted") {
+                if self.system.state(instance) == "deleted" {
                     self.forget(instance);
                     self.sessions.disown(instance);
                 }
@@ -217,21 +213,21 @@ impl Service {
     }
 
     /// Resolves files and refuses code in the options and arguments of drivers: see [`Files::resolve`].
-    pub fn resolve(&self, call: &str, arguments: &mut Map<String, Json>, role: Role) -> Result<(), Failure> {
+    pub fn resolve(&self, call: &Call, arguments: &mut Map<String, Json>, role: Role) -> Result<(), Failure> {
         let text = |name: &str| arguments.get(name).and_then(Json::as_str).unwrap_or("").to_owned();
         let mut resolve = |reached: Reached<'_>| self.files.resolve(reached, role);
         let mut none = Json::Null;
-        match call {
-            "physical_device" | "scan_devices" => {
+        match call.for_driver {
+            Some(DriverArgument::Options) => {
                 let kind = text("kind");
                 supervisor::each_reach(&kind, arguments.get_mut("options").unwrap_or(&mut none), &mut resolve)
             }
-            "device_service" => {
+            Some(DriverArgument::OfService) => {
                 let (device, service) = (text("device"), text("service"));
                 let given = arguments.get_mut("arguments").unwrap_or(&mut none);
                 self.system.each_reach_of_service(&device, &service, given, &mut resolve)
             }
-            _ => Ok(()),
+            None => Ok(()),
         }
     }
 
@@ -240,12 +236,10 @@ impl Service {
         if call.costs {
             requests::check_extent(&asked.arguments)?;
         }
-        self.resolve(call.name, &mut asked.arguments, role)?;
-        if call.subject == "recordings" {
-            crate::records::place(self.records.as_deref(), &self.trust, call.name, &mut asked.arguments)?;
-        }
+        self.resolve(call, &mut asked.arguments, role)?;
+        crate::records::place(self.records.as_deref(), &self.trust, &call.records, &mut asked.arguments)?;
         // Before the start, so that an end which comes at once has its owner.
-        let starts = (call.name == "start").then_some(instance).flatten().zip(presence);
+        let starts = (call.effect == Effect::StartsInstance).then_some(instance).flatten().zip(presence);
         let before = starts.and_then(|(instance, presence)| self.sessions.own(&presence.name, instance));
         let answered = api::begin(&self.system, call.name, &asked_text(&asked), asked.slice);
         if let (Err(_), Some((instance, _))) = (&answered, starts) {
@@ -262,10 +256,10 @@ impl Service {
                 return json!({ "waiting": true, "go_on": go_on, "now_ns": self.system.now_ns() });
             }
         };
-        if let ("perform" | "performed", Some(instance)) = (call.name, instance) {
+        if let (Effect::PerformsVerb | Effect::CompletesVerb, Some(instance)) = (call.effect, instance) {
             self.forget(instance);
         }
-        if matches!(call.name, "wait" | "halt" | "report") && !result.is_null() {
+        if matches!(call.effect, Effect::ReportsEnd | Effect::EndsInstance) && !result.is_null() {
             self.note_ends();
         }
         if let Some(presence) = presence {
@@ -276,19 +270,16 @@ impl Service {
 
     /// Updates the owners of instances after a call, and what its session knows of them.
     fn follow(&self, call: &Call, result: &Json, instance: Option<u64>, name: &str) {
-        match (call.name, instance) {
-            ("create" | "enable", _) => match result.as_u64().filter(|made| *made > 0) {
-                Some(made) if call.name == "create" => self.sessions.make(name, made),
-                Some(servo) => drop(self.sessions.own(name, servo)),
-                None => {}
-            },
-            ("perform" | "performed", Some(instance)) => {
+        match (call.effect, instance) {
+            (Effect::CreatesInstance, _) => result.as_u64().into_iter().for_each(|made| self.sessions.make(name, made)),
+            (Effect::EnablesDevice, _) => result.as_u64().filter(|made| *made > 0).into_iter().for_each(|servo| drop(self.sessions.own(name, servo))),
+            (Effect::PerformsVerb | Effect::CompletesVerb, Some(instance)) => {
                 self.drain();
                 self.sessions.told(name, instance);
                 self.sessions.disown(instance);
             }
-            ("delete", Some(instance)) => self.sessions.disown(instance),
-            ("wait" | "halt" | "report", Some(instance)) if !result.is_null() => {
+            (Effect::DeletesInstance, Some(instance)) => self.sessions.disown(instance),
+            (Effect::ReportsEnd | Effect::EndsInstance, Some(instance)) if !result.is_null() => {
                 self.drain();
                 self.sessions.told(name, instance);
             }

@@ -8,7 +8,7 @@ crate::calls! {
     /// The whole cell.
     pub(super) const CELL about "cell" = [
         /// Stops everything that moves, until `reset`.
-        Operate emergency_stop(must reason: String) -> (): commands("reason"), told_of_system, outcome_journalled, stops, free
+        Operate emergency_stop(must reason: String) -> (): commands("reason"), told_of_system, outcome_journalled, stops_all, free
             => |system| system.emergency_stop(&reason);
         /// Lets a channel of a device stop everything that moves.
         Configure emergency_stop_input(

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Processors, interrupt sources, physical devices.
 use crate::answered::Outcome;
+use crate::effect::DriverArgument;
 use crate::waits::lasting;
 use indexmap::IndexMap;
 use model::configuration::SourceKind;
@@ -92,7 +93,7 @@ crate::calls! {
             may options: Option<Map<String, Json>>,
             must source: String,
             may place: Option<Place>,
-        ) -> PhysicalDeviceAbout: commands("name")
+        ) -> PhysicalDeviceAbout: commands("name"), for_driver(DriverArgument::Options)
             => |system| {
                 let options = Json::Object(options.unwrap_or_default());
                 system.physical_device(&processor, &name, &kind, &options, &source, place)
@@ -104,7 +105,7 @@ crate::calls! {
             must service: String,
             /// Arguments of the service.
             may arguments: Option<Map<String, Json>>,
-        ) -> Option<Value>: commands("device"), told, lasts, moves
+        ) -> Option<Value>: commands("device"), told, lasts, moves, for_driver(DriverArgument::OfService)
             => |system, slice| {
                 let errand = system.service(&device, &service, Json::Object(arguments.unwrap_or_default()))?;
                 served(system, errand, slice)
@@ -116,7 +117,7 @@ crate::calls! {
             must kind: String,
             /// Options of the driver that say where to look.
             may options: Option<Map<String, Json>>,
-        ) -> Option<Value>: unjournalled, lasts, free
+        ) -> Option<Value>: unjournalled, lasts, free, for_driver(DriverArgument::Options)
             => |system, slice| {
                 let errand = system.scan(&kind, Json::Object(options.unwrap_or_default()))?;
                 served(system, errand, slice)

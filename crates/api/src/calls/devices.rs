@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Logical devices.
+use crate::effect::Effect;
 use crate::waits::{lasting, until};
 use model::refusal::Place;
 use model::value::Value;
@@ -13,7 +14,7 @@ crate::calls! {
         Configure device(must name: String, whole request: DeviceRequest) -> (): commands("name"), goes_with("delete_device", "name")
             => |system| system.device(&name, request);
         /// Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is enabled when it is ready.
-        Operate enable(must name: String) -> u64: commands("name"), told, journalled, moves
+        Operate enable(must name: String) -> u64: commands("name"), told, journalled, moves, effect(Effect::EnablesDevice)
             => |system| system.enable(&name);
         /// Waits until a device is enabled. Returns whether it is.
         Observe wait_enabled(
@@ -36,7 +37,7 @@ crate::calls! {
             commands("device"), told, moves, replaces(&["device"]), goes_with("delete_device", "device")
             => |system| system.exchange_verb(&device, &verb, place);
         /// Deletes a device.
-        Configure delete_device(must name: String) -> (): commands("name")
+        Configure delete_device(must name: String) -> (): commands("name"), effect(Effect::DeletesDevice)
             => |system| system.delete_device(&name);
         /// Returns "disabled", "enabling", "standstill", "moving", "stopping" or "fault".
         Observe device_state(must name: String) -> DeviceState

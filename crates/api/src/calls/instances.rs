@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Verb instances.
-use crate::performing::{performed, performing};
+use crate::calls::with_effect;
+use crate::effect::Effect;
+use crate::performing::{PreparedVerb, performed};
 use crate::sure;
 use crate::waits::{lasting, until};
 use indexmap::IndexMap;
@@ -8,7 +10,7 @@ use model::definition::Application;
 use model::plan::Plan;
 use model::value::Value;
 use serde_json::json;
-use supervisor::{InstanceAbout, InstanceState, Limits, Report};
+use supervisor::{CommandSubject, InstanceAbout, InstanceState, Limits, Report};
 
 crate::calls! {
     /// Verb instances.
@@ -21,15 +23,17 @@ crate::calls! {
         Operate perform(
             may limits: Limits,
             whole application: Application,
-        ) -> Option<Report>: commands("verb"), lasts, brief, moves
+        ) -> Option<Report>: commands("verb"), lasts, brief, moves, effect(Effect::PerformsVerb)
             => |system, slice| {
-                performing(system, &application, limits, slice, |instance, start| system.as_program("start", "", instance, start))
+                let prepared = PreparedVerb::of(system, application, limits)?;
+                let command = with_effect(Effect::StartsInstance).command(CommandSubject::Instance(prepared.instance()));
+                system.as_program(&command, || prepared.start())?.completed(slice)
             };
         /// Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end report.
-        Operate performed(must instance: u64) -> Option<Report>: lasts
+        Operate performed(must instance: u64) -> Option<Report>: lasts, effect(Effect::CompletesVerb)
             => |system, slice| performed(system, instance, slice);
         /// Makes an instance. Returns its number.
-        Operate create(whole application: Application) -> u64: commands("verb"), journalled, brief
+        Operate create(whole application: Application) -> u64: commands("verb"), journalled, brief, effect(Effect::CreatesInstance)
             => |system| system.create(&application);
         /// Starts an instance.
         Operate start(
@@ -37,7 +41,7 @@ crate::calls! {
             /// Input parameter to value.
             may values: IndexMap<String, Value>,
             may limits: Limits,
-        ) -> (): commands("instance"), told, journalled, brief, moves
+        ) -> (): commands("instance"), told, journalled, brief, moves, effect(Effect::StartsInstance)
             => |system| system.start(instance, &values, limits);
         /// Waits until an instance has ended. Returns its end report, null after the timeout.
         Observe wait(
@@ -46,7 +50,7 @@ crate::calls! {
             may timeout_ns: Option<i64>,
             /// Time of the limit, instead.
             may until_ns: Option<i64>,
-        ) -> Option<Report>: lasts, brief
+        ) -> Option<Report>: lasts, brief, effect(Effect::ReportsEnd)
             => |system, slice| {
                 let until_ns = until(system, timeout_ns, until_ns)?;
                 let waited = system.wait(instance, until_ns, slice)?;
@@ -59,7 +63,7 @@ crate::calls! {
             may timeout_ns: Option<i64>,
             /// Time of the limit, instead.
             may until_ns: Option<i64>,
-        ) -> Option<Report>: commands("instance"), told, outcome_journalled, lasts, stops, free
+        ) -> Option<Report>: commands("instance"), told, outcome_journalled, lasts, stops, free, effect(Effect::EndsInstance)
             => |system, slice| {
                 let until_ns = until(system, timeout_ns, until_ns)?;
                 system.halt(instance)?;
@@ -73,7 +77,7 @@ crate::calls! {
         Operate resume(must instance: u64) -> (): commands("instance"), told, outcome_journalled, brief, moves
             => |system| system.resume(instance);
         /// Deletes an instance that has ended.
-        Operate delete(must instance: u64) -> (): commands("instance"), outcome_journalled, brief
+        Operate delete(must instance: u64) -> (): commands("instance"), outcome_journalled, brief, effect(Effect::DeletesInstance)
             => |system| system.delete(instance);
         /// Returns "created", "queued", "running", "suspended", "ended" or "deleted".
         Observe state(must instance: u64) -> InstanceState: brief
@@ -82,7 +86,7 @@ crate::calls! {
         Observe instance(must instance: u64) -> InstanceAbout
             => |system| system.instance_about(instance);
         /// Returns the end report of the latest start, null while it lasts.
-        Observe report(must instance: u64) -> Option<Report>: brief
+        Observe report(must instance: u64) -> Option<Report>: brief, effect(Effect::ReportsEnd)
             => |system| system.report(instance);
         /// Sets tunable input parameters and intervals of a running instance.
         Operate set(
@@ -91,7 +95,7 @@ crate::calls! {
             may values: IndexMap<String, Value>,
             /// Label of a block to interval.
             may every_ns: IndexMap<String, u64>,
-        ) -> (): commands("instance"), told, journalled, brief, moves
+        ) -> (): commands("instance"), told, journalled, brief, moves, effect(Effect::TunesInstance)
             => |system| system.set(instance, &values, &every_ns);
     ];
 }

@@ -62,10 +62,10 @@ crate::calls! {
         Observe recordings(
             /// Over the control interface it is the daemon's own, and is left out.
             may folder: PathBuf,
-        ) -> Vec<RecordingFile>: costs
+        ) -> Vec<RecordingFile>: costs, record_folder("folder")
             => |_system| recorder::recordings(&folder);
         /// Returns what a recording is: when, of what, how it ended. One that is under way is told as far as it is on the disk.
-        Observe recorded(must path: PathBuf) -> Recorded: costs
+        Observe recorded(must path: PathBuf) -> Recorded: costs, record_path("path")
             => |_system| opened(&path)?.about();
         /// Returns what was at a time of a recording.
         Observe recorded_at(
@@ -78,7 +78,7 @@ crate::calls! {
             may topics: Vec<String>,
             /// Times of the messages that the caller has, by channel: they are not told again.
             may known: HashMap<String, i64>,
-        ) -> At: costs
+        ) -> At: costs, record_path("path")
             => |_system| at(&path, time_ns, names, topics, &known);
         /// Returns messages of a channel that has no values, `/log`, `/ends`, …
         Observe recorded_messages(
@@ -86,7 +86,7 @@ crate::calls! {
             must topic: String,
             /// The number of the first one.
             may since: usize,
-        ) -> Messages: costs
+        ) -> Messages: costs, record_path("path")
             => |_system| opened(&path)?.records(&topic, since, CHUNKS_MAX).map(|(messages, next)| Messages { messages, next });
         /// Returns SVVs and cells over a span of a recording, drawn together into columns, with exact sums.
         Observe recorded_span(
@@ -98,7 +98,7 @@ crate::calls! {
             must columns: u32,
             /// The `next` of the part before.
             may since: usize,
-        ) -> Span: costs
+        ) -> Span: costs, record_path("path")
             => |_system| span(&path, &names, (from_ns, to_ns), columns, since);
         /// Returns the time of the next firing of a recording that stored a value, or of the one before; null where there is none.
         Observe recorded_firing(
@@ -106,7 +106,7 @@ crate::calls! {
             must time_ns: i64,
             /// The one before.
             may back: bool,
-        ) -> Option<i64>: costs
+        ) -> Option<i64>: costs, record_path("path")
             => |_system| opened(&path)?.firing(time_ns, !back);
     ];
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Recordings: begin one, look at it, end it; run one again.
+use crate::effect::Effect;
 use crate::sure;
 use model::refusal::{Class, Refusal, Refusals};
 use recorder::{Again, Options, Recorder, Replaying, Summary};
@@ -44,7 +45,7 @@ crate::calls! {
             may split_bytes: Option<u64>,
             /// Files that stay where the recording is split; the oldest goes. All where it is left out.
             may keep: Option<u32>,
-        ) -> Begun: replaces(&["path"]), goes_with("stop_recording", "path")
+        ) -> Begun: replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), effect(Effect::BeginsRecording)
             => |system| {
                 let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay, split_bytes, keep };
                 Recorder::start(system, &path, &options).map(|(recording, _)| Begun { recording })
@@ -53,7 +54,7 @@ crate::calls! {
         Observe recording(must recording: u64) -> Summary
             => |system| sure(of(system, recording)?.summary());
         /// Ends a recording. Returns how it stands; where it still runs, it is to be called again.
-        Configure stop_recording(must recording: u64) -> Summary: outcome_journalled
+        Configure stop_recording(must recording: u64) -> Summary: outcome_journalled, effect(Effect::EndsRecording)
             => |system, slice| sure(of(system, recording)?.stop_within(slice.min(END_MAX)));
         /// Begins to run a recording again, in a process of its own beside the system, which it does not touch, and compares every value. Returns
         /// its number. Code modules that the recording brings run only where their SHA-256 digests are those of modules that the system has
@@ -64,7 +65,7 @@ crate::calls! {
             may trust: Vec<String>,
             /// true: the modules of the same names that the system has now take the place of the recording's; then the first difference is of them.
             may present: bool,
-        ) -> ReplayBegun: unjournalled, free, costs
+        ) -> ReplayBegun: unjournalled, free, costs, record_path("path"), trusts("trust")
             => |system| Again::start(system, &path, trust, present).map(|replay| ReplayBegun { replay });
         /// Returns how a replay stands.
         Observe replaying(must replay: u64) -> Replaying
@@ -78,6 +79,11 @@ crate::calls! {
                 sure(ended.standing())
             };
     ];
+}
+
+/// Returns true if a recording of this number is under way.
+pub fn is_recording(system: &System, number: u64) -> bool {
+    of(system, number).is_ok_and(|recorder| recorder.summary().running)
 }
 
 fn of(system: &System, number: u64) -> Result<Arc<Recorder>, Refusals> {

@@ -34,7 +34,7 @@ crate::calls! {
         ) -> ModuleAbout: commands("name"), local
             => |system| system.download(&path, name.as_deref(), python.as_deref().unwrap_or(PYTHON));
         /// Enters a verb.
-        Configure define_verb(whole verb: Verb) -> (): commands("name")
+        Configure define_verb(whole verb: Verb) -> (): commands("name"), defines("name")
             => |system| system.define_verb(verb);
         /// Refuses a data flow graph that is wrong; nothing is entered.
         Observe check_graph(whole graph: Graph) -> (): costs
@@ -57,7 +57,7 @@ crate::calls! {
                 None => system.compatible_with(&drawing, &from).map(Wired::All),
             };
         /// Enters a type of logical devices.
-        Configure define_device_type(whole device_type: DeviceType) -> (): commands("name")
+        Configure define_device_type(whole device_type: DeviceType) -> (): commands("name"), defines("name")
             => |system| system.define_device_type(device_type);
         /// Returns the verb that a composition of verbs is; nothing is entered.
         Observe compose(whole composition: Composition) -> Verb: costs

@@ -5,9 +5,6 @@ use crate::journal::lines::Line;
 use serde_json::{Map, Value as Json};
 use std::collections::{HashMap, HashSet};
 
-/// Calls that define a name. The last one for a name counts.
-const DEFINITIONS: [&str; 2] = ["define_verb", "define_device_type"];
-
 /// Kind and name of a definition.
 type Key = (&'static str, String);
 
@@ -49,11 +46,10 @@ impl NamesOfLine {
         match line {
             Line::Module { module, .. } => NamesOfLine { defines: Some(("module", module.clone())), names: HashSet::new() },
             Line::Call { call, arguments, .. } => {
-                let kind = DEFINITIONS.into_iter().find(|kind| kind == call);
-                let name = arguments.get("name").and_then(Json::as_str);
+                let definition = api::find(call).and_then(|call| Some((call.name, arguments.get(call.defines?)?.as_str()?.to_owned())));
                 let mut names = HashSet::new();
                 collect(arguments, &mut names);
-                NamesOfLine { defines: kind.zip(name.map(str::to_owned)), names }
+                NamesOfLine { defines: definition, names }
             }
             _ => NamesOfLine { defines: None, names: HashSet::new() },
         }

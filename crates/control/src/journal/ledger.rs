@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sum of a journal: the lines that still count, without what cancelled itself out, and the order in which they are played.
 use crate::journal::lines::{Line, State, Subject};
-use api::Call;
+use api::{Call, Effect};
 use serde_json::{Map, Value as Json};
 
 /// A line that counts, and its number in the file.
@@ -91,15 +91,15 @@ impl Ledger {
                     self.kept.push(Kept { at, line });
                 }
             }
-            Line::Call { ref call, ref of, .. } => match (call.as_str(), of.clone()) {
-                ("create", Some(Subject::Instance(number))) => {
+            Line::Call { ref call, ref of, .. } => match (effect(call), of.clone()) {
+                (Effect::CreatesInstance, Some(Subject::Instance(number))) => {
                     if self.made(number) {
                         return Err(format!("it makes instance {number}, which a line before it has made"));
                     }
                     self.next = self.next.max(number);
                     self.kept.push(Kept { at, line });
                 }
-                ("start" | "enable", Some(subject)) => {
+                (Effect::StartsInstance | Effect::EnablesDevice, Some(subject)) => {
                     if let Subject::Instance(number) = subject
                         && !self.made(number)
                     {
@@ -108,13 +108,15 @@ impl Ledger {
                     self.end(&subject);
                     self.kept.push(Kept { at, line });
                 }
-                ("set", Some(subject)) => {
+                (Effect::TunesInstance, Some(subject)) => {
                     if !self.runs(&subject) {
                         return Err("it sets parameters of what no line before it starts".to_owned());
                     }
                     self.set(at, &subject, line);
                 }
-                ("create" | "start" | "enable" | "set" | "delete", _) => return Err(format!("call '{call}' does not say of what")),
+                (Effect::CreatesInstance | Effect::StartsInstance | Effect::EnablesDevice | Effect::TunesInstance | Effect::DeletesInstance, _) => {
+                    return Err(format!("call '{call}' does not say of what"));
+                }
                 (_, Some(_)) => return Err(format!("call '{call}' is of no instance or device")),
                 (_, None) => self.configure(at, line),
             },
@@ -126,7 +128,7 @@ impl Ledger {
     /// session of before is lost, and those of a lost session are deleted when they have ended. Returns the number of them.
     pub fn leave_lost(&mut self) -> usize {
         let lost = |kept: &Kept| match &kept.line {
-            Line::Call { call, of: Some(of), by, .. } if call == "create" && !by.session.is_empty() => Some(of.clone()),
+            Line::Call { call, of: Some(of), by, .. } if creates(call) && !by.session.is_empty() => Some(of.clone()),
             _ => None,
         };
         let lost: Vec<Subject> = self.kept.iter().filter_map(lost).filter(|of| !self.runs(of) || self.is_suspended(of)).collect();
@@ -135,7 +137,7 @@ impl Ledger {
     }
 
     fn made(&self, number: u64) -> bool {
-        self.kept.iter().any(|kept| matches!(&kept.line, Line::Call { call, of: Some(Subject::Instance(n)), .. } if call == "create" && *n == number))
+        self.kept.iter().any(|kept| matches!(&kept.line, Line::Call { call, of: Some(Subject::Instance(n)), .. } if creates(call) && *n == number))
     }
 
     fn started(&self, subject: &Subject) -> Option<&Kept> {
@@ -157,7 +159,7 @@ impl Ledger {
 
     fn end(&mut self, subject: &Subject) {
         self.kept.retain(|kept| match &kept.line {
-            Line::Call { call, of: Some(of), .. } => call == "create" || of != subject,
+            Line::Call { call, of: Some(of), .. } => creates(call) || of != subject,
             Line::Became { of, .. } => of != subject,
             _ => true,
         });
@@ -179,7 +181,7 @@ impl Ledger {
 
     /// Merges new values into the ones that were set before.
     fn set(&mut self, at: usize, subject: &Subject, line: Line) {
-        let is_set = |kept: &&mut Kept| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if call == "set" && of == subject);
+        let is_set = |kept: &&mut Kept| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if effect(call) == Effect::TunesInstance && of == subject);
         let before = self.kept.iter_mut().find(is_set);
         match (before.map(|kept| &mut kept.line), line) {
             (Some(Line::Call { arguments: have, .. }), Line::Call { arguments, .. }) => {
@@ -198,7 +200,7 @@ impl Ledger {
         let Line::Call { call, arguments, .. } = &line else { return };
         let makers: Vec<(&str, &str)> = api::calls().filter_map(|maker| gone_with(maker, call)).collect();
         if !makers.is_empty() {
-            if let Some(device) = arguments.get("name").and_then(Json::as_str).filter(|_| call == "delete_device") {
+            if let Some(device) = arguments.get("name").and_then(Json::as_str).filter(|_| effect(call) == Effect::DeletesDevice) {
                 self.end(&Subject::Device(device.to_owned()));
             }
             let count = self.kept.len();
@@ -221,10 +223,20 @@ impl Ledger {
     }
 }
 
+/// Returns the effect of a call of a line; that of a call which is no longer there is none.
+pub(crate) fn effect(call: &str) -> Effect {
+    api::find(call).map_or(Effect::None, |call| call.effect)
+}
+
+/// Returns true if a call of a line creates an instance.
+pub(crate) fn creates(call: &str) -> bool {
+    effect(call) == Effect::CreatesInstance
+}
+
 /// Returns the subject that a line starts.
 fn starting(line: &Line) -> Option<&Subject> {
     match line {
-        Line::Call { call, of, .. } if call == "start" || call == "enable" => of.as_ref(),
+        Line::Call { call, of, .. } if matches!(effect(call), Effect::StartsInstance | Effect::EnablesDevice) => of.as_ref(),
         _ => None,
     }
 }

@@ -73,7 +73,7 @@ impl System {
     }
 
     /// Makes a verb instance that is started at once: what the kernel of its source has to do for it goes with that, where it can.
-    pub(crate) fn create_for_start(&self, application: &Application) -> Result<u64, Refusals> {
+    pub fn create_to_start(&self, application: &Application) -> Result<u64, Refusals> {
         let mut definitions = self.shared.definitions();
         self.create_then(&mut definitions, application, |core, id| !core.waits_for_its_start(id))
     }

@@ -5,8 +5,19 @@ use crate::protection::causes::alarm_recording;
 use crate::system::System;
 use model::refusal::Refusals;
 
-/// Commands that stop something: their log entry must not wait for other callers either.
-const STOPS: [&str; 5] = ["emergency_stop", "halt", "disable", "pause", "suspend"];
+/// Command of the program that the system is part of, as the log has it.
+pub struct ProgramCommand<'a> {
+    pub call: &'static str,
+    pub subject: CommandSubject<'a>,
+    /// True if it stops something: its entry must not wait for other callers either.
+    pub stops: bool,
+}
+
+/// Subject of a command in the log.
+pub enum CommandSubject<'a> {
+    Instance(u64),
+    Named(&'a str),
+}
 
 impl System {
     /// Enters a command into the log: its caller (`who`), its call, what it is about, and why it was refused, if it was.
@@ -16,17 +27,21 @@ impl System {
         core.observation.log.command(who, call, about, refused, now_ns);
     }
 
-    /// Carries out what the program commands that this system is part of, and enters it: about an instance, where `about` is empty.
-    pub fn as_program<T>(&self, call: &str, about: &str, instance: u64, act: impl FnOnce() -> Result<T, Refusals>) -> Result<T, Refusals> {
-        let run = || self.announced(call, about, instance, act);
-        if STOPS.contains(&call) { first(run) } else { run() }
+    /// Carries out what the program commands that this system is part of, and enters it.
+    pub fn as_program<T>(&self, command: &ProgramCommand<'_>, act: impl FnOnce() -> Result<T, Refusals>) -> Result<T, Refusals> {
+        let run = || self.announced(command, act);
+        if command.stops { first(run) } else { run() }
     }
 
-    fn announced<T>(&self, call: &str, about: &str, instance: u64, act: impl FnOnce() -> Result<T, Refusals>) -> Result<T, Refusals> {
+    fn announced<T>(&self, command: &ProgramCommand<'_>, act: impl FnOnce() -> Result<T, Refusals>) -> Result<T, Refusals> {
+        let call = command.call;
         let (number, about) = {
             let mut core = self.shared.locked();
-            let named = if about.is_empty() { core.instances.get(&instance).map(|i| i.name.clone()) } else { None };
-            let (about, now_ns) = (named.unwrap_or_else(|| about.to_owned()), core.host.now_ns());
+            let about = match command.subject {
+                CommandSubject::Instance(instance) => core.instances.get(&instance).map_or_else(String::new, |i| i.name.clone()),
+                CommandSubject::Named(name) => name.to_owned(),
+            };
+            let now_ns = core.host.now_ns();
             (core.observation.log.announce(call, &about, now_ns), about)
         };
         let result = act();

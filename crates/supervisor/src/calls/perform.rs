@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A call of a verb as one: created, started, waited for and deleted.
+//! Call of a verb: its instance is created, started, waited for and deleted, each a step of its caller.
 use crate::attending::Attending;
 use crate::calls::apply::delete_from;
 use crate::core::Core;
@@ -7,35 +7,41 @@ use crate::lifecycle::instance::Limits;
 use crate::lifecycle::report::Report;
 use crate::system::{System, Waited};
 use crate::watchful::Watchful;
-use model::definition::Application;
+use indexmap::IndexMap;
 use model::refusal::Refusals;
-use std::cell::Cell;
+use model::value::Value;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+/// An instance that was started by a caller that waits for its end.
+pub struct StartedInstance {
+    instance: u64,
+    attending: Option<Attending>,
+}
+
+impl StartedInstance {
+    /// Returns its number.
+    pub fn instance(&self) -> u64 {
+        self.instance
+    }
+}
+
 impl System {
-    /// Creates a verb instance, starts it with the values of the application, waits for its end at most `slice` of real time, and deletes it;
-    /// where the time is over, [`System::performed`] goes on. Returns the instance too. Where creation or start is refused, nothing is left.
-    /// `start`: makes the start, as the program's or as another caller's.
-    pub fn perform(
-        &self,
-        application: &Application,
-        limits: Limits,
-        slice: Duration,
-        start: impl FnOnce(u64, &dyn Fn() -> Result<(), Refusals>) -> Result<(), Refusals>,
-    ) -> Result<(u64, Waited<Report>), Refusals> {
-        let instance = self.create_for_start(application)?;
-        let attending = Cell::new(None);
-        let started = start(instance, &|| {
-            attending.set(self.attending(instance));
-            self.start(instance, &application.values, limits)
-        });
-        if let Err(refusals) = started {
+    /// Starts an instance of [`System::create_to_start`] for a caller that waits for its end with [`System::complete`].
+    /// Where that is refused, the instance is deleted.
+    pub fn start_to_wait(&self, instance: u64, values: &IndexMap<String, Value>, limits: Limits) -> Result<StartedInstance, Refusals> {
+        let attending = self.attending(instance);
+        if let Err(refusals) = self.start(instance, values, limits) {
             drop(attending);
             self.delete(instance)?;
             return Err(refusals);
         }
-        Ok((instance, self.ended_and_deleted(instance, attending.into_inner(), slice)?))
+        Ok(StartedInstance { instance, attending })
+    }
+
+    /// Waits for the end of an instance at most `slice` of real time, and deletes it; where the time is over, [`System::performed`] goes on.
+    pub fn complete(&self, started: StartedInstance, slice: Duration) -> Result<Waited<Report>, Refusals> {
+        self.ended_and_deleted(started.instance, started.attending, slice)
     }
 
     /// Takes what the kernels tell from before the start on, where the end of the instance is likely at once.
@@ -44,7 +50,7 @@ impl System {
         (!self.shared.is_virtual && core.expects(instance) == Watchful::At).then(|| Attending::new(&core))
     }
 
-    /// Returns the end report of an instance that [`System::perform`] has started, waiting at most `slice` of real time. It is deleted then.
+    /// Returns the end report of an instance that [`System::start_to_wait`] has started, waiting at most `slice` of real time. It is deleted then.
     pub fn performed(&self, instance: u64, slice: Duration) -> Result<Waited<Report>, Refusals> {
         self.ended_and_deleted(instance, None, slice)
     }
