@@ -51,6 +51,8 @@ install = { [ -x $(BIN)/uv ] && $(BIN)/uv pip install --quiet --python $(BIN)/py
 # Not with the number of jobs of this make, which are for what comes over the network: the compiler takes every processor.
 MATURIN := env -u MAKEFLAGS PATH="$(CURDIR)/$(BIN):$(PATH)" $(BIN)/maturin
 UV := $$([ -x $(BIN)/uv ] && echo --uv)
+# Notes the time and the processor time of one strand of `make test`: out/strands.jsonl.
+STRAND = $(PYTHON) $(CURDIR)/tests/strand.py $(CURDIR)/out/strands.jsonl $@
 NODE := node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' 2>/dev/null
 WITHOUT_PAGE := echo "without the studio's page: make page builds it, with Node 20.19 or newer and npm; all else works"
 
@@ -119,9 +121,10 @@ WITH := test-rust simulated test-wheel
 BESIDE := lint test-doc test-outside test-loom build-sanitizer test-studio
 test:
 	@packaging/ready test
-	@$(MAKE) --no-print-directory setup-checked
-	@$(MAKE) --no-print-directory build-tests
-	@mkdir -p out; rm -f out/*.log; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & strands=$$!; beside=$$!; trap 'kill $$strands' INT TERM; \
+	@mkdir -p out; rm -f out/*.log out/*.jsonl
+	@$(PYTHON) tests/strand.py out/strands.jsonl setup $(MAKE) --no-print-directory setup-checked
+	@$(PYTHON) tests/strand.py out/strands.jsonl build-tests $(MAKE) --no-print-directory build-tests
+	@$(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & strands=$$!; beside=$$!; trap 'kill $$strands' INT TERM; \
 	OPENGPAC_EXAMPLES=$(CURDIR)/target/checked/examples $(MAKE) --no-print-directory test-python; first=$$?; \
 	$(MAKE) --no-print-directory -k $(WITH) >out/with.log 2>&1 & with=$$!; strands="$$beside $$with"; \
 	$(MAKE) --no-print-directory test-browser; second=$$?; \
@@ -135,11 +138,11 @@ test-fast: setup-checked
 	$(BIN)/python tests/fast.py $(CRATE)
 
 lint: setup-checked
-	cargo fmt --all --check
-	$(BIN)/python tests/lints.py cargo test $(WORKSPACE) --tests --examples --no-run
-	cargo clippy -p places --profile checked --quiet -- -D warnings
-	$(BIN)/ruff check python tests examples bench packaging
-	$(BIN)/pyright
+	$(STRAND) cargo fmt --all --check
+	$(STRAND) $(BIN)/python tests/lints.py cargo test $(WORKSPACE) --tests --examples --no-run
+	$(STRAND) cargo clippy -p places --profile checked --quiet -- -D warnings
+	$(STRAND) $(BIN)/ruff check python tests examples bench packaging
+	$(STRAND) $(BIN)/pyright
 
 # The package's extension comes first, of the same features: nothing is built twice. The example is that of tests/python/test_bench.py.
 build-tests: setup-checked
@@ -148,30 +151,30 @@ build-tests: setup-checked
 
 test-rust: setup-checked
 	@mkdir -p out
-	@OPENGPAC_MUJOCO=$(MUJOCO) $(BIN)/python tests/logged.py out/rust.log cargo test $(WORKSPACE) --tests --no-fail-fast
+	@OPENGPAC_MUJOCO=$(MUJOCO) $(STRAND) $(BIN)/python tests/logged.py out/rust.log cargo test $(WORKSPACE) --tests --no-fail-fast
 
 # A driver and a code backend in a workspace of their own.
 test-outside: setup-checked
 	cp Cargo.lock tests/outside/Cargo.lock
-	cargo test --manifest-path tests/outside/Cargo.toml --target-dir target --profile checked --offline --quiet
+	$(STRAND) cargo test --manifest-path tests/outside/Cargo.toml --target-dir target --profile checked --offline --quiet
 
 test-doc: setup-checked
-	cargo test $(WORKSPACE) --doc
+	$(STRAND) cargo test $(WORKSPACE) --doc
 
 # New seeds each day; SIMULATE_SECONDS and SIMULATE_FIRST say otherwise. The binary is built with the Rust tests.
 test-simulator: build-tests simulated
 
 simulated:
-	target/checked/simulate --seconds $(or $(SIMULATE_SECONDS),60) $(if $(SIMULATE_FIRST),--first $(SIMULATE_FIRST))
+	$(STRAND) target/checked/simulate --seconds $(or $(SIMULATE_SECONDS),60) $(if $(SIMULATE_FIRST),--first $(SIMULATE_FIRST))
 
 simulate:
 	cargo build --profile checked --quiet $(LINTED) -p simulator
 	target/checked/simulate $(if $(SEED),--seed $(SEED) --story,$(if $(SEEDS),--seeds $(SEEDS),--seconds $$((60 * $(or $(MINUTES),10)))) $(if $(FIRST),--first $(FIRST)))
 
 test-loom:
-	RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom --target-dir target/loom
+	RUSTFLAGS="--cfg loom" $(STRAND) cargo test -p interconnect --release --test loom --target-dir target/loom
 
-SANITIZER := RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --test rtsan --profile checked --quiet --target x86_64-unknown-linux-gnu --target-dir target/rtsan
+SANITIZER = RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" $(STRAND) cargo test -p kernel --test rtsan --profile checked --quiet --target x86_64-unknown-linux-gnu --target-dir target/rtsan
 build-sanitizer:
 	$(SANITIZER) --no-run
 
@@ -181,15 +184,15 @@ test-sanitizer:
 # A process that dies takes its last words with it: what was said before is shown again, without the library's own lines.
 test-python: setup-checked
 	@mkdir -p out
-	@$(BIN)/python tests/logged.py out/pytest.log $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=20 --durations-min=3 || \
+	@$(STRAND) $(BIN)/python tests/logged.py out/pytest.log $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=20 --durations-min=3 || \
 		{ grep -v 'site-packages\|^  File "<frozen\|^Extension modules' out/pytest.log | tail -n 40 | cut -c 1-300; false; }
 
 test-studio: studio/node_modules/ready
-	cd studio && npm run --silent check
+	cd studio && $(STRAND) npm run --silent check
 
 # The page in Debian's chromium against running systems; pictures in out/studio. Some minutes, more where graphics are computed.
 test-browser: setup-checked studio/node_modules/ready
-	cd studio && npm run --silent test:browser
+	cd studio && $(STRAND) npm run --silent test:browser
 
 # Robot files that people have, loaded and moved as they are: docs/robots.md.
 robots: setup-checked
@@ -255,9 +258,9 @@ release-check: $(VENV)/builds $(PAGE)
 # The same with what the tests were built from.
 test-wheel: setup-checked
 	@rm -rf target/wheels/checked
-	$(MATURIN) build --profile checked --quiet --features hosts $(LINTED) --out target/wheels/checked
-	$(BIN)/python packaging/wheel.py target/wheels/checked/*.whl target/wheels/tried
-	$(PYTHON) packaging/try_wheel.py target/wheels/tried/*.whl
+	$(STRAND) $(MATURIN) build --profile checked --quiet --features hosts $(LINTED) --out target/wheels/checked
+	$(STRAND) $(BIN)/python packaging/wheel.py target/wheels/checked/*.whl target/wheels/tried
+	$(STRAND) $(PYTHON) packaging/try_wheel.py target/wheels/tried/*.whl
 
 c-package:
 	cargo build --release -p c-package

@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import atexit
+import datetime
 import fcntl
+import json
 import os
 import shutil
 import signal
 import tempfile
+import time
 from collections.abc import Generator
 
 import pytest
@@ -22,6 +25,8 @@ settings.load_profile("any machine")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 _WORKER = os.environ.get("PYTEST_XDIST_WORKER")
+_waited_s = 0.0
+"""Time that this process has waited for its turns."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -54,14 +59,35 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object
     """
     if not _WORKER:
         return (yield)
+    global _waited_s
     place = item.config.rootpath / "out"
     place.mkdir(exist_ok=True)
+    asked = time.monotonic()
     with (place / "tests.turn").open("w") as turn, (place / "tests.run").open("w") as run:
         fcntl.flock(turn, fcntl.LOCK_EX)
         fcntl.flock(run, fcntl.LOCK_EX if item.get_closest_marker("alone") else fcntl.LOCK_SH)
         fcntl.flock(turn, fcntl.LOCK_UN)
+        _waited_s += time.monotonic() - asked
         try:
             return (yield)
         finally:
             # Not only closed: a process that a test forked off may have it too.
             fcntl.flock(run, fcntl.LOCK_UN)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """A test that failed says how busy the machine was and which day's seeds it had: without them it can hardly be tried again."""
+    report = yield
+    if report.failed:
+        load = " ".join(f"{average:.1f}" for average in os.getloadavg())
+        day = datetime.date.today()
+        report.sections.append(("the machine", f"load {load} of {os.cpu_count()} processors; seeds of day {day.toordinal()} ({day})"))
+    return report
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Notes how long this process waited for its turns; `tests/closing.py` adds them up."""
+    if _WORKER:
+        with (session.config.rootpath / "out" / "turns.jsonl").open("a") as out:
+            out.write(json.dumps({"worker": _WORKER, "waited_s": _waited_s}) + "\n")

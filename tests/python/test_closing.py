@@ -13,6 +13,8 @@ from types import ModuleType
 
 import pytest
 
+from afar import until
+
 CARGO = """
 running 2 tests
 gate::opens --- FAILED
@@ -52,14 +54,19 @@ FAILED tests/test_gate.py::test_it_shuts - OSError: broken
 """
 
 
-@pytest.fixture(scope="module")
-def program() -> ModuleType:
-    """`tests/closing.py`, which is a program."""
-    spec = importlib.util.spec_from_file_location("closing", Path(__file__).parent.parent / "closing.py")
+def loaded(name: str) -> ModuleType:
+    """A program of `tests` as a module."""
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).parent.parent / f"{name}.py")
     assert spec is not None and spec.loader is not None
     made = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(made)
     return made
+
+
+@pytest.fixture(scope="module")
+def program() -> ModuleType:
+    """`tests/closing.py`."""
+    return loaded("closing")
 
 
 def test_what_cargo_ran_is_counted_and_what_failed_is_told(program: ModuleType) -> None:
@@ -93,3 +100,43 @@ def test_a_logged_command_is_over_with_its_end_whatever_it_leaves_behind(tmp_pat
         assert (done.returncode, done.stdout, log.read_text()) == (3, "said\n", "said\n")
     finally:
         os.kill(int(left.read_text()), signal.SIGKILL)
+
+
+SLOW = """
+  12.34s call     tests/test_gate.py::test_it_opens[a b]
+   0.50s setup    tests/test_gate.py::test_it_shuts
+"""
+
+
+def test_the_longest_tests_are_named(program: ModuleType) -> None:
+    assert [*program.longest(SLOW)] == ["   12.3 s  tests/test_gate.py::test_it_opens[a b]", "    0.5 s  tests/test_gate.py::test_it_shuts"]
+    assert len([*program.longest(SLOW * 20)]) == program.LONGEST
+
+
+def test_a_strand_is_noted_counted_and_drawn(program: ModuleType, tmp_path: Path) -> None:
+    notes = tmp_path / "new" / "strands.jsonl"
+    strand = loaded("strand")
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        assert strand.run(notes, "quick", ["true"]) == 0
+        assert strand.run(notes, "broken", ["sh", "-c", "exit 3"]) == 3
+        assert strand.run(notes, "killed", ["sh", "-c", "kill -9 $$"]) == 128 + 9
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    lines = [*program.strands(program.noted(notes))]
+    assert [line.split("time  ")[1] for line in lines] == ["quick", "broken  failed", "killed  failed", "in all"]
+    program.draw(program.noted(notes), tmp_path / "strands.svg")
+    assert "broken" in (tmp_path / "strands.svg").read_text()
+    assert program.noted(tmp_path / "nothing") == [] and [*program.strands([])] == []
+
+
+def test_ending_a_strand_ends_its_command(tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    program = Path(__file__).parent.parent / "strand.py"
+    command = [sys.executable, program, tmp_path / "notes", "long", "sh", "-c", f"echo $$ >{begun}; exec sleep 1000"]
+    with subprocess.Popen(command) as process:
+        until(lambda: begun.exists() and begun.read_text().strip(), "the command has begun")
+        process.terminate()
+        assert process.wait() == 128 + signal.SIGTERM
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(begun.read_text()), 0)

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs one strand of `make test` and notes when it began and ended and what processor time it took: `strand.py FILE NAME COMMAND …`.
+
+A line of JSON in the file; `tests/closing.py` draws and counts them.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+
+def run(notes: Path, name: str, command: list[str]) -> int:
+    """Returns the command's exit status; 128 and the signal where one ended it."""
+    began = time.time()
+    process = subprocess.Popen(command)
+    # Whoever ends this process means the command. Ctrl-C reaches the command by itself, which ends in its own way.
+    signal.signal(signal.SIGTERM, lambda *_: process.terminate())
+    while True:
+        try:
+            status = process.wait()
+            break
+        except KeyboardInterrupt:
+            continue
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    note = {"strand": name, "began": began, "ended": time.time(), "processor_s": used.ru_utime + used.ru_stime, "status": status}
+    notes.parent.mkdir(exist_ok=True)
+    with notes.open("a") as out:
+        out.write(json.dumps(note) + "\n")
+    return status if status >= 0 else 128 - status
+
+
+if __name__ == "__main__":
+    sys.exit(run(Path(sys.argv[1]), sys.argv[2], sys.argv[3:]))
