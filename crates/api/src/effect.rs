@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Effect of a call on objects that outlive it, so that whoever follows these need not know a call by its name.
+//! Effect of a call on objects that outlive it: owners, the journal and its replay ask for it instead of the name of a call.
 
 /// Effect of a call on a verb instance, a logical device or a recording: owners of instances, the journal and its replay follow it.
 ///

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Call of a verb in steps: its instance is made, started, waited for and deleted. Whoever keeps owners or a journal acts between the steps.
+//! Call of a verb in steps: its instance is made, started, waited for and deleted. A daemon keeps owners and its journal between the steps.
 use crate::answered::{Answered, Outcome};
 use crate::arguments::Given;
 use crate::calls::with_effect;
