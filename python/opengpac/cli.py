@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac`: run, check, stubs, build, new block, blocks, drivers, devices, robots, rts, token, studio, join, doctor, top,
-record, plot, replay."""
+"""The command `opengpac`: run, check, stubs, build, new block, blocks, drivers, devices, robots, rts, token, studio, join, docs, doctor,
+top, record, plot, replay."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from . import (
     _native,
     daemon,
+    docs,
     doctor,
     driver_commands,
     hosts,
@@ -140,6 +141,7 @@ def _parser() -> argparse.ArgumentParser:
     daemon.add_to(commands)
     studio.add_to(commands)
     hosts.add_to(commands)
+    docs.add_to(commands)
     doctor.add_to(commands)
     top.add_to(commands)
     plotting.add_to(commands)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page docs/reference.md, made from the docstrings and signatures of the public names. Run as a program it writes the page."""
+"""The pages docs/reference.md and docs/reference, made from docstrings, signatures and the library. Run as a program it writes them."""
 
 from __future__ import annotations
 
+import argparse
 import ast
 import functools
 import importlib
@@ -18,8 +19,12 @@ import opengpac as gpac
 from opengpac import cli, pytest_plugin
 from opengpac.cell.verbs import SignalVerb
 from opengpac.devices import ParameterMember, SvvMember
+from opengpac.library.components import Component
+from opengpac.library.manuals import manual
+from opengpac.library.origins import standard
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "reference.md"
+FOLDER = PAGE.parent / "reference"
 
 MODULES = [
     "opengpac",
@@ -134,10 +139,22 @@ FOR_OPENGPAC = [
 
 HEAD = """# Reference
 
-Every public name with its signature and first words. This page is made from the docstrings, which say more: `help(gpac.Verb)`. Blocks
-are in [the library](library.md), or `opengpac blocks show NAME`; the words of a block's declaration in [blocks](blocks.md). The
-[guide](guide.md) shows what they are for.
+Every public name of `import opengpac as gpac` with its first sentence. Each heading leads to a page with signatures, units, errors and
+examples: the docstrings, as `help(gpac.Verb)` shows them.
+
+| also | page |
+|---|---|
+| every block of the library, with ports, units, ranges and faults | [by category](#blocks-of-the-library) |
+| every command of the shell, with its options | [commands](reference/commands.md) |
+| every word of a block's declaration, in C and Rust | [function blocks](blocks.md) |
+| every call on a real-time system, for C and over the network | [the calls](calls.md), [the control interface](control.md) |
+| graphs, verbs and device types as files | [files](files.md) |
 """
+
+
+def slug(title: str) -> str:
+    """The name of a file for a title."""
+    return re.sub(r"\W+", "-", title.lower()).strip("-")
 
 
 def public(module: ModuleType) -> list[str]:
@@ -147,22 +164,144 @@ def public(module: ModuleType) -> list[str]:
     return [n for n, found in vars(module).items() if not n.startswith("_") and getattr(found, "__module__", "") == module.__name__]
 
 
+def pages() -> dict[Path, str]:
+    """Every page that is made: path → text."""
+    made = {PAGE: page(), FOLDER / "commands.md": commands()}
+    for title in GROUPS:
+        made[FOLDER / f"{slug(title)}.md"] = module_page(title)
+    for category, components in categories().items():
+        made[FOLDER / f"blocks-{slug(category)}.md"] = category_page(category, components)
+    return made
+
+
 def page() -> str:
-    """The whole page."""
+    """The index: every name in a line."""
     parts = [HEAD]
     for title, (module, names) in GROUPS.items():
         found = importlib.import_module(module)
-        parts.append(f"\n## {title}\n\n" + ("" if module == "opengpac" else f"In `{module.replace('opengpac', 'gpac', 1)}`.\n\n"))
-        parts += [line for name in names.split() for line in entry(found, name)]
+        parts.append(f"\n## [{title}](reference/{slug(title)}.md)\n\n{of_module(module)}")
+        parts += [f"- **`{name}`** {first(documentation(getattr(found, name), name))}\n" for name in names.split()]
+    parts.append("\n## Blocks of the library\n\nWith the graphs, verbs and device types that come with them.\n\n")
+    for category, components in categories().items():
+        parts.append(f"- [{category}](reference/blocks-{slug(category)}.md): {', '.join(f'`{c.name}`' for c in components)}.\n")
     return "".join([*parts, *shell()])
+
+
+def of_module(module: str) -> str:
+    """The line that says where names of another module than the package itself are."""
+    return "" if module == "opengpac" else f"In `{module.replace('opengpac', 'gpac', 1)}`.\n\n"
+
+
+def module_page(title: str) -> str:
+    """The page of a group of names: signature, docstring and members of each."""
+    module, names = GROUPS[title]
+    found = importlib.import_module(module)
+    return (
+        "".join([f"# {title}\n\n{of_module(module)}", *(part for name in names.split() for part in section(found, name))]).rstrip() + "\n"
+    )
+
+
+def section(module: ModuleType, name: str) -> Iterator[str]:
+    """The section of a name, and of a class one for each of its members."""
+    found = getattr(module, name)
+    called = name in MADE_BY_YOU or not (isinstance(found, type) or name in ALIASES)
+    yield f"## {name}\n\n"
+    if called and (call := signature(found)):
+        yield f"```python\n{wrapped(name + call)}\n```\n\n"
+    yield f"{markdown(documentation(found, name))}\n\n"
+    if not isinstance(found, type) or name in ALIASES or issubclass(found, Exception):
+        return
+    if issubclass(found, gpac.LogicalDevice) and (lines := "".join(line.removeprefix("  ") for line in device_members(found))):
+        yield f"{lines}\n"
+    for member, call, said in members(found):
+        yield f"### {name}.{member}\n\n"
+        if call:
+            yield f"```python\n{wrapped(member + call)}\n```\n\n"
+        yield f"{markdown(said)}\n\n"
+
+
+def wrapped(call: str) -> str:
+    """A call as Python reads it, each argument on a line of its own where it is long."""
+    call = call.replace("…", "...")
+    if len(call) <= 100:
+        return call
+    head, _, rest = call.partition("(")
+    depth, arguments, begin = 0, list[str](), 0
+    for place, letter in enumerate(rest):
+        depth += (letter in "([{") - (letter in ")]}")
+        if depth == -1 or (letter == "," and depth == 0):
+            arguments.append(rest[begin:place].strip())
+            begin = place + 1
+    return f"{head}(\n" + "".join(f"    {argument},\n" for argument in arguments) + ")"
+
+
+def markdown(doc: str) -> str:
+    """A docstring, its examples as listings."""
+    parts = doc.strip().split("\n\n")
+    return "\n\n".join(f"```pycon\n{part}\n```" if part.startswith(">>> ") else part for part in parts)
+
+
+def categories() -> dict[str, list[Component]]:
+    """The components of the standard library by category."""
+    found = sorted((c for c in standard() if isinstance(c, Component)), key=lambda c: (c.category, c.name))
+    return {category: [*group] for category, group in itertools.groupby(found, key=lambda c: c.category)}
+
+
+def category_page(category: str, components: list[Component]) -> str:
+    """The page of a category: the manual of each component, as `opengpac blocks show` prints it."""
+    parts = [f"# Library: {category}\n\nAs `opengpac blocks show NAME` prints it.\n"]
+    for component in components:
+        _, _, text = str(manual(component)).partition("\n\n")
+        kind = "" if component.kind == "block" else f"*{component.kind}*\n\n"
+        parts.append(f"\n## {component.name}\n\n{kind}```text\n{text.rstrip()}\n```\n")
+    return "".join(parts)
+
+
+def commands() -> str:
+    """The page of the commands of the shell, with their options."""
+    parts = ["# Commands\n\nEvery command of `opengpac` with its words and options; `opengpac COMMAND --help` prints them too.\n"]
+    return "".join([*parts, *command("opengpac", cli._parser(), 1)])
+
+
+def command(name: str, parser: argparse.ArgumentParser, depth: int) -> Iterator[str]:
+    """The sections of a command and of those below it."""
+    rows = []
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            said = {choice.dest: choice.help or "" for choice in action._choices_actions}
+            for word, below in action.choices.items():
+                yield f"\n{'#' * min(depth + 1, 4)} {name} {word}\n\n{sentence(said.get(word, ''))}\n"
+                yield from command(f"{name} {word}", below, depth + 1)
+        elif action.help is not argparse.SUPPRESS and not isinstance(action, argparse._HelpAction):
+            rows.append(f"| {spelt(action)} | {sentence(meaning(parser, action)).replace('|', chr(92) + '|')} |\n")
+    if rows:
+        yield "".join(["\n| word | meaning |\n|---|---|\n", *rows])
+
+
+def spelt(action: argparse.Action) -> str:
+    """An option or argument as it is typed."""
+    value = "" if action.nargs == 0 else str(action.metavar or "\\|".join(map(str, action.choices or ())) or action.dest.upper())
+    words = [f"{option} {value}".strip() for option in action.option_strings] or [value]
+    return ", ".join(f"`{word}`" for word in words)
+
+
+def meaning(parser: argparse.ArgumentParser, action: argparse.Action) -> str:
+    """The help of an option, with its default filled in."""
+    values = {**vars(action), "prog": parser.prog}
+    return (action.help or "") % values
+
+
+def sentence(text: str) -> str:
+    """A text that begins with a capital letter and ends with a full stop."""
+    return text and f"{text[0].upper()}{text[1:]}".rstrip(".") + "."
 
 
 def shell() -> Iterator[str]:
     """The commands of `opengpac`, and the fixtures for pytest."""
-    yield "\n## At the shell, and in pytest\n\n"
+    yield "\n## [At the shell](reference/commands.md), and in pytest\n\n"
     for action in cli._parser()._actions:
-        for command in getattr(action, "_choices_actions", ()):
-            yield f"- **`opengpac {command.dest}`** {command.help[0].upper()}{command.help[1:]}.\n"
+        for found in getattr(action, "_choices_actions", ()):
+            yield f"- **`opengpac {found.dest}`** {found.help[0].upper()}{found.help[1:]}.\n"
     for fixture in ("cell", "real_cell"):
         yield f"- **`{fixture}`**, a fixture: {first(fixtures()[fixture])}\n"
 
@@ -171,16 +310,6 @@ def fixtures() -> dict[str, str]:
     """The docstrings of the fixtures: what pytest makes of a fixture has none in some of its versions."""
     body = ast.parse(inspect.getsource(pytest_plugin)).body
     return {found.name: ast.get_docstring(found) or "" for found in body if isinstance(found, ast.FunctionDef)}
-
-
-def entry(module: ModuleType, name: str) -> Iterator[str]:
-    """The line of a name, and of a class those of its own members."""
-    found = getattr(module, name)
-    called = name in MADE_BY_YOU or not (isinstance(found, type) or name in ALIASES)
-    yield f"- **`{name}{signature(found) if called else ''}`** {first(documentation(found, name))}\n"
-    if isinstance(found, type) and name not in ALIASES and not issubclass(found, Exception):
-        yield from device_members(found) if issubclass(found, gpac.LogicalDevice) else ()
-        yield from (f"  - `{member}` {said}\n" for member, said in members(found))
 
 
 def device_members(kind: type[gpac.LogicalDevice]) -> Iterator[str]:
@@ -197,8 +326,8 @@ def device_members(kind: type[gpac.LogicalDevice]) -> Iterator[str]:
             yield f"  - {what}: {', '.join(found)}.\n"
 
 
-def members(kind: type) -> Iterator[tuple[str, str]]:
-    """The documented methods and properties of a class, and what is said of them; those of a base stand with that base."""
+def members(kind: type) -> Iterator[tuple[str, str, str]]:
+    """The documented methods and properties of a class: name, call and docstring; those of a base stand with that base."""
     on_page = {
         getattr(importlib.import_module(module), name) for module, names in GROUPS.values() for name in names.split() if name != "Command"
     }
@@ -213,7 +342,7 @@ def members(kind: type) -> Iterator[tuple[str, str]]:
                 continue
             seen.add(name)
             call = signature(made, bound=not isinstance(value, staticmethod)) if inspect.isfunction(made) else ""
-            yield name + call, first(inspect.getdoc(made) or "")
+            yield name, call, inspect.getdoc(made) or ""
 
 
 def signature(found: Any, bound: bool = False) -> str:
@@ -279,4 +408,8 @@ def first(doc: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    FOLDER.mkdir(exist_ok=True)
+    for old in FOLDER.glob("*.md"):
+        old.unlink()
+    for path, text in pages().items():
+        path.write_text(text)

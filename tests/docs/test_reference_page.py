@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page docs/reference.md has every public name, with its present signature and words."""
+"""The pages docs/reference.md and docs/reference have every public name, with its present signature and words."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ import re
 from collections import Counter
 
 import pytest
-from reference_page import GROUPS, MODULES, PAGE, page, public
+from reference_page import FOLDER, GROUPS, MODULES, PAGE, page, pages, public
 
 
-def test_the_page_is_what_the_docstrings_say() -> None:
-    assert PAGE.read_text() == page(), "write it anew: .venv/bin/python tests/docs/reference_page.py"
+def test_the_pages_are_what_the_docstrings_say() -> None:
+    made = pages()
+    assert {PAGE, *FOLDER.glob("*.md")} == {*made}, "write them anew: .venv/bin/python tests/docs/reference_page.py"
+    differ = [path.name for path, text in made.items() if path.read_text() != text]
+    assert not differ, "write them anew: .venv/bin/python tests/docs/reference_page.py"
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -24,3 +27,5 @@ def test_every_public_name_stands_once(module: str) -> None:
 def test_every_public_name_says_what_it_is_for() -> None:
     silent = [line for line in page().splitlines() if re.fullmatch(r" *- (\*\*)?`[^`]*`(\*\*)? *", line)]
     assert not silent
+    empty = [heading for text in pages().values() for heading in re.findall(r"^###? (.+)\n+(?=##? |\Z)", text, re.MULTILINE)]
+    assert not empty

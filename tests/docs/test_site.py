@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The site of the pages: docs/README.md names each of them in one of four kinds, and anchors exist.
+
+`make docs` builds it and checks its links with Sphinx; nothing here needs Sphinx.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+from listings import ROOT
+
+DOCS = ROOT / "docs"
+FRONT = DOCS / "README.md"
+KINDS = ["Tutorials", "How-to guides", "Explanation", "Reference"]
+_FENCE = re.compile(r"^(```+).*?^\1$", re.DOTALL | re.MULTILINE)
+_ANCHOR = re.compile(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)")
+
+
+def of_kind(kind: str) -> list[Path]:
+    """The pages that the front page lists as of that kind."""
+    text = FRONT.read_text().split(f"\n## {kind}\n")[1].split("\n## ")[0]
+    return [DOCS / f"{name}.md" for name in re.findall(r"^- \[[^\]]+\]\(([\w./-]+)\.md\)", text, re.MULTILINE)]
+
+
+@functools.cache
+def anchors(page: Path) -> set[str]:
+    """The anchors of the headings of a page, as MyST and GitHub make them."""
+    titles = re.findall(r"^#{1,6} (.+)$", _FENCE.sub("", page.read_text()), re.MULTILINE)
+    plain = [re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", title) for title in titles]
+    return {re.sub(r"[^\w\- ]", "", title.strip().lower()).replace(" ", "-") for title in plain}
+
+
+PAGES = [*sorted(DOCS.rglob("*.md")), ROOT / "README.md", ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md"]
+
+
+def test_front_page_names_each_page() -> None:
+    named = {page for kind in KINDS for page in of_kind(kind)}
+    made = {*(DOCS / "reference").glob("*.md"), *(DOCS / "decisions").glob("[0-9]*.md")}
+    assert {*DOCS.rglob("*.md")} - made - named == {FRONT}
+    assert not {page for page in named if not page.exists()}
+
+
+def test_index_of_the_reference_names_each_of_its_pages() -> None:
+    named = {*re.findall(r"\]\(reference/([\w-]+\.md)\)", (DOCS / "reference.md").read_text())}
+    assert named == {page.name for page in (DOCS / "reference").glob("*.md")}
+
+
+def test_site_has_a_table_of_contents_for_each_kind() -> None:
+    spec = importlib.util.spec_from_file_location("conf", DOCS / "conf.py")
+    assert spec and spec.loader
+    conf = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(conf)
+    made = conf.tables_of_contents(FRONT.read_text())
+    assert re.findall(r":caption: (.+)", made) == KINDS
+    assert [line for line in made.splitlines() if re.fullmatch(r"[\w./-]+", line)] == [
+        page.relative_to(DOCS).with_suffix("").as_posix() for kind in KINDS for page in dict.fromkeys(of_kind(kind))
+    ]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_every_anchor_that_a_page_names_exists(page: Path) -> None:
+    text = _FENCE.sub("", page.read_text())
+    targets = [((page.parent / link).resolve() if link else page, anchor) for link, anchor in _ANCHOR.findall(text)]
+    missing = [f"{target.name}#{anchor}" for target, anchor in targets if target.suffix == ".md" and anchor not in anchors(target)]
+    assert not missing
