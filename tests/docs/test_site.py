@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The site of the pages: docs/README.md names each of them in one of four kinds, and anchors exist.
+"""The site of the pages: docs/README.md names each of them in one of four kinds, each begins with what one gets, and anchors exist.
 
 `make docs` builds it and checks its links with Sphinx; nothing here needs Sphinx.
 """
@@ -17,6 +17,9 @@ from listings import ROOT
 DOCS = ROOT / "docs"
 FRONT = DOCS / "README.md"
 KINDS = ["Tutorials", "How-to guides", "Explanation", "Reference"]
+FIRST_SCREEN = 45
+"""Lines of a page that a window shows."""
+
 _FENCE = re.compile(r"^(```+).*?^\1$", re.DOTALL | re.MULTILINE)
 _ANCHOR = re.compile(r"\]\((?!https?://)([^)#\s]*)#([^)\s]+)\)")
 
@@ -60,6 +63,15 @@ def test_site_has_a_table_of_contents_for_each_kind() -> None:
     assert [line for line in made.splitlines() if re.fullmatch(r"[\w./-]+", line)] == [
         page.relative_to(DOCS).with_suffix("").as_posix() for kind in KINDS for page in dict.fromkeys(of_kind(kind))
     ]
+
+
+@pytest.mark.parametrize("page", [*of_kind("Tutorials"), *of_kind("How-to guides")], ids=lambda page: page.stem)
+def test_page_begins_with_what_one_gets(page: Path) -> None:
+    screen = "\n".join(page.read_text().splitlines()[:FIRST_SCREEN])
+    fences = re.findall(r"^```(\w+)\n(.*?)(?:^```|\Z)", screen, re.MULTILINE | re.DOTALL)
+    printed = any(word == "text" or (word == "console" and re.search(r"^(?!\$)", text.strip(), re.MULTILINE)) for word, text in fences)
+    shown = printed or re.search(r"^!\[|^\| .*!\[|^<!-- output -->", screen, re.MULTILINE)
+    assert shown, f"{page.name} shows no picture and no output in its first {FIRST_SCREEN} lines"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
