@@ -28,7 +28,7 @@ highlight_language = "none"
 nitpicky = True
 
 _KIND = re.compile(r"^## (.+)$", re.MULTILINE)
-_PAGE = re.compile(r"^ *- \[[^\]]+\]\(([\w./-]+)\.md\)", re.MULTILINE)
+_PAGE = re.compile(r"^ *- \[([^\]]+)\]\(([\w./-]+)\.md\)", re.MULTILINE)
 _OUTSIDE = re.compile(r"(?<!!)\[([^\]]+)\]\(((?:\.\./)+[^)\s]+|[^)\s:]+/|[\w./-]+\.(?!md\b)\w+)\)")
 
 
@@ -37,7 +37,7 @@ def tables_of_contents(front: str) -> str:
     made = []
     parts = _KIND.split(front)
     for title, body in zip(parts[1::2], parts[2::2], strict=True):
-        if pages := list(dict.fromkeys(_PAGE.findall(body))):
+        if pages := [f"{name} <{page}>" for name, page in _PAGE.findall(body)]:
             made.append("\n".join(["```{toctree}", ":hidden:", f":caption: {title}", "", *pages, "```"]))
     return "\n\n".join(made)
 

@@ -35,9 +35,7 @@ def packaged(place: Place) -> bool:
 
 def is_of_package(frame: FrameType) -> bool:
     """Returns whether a frame runs code of this package."""
-    file = frame.f_code.co_filename
-    # The constructor that `dataclass` makes has no file.
-    return _whose(file)[0] or (file == "<string>" and str(frame.f_globals.get("__name__")).startswith("opengpac."))
+    return _whose(frame.f_code.co_filename)[0] or _is_of_dataclass(frame)
 
 
 def is_of_python(frame: FrameType) -> bool:
@@ -46,12 +44,16 @@ def is_of_python(frame: FrameType) -> bool:
 
 
 def _inside(frame: FrameType) -> bool:
-    # What a module of this package defines is a program of its own: an error in a definition is found there.
-    return not _is_module(frame) if is_of_package(frame) else is_of_python(frame)
+    is_packaged, is_python = _whose(frame.f_code.co_filename)
+    if is_packaged:
+        # What a module of this package defines is a program of its own: an error in a definition is found there.
+        return frame.f_code.co_name != "<module>"
+    return is_python or _is_of_dataclass(frame)
 
 
-def _is_module(frame: FrameType) -> bool:
-    return frame.f_code.co_name == "<module>"
+def _is_of_dataclass(frame: FrameType) -> bool:
+    """Returns whether a frame is the constructor that `dataclass` makes for a class of this package: it has no file."""
+    return frame.f_code.co_filename == "<string>" and str(frame.f_globals.get("__name__")).startswith("opengpac.")
 
 
 @functools.lru_cache(1024)
