@@ -15,6 +15,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from block_pictures import picture
+
 import opengpac as gpac
 from opengpac import cli, pytest_plugin
 from opengpac.cell.verbs import SignalVerb
@@ -170,7 +172,9 @@ def pages() -> dict[Path, str]:
     for title in GROUPS:
         made[FOLDER / f"{slug(title)}.md"] = module_page(title)
     for category, components in categories().items():
-        made[FOLDER / f"blocks-{slug(category)}.md"] = category_page(category, components)
+        drawn = {c.name: drawing for c in components if (drawing := picture(c))}
+        made |= {FOLDER / f"{name}.svg": drawing for name, drawing in drawn.items()}
+        made[FOLDER / f"blocks-{slug(category)}.md"] = category_page(category, components, {*drawn})
     return made
 
 
@@ -247,12 +251,15 @@ def categories() -> dict[str, list[Component]]:
     return {category: [*group] for category, group in itertools.groupby(found, key=lambda c: c.category)}
 
 
-def category_page(category: str, components: list[Component]) -> str:
-    """The page of a category: the manual of each component, as `opengpac blocks show` prints it."""
-    parts = [f"# Library: {category}\n\nAs `opengpac blocks show NAME` prints it.\n"]
+def category_page(category: str, components: list[Component], drawn: set[str]) -> str:
+    """The page of a category: the manual of each component, as `opengpac blocks show` prints it, and its picture where it has one."""
+    about = " Pictures show the first output for a step and a ramp of the input, with the defaults." if drawn else ""
+    parts = [f"# Library: {category}\n\nAs `opengpac blocks show NAME` prints it.{about}\n"]
     for component in components:
         _, _, text = str(manual(component)).partition("\n\n")
         kind = "" if component.kind == "block" else f"*{component.kind}*\n\n"
+        if component.name in drawn:
+            kind += f"![{component.name}: its answer to a step and a ramp]({component.name}.svg)\n\n"
         parts.append(f"\n## {component.name}\n\n{kind}```text\n{text.rstrip()}\n```\n")
     return "".join(parts)
 
@@ -409,7 +416,7 @@ def first(doc: str) -> str:
 
 if __name__ == "__main__":
     FOLDER.mkdir(exist_ok=True)
-    for old in FOLDER.glob("*.md"):
+    for old in FOLDER.iterdir():
         old.unlink()
     for path, text in pages().items():
         path.write_text(text)
