@@ -34,6 +34,7 @@ STANDS_ON = {
     "guard": ["tests/python/test_guarded_program.py", "tests/python/elsewhere/test_lost.py"],
     "shared-memory": ["tests/python/elsewhere/test_values.py", "tests/python/elsewhere/test_closing.py"],
     "api": ["tests/python/remote/test_calls.py", "tests/python/remote/test_answers.py"],
+    "daemon": ["tests/python/test_daemon.py", "tests/python/test_command.py"],
     "control": ["tests/python/remote/test_calls.py", "tests/python/studio/test_calls.py"],
     "drivers": ["tests/python/test_plant_process.py"],
     "recorder": ["tests/python/test_recording.py"],

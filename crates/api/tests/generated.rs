@@ -30,7 +30,7 @@ fn the_calls_in_python_are_those_of_the_declarations() {
 }
 
 /// Crates that carry calls or what a call leaves behind, and names that are something else there: a file, and the word.
-const CARRIERS: [&str; 9] = ["api", "bindings", "c-package", "control", "places", "recorder", "replay", "rtp", "supervisor"];
+const CARRIERS: [&str; 10] = ["api", "bindings", "c-package", "control", "daemon", "places", "recorder", "replay", "rtp", "supervisor"];
 const OTHER_THINGS: [(&str, &str); 7] = [
     ("api/src/role.rs", "download"),                           // the word of a role
     ("recorder/src/recorder.rs", "configuration"),             // an entry of a recording's metadata

@@ -2,7 +2,9 @@
 //! Serving a system over the control interface, and the file of tokens. Conversions only.
 use crate::convert::{from_json, interpreter, refused, to_json};
 use crate::system::System;
-use control::{Options, Role, Server, Watcher, tokens};
+use api::Role;
+use control::{Options, Server};
+use daemon::{Watcher, tokens};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use std::path::PathBuf;

@@ -5,17 +5,10 @@ mod command;
 mod request;
 mod sessions;
 
-use crate::audit::Act;
-use crate::caller::{Caller, Peer};
-use crate::calls::{self, Call};
-use crate::clock::now;
-use crate::failure::Failure;
-use crate::freshness;
-use crate::lanes::{BRIEF, Entered, Lane};
+use crate::door::Door;
 use crate::leaving::leaving;
-use crate::presence::{present, shut_out};
-use crate::requests::{self, Asked};
-use crate::service::{Presence, Service};
+use crate::presence::{as_of_ms, present, shut_out};
+use crate::refused::RefusedRequest;
 use crate::slots::Slot;
 use crate::stream;
 use crate::version::{Version, version};
@@ -27,6 +20,14 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post, put};
 use axum::{Json, Router};
+use daemon::Act;
+use daemon::Failure;
+use daemon::calls::{self, Call};
+use daemon::clock::now;
+use daemon::lanes::{BRIEF, Entered, Lane};
+use daemon::requests::{self, Asked};
+use daemon::{Caller, Peer};
+use daemon::{Presence, Service};
 use model::refusal::Class;
 use request::{Shared, roomy};
 use serde_json::Value;
@@ -34,7 +35,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// Returns the router of every path of the interface.
-pub fn router(service: Arc<Service>) -> Router {
+pub(crate) fn router(door: Door) -> Router {
     Router::new()
         .route("/v1/version", get(about))
         .route("/v1/schema", get(|| async { Json(crate::schema::all()) }))
@@ -51,13 +52,14 @@ pub fn router(service: Arc<Service>) -> Router {
         .route("/v1/modules/{name}", put(code::module))
         .route("/v1/files/{sha256}", get(code::file_is_there).put(code::file))
         .route("/v1/stream", get(stream::open))
-        .fallback(|| async { Failure::new(Class::UnknownName, "there is no such path", "see docs/control.md") })
+        .fallback(|| async { RefusedRequest(Failure::new(Class::UnknownName, "there is no such path", "see docs/control.md")) })
         .method_not_allowed_fallback(|| async {
-            Failure::new(Class::CallError, "this path has no such method", "see docs/control.md").status(StatusCode::METHOD_NOT_ALLOWED)
+            let refused = RefusedRequest(Failure::new(Class::CallError, "this path has no such method", "see docs/control.md"));
+            (StatusCode::METHOD_NOT_ALLOWED, refused)
         })
         .layer(DefaultBodyLimit::disable())
-        .layer(from_fn_with_state(service.clone(), admit))
-        .with_state(service)
+        .layer(from_fn_with_state(door.clone(), admit))
+        .with_state(door)
 }
 
 /// Returns true if a request stops something, or leads to that: a client that halts opens a session and takes command first.
@@ -69,28 +71,28 @@ fn leads_to_a_stop(request: &Request) -> bool {
 
 /// Returns the answer to a caller that is not admitted; it ends the connection.
 fn parting(failure: Failure) -> Response {
-    let mut response = failure.into_response();
+    let mut response = RefusedRequest(failure).into_response();
     response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
     response
 }
 
 /// Admits a request: it knows who calls, and not too often.
-async fn admit(State(service): Shared, mut request: Request, next: Next) -> Response {
+async fn admit(State(door): State<Door>, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().cloned() else {
-        return Failure::new(Class::NotAllowed, "the other end is gone", "").into_response();
+        return RefusedRequest(Failure::new(Class::NotAllowed, "the other end is gone", "")).into_response();
     };
-    let slot = request.extensions().get::<Arc<Slot>>().cloned();
-    if let Some(page) = &service.page
+    let (service, slot) = (&door.service, request.extensions().get::<Arc<Slot>>().cloned());
+    if let Some(page) = &door.page
         && let Some(file) = page.answer(request.method(), request.uri().path(), request.headers())
     {
         if let Some(slot) = &slot {
             slot.heard();
         }
-        let allowed = service.gate.check_site(&peer, request.headers());
+        let allowed = door.site.check(&peer, request.headers());
         let paced = || service.rates.take(&format!("page {}", peer.address()), now());
-        return allowed.and_then(|()| paced()).map_or_else(IntoResponse::into_response, |()| file);
+        return allowed.and_then(|()| paced()).map_or_else(|failure| RefusedRequest(failure).into_response(), |()| file);
     }
-    match service.gate.let_in(&peer, request.headers()) {
+    match door.site.let_in(&service.gate, &peer, request.headers()) {
         Ok((caller, pass)) => {
             let stops = caller.role >= Role::Operate && leads_to_a_stop(&request);
             if let Some(Err(failure)) = slot.map(|slot| slot.know(&caller, &pass, stops)) {
@@ -98,7 +100,7 @@ async fn admit(State(service): Shared, mut request: Request, next: Next) -> Resp
             }
             let is_in_time = stops && service.lanes.stop_rates.take(&caller.who, now()).is_ok();
             if !is_in_time && let Err(failure) = service.rates.take(&caller.who, now()) {
-                return failure.into_response();
+                return RefusedRequest(failure).into_response();
             }
             request.extensions_mut().insert(caller.clone());
             request.extensions_mut().insert(pass.clone());
@@ -106,13 +108,13 @@ async fn admit(State(service): Shared, mut request: Request, next: Next) -> Resp
             tokio::select! {
                 biased;
                 response = next.run(request) => response,
-                failure = shut_out(&service, &caller, &pass) => parting(failure),
+                failure = shut_out(service, &caller, &pass) => parting(failure),
             }
         }
         Err(failure) => {
             let from = peer.address();
             // Guessing fills neither the disk nor the processor: beyond its rate it is not even written down.
-            if let Err(too_often) = service.failures.take(&from, now()) {
+            if let Err(too_often) = door.failures.take(&from, now()) {
                 return parting(too_often);
             }
             let nobody = Caller { who: "nobody".to_owned(), role: Role::Observe, from };
@@ -128,12 +130,12 @@ async fn call(
     Path(name): Path<String>,
     headers: HeaderMap,
     given: Body,
-) -> Result<Response, Failure> {
+) -> Result<Response, RefusedRequest> {
     let presence = present(&service, &headers, &caller)?.map(Arc::new);
     let Some(call) = calls::find(&name) else {
-        return Err(Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "see docs/control.md"));
+        return Err(Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "see docs/control.md").into());
     };
-    let as_of_ms = freshness::as_of_ms(&headers)?;
+    let as_of_ms = as_of_ms(&headers)?;
     let entered = service.lanes.enter(Lane::of(call), &caller)?;
     let (given, room) = roomy(&service, &caller, given, calls::body_max(call)).await?;
     if call.stops {
@@ -145,12 +147,12 @@ async fn call(
         let begun = begun.await?;
         // Where there is no room for the wait, the caller goes on with it.
         let waits = if begun.goes_on() { service.lanes.enter(Lane::Wait, &caller).ok() } else { None };
-        return ended(&service, &caller, presence, begun, waits, Role::Operate).await;
+        return Ok(ended(&service, &caller, presence, begun, waits, Role::Operate).await?);
     }
     if call.lasts && call.brief {
         let begun = entered.begin(|| begin(&service, call, (&given, as_of_ms), &caller, presence.as_deref(), BRIEF))?;
         drop((given, room));
-        return ended(&service, &caller, presence, begun, Some(entered), call.role).await;
+        return Ok(ended(&service, &caller, presence, begun, Some(entered), call.role).await?);
     }
     let (here, by) = (service.clone(), caller.clone());
     let answer = entered.run(move || {
@@ -158,7 +160,7 @@ async fn call(
         drop((given, room));
         text(&here.call(call, asked, &by, presence.as_deref())?)
     });
-    leaving(&service, &caller, answer.await?, call.role)
+    Ok(leaving(&service, &caller, answer.await?, call.role)?)
 }
 
 /// A call that was made for a part of its slice: its answer, which may say how it goes on, and what is left of the slice.

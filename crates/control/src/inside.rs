@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The control interface inside one process: no socket, no thread of its own, the clock of the runtime that it is used in. For
 //! simulators and tests, which let that clock stand still.
-use crate::audit::Audit;
-use crate::clock::now;
-use crate::lanes::Lanes;
-use crate::serve::{Options, service};
-use crate::service::Service;
+use crate::door::Door;
+use crate::serve::{Options, door, service};
 use axum::Router;
+use daemon::Audit;
+use daemon::clock::now;
+use daemon::lanes::Lanes;
 use model::refusal::Refusals;
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,15 +14,15 @@ use supervisor::System;
 
 /// A system with its control interface, served to the holder of its [`Inside::router`].
 #[doc(hidden)]
-pub struct Inside(Arc<Service>);
+pub struct Inside(Door);
 
 impl Inside {
     /// Makes it; of `options` those count that say who is let in. Errors: as of [`crate::Server::start`].
     pub fn new(system: Arc<System>, options: &Options) -> Result<Inside, Refusals> {
-        Ok(Inside(Arc::new(service(system, options, Audit::none(), None, None, Lanes::new(None))?)))
+        Ok(Inside(door(service(system, options, Audit::none(), None, None, Lanes::new(None))?, options)?))
     }
 
-    /// Returns the router of all paths. A request has a [`crate::Peer`] among its extensions and a `host`, as one that has come through a socket.
+    /// Returns the router of all paths. A request has a [`daemon::Peer`] among its extensions and a `host`, as one that has come through a socket.
     pub fn router(&self) -> Router {
         crate::http::router(self.0.clone())
     }
@@ -32,7 +32,7 @@ impl Inside {
         let mut tick = tokio::time::interval(Duration::from_millis(100));
         loop {
             tick.tick().await;
-            self.0.look_after(now());
+            self.0.service.look_after(now());
         }
     }
 }

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Answers on their way out: their bytes count against the share of their caller until they have left, so that no client that does not read
 //! fills the memory.
-use crate::caller::Caller;
-use crate::failure::Failure;
-use crate::lanes::SMALL;
-use crate::service::Service;
-use crate::shares::Share;
 use api::Role;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderValue, header};
 use axum::response::Response;
+use daemon::Caller;
+use daemon::Failure;
+use daemon::Service;
+use daemon::Share;
+use daemon::lanes::SMALL;
 use hyper::body::{Body as HttpBody, Frame, SizeHint};
 use std::convert::Infallible;
 use std::pin::Pin;

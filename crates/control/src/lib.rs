@@ -1,59 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control interface: a real-time system as a daemon, commanded over HTTP and WebSocket. `docs/control.md` is its manual.
+//! The control interface: the door of a [`daemon`] over HTTP and WebSocket. `docs/control.md` is its manual.
 //!
-//! [`Server::start`] serves a system. Every request passes the [`Gate`] (who calls, as what), belongs to a session where it commands,
-//! is judged by what its declaration in [`api`] says, recorded by the audit, and becomes one call of that. What bodies say is decoded by
-//! the pure functions of [`requests`].
-mod audit;
-mod caller;
-pub mod calls;
-mod clock;
-mod code;
+//! [`Server::start`] serves a system. Every request passes the [`Site`] (from where it comes) and the daemon's gate (who calls, as what); what its
+//! body says is decoded and becomes one act of the daemon's [`daemon::Service`]. No rule stands here.
 mod definitions;
-mod failure;
-mod files;
-mod freshness;
+mod door;
+mod frames;
 mod http;
 mod inside;
-pub mod journal;
-mod lanes;
 mod leaving;
 mod listen;
 mod openapi;
 mod paced;
 mod page;
-mod playing;
 mod presence;
-mod rates;
-mod records;
-pub mod requests;
+mod refused;
 mod rest;
 mod schema;
 mod scope;
-mod secret;
 mod serve;
-mod service;
-mod sessions;
-mod shares;
+mod site;
 mod slots;
 mod socket;
 mod stream;
 mod tls;
-pub mod tokens;
 mod told;
 mod version;
 
-pub use api::Role;
-pub use audit::{Act, Audit};
-pub use caller::{Caller, Gate, Pass, Peer};
-pub use failure::Failure;
-pub use files::Files;
+pub use frames::{StreamRequest, Topic, frame};
 pub use inside::Inside;
 pub use openapi::document as openapi;
-pub use playing::Watcher;
-pub use rates::Rates;
 pub use schema::all as schemas;
 pub use serve::{Options, Server};
-pub use sessions::{Kept, Listed, Opened, Outcome, REPORTS_MAX, SESSIONS_EACH_MAX, SESSIONS_MAX, SETTLED_MAX, Sessions, Settled};
+pub use site::Site;
 pub use socket::default_path;
 pub use tls::{certificates, fingerprint};

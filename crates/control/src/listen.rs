@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Accepting connections: as many as there are slots for, each with who is at its other end.
-use crate::caller::Peer;
 use crate::paced::Paced;
 use crate::rest::Rest;
 use crate::slots::{Doors, Origin, Slot, Slots};
@@ -8,6 +7,7 @@ use crate::tls::{Tls, fingerprint};
 use axum::Router;
 use axum::body::Body;
 use axum::http::{Request, header};
+use daemon::Peer;
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;

@@ -101,7 +101,7 @@ impl Asset {
     fn read(path: &PathBuf, name: &str, left: &mut u64) -> std::io::Result<Asset> {
         let bytes = fs::read(path)?;
         *left = left.saturating_sub(bytes.len() as u64);
-        let tag = format!("\"{}\"", &crate::requests::hex(&Sha256::digest(&bytes))[..32]);
+        let tag = format!("\"{}\"", &daemon::requests::hex(&Sha256::digest(&bytes))[..32]);
         Ok(Asset { bytes: bytes.into(), kind: content_type(name), lasts: name.starts_with("/assets/"), tag })
     }
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The session of a request, connections that hold one, and until when a caller is let in: of requests and streams alike.
-use crate::caller::{Caller, Pass};
-use crate::failure::Failure;
-use crate::service::{Presence, Service};
 use axum::http::HeaderMap;
+use daemon::Failure;
+use daemon::{Caller, Pass};
+use daemon::{Presence, Service};
 use model::refusal::Class;
 use std::sync::Arc;
 use std::time::Duration;
+
+/// The header with the daemon's time at which a command was given, ms: the last heartbeat of a stream, and what has passed since then.
+const AS_OF: &str = "opengpac-as-of";
 
 /// Period at which a caller, whose request lasts, is checked to be still let in.
 pub(crate) const LOOK_AGAIN: Duration = Duration::from_secs(1);
@@ -15,6 +18,14 @@ pub(crate) const LOOK_AGAIN: Duration = Duration::from_secs(1);
 pub(crate) fn present(service: &Arc<Service>, headers: &HeaderMap, caller: &Caller) -> Result<Option<Presence>, Failure> {
     let id = headers.get("opengpac-session").map(|id| id.to_str().unwrap_or(""));
     service.present(id, caller)
+}
+
+/// Reads when a request was made. None: it does not say.
+pub(crate) fn as_of_ms(headers: &HeaderMap) -> Result<Option<u64>, Failure> {
+    let Some(said) = headers.get(AS_OF) else { return Ok(None) };
+    let ms = said.to_str().ok().and_then(|text| text.parse().ok());
+    let wrong = || Failure::new(Class::CallError, "OpenGPAC-As-Of is no number of ms", "add what has passed since the last 'beat' of a stream to its number");
+    ms.map(Some).ok_or_else(wrong)
 }
 
 pub(crate) fn needed(presence: Option<Presence>) -> Result<Presence, Failure> {

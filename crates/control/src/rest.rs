@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The unread rest of a body: it is taken before the answer leaves, so that a client that is still sending hears why it was refused
 //! instead of finding its connection closed.
-use crate::calls::BODY_MAX;
 use axum::body::{Bytes, HttpBody};
+use daemon::calls::BODY_MAX;
 use hyper::body::{Frame, Incoming, SizeHint};
 use std::future::poll_fn;
 use std::pin::Pin;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! JSON Schemas of the calls, from their declarations, and of the other requests.
-use crate::calls::{self, Call};
 use crate::definitions::unite;
-use crate::files::Stored;
-use crate::requests::{AskForCommand, DeclineRequest, HandOver, OpenSession, StreamFrame, TakeCommand, WithdrawRequest};
-use crate::sessions::{Holder, Listed, Reports, Returned};
+use crate::frames::StreamFrame;
 use crate::told::Told;
 use crate::version::Version;
+use daemon::calls::{self, Call};
+use daemon::files::Stored;
+use daemon::requests::{AskForCommand, DeclineRequest, HandOver, OpenSession, TakeCommand, WithdrawRequest};
+use daemon::{Holder, Listed, Reports, Returned};
 use model::refusal::Refusal;
 use schemars::{JsonSchema, SchemaGenerator, generate::SchemaSettings};
 use serde_json::{Map, Value, json};

@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Serving a system: what is asked for is checked before anything listens; then threads of their own answer.
-use crate::audit::Audit;
-use crate::caller::Gate;
-use crate::clock::now;
-use crate::files::Files;
-use crate::journal::Journal;
-use crate::lanes::{Lanes, Runtimes};
+use crate::door::Door;
 use crate::listen::{self, Listener};
 use crate::page::Page;
-use crate::playing::{Unwatched, Watcher, play};
-use crate::rates::Rates;
-use crate::requests::is_sha256;
-use crate::service::Service;
-use crate::sessions::Sessions;
+use crate::site::Site;
 use crate::slots::Doors;
 use crate::socket;
 use crate::tls::Tls;
-use crate::tokens::{RunToken, Tokens};
 use api::Role;
+use daemon::Audit;
+use daemon::Gate;
+use daemon::Rates;
+use daemon::Service;
+use daemon::Sessions;
+use daemon::clock::now;
+use daemon::files::Files;
+use daemon::journal::Journal;
+use daemon::lanes::{Lanes, Runtimes};
+use daemon::requests::is_sha256;
+use daemon::tokens::{RunToken, Tokens};
+use daemon::{Unwatched, Watcher, play};
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Deserialize;
 use std::io::ErrorKind;
@@ -76,7 +78,7 @@ const TOLD_EVERY: u64 = 100;
 /// A system that is served.
 pub struct Server {
     runtimes: Option<Runtimes>,
-    service: Arc<Service>,
+    door: Door,
     addresses: Vec<String>,
     socket: Option<PathBuf>,
     studio: Option<String>,
@@ -158,26 +160,28 @@ pub(crate) fn service(
         options.tokens.as_deref().map(Tokens::open).transpose().map_err(|why| refuse(format!("tokens: {why}"), "make the file with opengpac token new"))?;
     Ok(Service {
         system,
-        gate: Gate {
-            tokens,
-            run,
-            uid: socket::uid(),
-            insecure_loopback: options.insecure_loopback,
-            hosts: options.hosts.iter().cloned().chain(host_name()).collect(),
-            origins: options.origins.clone(),
-        },
+        gate: Gate { tokens, run, uid: socket::uid(), insecure_loopback: options.insecure_loopback },
         sessions: Sessions::default(),
         audit,
-        page: options.page.as_deref().map(Page::load).transpose()?,
         rates: Rates::new(20_000.0, 20_000.0),
-        failures: Rates::new(10.0, 20.0),
         lanes,
-        doors: Doors::default(),
         files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "make room among the temporary files"))?,
         journal,
         records: options.records.clone(),
         trust: digests(&options.trust)?,
         python: options.python.clone().unwrap_or_else(|| "python3".to_owned()),
+    })
+}
+
+/// Makes the door of a service.
+pub(crate) fn door(service: Service, options: &Options) -> Result<Door, Refusals> {
+    let site = Site { hosts: options.hosts.iter().cloned().chain(host_name()).collect(), origins: options.origins.clone() };
+    Ok(Door {
+        service: Arc::new(service),
+        site: Arc::new(site),
+        page: options.page.as_deref().map(Page::load).transpose()?.map(Arc::new),
+        failures: Arc::new(Rates::new(10.0, 20.0)),
+        slots: Doors::default(),
     })
 }
 
@@ -233,9 +237,10 @@ impl Server {
         let audit = audit(options, bound.as_ref().map(|(_, path)| *path))?;
         let runtimes = Runtimes::start().map_err(failed)?;
         let runtime = &runtimes.serving;
-        let service = Arc::new(service(system, options, audit, run, journal, Lanes::new(Some(&runtimes)))?);
+        let door = door(service(system, options, audit, run, journal, Lanes::new(Some(&runtimes)))?, options)?;
+        let service = &door.service;
         if let Some(journal) = &service.journal {
-            play(&service, journal, options.journal_strict, watcher)?;
+            play(service, journal, options.journal_strict, watcher)?;
         }
         let (mut addresses, mut listeners, mut studio) = (Vec::new(), Vec::new(), None);
         let socket = bound.as_ref().map(|(_, path)| path.to_path_buf());
@@ -253,28 +258,28 @@ impl Server {
             let scheme = if tls.is_some() { "https" } else { "http" };
             let url = format!("{scheme}://{}", listener.local_addr().map_err(cannot)?);
             let fragment = token.map(|token| format!("#token={token}")).unwrap_or_default();
-            studio = service.page.is_some().then(|| format!("{url}/{fragment}"));
+            studio = door.page.is_some().then(|| format!("{url}/{fragment}"));
             spoken.clone_from(&tls);
             addresses.push(url);
             listeners.push(Listener::tcp(runtime, listener, tls).map_err(failed)?);
         }
-        let router = crate::http::router(service.clone());
+        let router = crate::http::router(door.clone());
         for listener in listeners {
-            runtime.spawn(listen::accept(listener, router.clone(), service.doors.clone()));
+            runtime.spawn(listen::accept(listener, router.clone(), door.slots.clone()));
         }
-        runtime.spawn(look_after(service.clone()));
-        Ok(Server { runtimes: Some(runtimes), service, addresses, socket, studio, tls: spoken })
+        runtime.spawn(look_after(door.clone()));
+        Ok(Server { runtimes: Some(runtimes), door, addresses, socket, studio, tls: spoken })
     }
 
     /// Opens the audit file again, and reads the files of TLS and of tokens again. Returns news for a person.
     pub fn reread(&self) -> Vec<String> {
-        let audit = self.service.audit.reopen().map_err(|why| format!("the audit file stays the one of before: {why}"));
+        let audit = self.door.service.audit.reopen().map_err(|why| format!("the audit file stays the one of before: {why}"));
         let told = |refusals: Refusals| refusals.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
         let tls = self.tls.as_ref().map_or(Ok(()), |tls| tls.reread()).map_err(|why| format!("TLS goes on with the files of before: {}", told(why)));
-        self.service.tell_of_tokens();
+        self.door.service.tell_of_tokens();
         let failed: Vec<String> = [audit.err(), tls.err()].into_iter().flatten().collect();
         let news = if failed.is_empty() { vec!["the audit file, the tokens and the files of TLS were opened again".to_owned()] } else { failed };
-        news.iter().for_each(|text| self.service.system.log_control(text));
+        news.iter().for_each(|text| self.door.service.system.log_control(text));
         news
     }
 
@@ -289,9 +294,9 @@ impl Server {
     }
 
     /// Returns the paths of the interface without a connection: for tests and fuzzers, which say who calls by an extension of the
-    /// request, [`crate::Peer`].
+    /// request, [`daemon::Peer`].
     pub fn router(&self) -> axum::Router {
-        crate::http::router(self.service.clone())
+        crate::http::router(self.door.clone())
     }
 
     /// Stops answering and removes the socket. Idempotent.
@@ -302,8 +307,8 @@ impl Server {
                 let _gone = std::fs::remove_file(socket);
             }
             runtimes.end(Duration::from_secs(2));
-            if let Some(journal) = &self.service.journal {
-                journal.end(&self.service.system);
+            if let Some(journal) = &self.door.service.journal {
+                journal.end(&self.door.service.system);
             }
         }
     }
@@ -315,20 +320,20 @@ impl Drop for Server {
     }
 }
 
-async fn look_after(service: Arc<Service>) {
+async fn look_after(door: Door) {
     let mut tick = tokio::time::interval(LOOK);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     for looks in 0_u64.. {
         tick.tick().await;
         if looks.is_multiple_of(LOOKS_A_SECOND) {
-            service.doors.look_again(&service.gate);
+            door.slots.look_again(&door.service.gate);
         }
-        let service = service.clone();
+        let door = door.clone();
         let looked = tokio::task::spawn_blocking(move || {
-            service.look_after(now());
+            door.service.look_after(now());
             if looks.is_multiple_of(TOLD_EVERY) {
-                service.tell_who_gave_way();
-                service.tell_of_tokens();
+                door.tell_who_gave_way();
+                door.service.tell_of_tokens();
             }
         });
         if looked.await.is_err() {

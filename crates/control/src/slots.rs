@@ -2,9 +2,9 @@
 //! Slots of connections. A client that has not said who it is has a slot for a short time, and gives way to the next that
 //! comes; a client that is known keeps its slot. So a client without a token cannot keep out one that has a token: those that say nothing
 //! give way before those whose handshake is going on, and addresses from which callers have been let in have slots apart.
-use crate::caller::{Caller, Gate, Pass};
-use crate::failure::Failure;
 use api::Role;
+use daemon::Failure;
+use daemon::{Caller, Gate, Pass};
 use model::refusal::Class;
 use std::collections::{BTreeMap, HashMap};
 use std::fmt;

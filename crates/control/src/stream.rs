@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The stream: a WebSocket that carries values, statistics, the log and end reports to who subscribes. A slow reader loses frames, never holds
 //! anybody up, and is told how many.
-use crate::caller::{Caller, Pass};
-use crate::clock::told_ms;
-use crate::failure::Failure;
-use crate::lanes::Lane;
+use crate::frames::{self, StreamRequest, Topic};
 use crate::presence::{Held, present, shut_out};
-use crate::requests::{self, Topic, Wanted};
+use crate::refused::RefusedRequest;
 use crate::scope::{self, CHANNELS_MAX, Scope, Slot};
-use crate::service::Service;
-use crate::shares::Share;
+use daemon::Failure;
+use daemon::Service;
+use daemon::Share;
+use daemon::clock::told_ms;
+use daemon::lanes::Lane;
+use daemon::{Caller, Pass};
 
 use crate::told::Told;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade};
@@ -82,7 +83,7 @@ pub(crate) async fn open(
             drop(slot);
         }))
     };
-    opened().unwrap_or_else(IntoResponse::into_response)
+    opened().unwrap_or_else(|failure| RefusedRequest(failure).into_response())
 }
 
 /// Frame that leaves on a stream.
@@ -197,15 +198,15 @@ impl Stream {
 
     /// Does what a frame of the client says.
     fn follow(&self, sender: &Sender<Frame>, subscriptions: &mut Subscriptions, text: &str) -> Result<(), Failure> {
-        let subscription = match requests::frame(text)? {
-            Wanted::Unsubscribe(id) => {
+        let subscription = match frames::frame(text)? {
+            StreamRequest::Unsubscribe(id) => {
                 let Some((subscription, _)) = subscriptions.remove(&id) else {
                     return Err(Failure::new(Class::UnknownName, format!("there is no subscription '{id}'"), "it was never made, or is over"));
                 };
                 subscription.abort();
                 return Ok(());
             }
-            Wanted::Subscribe { id, topic, names, every, raw, since } => Subscription { id, topic, names, every, raw, since, dropped: 0 },
+            StreamRequest::Subscribe { id, topic, names, every, raw, since } => Subscription { id, topic, names, every, raw, since, dropped: 0 },
         };
         let id = subscription.id.clone();
         subscriptions.retain(|_, (subscription, _)| !subscription.is_finished());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! TLS: our certificate, and whose client certificates we accept.
-use crate::secret;
+use daemon::secret;
 use model::refusal::{Class, Refusal, Refusals};
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use rustls::server::WebPkiClientVerifier;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Version of a system, for a client that connects to it.
-use crate::caller::Caller;
-use crate::code::target;
-use crate::service::Service;
 use api::Role;
+use daemon::Caller;
+use daemon::Service;
+use daemon::code::target;
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -2,9 +2,11 @@
 //! A call that is added as an exercise: its declaration stands here and nowhere else, and it is everywhere.
 //!
 //! A process of its own, since the call is entered for the whole life of one.
+use api::Role;
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
-use control::{Inside, Options, Peer, Role};
+use control::{Inside, Options};
+use daemon::Peer;
 use serde_json::{Value as Json, json};
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -82,7 +84,7 @@ async fn over_http(inside: &Inside) {
     assert_eq!((&schema["role"], &schema["arguments"]["required"]), (&json!("configure"), &json!(["prefix"])));
     assert_eq!(schema["arguments"]["properties"]["prefix"]["description"], "Prefix of their names.");
     assert_eq!(schema["result"]["type"], "integer");
-    assert_eq!(control::calls::find("count_lamps").map(|call| call.role), Some(Role::Configure));
+    assert_eq!(daemon::calls::find("count_lamps").map(|call| call.role), Some(Role::Configure));
 }
 
 /// In the list for C, on the page of the docs, in Python: by what makes the files that are checked in.

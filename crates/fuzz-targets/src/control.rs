@@ -3,8 +3,8 @@
 //! made for each input, with a session that commands it.
 use crate::exchange::{Answer, Socket};
 use crate::schema::misfit;
-use control::calls::{Call, find};
 use control::{Options, Server};
+use daemon::calls::{Call, find};
 use serde_json::{Value as Json, json};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The journal of a daemon: a file that a crash, an editor or a disk may have changed.
-use control::journal::ledger::Ledger;
-use control::journal::lines::{self, Line};
+use daemon::journal::ledger::Ledger;
+use daemon::journal::lines::{self, Line};
 
 /// Checks that a journal that was read is written and read again as the same lines, and that their result stays itself.
 pub(crate) fn journal(bytes: &[u8]) {

@@ -103,7 +103,7 @@ impl Canary {
     }
 
     /// Returns whether it has ended though nobody told it to: its process is dying. Returns true only once.
-    pub fn is_dying(&mut self, heart: &Heartbeat) -> bool {
+    pub fn notice_dying(&mut self, heart: &Heartbeat) -> bool {
         let has_ended = self.thread.as_ref().is_some_and(|thread| has_ended(thread.as_fd()));
         if has_ended {
             self.thread = None;
@@ -155,10 +155,10 @@ mod tests {
         there.recv().unwrap();
         let mut canary = Canary::default();
         canary.look(&heart, Some(std::process::id().cast_signed()));
-        assert!(!canary.is_dying(&heart));
+        assert!(!canary.notice_dying(&heart));
         ends.send(()).unwrap();
         thread.join().unwrap();
-        assert!(!canary.is_dying(&heart));
+        assert!(!canary.notice_dying(&heart));
     }
 
     #[test]
@@ -168,7 +168,7 @@ mod tests {
             heart.set_canary(word);
             let mut canary = Canary::default();
             canary.look(&heart, process);
-            assert!(canary.waits_for().is_none() && !canary.is_dying(&heart), "{word:x}");
+            assert!(canary.waits_for().is_none() && !canary.notice_dying(&heart), "{word:x}");
         }
     }
 }

@@ -129,13 +129,13 @@ impl Parts {
 }
 
 impl Subject for Parts {
-    fn has_ended(&mut self) -> bool {
+    fn notice_end(&mut self) -> bool {
         self.has_ended = self.has_ended || has_ended(self.process.as_fd());
         self.has_ended
     }
 
-    fn is_dying(&mut self) -> bool {
-        self.heartbeat.as_ref().is_some_and(|heart| self.canary.is_dying(heart))
+    fn notice_dying(&mut self) -> bool {
+        self.heartbeat.as_ref().is_some_and(|heart| self.canary.notice_dying(heart))
     }
 
     fn beats(&self) -> u64 {

@@ -101,9 +101,9 @@ impl Pulse {
 /// Process as a [`Watch`] sees it and acts on it. Nothing here may wait.
 pub trait Subject {
     /// Returns true if it is no more.
-    fn has_ended(&mut self) -> bool;
+    fn notice_end(&mut self) -> bool;
     /// Returns true if the process is exiting but has not been reaped yet: nothing of it runs.
-    fn is_dying(&mut self) -> bool {
+    fn notice_dying(&mut self) -> bool {
         false
     }
     /// Returns how often its heart has beaten.
@@ -206,10 +206,10 @@ impl Watch {
     }
 
     fn look_as(&mut self, of: &mut impl Subject, leads: bool, now_ns: i64) -> Option<Event> {
-        let has_ended = of.has_ended();
+        let has_ended = of.notice_end();
         match self.state {
             State::Guarded | State::Still if has_ended => self.lose(of, of.condemned().unwrap_or(Cause::Died), now_ns, now_ns, true),
-            State::Guarded | State::Still if of.is_dying() => {
+            State::Guarded | State::Still if of.notice_dying() => {
                 // What it takes to put its memory away is not waited for. Once it has ended it is written for again.
                 of.kill();
                 self.lose(of, of.condemned().unwrap_or(Cause::Died), now_ns, now_ns, false)
@@ -236,7 +236,7 @@ impl Watch {
             },
             State::Killed { cause, seen_ns } => {
                 let is_late = now_ns - seen_ns > DEATH_NS_MAX;
-                if has_ended || is_late || of.is_dying() { self.lose(of, cause, seen_ns, now_ns, has_ended) } else { None }
+                if has_ended || is_late || of.notice_dying() { self.lose(of, cause, seen_ns, now_ns, has_ended) } else { None }
             }
             State::Lost { since_ns, is_over } => {
                 if has_ended && !is_over {

@@ -38,8 +38,8 @@ impl Watched {
         self.canary.thread()
     }
 
-    fn is_dying(&mut self) -> bool {
-        self.canary.is_dying(&self.supervisor)
+    fn notice_dying(&mut self) -> bool {
+        self.canary.notice_dying(&self.supervisor)
     }
 
     fn look(&mut self, patience: Duration) -> bool {
@@ -90,7 +90,7 @@ impl Belongings {
             None => std::thread::sleep(span),
             Some(thread) => canary::wait(&thread, span),
         }
-        locked().is_dying()
+        locked().notice_dying()
     }
 
     /// Returns whether both watchers have stood still for longer than `patience`.

@@ -6,10 +6,12 @@
 use crate::broken::{Broken, broken, text};
 use crate::outcome::Outcome;
 use crate::seed::Numbers;
+use api::Role;
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
-use control::{Inside, Options, Peer, Role, tokens};
+use control::{Inside, Options};
+use daemon::{Peer, tokens};
 use serde_json::{Value as Json, json};
 use std::path::PathBuf;
 use std::sync::Arc;

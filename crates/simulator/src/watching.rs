@@ -50,7 +50,7 @@ struct Driving<'a> {
 }
 
 impl Subject for Driving<'_> {
-    fn has_ended(&mut self) -> bool {
+    fn notice_end(&mut self) -> bool {
         self.process.is_gone(self.now_ns)
     }
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Requests that bring code and files.
-use crate::audit::Act;
-use crate::caller::Caller;
-use crate::code;
-use crate::failure::Failure;
-use crate::files::{FILE_MAX, Stored, check_digest};
 use crate::http::request::{Answer, Shared, apart, body};
-use crate::journal::lines::By;
-use crate::lanes::Lane;
 use crate::presence::present;
 use api::Role;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{Extension, Path, Query, State};
 use axum::http::HeaderMap;
+use daemon::Act;
+use daemon::Caller;
+use daemon::Failure;
+use daemon::code;
+use daemon::files::{FILE_MAX, Stored, check_digest};
+use daemon::journal::lines::By;
+use daemon::lanes::Lane;
 use model::refusal::Class;
 use serde_json::json;
 use std::time::Duration;
@@ -50,7 +50,7 @@ pub(super) async fn module(
 pub(super) async fn file_is_there(State(service): Shared, Path(sha256): Path<String>) -> Answer {
     match service.files.size(&sha256) {
         Some(bytes) => Ok(Json(json!({ "result": Stored { bytes } }))),
-        None => Err(Failure::new(Class::UnknownName, format!("there is no file with SHA-256 '{sha256}'"), "put it")),
+        None => Err(Failure::new(Class::UnknownName, format!("there is no file with SHA-256 '{sha256}'"), "put it").into()),
     }
 }
 

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Requests about command: who has it, taking it, asking for it, handing it over.
-use crate::audit::Act;
-use crate::caller::Caller;
-use crate::clock::now;
-use crate::failure::Failure;
 use crate::http::request::{Answer, BODY_TIME, Shared, apart, body};
 use crate::http::sessions::to_stop;
-use crate::lanes::{Lane, SMALL};
 use crate::presence::{needed, present};
-use crate::requests::{self, AskForCommand, DeclineRequest, HandOver, TakeCommand, WithdrawRequest};
-use crate::service::{Presence, Service};
 use api::Role;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{Extension, State};
 use axum::http::HeaderMap;
+use daemon::Act;
+use daemon::Caller;
+use daemon::Failure;
+use daemon::clock::now;
+use daemon::lanes::{Lane, SMALL};
+use daemon::requests::{self, AskForCommand, DeclineRequest, HandOver, TakeCommand, WithdrawRequest};
+use daemon::{Presence, Service};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::sync::Arc;

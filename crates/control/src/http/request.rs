@@ -1,33 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Common part of all requests: their bodies, with the limits of size and time, and where they run.
-use crate::caller::Caller;
-use crate::calls::BODY_MAX;
-use crate::failure::Failure;
-use crate::lanes::{Lane, SMALL};
-use crate::service::Service;
-use crate::shares::Share;
+use crate::refused::RefusedRequest;
 use axum::Json;
 use axum::body::{Body, Bytes, HttpBody};
 use axum::extract::State;
-use axum::http::StatusCode;
+use daemon::Caller;
+use daemon::Service;
+use daemon::Share;
+use daemon::calls::BODY_MAX;
+use daemon::lanes::{Lane, SMALL};
+use daemon::{Failure, Ground};
 use model::refusal::Class;
 use serde_json::Value;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub(super) type Shared = State<Arc<Service>>;
-pub(super) type Answer = Result<Json<Value>, Failure>;
+pub(crate) type Shared = State<Arc<Service>>;
+pub(super) type Answer = Result<Json<Value>, RefusedRequest>;
 
 /// Time limit for a body to arrive.
 pub(super) const BODY_TIME: Duration = Duration::from_secs(10);
 
 /// Reads a body of this size at the most.
 pub(super) async fn body(body: Body, most: usize, time: Duration) -> Result<Bytes, Failure> {
-    let late = |_| {
-        Failure::new(Class::LimitExceeded, format!("the body has not arrived within {} s", time.as_secs()), "send it faster")
-            .status(StatusCode::REQUEST_TIMEOUT)
-    };
+    let late =
+        |_| Failure::new(Class::LimitExceeded, format!("the body has not arrived within {} s", time.as_secs()), "send it faster").ground(Ground::TooSlow);
     tokio::time::timeout(time, collect(body, most)).await.map_err(late)?
 }
 
@@ -60,6 +58,6 @@ pub(super) async fn apart<T: Send + 'static>(
     lane: Lane,
     caller: &Caller,
     run: impl FnOnce() -> Result<T, Failure> + Send + 'static,
-) -> Result<T, Failure> {
-    service.lanes.enter(lane, caller)?.run(run).await
+) -> Result<T, RefusedRequest> {
+    Ok(service.lanes.enter(lane, caller)?.run(run).await?)
 }

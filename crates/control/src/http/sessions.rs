@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Requests about sessions: who is there, which end reports wait.
-use crate::audit::Act;
-use crate::caller::Caller;
-use crate::clock::now;
-use crate::failure::Failure;
 use crate::http::request::{Answer, BODY_TIME, Shared, apart, body};
-use crate::lanes::{Lane, SMALL};
 use crate::presence::{Held, needed, present};
-use crate::requests::{self, OpenSession};
-use crate::sessions::{Reports, Returned};
 use api::Role;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::{Extension, Path, Query, State};
 use axum::http::HeaderMap;
+use daemon::Act;
+use daemon::Caller;
+use daemon::Failure;
+use daemon::clock::now;
+use daemon::lanes::{Lane, SMALL};
+use daemon::requests::{self, OpenSession};
+use daemon::{Reports, Returned};
 use model::refusal::Class;
 use serde::Deserialize;
 use serde_json::{Value, json};

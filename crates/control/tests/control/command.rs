@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Asking for command, handing it over, declining: by the table of sessions with a time that the test says, and once over a socket.
 use crate::rig::Rig;
-use control::requests::OpenSession;
-use control::{Caller, Outcome, Role, SETTLED_MAX, Sessions};
+use api::Role;
+use daemon::requests::OpenSession;
+use daemon::{Caller, Outcome, SETTLED_MAX, Sessions};
 use model::refusal::Class;
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -100,7 +101,7 @@ fn a_request_is_declined_withdrawn_or_runs_out_each_with_its_reason() {
         end("bert", Outcome::Withdrawn, None),
     ];
     assert_eq!(ends(&sessions, now), expected);
-    let lines: Vec<String> = sessions.settle(now).iter().map(control::Settled::line).collect();
+    let lines: Vec<String> = sessions.settle(now).iter().map(daemon::Settled::line).collect();
     assert_eq!(lines[0], "the request of session 'anna' for command was declined by session 'holder': the tool is being changed");
     assert!(lines[2].ends_with("has timed out: session 'holder' did not answer in time"), "{lines:?}");
     assert!(sessions.settle(now).is_empty(), "once");

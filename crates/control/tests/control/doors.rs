@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The doors of TCP: a client without a token keeps out none that has one.
 use crate::rig::{Rig, class, receive, send};
-use control::{Role, tokens};
+use api::Role;
+use daemon::tokens;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::os::unix::net::UnixStream;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Files that a programming system brings, and code modules.
 use crate::rig::{Rig, class, receive, send};
-use control::{Files, Role};
+use api::Role;
+use daemon::Files;
 use model::refusal::Class;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};

@@ -1,15 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tests of the gate: hosts, origins, tokens, certificates.
 use crate::rig::Folder;
+use api::Role;
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
-use control::tokens::{self, Rejected, Tokens};
-use control::{Gate, Peer, Role};
+use control::Site;
+use daemon::tokens::{self, Rejected, Tokens};
+use daemon::{Caller, Failure, Gate, Peer};
 use std::net::SocketAddr;
 use std::os::unix::fs::PermissionsExt;
 use std::time::{Duration, Instant};
 
-fn gate(tokens: Option<Tokens>) -> Gate {
-    Gate { tokens, run: None, uid: 1_000, insecure_loopback: false, hosts: vec!["cell-b".to_owned()], origins: vec!["https://studio.example".to_owned()] }
+/// A gate, and the site before it.
+struct Entrance {
+    gate: Gate,
+    site: Site,
+}
+
+impl Entrance {
+    fn admit(&self, peer: &Peer, headers: &HeaderMap) -> Result<Caller, Failure> {
+        self.site.let_in(&self.gate, peer, headers).map(|(caller, _)| caller)
+    }
+}
+
+fn gate(tokens: Option<Tokens>) -> Entrance {
+    let site = Site { hosts: vec!["cell-b".to_owned()], origins: vec!["https://studio.example".to_owned()] };
+    Entrance { gate: Gate { tokens, run: None, uid: 1_000, insecure_loopback: false }, site }
 }
 
 fn headers(of: &[(&'static str, &str)]) -> HeaderMap {
@@ -100,8 +115,8 @@ fn what_authorization_says_is_never_passed_over() {
 fn loopback_without_a_token_may_look_where_that_is_asked_for() {
     let mut gate = gate(None);
     let local = headers(&[("host", "localhost")]);
-    assert_eq!(gate.admit(&tcp("127.0.0.1:1"), &local).expect_err("no token").status, 401);
-    gate.insecure_loopback = true;
+    assert_eq!(gate.admit(&tcp("127.0.0.1:1"), &local).expect_err("no token").ground, daemon::Ground::UnknownCaller);
+    gate.gate.insecure_loopback = true;
     assert_eq!(gate.admit(&tcp("127.0.0.1:1"), &local).expect("it looks").role, Role::Observe);
     assert!(gate.admit(&tcp("192.168.0.7:1"), &local).is_err(), "it is of another machine");
 }
@@ -125,11 +140,11 @@ fn a_certificate_has_the_role_of_its_entry() {
 
 #[test]
 fn who_comes_too_often_is_told_when_to_come_again() {
-    let rates = control::Rates::new(2.0, 3.0);
+    let rates = daemon::Rates::new(2.0, 3.0);
     let now = Instant::now();
     assert!((0..3).all(|_| rates.take("a", now).is_ok()));
     let refused = rates.take("a", now).expect_err("the bucket is empty");
-    assert_eq!((refused.status.as_u16(), refused.retry_after_s), (429, Some(1)));
+    assert_eq!(refused.ground, daemon::Ground::TooMany { again_in_s: 1 });
     rates.take("b", now).expect("each has its own");
     rates.take("a", now + Duration::from_millis(500)).expect("it fills with time");
     assert!(rates.take("a", now + Duration::from_millis(600)).is_err());

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tests that a request which stops waits for no reader: in one process, over the router alone.
 use crate::rig::{Folder, class, system};
+use api::Role;
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
-use control::{Inside, Options, Peer, Role, tokens};
+use control::{Inside, Options};
+use daemon::{Peer, tokens};
 use serde_json::{Value as Json, json};
 use std::sync::Arc;
 use supervisor::System;

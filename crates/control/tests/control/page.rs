@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The studio's page: what is served of a folder and what is not, to whom, and the token of a run.
 use crate::rig::{Folder, Rig, class, send, system};
+use api::Role;
 use axum::body::{Body, to_bytes};
 use axum::http::{Request, Response};
-use control::{Options, Peer, Role, Server};
+use control::{Options, Server};
+use daemon::Peer;
 use serde_json::{Value as Json, json};
 use std::io::Read;
 use std::net::{SocketAddr, TcpStream};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Options of drivers that name files or code, by callers who may bring neither.
 use crate::rig::{Rig, class};
-use control::{Role, tokens};
+use api::Role;
+use daemon::tokens;
 use device::{Kind, OptionWord, Reach};
 use serde_json::{Value as Json, json};
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A served system in a folder of its own, and a client of a few lines.
-use control::{Options, Server, Watcher};
+use control::{Options, Server};
+use daemon::Watcher;
 use serde_json::{Value as Json, json};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;

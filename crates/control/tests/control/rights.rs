@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Every call × role × state of the token × transport: one table says who may, and nothing else does.
 use crate::rig::{Rig, class};
+use api::Role;
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
-use control::calls::all;
-use control::{Peer, Role, tokens};
+use daemon::calls::all;
+use daemon::{Peer, tokens};
 use serde_json::Value as Json;
 use std::net::SocketAddr;
 use tower::ServiceExt;
@@ -161,7 +162,7 @@ fn the_table_has_the_calls_of_the_session() {
         }
     }
     for call in api::calls() {
-        assert!(call.local || control::calls::find(call.name).is_some(), "'{}' is a call here too", call.name);
+        assert!(call.local || daemon::calls::find(call.name).is_some(), "'{}' is a call here too", call.name);
     }
 }
 

@@ -25,7 +25,7 @@ fn the_committed_openapi_document_is_that_of_the_code() {
 
 #[test]
 fn the_committed_schema_of_the_journal_is_that_of_the_code() {
-    is_kept("journal-v1.json", &control::journal::lines::schema(), "and count the version up where old files cannot be read");
+    is_kept("journal-v1.json", &daemon::journal::lines::schema(), "and count the version up where old files cannot be read");
 }
 
 #[test]
@@ -55,5 +55,5 @@ fn every_reference_in_the_schemas_leads_somewhere() {
     let (all, openapi) = (control::schemas(), control::openapi());
     look(&all, &all);
     look(&openapi, &openapi);
-    assert_eq!(all["calls"].as_object().map(serde_json::Map::len), Some(control::calls::all().count()));
+    assert_eq!(all["calls"].as_object().map(serde_json::Map::len), Some(daemon::calls::all().count()));
 }

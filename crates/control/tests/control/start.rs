@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tests of TLS, and of refusals before anything listens.
 use crate::rig::{Folder, Rig, receive, send, system};
-use control::{Options, Role, Server, tokens};
+use api::Role;
+use control::{Options, Server};
+use daemon::tokens;
 use rcgen::{CertificateParams, CertifiedKey, KeyPair};
 use rustls::pki_types::ServerName;
 use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};

@@ -161,16 +161,16 @@ impl Plant {
         let mut next_ns = now_ns();
         self.seen_ns = next_ns;
         self.step();
-        while self.has_reason() {
+        while self.keep_alive() {
             next_ns = next_ns.saturating_add(step_ns);
             if now_ns() - next_ns > LATE_STEPS_MAX.saturating_mul(step_ns) {
                 next_ns = now_ns();
             }
-            while next_ns - now_ns() > HEAR_NS && self.has_reason() {
+            while next_ns - now_ns() > HEAR_NS && self.keep_alive() {
                 sleep_until(now_ns() + HEAR_NS);
                 self.hear();
             }
-            if self.has_reason() {
+            if self.keep_alive() {
                 sleep_until(next_ns);
                 self.step();
                 self.hear();
@@ -181,7 +181,7 @@ impl Plant {
     }
 
     /// Returns true if it goes on: a client is connected, or was so lately.
-    fn has_reason(&mut self) -> bool {
+    fn keep_alive(&mut self) -> bool {
         if !self.links.is_empty() {
             self.seen_ns = now_ns();
         }

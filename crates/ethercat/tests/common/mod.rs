@@ -163,7 +163,7 @@ impl Rig {
     }
 
     /// Opens a new driver, as a reset of the device does; returns why that is refused.
-    pub fn is_refused(&mut self) -> String {
+    pub fn refusal(&mut self) -> String {
         self.driver.close();
         let (mut driver, _) = device::open("ethercat", &self.options).expect("made");
         let refused = driver.open(0).expect_err("refused").message;

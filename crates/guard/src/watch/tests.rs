@@ -16,10 +16,10 @@ struct Process {
 }
 
 impl Subject for Process {
-    fn has_ended(&mut self) -> bool {
+    fn notice_end(&mut self) -> bool {
         self.has_ended
     }
-    fn is_dying(&mut self) -> bool {
+    fn notice_dying(&mut self) -> bool {
         self.is_dying
     }
     fn beats(&self) -> u64 {

@@ -103,7 +103,7 @@ impl Sender for MessageSender {
 
     fn push(&mut self, number: u64, now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full> {
         let row_len = self.row_len.expect("rows are pushed only into a connection that was made with a queue");
-        if !self.link.traffic().has_room(self.connection, now_ns) {
+        if !self.link.traffic().room_at(self.connection, now_ns) {
             return Err(Full);
         }
         let mut row = vec![SPOILT; row_len];

@@ -70,7 +70,7 @@ impl Traffic {
     }
 
     /// Returns true if a row may be pushed at `now_ns`.
-    pub(super) fn has_room(&mut self, connection: u32, now_ns: i64) -> bool {
+    pub(super) fn room_at(&mut self, connection: u32, now_ns: i64) -> bool {
         self.run_until(now_ns);
         self.connection(connection).writing.has_room()
     }

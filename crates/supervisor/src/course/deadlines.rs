@@ -27,7 +27,7 @@ impl Core {
             let Some(instance) = self.instances.get_mut(&id) else { continue };
             let past = |running_ns: Option<i64>| running_ns.is_some_and(|t| instance.times.running.clock_at(t).is_some_and(|at| at <= now_ns));
             if past(instance.leaving.departure.as_ref().and_then(|d| d.until_ns)) {
-                self.course(id).departure_is_over();
+                self.course(id).finish_departure();
             } else if !instance.is_in_ending() && past(instance.times.limits.time_limit_ns) {
                 let limit = instance.times.limits.time_limit_ns.take().unwrap_or_default();
                 self.course(id).end_by(SystemCondition::TimeLimit, format!("it ran longer than {} s", limit as f64 * 1e-9));
@@ -37,7 +37,7 @@ impl Core {
             } else if past(instance.resting_until_ns()) {
                 self.course(id).rest_at_last();
             } else if !instance.is_under_way() && past(instance.position.wait_until_ns) {
-                self.course(id).time_is_over();
+                self.course(id).end_timed_wait();
             }
         }
         self.serve_overrun_limits();
@@ -71,7 +71,7 @@ impl Core {
 
 impl Course<'_> {
     /// Ends a wait for a time: the next stage follows, unless a kernel was faster.
-    fn time_is_over(&mut self) {
+    fn end_timed_wait(&mut self) {
         let id = self.id;
         let before = (self.core.instances[&id].position.list, self.core.instances[&id].position.stage);
         if !self.take_process(false) {

@@ -150,7 +150,7 @@ impl Course<'_> {
     }
 
     /// Ends a departure whose time is over: the end follows at once.
-    pub fn departure_is_over(&mut self) {
+    pub fn finish_departure(&mut self) {
         let id = self.id;
         if !self.take_process(true) {
             return;

@@ -49,7 +49,7 @@ impl Core {
         match event {
             Event::Done { source, script, time_ns, captured, .. } => match self.scripts.acknowledged(script.id) {
                 Purpose::Sequence { instance, epoch } => {
-                    if self.instances.get_mut(&instance).is_some_and(|i| i.is_done(epoch, source, captured)) {
+                    if self.instances.get_mut(&instance).is_some_and(|i| i.take_acknowledgement(epoch, source, captured)) {
                         self.course(instance).proceed();
                     }
                 }
@@ -149,7 +149,7 @@ impl Core {
             // The process was frozen after the kernel had entered the ending list: it is in the ending list.
             if runs && told.acted && told.stage.is_some_and(|stage| self.instances[&id].is_ending_unnoticed(stage)) {
                 self.course(id).concluded_by_kernel(told.source, cause, &told.captured);
-            } else if runs && self.instances.get_mut(&id).is_some_and(|i| i.rests_at(block, told.item)) {
+            } else if runs && self.instances.get_mut(&id).is_some_and(|i| i.come_to_rest(block, told.item)) {
                 self.course(id).rest_at_last();
             } else if matches!(told.fault, Some(Fault::Signal(_) | Fault::Budget | Fault::Lost(_) | Fault::Forked)) {
                 // What became of it was decided when the source stopped.

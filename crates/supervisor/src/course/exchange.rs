@@ -30,7 +30,7 @@ impl Core {
             if !idle {
                 return Err(invalid_state(&format!("device '{device}'"), "enabled without a verb", "exchange the verb of", "disable it first"));
             }
-            self.registry.is_kept_by(device, new);
+            self.registry.keep_with(device, new);
             return Ok(old);
         };
         check_exchange((&self.instances, &self.registry), device, state, old, new)?;
@@ -51,16 +51,16 @@ impl Core {
         movements.extend(turn_over(&self.registry, (&self.instances[&old], &self.instances[&new]), &request.stores));
         let untold = untold(&self.instances[&old], &self.instances[&new]);
         self.observation.log.add(self.host.now_ns(), "exchange", device, format!("its verb is '{}'{untold}", plan.verb));
-        self.registry.is_kept_by(device, new);
+        self.registry.keep_with(device, new);
         self.course(new).append_sequence(movements);
-        self.course(old).is_over(&plan.verb);
+        self.course(old).end_exchanged(&plan.verb);
         Ok(Some(old))
     }
 }
 
 impl Course<'_> {
     /// Ends the start of the old verb too; the device is not told of it.
-    fn is_over(&mut self, verb: &str) {
+    fn end_exchanged(&mut self, verb: &str) {
         let old = self.id;
         let time_ns = self.core.host.now_ns();
         let Some(instance) = self.core.instances.get_mut(&old) else { return };

@@ -60,12 +60,12 @@ impl Course<'_> {
         match movement {
             Movement::Scripts(scripts) => self.core.carrier().send(id, scripts),
             Movement::Opening { scripts, ends, .. } => {
-                self.is_through(ends);
+                self.note_through(ends);
                 self.core.carrier().send(id, scripts);
             }
             Movement::Tables(sources) => self.core.carrier().swap_tables(id, sources),
             Movement::Together { source, ops, ends } => {
-                self.is_through(ends);
+                self.note_through(ends);
                 self.core.carrier().swap_and_go_on(id, source, ops);
             }
             Movement::Follow { sources, follows } => {
@@ -89,7 +89,7 @@ impl Course<'_> {
             Movement::CopyInitial => self.core.carrier().copy_initial(id),
             Movement::Ready => {
                 if let Some(owner) = self.core.instances.get(&id).and_then(|i| i.owner.clone())
-                    && self.core.registry.is_ready(&owner)
+                    && self.core.registry.note_ready(&owner)
                 {
                     alarm_enabled(self.core, &owner);
                 }
@@ -127,7 +127,7 @@ impl Course<'_> {
         instance.work.look_ns = Some(now_ns + LOOK_NS);
     }
 
-    fn is_through(&mut self, ends: bool) {
+    fn note_through(&mut self, ends: bool) {
         if let Some(instance) = self.core.instances.get_mut(&self.id) {
             instance.work.is_through = ends;
         }
@@ -136,7 +136,7 @@ impl Course<'_> {
     /// Notes that the stage is entered: its wait starts to count; a stage that is over at once leads on.
     pub fn entered(&mut self, list: usize, stage: usize) {
         let id = self.id;
-        self.is_in(list, stage, stage == 0);
+        self.enter_stage(list, stage, stage == 0);
         if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| i.is_in_ending() && i.findings.captures.is_pending()) {
             let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
             instance.findings.captures.take_scripts(&of, std::mem::take(&mut instance.work.captured));
@@ -160,7 +160,7 @@ impl Course<'_> {
     }
 
     /// Stores the position of the instance. `begins`: the list begins, also where it is the one that ran before.
-    fn is_in(&mut self, list: usize, stage: usize, begins: bool) {
+    fn enter_stage(&mut self, list: usize, stage: usize, begins: bool) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -184,7 +184,7 @@ impl Course<'_> {
             self.core.observation.log.add(now_ns, "transition", &name, text);
         }
         if let Some(owner) = owner.filter(|_| is_ready)
-            && self.core.registry.is_ready(&owner)
+            && self.core.registry.note_ready(&owner)
         {
             alarm_enabled(self.core, &owner);
         }
@@ -224,7 +224,7 @@ impl Course<'_> {
         };
         instance.generation += 1;
         if (list, stage) != (instance.position.list, instance.position.stage) {
-            self.is_in(list, stage, false);
+            self.enter_stage(list, stage, false);
         }
         true
     }

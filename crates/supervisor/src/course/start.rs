@@ -32,7 +32,7 @@ impl Core {
     pub fn begin(&mut self, request: Request) {
         let mut movements = self.prepare(&request);
         farewell::bid(&self.remote, &self.registry, &self.instances[&request.id]);
-        if !self.is_held_back(&request) {
+        if !self.hold_back(&request) {
             movements.extend(opening(&self.registry, &self.instances[&request.id], &request.stores));
         }
         self.course(request.id).append_sequence(movements);
@@ -138,8 +138,8 @@ fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
 }
 
 impl Core {
-    /// Returns true if a pause holds the start back.
-    fn is_held_back(&mut self, request: &Request) -> bool {
+    /// Holds a start back while there is a pause, and enters it into the log; returns true if it did.
+    fn hold_back(&mut self, request: &Request) -> bool {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&request.id) else { return false };
         let is_held = self.safety.pause.hold_back(instance, &request.stores, now_ns);

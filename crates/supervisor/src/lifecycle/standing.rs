@@ -82,7 +82,7 @@ impl Instance {
     }
 
     /// Notes a condition that an instance waits for which comes to rest; returns true for one.
-    pub fn rests_at(&mut self, block: Option<usize>, item: u8) -> bool {
+    pub fn come_to_rest(&mut self, block: Option<usize>, item: u8) -> bool {
         let mut holdings = self.plan.suspend.holdings().iter();
         let found = holdings.find(|holding| block == Some(holding.until.0) && usize::from(item) == holding.until.1);
         let Some(until) = found.map(|holding| holding.until) else { return false };
@@ -168,7 +168,7 @@ impl Instance {
     }
 
     /// Notes that a kernel has carried out a script of its sequence; returns true if it was waited for.
-    pub fn is_done(&mut self, epoch: u64, source: SourceId, captured: Vec<u8>) -> bool {
+    pub fn take_acknowledgement(&mut self, epoch: u64, source: SourceId, captured: Vec<u8>) -> bool {
         let Some(at) = self.work.awaited.iter().position(|awaited| *awaited == source).filter(|_| self.work.epoch == epoch) else { return false };
         self.work.awaited.swap_remove(at);
         if !captured.is_empty() {

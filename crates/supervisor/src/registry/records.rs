@@ -42,7 +42,7 @@ impl Registry {
         }
     }
 
-    pub fn is_kept_by(&mut self, device: &str, instance: u64) {
+    pub fn keep_with(&mut self, device: &str, instance: u64) {
         if let Some(record) = self.logical.get_mut(device) {
             record.instance = Some(instance);
         }
@@ -59,7 +59,7 @@ impl Registry {
     }
 
     /// Notes that a device which was being enabled is; returns false if it was not.
-    pub fn is_ready(&mut self, device: &str) -> bool {
+    pub fn note_ready(&mut self, device: &str) -> bool {
         let enabling = self.logical.get_mut(device).filter(|device| device.state == DeviceState::Enabling);
         enabling.map(|device| device.state = DeviceState::Enabled).is_some()
     }

@@ -35,7 +35,8 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("places", &["opengpac", "device", "process-kit", "interconnect", "kernel", "guard", "shared-memory", "rtp", "modules", "hosts"]),
     ("recorder", &["model", "suggest", "supervisor", "mcap", "replay"]),
     ("api", &["model", "interconnect", "kernel", "runtime", "supervisor", "places", "recorder"]),
-    ("control", &["opengpac", "model", "supervisor", "api"]),
+    ("daemon", &["opengpac", "model", "supervisor", "api"]),
+    ("control", &["opengpac", "model", "supervisor", "api", "daemon"]),
     (
         "bindings",
         &[
@@ -51,13 +52,14 @@ const HOUSE: &[(&str, &[&str])] = &[
             "supervisor",
             "api",
             "places",
+            "daemon",
             "control",
             "recorder",
             "replay",
         ],
     ),
     ("c-package", &["api"]),
-    ("simulator", &["opengpac", "device", "model", "interconnect", "kernel", "runtime", "guard", "drivers", "api", "supervisor", "control"]),
+    ("simulator", &["opengpac", "device", "model", "interconnect", "kernel", "runtime", "guard", "drivers", "api", "supervisor", "daemon", "control"]),
     (
         "fuzz-targets",
         &[
@@ -74,6 +76,7 @@ const HOUSE: &[(&str, &[&str])] = &[
             "modules",
             "library",
             "rtp",
+            "daemon",
             "control",
             "api",
             "supervisor",
@@ -97,6 +100,7 @@ const ABSENT: &[(&str, &[&str])] = &[
     ("supervisor", &["pyo3", "tokio", "axum"]),
     ("recorder", &["pyo3", "tokio", "axum", "kernel"]),
     ("api", &["pyo3", "tokio", "axum"]),
+    ("daemon", &["pyo3", "kernel", "libc", "axum", "hyper", "tower", "rustls", "tokio-rustls"]),
     ("control", &["pyo3", "kernel", "libc"]),
     ("supervisor", &["pyo3", "zenoh"]),
 ];
@@ -183,4 +187,14 @@ fn the_interconnect_has_no_clock_thread_or_file() {
         lines_with("interconnect", &["std::fs", "std::net", "std::env", "Instant::", "SystemTime", "thread::spawn", "thread::sleep"]),
         Vec::<String>::new()
     );
+}
+
+#[test]
+fn what_asks_changes_nothing() {
+    let asks = ["fn is_", "fn has_", "fn can_"];
+    let names: Vec<String> = crates().into_keys().map(|name| if name.starts_with("opengpac") { name.replace("opengpac", "block") } else { name }).collect();
+    let asking = names.iter().flat_map(|name| lines_with(name, &asks));
+    let changing: Vec<String> =
+        asking.filter(|line| asks.iter().any(|ask| line.split_once(ask).is_some_and(|(_, rest)| rest.contains("(&mut self")))).collect();
+    assert_eq!(changing, Vec::<String>::new(), "a name that begins with is_, has_ or can_ asks: take a verb");
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tests the sum of arbitrary lines.
-use control::Role;
-use control::journal::ledger::Ledger;
-use control::journal::lines::{By, FORMAT, Head, Line, State, Subject, VERSION, read, text, withhold};
+use api::Role;
+use daemon::journal::ledger::Ledger;
+use daemon::journal::lines::{By, FORMAT, Head, Line, State, Subject, VERSION, read, text, withhold};
 use proptest::prelude::*;
 use serde_json::{Map, Value as Json, json};
 

@@ -4,7 +4,7 @@ use api::Role;
 pub use api::{Argument, Call};
 
 /// The largest body of a call, bytes, and of one that only looks at something by its name.
-pub(crate) const BODY_MAX: usize = 1 << 20;
+pub const BODY_MAX: usize = 1 << 20;
 const LOOK_MAX: usize = 64 << 10;
 
 /// Returns the calls, in the order of `opengpac_ps.h`. `download` is not among them: code comes by `PUT /v1/modules`.
@@ -18,6 +18,6 @@ pub fn find(name: &str) -> Option<&'static Call> {
 }
 
 /// Returns the largest body that a call takes, bytes: what only looks has much to say of a definition alone.
-pub(crate) fn body_max(call: &Call) -> usize {
+pub fn body_max(call: &Call) -> usize {
     if call.role == Role::Observe && !call.costs { LOOK_MAX } else { BODY_MAX }
 }

@@ -107,7 +107,7 @@ impl Sessions {
             }
             Some(session) if session.role < Role::Operate => {
                 let message = format!("session '{to}' has the role {}, and commanding needs operate", session.role.word());
-                Err(Failure::new(Class::NotAllowed, message, "it needs a token of that role").status(axum::http::StatusCode::FORBIDDEN))
+                Err(Failure::new(Class::NotAllowed, message, "it needs a token of that role"))
             }
             Some(_) => {
                 let reason = format!("{} handed it over", state.called(name));

@@ -2,24 +2,13 @@
 //! The age of a command: one that was held up on its way is refused, so that nothing moves long after somebody pressed.
 use crate::clock::told_ms;
 use crate::failure::Failure;
-use axum::http::HeaderMap;
 use model::refusal::Class;
 
-/// The header with the daemon's time at which a command was given, ms: the last heartbeat of a stream, and what has passed since then.
-pub(crate) const AS_OF: &str = "opengpac-as-of";
 /// The oldest command that is obeyed, ms.
 const AGE_MAX_MS: u64 = 500;
 
-/// Reads when a request was made. None: it does not say.
-pub(crate) fn as_of_ms(headers: &HeaderMap) -> Result<Option<u64>, Failure> {
-    let Some(said) = headers.get(AS_OF) else { return Ok(None) };
-    let ms = said.to_str().ok().and_then(|text| text.parse().ok());
-    let wrong = || Failure::new(Class::CallError, "OpenGPAC-As-Of is no number of ms", "add what has passed since the last 'beat' of a stream to its number");
-    ms.map(Some).ok_or_else(wrong)
-}
-
 /// Refuses a command that is too old. One of another run of the daemon is, too: its time is none of this run.
-pub(crate) fn check(call: &str, as_of_ms: Option<u64>) -> Result<(), Failure> {
+pub fn check(call: &str, as_of_ms: Option<u64>) -> Result<(), Failure> {
     as_of_ms.map_or(Ok(()), |then| judge(call, told_ms(), then))
 }
 

@@ -20,7 +20,7 @@ use supervisor::{Reach, Reached};
 /// A file that is there.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 #[schemars(rename = "StoredFile")]
-pub(crate) struct Stored {
+pub struct Stored {
     /// Its size.
     pub bytes: u64,
 }

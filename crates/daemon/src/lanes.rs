@@ -13,10 +13,9 @@
 //! than the call. The runtime serves its other connections from another thread meanwhile.
 use crate::caller::Caller;
 use crate::calls::Call;
-use crate::failure::Failure;
+use crate::failure::{Failure, Ground};
 use crate::rates::Rates;
 use crate::shares::{Share, Shares, Turns};
-use axum::http::StatusCode;
 use model::refusal::Class;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -52,16 +51,16 @@ const BODIES_EACH_MAX: usize = 8 << 20;
 const ANSWERS_MAX: usize = 48 << 20;
 const ANSWERS_EACH_MAX: usize = 16 << 20;
 /// Bodies and answers that are so small are bounded by the places of connections alone.
-pub(crate) const SMALL: usize = 64 << 10;
+pub const SMALL: usize = 64 << 10;
 /// Threads of the runtime that serves connections, for calls: waits, scopes under the virtual clock, usual calls and the daemon's own looks.
 const SHARED_THREADS: usize = WAITS_MAX + SCOPES_MAX + USUAL_MAX + 16;
 
 /// Time for which a call that lasts is waited for where it came in: a firing at 1 kHz.
-pub(crate) const BRIEF: Duration = Duration::from_millis(1);
+pub const BRIEF: Duration = Duration::from_millis(1);
 
 /// Lane in which a request waits, and where it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Lane {
+pub enum Lane {
     /// An emergency stop: it has a thread always, and counts nowhere.
     Emergency,
     Stop,
@@ -103,7 +102,7 @@ impl Threads {
 }
 
 /// The runtimes of a server. Dropping one does not wait for threads that sleep.
-pub(crate) struct Runtimes {
+pub struct Runtimes {
     pub serving: Runtime,
     stops: Runtime,
     costly: Runtime,
@@ -137,7 +136,7 @@ impl Runtimes {
 }
 
 /// Lanes of a served system.
-pub(crate) struct Lanes {
+pub struct Lanes {
     stop_threads: Threads,
     costly_threads: Threads,
     stops: Arc<Shares>,
@@ -188,7 +187,7 @@ impl Lanes {
 }
 
 /// A request in its lane.
-pub(crate) struct Entered {
+pub struct Entered {
     lanes: Arc<Lanes>,
     lane: Lane,
     who: String,
@@ -235,7 +234,7 @@ fn in_place<T>(run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
 }
 
 fn failed_inside() -> Failure {
-    Failure::new(Class::InvalidState, "the call failed inside OpenGPAC", "please report it with what was called").status(StatusCode::INTERNAL_SERVER_ERROR)
+    Failure::new(Class::InvalidState, "the call failed inside OpenGPAC", "please report it with what was called").ground(Ground::Internal)
 }
 
 #[cfg(test)]

@@ -41,7 +41,8 @@ pub fn object<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
     serde_json::from_slice(body).map_err(|why| wrong(format!("the body is not of the right form: {why}"), "see docs/control.md and GET /v1/schema"))
 }
 
-fn wrong(message: String, remedy: &str) -> Failure {
+/// Makes the failure of a request that is not of the right form.
+pub fn wrong(message: String, remedy: &str) -> Failure {
     Failure::new(Class::CallError, message, remedy)
 }
 
@@ -217,77 +218,6 @@ pub fn reason(given: String) -> Result<String, Failure> {
 pub struct HandOver {
     /// Session that takes command.
     pub to: String,
-}
-
-/// A frame that the client of a stream sends.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct StreamFrame {
-    /// Topic of the subscription.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub subscribe: Option<Topic>,
-    /// The client's name of the subscription.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub id: Option<String>,
-    /// The subscription that is over.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub unsubscribe: Option<String>,
-    /// Names of `svvs` and `scope`.
-    #[serde(default)]
-    pub names: Vec<String>,
-    /// Period of observation, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000.
-    #[serde(default = "every_ms")]
-    pub every_ms: u64,
-    /// True for bytes in base64 instead of values, of `svvs`.
-    #[serde(default)]
-    pub raw: bool,
-    /// First number of `log` and `ends`.
-    #[serde(default)]
-    pub since: u64,
-}
-
-/// Topic of a stream. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
-/// has changed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Topic {
-    Svvs,
-    Log,
-    Ends,
-    Scope,
-    Statistics,
-    Installed,
-}
-
-fn every_ms() -> u64 {
-    50
-}
-
-/// Request of a frame.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Wanted {
-    Subscribe { id: String, topic: Topic, names: Vec<String>, every: Duration, raw: bool, since: u64 },
-    Unsubscribe(String),
-}
-
-/// Reads a frame of a stream from its text.
-pub fn frame(text: &str) -> Result<Wanted, Failure> {
-    let frame: StreamFrame = object(text.as_bytes())?;
-    let short = |id: &String| !id.is_empty() && id.len() <= 64;
-    match (frame.subscribe, frame.id, frame.unsubscribe) {
-        (Some(topic), Some(id), None) if short(&id) => {
-            if matches!(topic, Topic::Svvs | Topic::Scope) == frame.names.is_empty() {
-                let remedy = "a subscription to svvs or scope names them, and no other does";
-                return Err(wrong(format!("subscription '{id}' has {} names", frame.names.len()), remedy));
-            }
-            // All that there is, again and again: it lasts longer to say than a value.
-            let least = if matches!(topic, Topic::Statistics | Topic::Installed) { 100 } else { 10 };
-            let every = Duration::from_millis(frame.every_ms.clamp(least, 3_600_000));
-            Ok(Wanted::Subscribe { id, topic, names: frame.names, every, raw: frame.raw, since: frame.since })
-        }
-        (None, None, Some(id)) => Ok(Wanted::Unsubscribe(id)),
-        _ => Err(wrong("a frame subscribes with an id of 1 to 64 letters, or unsubscribes".to_owned(), "see docs/control.md")),
-    }
 }
 
 /// Returns true for a SHA-256 as text: 64 lower-case hexadecimal digits.

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// A bounded amount of something, shared by all callers.
-pub(crate) struct Shares {
+pub struct Shares {
     /// Name of the thing, in the plural: `waits`.
     what: &'static str,
     all: usize,
@@ -22,7 +22,7 @@ pub(crate) struct Shares {
 }
 
 /// Share of one caller, until it is dropped.
-pub(crate) struct Share {
+pub struct Share {
     of: Arc<Shares>,
     who: String,
     amount: usize,
@@ -74,7 +74,7 @@ impl Drop for Share {
 const REMEMBERED: usize = 64;
 
 /// Limit of the requests of one caller that are worked on at a time: the others wait for their turn, and so delay only that caller.
-pub(crate) struct Turns {
+pub struct Turns {
     each: usize,
     of: Mutex<HashMap<String, Arc<Semaphore>>>,
 }

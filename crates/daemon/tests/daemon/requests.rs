@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of bodies and frames, and that no bytes at all bring a decoder down.
-use control::requests::{self, OpenSession, TakeCommand, Topic, Wanted};
+//! Tests of bodies, and that no bytes at all bring a decoder down.
+use daemon::requests::{self, OpenSession, TakeCommand};
 use proptest::prelude::*;
 use std::time::Duration;
 
@@ -36,29 +36,6 @@ fn sessions_have_names_and_bounds() {
     assert!(!requests::object::<TakeCommand>(b"").expect("nothing").force);
 }
 
-#[test]
-fn a_frame_subscribes_or_unsubscribes() {
-    let wanted = requests::frame(r#"{"subscribe": "svvs", "id": "a", "names": ["y"], "every_ms": 1}"#).expect("right");
-    let Wanted::Subscribe { id, topic: Topic::Svvs, names, every, raw: false, since: 0 } = wanted else { panic!("{wanted:?}") };
-    assert_eq!((id.as_str(), names.as_slice(), every), ("a", &["y".to_owned()][..], Duration::from_millis(10)));
-    assert_eq!(requests::frame(r#"{"unsubscribe": "a"}"#).expect("right"), Wanted::Unsubscribe("a".to_owned()));
-    for text in [
-        "",
-        "{}",
-        r#"{"subscribe": "svvs", "id": "a"}"#,
-        r#"{"subscribe": "log", "id": "a", "names": ["y"]}"#,
-        r#"{"subscribe": "scope", "id": "a"}"#,
-        r#"{"subscribe": "statistics", "id": "a", "names": ["y"]}"#,
-        r#"{"subscribe": "installed", "id": "a", "names": ["y"]}"#,
-        r#"{"subscribe": "log"}"#,
-        r#"{"subscribe": "log", "id": ""}"#,
-        r#"{"subscribe": "songs", "id": "a"}"#,
-        r#"{"subscribe": "log", "id": "a", "unsubscribe": "b"}"#,
-    ] {
-        assert!(requests::frame(text).is_err(), "{text}");
-    }
-}
-
 proptest! {
     #[test]
     fn any_bytes_are_decoded_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..200), text in "\\PC{0,80}") {
@@ -66,7 +43,6 @@ proptest! {
             let _either = requests::asked(&bytes, lasts);
             let _either = requests::asked(text.as_bytes(), lasts);
         }
-        let _either = requests::frame(&text);
         let _either = requests::object::<OpenSession>(&bytes).and_then(OpenSession::checked);
         prop_assert!(!requests::is_sha256(&text) || text.len() == 64);
     }

@@ -11,11 +11,9 @@ use crate::freshness;
 use crate::journal::Journal;
 use crate::journal::lines::By;
 use crate::lanes::Lanes;
-use crate::page::Page;
 use crate::rates::Rates;
 use crate::requests::{self, Asked};
 use crate::sessions::{Described, Sessions};
-use crate::slots::Doors;
 use api::{Answered, DriverArgument, Effect, Role};
 use model::refusal::Class;
 use serde_json::{Map, Value as Json, json};
@@ -30,14 +28,9 @@ pub struct Service {
     pub gate: Gate,
     pub sessions: Sessions,
     pub audit: Audit,
-    /// The studio's page, where it is served.
-    pub page: Option<Page>,
     /// Requests of each caller.
     pub rates: Rates,
-    /// Requests that were not admitted, by address.
-    pub failures: Rates,
     pub lanes: Arc<Lanes>,
-    pub doors: Doors,
     pub files: Files,
     /// Journal for a daemon that starts again.
     pub journal: Option<Journal>,
@@ -331,14 +324,6 @@ impl Service {
         for settled in self.sessions.settle(now) {
             self.system.log_control(&settled.line());
         }
-    }
-
-    /// Enters into the log which connections gave way to others, since they did not say whose they are.
-    pub fn tell_who_gave_way(&self) {
-        let gave = self.doors.gave_way();
-        let (Some((most, count)), all) = (gave.first(), gave.iter().map(|(_, count)| count).sum::<u64>()) else { return };
-        let text = format!("{all} connections that did not say whose they are gave way to others, {count} of them from {most}");
-        self.system.log_control(&text);
     }
 
     /// Says in the log and on standard error what is new about the file of tokens.

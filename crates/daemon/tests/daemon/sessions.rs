@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sessions by themselves, with a time that the test says.
-use control::requests::OpenSession;
-use control::{Caller, REPORTS_MAX, Role, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
+use api::Role;
+use daemon::requests::OpenSession;
+use daemon::{Caller, REPORTS_MAX, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
 use model::refusal::Class;
 use std::time::{Duration, Instant};
 use supervisor::{End, Report};

@@ -10,7 +10,6 @@ use crate::caller::Caller;
 use crate::failure::Failure;
 use crate::requests::{OpenSession, hex};
 use api::Role;
-use axum::http::StatusCode;
 use indexmap::IndexMap;
 use model::refusal::Class;
 use std::collections::{BTreeSet, HashMap, VecDeque};
@@ -381,7 +380,7 @@ fn reader<'a>(state: &'a mut State, name: &str, caller: &Caller) -> Result<&'a m
     };
     if session.who != caller.who && caller.role < Role::Configure {
         let message = format!("the reports of session '{name}' are those of {}", session.who);
-        return Err(Failure::new(Class::NotAllowed, message, "call as that, or with the role configure").status(StatusCode::FORBIDDEN));
+        return Err(Failure::new(Class::NotAllowed, message, "call as that, or with the role configure"));
     }
     Ok(session)
 }
