@@ -110,8 +110,8 @@ $(VENV)/docs: $(VENV)/builds
 	$(call install,sphinx==9.0.4 myst-parser==5.2.0 furo==2025.12.19)
 	touch $@
 
-$(SITE): $(PAGES) packaging/site.py $(VENV)/docs
-	$(BIN)/python packaging/site.py $@
+$(SITE): $(PAGES) packaging/docs_site.py $(VENV)/docs
+	$(BIN)/python packaging/docs_site.py $@
 
 page: $(PAGE)
 

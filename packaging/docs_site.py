@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds the site of the documentation into one archive, which the package carries: `python packaging/site.py ARCHIVE`.
+"""Builds the site of the documentation into one archive, which the package carries: `python packaging/docs_site.py ARCHIVE`.
 
 A warning of Sphinx (a link, an anchor or a page that leads nowhere) is an error. The same pages give the same bytes.
 """
