@@ -21,7 +21,7 @@ PARTICIPLES: dict[str, int] = {
     "canopen": 6,
     "cia402": 11,
     "control": 8,
-    "daemon": 15,
+    "daemon": 14,
     "device": 7,
     "driver-kit": 3,
     "drivers": 18,

@@ -32,13 +32,13 @@ fn the_calls_in_python_are_those_of_the_declarations() {
 /// Crates that carry calls or what a call leaves behind, and names that are something else there: a file, and the word.
 const CARRIERS: [&str; 10] = ["api", "bindings", "c-package", "control", "daemon", "places", "recorder", "replay", "rtp", "supervisor"];
 const OTHER_THINGS: [(&str, &str); 7] = [
-    ("api/src/role.rs", "download"),                           // the word of a role
-    ("recorder/src/recorder.rs", "configuration"),             // an entry of a recording's metadata
-    ("recorder/src/recorder.rs", "names"),                     // another one
-    ("supervisor/src/calls/code.rs", "library"),               // the module of the standard blocks
-    ("supervisor/src/lifecycle/trial.rs", "library"),          // the same
-    ("supervisor/src/protection/causes.rs", "emergency_stop"), // a condition
-    ("control/src/openapi.rs", "delete"),                      // a method of HTTP
+    ("api/src/role.rs", "download"),                          // the word of a role
+    ("recorder/src/recorder.rs", "configuration"),            // an entry of a recording's metadata
+    ("recorder/src/recorder.rs", "names"),                    // another one
+    ("supervisor/src/definitions/code.rs", "library"),        // the module of the standard blocks
+    ("supervisor/src/definitions/block_trial.rs", "library"), // the same
+    ("supervisor/src/alarms/causes.rs", "emergency_stop"),    // a condition
+    ("control/src/openapi.rs", "delete"),                     // a method of HTTP
 ];
 
 /// Returns the code of a file: without comments, and without the tests at its end.

@@ -3,7 +3,7 @@
 //! want the same lock, cost more than what they do. The supervisor's thread is woken for what came after the caller's last look, where what
 //! it looked at is due earlier than that thread knows, and by a source where the caller has not looked for a millisecond.
 use crate::core::Core;
-use crate::protection::lost::next_answer;
+use crate::stopping::lost_processors::next_answer;
 use runtime::Host;
 use std::sync::Arc;
 

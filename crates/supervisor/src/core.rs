@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Everything that the supervisor keeps of a running system, under one lock: a room for each subject, which owns its fields.
-use crate::carrying::carrier::Carrier;
-use crate::lifecycle::instances::Instances;
+use crate::instances::table::Instances;
+use crate::movements::carrier::Carrier;
 use crate::numbers::Numbers;
 use crate::observation::rings::Seen;
 use crate::observation::state::Observation;
 use crate::observation::taps::Taps;
-use crate::registry::records::Registry;
-use crate::remote::processors::Remote;
-use crate::safety::state::Safety;
+use crate::processors::remote::Remote;
+use crate::registry::Registry;
 use crate::scripts::{Purpose, Scripts};
+use crate::stopping::safety::Safety;
 use crate::wiring::tables::Wiring;
 use kernel::{Op, SourceId};
 use runtime::Host;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The supervisor's thread.
 use crate::precedence::first;
-use crate::protection::lost::{look_for_lost, next_answer};
-use crate::protection::stopping::watch_inputs;
 use crate::refuse::refuse;
+use crate::stopping::emergency_stop::watch_inputs;
+use crate::stopping::lost_processors::{look_for_lost, next_answer};
 use crate::system::Shared;
 use model::refusal::{Class, Refusals};
 use std::sync::Arc;

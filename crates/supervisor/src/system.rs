@@ -2,12 +2,12 @@
 //! One real-time system: what a programming system calls. Every call either does all of what it says or refuses and changes
 //! nothing; the calls that wait can be given up at any time.
 use crate::core::Core;
-use crate::errands::Errands;
+use crate::definitions::system_definitions::Definitions;
+use crate::devices::errands::Errands;
 use crate::observation::companions::Companions;
 use crate::precedence::{Changes, Locked, Precedence};
+use crate::processors::guard::Guarded;
 use crate::refuse::refuse;
-use crate::registry::definitions::Definitions;
-use crate::remote::guarded::Guarded;
 use model::refusal::{Class, Refusals};
 use runtime::Host;
 use std::os::fd::{AsRawFd, OwnedFd, RawFd};

@@ -2,9 +2,9 @@
 //! Waits of calls: for what kernels answer and what time brings. Under the virtual clock a wait moves time.
 use crate::attending::Attending;
 use crate::core::Core;
-use crate::protection::lost::{look_for_lost, next_answer};
-use crate::protection::stopping::watch_inputs;
 use crate::refuse::refuse;
+use crate::stopping::emergency_stop::watch_inputs;
+use crate::stopping::lost_processors::{look_for_lost, next_answer};
 use crate::system::{Shared, Waited};
 use crate::watchful::Watchful;
 use model::refusal::{Class, Refusals};

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Taking over what a supervisor before has left: processes of processors that go on without one.
 use crate::core::Core;
+use crate::movements::sequence::by_source;
+use crate::processors::remote::processor_of;
 use crate::refuse::refuse;
-use crate::remote::processors::processor_of;
 use crate::scripts::{Purpose, Ticket};
 use crate::system::System;
-use crate::wiring::sequence::by_source;
 
 use kernel::{Cell, Op, SourceId};
 use model::refusal::{Class, Refusals};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Histories of SVVs: what is kept of each.
-use crate::registry::svvs::{ROWS_SPARE, Stays, Stored};
+use crate::svvs::cells::{ROWS_SPARE, Stays, Stored};
 use interconnect::Row;
 use kernel::{RowsEnd, SourceId};
 use std::collections::VecDeque;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Names in a record that can be run again.
-use crate::registry::svvs::SvvRecord;
+use crate::svvs::cells::SvvRecord;
 use indexmap::IndexMap;
 use kernel::{Cell, SourceId};
 use runtime::Host;

@@ -3,13 +3,13 @@
 //!
 //! Where a value gets another home or another writer, the source gets a new ring with its next table, and the tap a new segment; the first
 //! row of a ring is written when the table comes into force, so the tap knows that the ring before has got its last row.
-use crate::lifecycle::instance::Instance;
-use crate::lifecycle::instances::Instances;
+use crate::instances::instance::Instance;
+use crate::instances::table::Instances;
 use crate::observation::inbox::{Field, Inbox, Segment, TapChannel};
 use crate::observation::taps::{Part, TapRecord, Tapped, Taps};
 use crate::patterns::{is_open, matches};
 use crate::refuse::unknown;
-use crate::registry::records::Registry;
+use crate::registry::Registry;
 use kernel::{Cell, RowsEnd, SourceId, SourceKind};
 use model::interface::Mode;
 use model::plan::CellKind;

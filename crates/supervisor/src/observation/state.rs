@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! State that the supervisor keeps for observers: log, end reports, taps, snapshots.
-use crate::observation::ends::Ends;
+use crate::ending::latest::Ends;
 use crate::observation::log::Log;
 use crate::observation::taps::Taps;
 use crate::observation::workspaces::Workspaces;

@@ -4,12 +4,12 @@
 //! A pair has one asynchronous group, so that a firing sees one publication of each other source. It is replaced when its
 //! members change: the writer publishes into the new one first, then the reader turns to it. Queues belong to the instance that
 //! reads them and are never replaced, so no row is lost.
-use crate::registry::records::Registry;
-use crate::registry::writers::Pair;
+use crate::claims::writers::Pair;
+use crate::movements::sequence::{Inlet, Movement};
+use crate::registry::Registry;
 use crate::wiring::homes::writer_for;
 use crate::wiring::installed::{Gate, Installed};
 use crate::wiring::ports::mode_of;
-use crate::wiring::sequence::{Inlet, Movement};
 use crate::wiring::tables::{Crossing, InletRecord, Outlet, Wiring};
 use interconnect::{ConnectionSpec, Receiver, Sender};
 use kernel::connection::QueueMember;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Drive of an activation across instances: the writer of the SVV that it takes synchronously or by ratio, at the time. When another
 //! instance starts to write it, its followers turn to that one; so a reader outlives its writers.
-use crate::registry::records::Registry;
+use crate::registry::Registry;
 use crate::wiring::installed::{Gate, Installed};
 use crate::wiring::ports::mode_of;
 use kernel::{Activation, BlockId, Due, Inbound, SourceId};

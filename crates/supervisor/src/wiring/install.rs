@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Installing a plan: memory in the image of each source, blocks with their addresses, activations. Nothing runs yet, and what
 //! runs is not disturbed; a plan that cannot be installed leaves nothing behind.
+use crate::definitions::catalog::Catalog;
 use crate::numbers::Numbers;
 use crate::refuse::refuse;
-use crate::registry::catalog::Catalog;
-use crate::registry::records::Registry;
-use crate::registry::svvs::lay_side_by_side;
+use crate::registry::Registry;
+use crate::svvs::cells::lay_side_by_side;
 use crate::wiring::connect::{Delays, HalfQueue, open, queues};
 use crate::wiring::follow::due;
 use crate::wiring::homes::{first_homes, writer_for};
 use crate::wiring::installed::{Gate, Installed, Windows};
+use crate::wiring::instance_windows::make_windows;
 use crate::wiring::ports::cells_of;
-use crate::wiring::windows::make_windows;
 use kernel::{Activation, Block, BlockId, Cell, Extent, SourceId};
 use model::interface::{Kind, Mode};
 use model::plan::{Binding, Bound, CellKind, Plan, PlannedCell};
@@ -278,7 +278,7 @@ fn lay_out_svvs(registry: &mut Registry, site: &Site, list: &[usize], source: So
         })
         .collect();
     let Some(names) = names else { return };
-    let mut picked: Vec<(usize, &mut crate::registry::svvs::SvvRecord)> =
+    let mut picked: Vec<(usize, &mut crate::svvs::cells::SvvRecord)> =
         registry.svvs.iter_mut().filter_map(|(name, record)| names.iter().position(|n| n == name).map(|at| (at, record))).collect();
     if picked.len() == names.len() {
         picked.sort_by_key(|(at, _)| *at);

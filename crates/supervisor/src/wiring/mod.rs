@@ -2,11 +2,12 @@
 //! Where blocks, cells and connections lie, and what each source runs.
 pub(crate) mod connect;
 pub(crate) mod follow;
+pub(crate) mod fuse;
 pub(crate) mod fusing;
 pub(crate) mod homes;
 pub(crate) mod install;
 pub(crate) mod installed;
+pub(crate) mod instance_windows;
 pub(crate) mod ports;
-pub(crate) mod sequence;
 pub(crate) mod tables;
-pub(crate) mod windows;
+pub(crate) mod window_fills;

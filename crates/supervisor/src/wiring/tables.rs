@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Blocks of each source, as the supervisor keeps them, and the tables made from that.
-use crate::registry::writers::Pair;
+use crate::claims::writers::Pair;
+use crate::movements::sequence::{Inlet, Serial};
 use crate::wiring::fusing::{Candidate, Fusing, candidates};
-use crate::wiring::sequence::{Inlet, Serial};
 
 use kernel::Rows;
 use kernel::{Activation, Append, Block, BlockId, Cell, Device, Edge, Inbound, Op, Outbound, Process, SourceId, Stamped, Step, StepKind, Table};

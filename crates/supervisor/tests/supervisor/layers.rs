@@ -198,3 +198,17 @@ fn what_asks_changes_nothing() {
         asking.filter(|line| asks.iter().any(|ask| line.split_once(ask).is_some_and(|(_, rest)| rest.contains("(&mut self")))).collect();
     assert_eq!(changing, Vec::<String>::new(), "a name that begins with is_, has_ or can_ asks: take a verb");
 }
+
+#[test]
+fn no_two_folders_of_the_supervisor_have_one_file_name() {
+    let mut folders_of: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for folder in std::fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("src")).expect("the sources are there").map(|entry| entry.expect("read").path())
+    {
+        for file in std::fs::read_dir(&folder).into_iter().flatten().map(|entry| entry.expect("read").path()) {
+            let text = |path: &Path| path.file_name().expect("it has a name").to_string_lossy().into_owned();
+            folders_of.entry(text(&file)).or_default().push(text(&folder));
+        }
+    }
+    folders_of.retain(|name, folders| name != "mod.rs" && folders.len() > 1);
+    assert_eq!(folders_of, BTreeMap::new(), "a file is named by what is in it");
+}

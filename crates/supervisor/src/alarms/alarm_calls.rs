@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Alarms: texts, what the programming system raises, acknowledgements, what there is.
+use crate::alarms::causes::{known_alarm, raise};
+use crate::alarms::list::{Alarm, AlarmList, AlarmText, Cause, Raised, Severity};
+use crate::alarms::shelving::ShelvingRequest;
+use crate::refuse::{refuse, unknown};
+use crate::system::System;
+use model::refusal::{Class, Refusals};
+use model::wording::printable;
+
+impl System {
+    /// Says what an alarm of this code is; again changes it for alarms to come.
+    pub fn define_alarm(&self, code: &str, said: AlarmText) -> Result<(), Refusals> {
+        if code.is_empty() || said.text.is_empty() {
+            return Err(refuse(Class::DefinitionError, format!("alarm '{code}' has no code or no text"), "give both"));
+        }
+        if printable(code) != code {
+            return Err(refuse(Class::DefinitionError, format!("the code of an alarm cannot be {code:?}"), "use characters that are printed"));
+        }
+        let said = AlarmText { text: printable(said.text), remedy: printable(said.remedy), ..said };
+        self.shared.command(|core| {
+            core.safety.alarms.texts.insert(code.to_owned(), said);
+            Ok(())
+        })
+    }
+
+    /// Raises an alarm that is defined; active until it is cleared.
+    pub fn raise_alarm(&self, code: &str, source: &str, text: &str) -> Result<(), Refusals> {
+        self.shared.command(|core| {
+            known_alarm(core, code)?;
+            raise(core, Raised { code, source, block: None, text: text.to_owned(), remedy: "", severity: Severity::High, cause: Cause::Event });
+            Ok(())
+        })
+    }
+
+    /// Clears an alarm that the programming system raised. False where it was not active.
+    pub fn clear_alarm(&self, code: &str, source: Option<&str>) -> Result<bool, Refusals> {
+        self.shared.command(|core| {
+            known_alarm(core, code)?;
+            let now_ns = core.host.now_ns();
+            Ok(core.safety.alarms.clear(now_ns, |a| a.code == code && source.is_none_or(|source| a.source == source)) > 0)
+        })
+    }
+
+    /// Acknowledges one alarm by its number, or all but those that are shelved. How many were not yet.
+    pub fn acknowledge_alarms(&self, number: Option<u64>) -> Result<usize, Refusals> {
+        self.shared.command(|core| {
+            if let Some(number) = number.filter(|n| !core.safety.alarms.current.iter().any(|a| a.number == *n)) {
+                let known: Vec<String> = core.safety.alarms.current.iter().map(|a| a.number.to_string()).collect();
+                return Err(unknown("alarm", &number.to_string(), known.iter().map(String::as_str)));
+            }
+            let now_ns = core.host.now_ns();
+            Ok(core.safety.alarms.acknowledge(now_ns, |a| number.map_or(!a.is_shelved(), |n| a.number == n)))
+        })
+    }
+
+    /// Returns the present alarms, those of the past, and the texts.
+    pub fn alarms(&self) -> AlarmList {
+        let core = self.shared.locked();
+        let of = &core.safety.alarms;
+        let (shelved, current) = of.current.iter().cloned().partition(Alarm::is_shelved);
+        AlarmList { current, shelved, history: of.history.iter().cloned().collect(), texts: of.texts.clone(), dropped: of.dropped }
+    }
+
+    /// Takes an alarm out of the list for a time.
+    ///
+    /// # Errors
+    /// `CallError` without a reason, `OutOfRange` beyond 24 h, `UnknownName`, `NotAllowed` for what has to stay in the list: emergency stops,
+    /// what is lost, and the severity critical.
+    pub fn shelve_alarm(&self, asked: &ShelvingRequest) -> Result<(), Refusals> {
+        self.shared.command(|core| core.shelve(asked))
+    }
+
+    /// Puts a shelved alarm back into the list. Returns whether it was shelved.
+    pub fn unshelve_alarm(&self, number: u64, who: &str) -> Result<bool, Refusals> {
+        self.shared.command(|core| core.unshelve(number, who))
+    }
+
+    /// Takes over the history of an earlier life of the system; its numbers are not given again.
+    pub fn restore_alarms(&self, history: Vec<Alarm>) -> Result<(), Refusals> {
+        self.shared.command(|core| {
+            let last = history.iter().map(|a| a.number).max().unwrap_or(0);
+            core.safety.alarms.last = core.safety.alarms.last.max(last);
+            history.into_iter().rev().map(Alarm::printable).for_each(|alarm| core.safety.alarms.history.push_front(alarm));
+            core.safety.alarms.trim();
+            Ok(())
+        })
+    }
+}

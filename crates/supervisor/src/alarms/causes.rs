@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Causes of alarms: the end of a device's own verb without a command (active until the device is enabled or reset), a lost physical
+//! device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an end of another
+//! verb that is not normal (returned at once: the end is the event), a condition that names an alarm, and the programming system.
+//! Ends that follow from one of these have no alarm of their own, so that one cause is one line.
+use crate::alarms::list::{CURRENT_MAX, Cause, Raised, Severity};
+use crate::core::Core;
+use crate::ending::report::Report;
+use crate::instances::following_errors::TIME_LOST;
+use crate::refuse::unknown;
+use model::plan::Plan;
+use model::refusal::Refusals;
+
+/// Ends that follow from something that has an alarm, or from a command.
+const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "device_disabled", "halted", "aborted"];
+
+/// Conditions among those with an alarm of their own, which the fault of a logical device only repeats.
+const TOLD: [&str; 2] = ["device_lost", "processor_lost"];
+
+pub(crate) fn raise(core: &mut Core, raised: Raised<'_>) {
+    let now_ns = core.host.now_ns();
+    core.observation.log.add(now_ns, "alarm", raised.source, format!("{}: {}", raised.code, raised.text));
+    if let Some(gone) = core.safety.alarms.raise(raised, now_ns) {
+        let text = format!("there is no place for more than {CURRENT_MAX} alarms: '{}' of '{}' left before it was over", gone.code, gone.source);
+        core.observation.log.add(now_ns, "lost", &gone.source, text);
+    }
+}
+
+/// Conditions of a source were lost: its kernel had no place for them.
+pub(crate) fn alarm_events_lost(core: &mut Core, source: &str, count: u64) {
+    let text = format!("{count} conditions or other events of source '{source}' were lost: more came than there is room for");
+    let remedy = "report less often, or spread the verbs over more sources";
+    raise(core, Raised { code: "events_lost", source, block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
+    alarm_returns(core, "events_lost", source);
+}
+
+/// Notes that an alarm of `code` from `source` has lost its cause.
+pub(crate) fn alarm_returns(core: &mut Core, code: &str, source: &str) {
+    let now_ns = core.host.now_ns();
+    core.safety.alarms.clear(now_ns, |a| a.code == code && a.source == source);
+}
+
+/// Raises the alarm of the emergency stop, which was tripped by an input or by a call (`system`).
+pub(crate) fn alarm_emergency(core: &mut Core, source: &str, reason: &str) {
+    let (text, remedy) = (format!("emergency stop: {reason}"), "remove the cause, then reset");
+    raise(core, Raised { code: "emergency_stop", source, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Latch });
+}
+
+/// Notes the reset: the emergency stop, the faults of logical devices and the lost processors are over.
+pub(crate) fn alarm_reset(core: &mut Core) {
+    let now_ns = core.host.now_ns();
+    core.safety.alarms.clear(now_ns, |a| matches!(a.cause, Cause::Latch | Cause::Fault | Cause::Processor));
+}
+
+/// Raises the alarm of a lost physical device.
+pub(crate) fn alarm_lost(core: &mut Core, device: &str, message: &str) {
+    let (text, remedy) = (format!("physical device '{device}' was lost: {message}"), "look at its power and cable, then open it again");
+    raise(core, Raised { code: "device_lost", source: device, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Loss });
+}
+
+/// Raises the alarm of a lost processor: one, however many sources, verbs and devices go with it. `place`: the process where several share one.
+pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
+    if core.safety.alarms.current.iter().any(|a| a.active && a.cause == Cause::Processor && a.source == place) {
+        return;
+    }
+    let (text, remedy) = (message.to_owned(), "see the log for why, then call reset()");
+    raise(core, Raised { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
+}
+
+/// Raises the alarm of a recording that has ended before its time: an event, which a person is to see.
+pub(crate) fn alarm_recording(core: &mut Core, why: &str) {
+    let (code, source, remedy) = ("recording_failed", "system", "make room on the disk, and record into a new file");
+    raise(core, Raised { code, source, block: None, text: why.to_owned(), remedy, severity: Severity::Medium, cause: Cause::Event });
+    alarm_returns(core, code, source);
+}
+
+/// Clears the alarm of a lost physical device that was closed, or is open again.
+pub(crate) fn alarm_closed(core: &mut Core, device: &str) {
+    let now_ns = core.host.now_ns();
+    core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Loss && a.source == device);
+}
+
+/// Clears the alarm of a logical device that is enabled again, or gone.
+pub(crate) fn alarm_enabled(core: &mut Core, device: &str) {
+    let now_ns = core.host.now_ns();
+    core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Fault && a.source == device);
+}
+
+/// Raises the alarm of a condition that has one of its own.
+pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, block: Option<&str>, message: &str) {
+    let Some(instance) = core.instances.get(&id) else { return };
+    let Some(code) = instance.plan.conditions.get(condition).and_then(|c| c.alarm.clone()) else { return };
+    let (verb, name) = (instance.plan.verb.clone(), instance.plan.conditions[condition].name.clone());
+    let source = instance.owner.clone().unwrap_or(verb);
+    let text = if message.is_empty() { format!("'{name}' of '{}'", instance.name) } else { message.to_owned() };
+    raise(core, Raised { code: &code, source: &source, block, text, remedy: "", severity: Severity::High, cause: Cause::Event });
+    alarm_returns(core, &code, &source);
+}
+
+/// Raises the alarm of a verb that has ended otherwise than it should. `owner`: the device that it kept going, where no command caused that end.
+pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>, has_own: bool) {
+    let text = match (&report.block, report.message.is_empty()) {
+        (_, false) => format!("'{}' ended with '{}': {}", report.instance, report.condition, report.message),
+        (Some(block), true) => format!("'{}' ended with '{}', reported by '{block}'", report.instance, report.condition),
+        (None, true) => format!("'{}' ended with '{}'", report.instance, report.condition),
+    };
+    let block = report.block.as_deref();
+    if let Some(device) = owner {
+        if !TOLD.contains(&report.condition.as_str()) {
+            let remedy = "remove the cause, then enable the device again";
+            raise(core, Raised { code: &report.condition, source: device, block, text, remedy, severity: Severity::High, cause: Cause::Fault });
+        }
+    } else if !report.normal && !has_own && !FOLLOWS.contains(&report.condition.as_str()) && !is_of_a_gap(report) {
+        raise(core, Raised { code: &report.condition, source: &report.verb, block, text, remedy: "", severity: Severity::Medium, cause: Cause::Event });
+        // The end is the event: what is left is to be seen by a person.
+        alarm_returns(core, &report.condition, &report.verb);
+    }
+}
+
+/// Returns true if the supervisor ended a motion with what it declares of lost time: the fault of the joint's servo has the alarm.
+fn is_of_a_gap(report: &Report) -> bool {
+    report.condition == TIME_LOST && report.block.is_none()
+}
+
+/// Checks that the alarms which a verb's conditions name have texts.
+pub(crate) fn check_alarms(core: &Core, plan: &Plan) -> Result<(), Refusals> {
+    let codes = plan.conditions.iter().filter_map(|c| Some((c, c.alarm.as_ref()?)));
+    let known = || core.safety.alarms.texts.keys().map(String::as_str);
+    let wrong: Refusals = codes
+        .filter(|(_, code)| !core.safety.alarms.texts.contains_key(*code))
+        .flat_map(|(condition, code)| {
+            unknown("alarm", code, known()).into_iter().map(|refusal| refusal.for_what(&format!("condition '{}' of verb '{}'", condition.name, plan.verb)))
+        })
+        .collect();
+    if wrong.is_empty() { Ok(()) } else { Err(wrong) }
+}
+
+pub(crate) fn known_alarm(core: &Core, code: &str) -> Result<(), Refusals> {
+    if core.safety.alarms.texts.contains_key(code) {
+        return Ok(());
+    }
+    Err(unknown("alarm", code, core.safety.alarms.texts.keys().map(String::as_str)))
+}

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Claims: everything that a verb can write is its own from start to end, all or nothing. What another instance holds is refused,
+//! or, where the logical devices that it belongs to declare it, waited for in the order of the starts, or taken by aborting the
+//! holder. A start takes all that it needs at once, so no start holds one thing while it waits for another: there is no deadlock.
+use crate::core::Core;
+use crate::instances::course::Course;
+use crate::instances::instance::{Cause, State};
+use crate::instances::table::Request;
+use crate::starting::needs::Held;
+use model::SystemCondition;
+use model::definition::Arbitration;
+use model::plan::Plan;
+use model::refusal::Refusals;
+use std::collections::BTreeSet;
+
+/// Result of a start's claims.
+pub(crate) enum Admission {
+    Now,
+    /// It begins when these have ended.
+    Later(Vec<String>),
+}
+
+impl Core {
+    /// Decides if a start may begin now, later, or not at all.
+    pub fn arbitrate(&mut self, request: &Request) -> Result<Admission, Refusals> {
+        let instance = &self.instances[&request.id];
+        let (plan, name) = (instance.plan.clone(), instance.name.clone());
+        let held = self.instances.held(&self.registry, request, &plan, self.instances.queue.len());
+        if held.is_empty() {
+            return Ok(Admission::Now);
+        }
+        let refused: Refusals =
+            held.iter().filter(|h| h.arbitration == Arbitration::Refuse).map(|h| self.instances.second_writer(&self.registry, &name, &plan, h)).collect();
+        if !refused.is_empty() {
+            return Err(refused);
+        }
+        let mut holders: Vec<u64> = held.iter().map(|h| h.holder).collect();
+        holders.sort_unstable();
+        holders.dedup();
+        if held.iter().all(|h| h.arbitration == Arbitration::Abort) {
+            // A later start takes their places, too.
+            let waiting: Vec<u64> = holders.iter().filter(|h| self.instances[h].state() == State::Queued).copied().collect();
+            self.instances.queue.retain(|r| !waiting.contains(&r.id));
+            for id in waiting {
+                self.course(id).ended_in_queue(SystemCondition::Aborted, &format!("'{name}' was started"));
+            }
+            holders.retain(|h| self.registry.claims.values().any(|holder| holder == h));
+        }
+        Ok(Admission::Later(holders.iter().map(|h| self.instances[h].name.clone()).collect()))
+    }
+
+    /// Begins what may begin, in the order of the starts; aborts the holders where that is all that is left to wait for.
+    pub fn serve_queue(&mut self) {
+        let mut place = 0;
+        while let Some(request) = self.instances.queue.get(place) {
+            let instance = &self.instances[&request.id];
+            let (name, plan) = (instance.name.clone(), instance.plan.clone());
+            let held = self.instances.held(&self.registry, request, &plan, place);
+            if held.is_empty() {
+                let request = self.instances.queue.remove(place);
+                self.admit(request);
+                continue;
+            }
+            let running = |h: &Held| self.instances[&h.holder].state() != State::Queued;
+            if held.iter().all(|h| h.arbitration == Arbitration::Abort && running(h)) {
+                let holders: BTreeSet<u64> = held.iter().map(|h| h.holder).collect();
+                let length = self.instances.queue.len();
+                holders.into_iter().for_each(|holder| self.course(holder).abort(&name, &plan));
+                if self.instances.queue.len() != length {
+                    // A holder has ended at once, and the queue was served.
+                    return;
+                }
+            }
+            place += 1;
+        }
+    }
+
+    /// Begins a start whose turn has come, if its premises still hold.
+    fn admit(&mut self, request: Request) {
+        let instance = &self.instances[&request.id];
+        let (id, name) = (instance.id, instance.name.clone());
+        match self.check_start(instance) {
+            Ok(()) => {
+                self.observation.log.add(self.host.now_ns(), "admission", &name, "");
+                self.begin(request);
+            }
+            Err(refusals) => {
+                let message = refusals.first().map_or_else(String::new, |r| r.message.clone());
+                let condition = if self.safety.emergency.reason.is_some() { SystemCondition::EmergencyStop } else { SystemCondition::Aborted };
+                self.course(id).ended_in_queue(condition, &message);
+            }
+        }
+    }
+}
+
+impl Course<'_> {
+    /// Ends an instance because a later start takes what it holds; once. Where that acts on all its devices it goes on with them at once;
+    /// what would be left behind in its motion comes to rest first.
+    fn abort(&mut self, by: &str, plan: &Plan) {
+        let id = self.id;
+        let message = format!("'{by}' was started");
+        match self.core.instances.get_mut(&id) {
+            Some(instance) if !instance.leaving.aborted => {
+                instance.leaving.aborted = true;
+                instance.leaving.is_overtaken = instance.plan.devices.iter().all(|device| plan.devices.contains(device));
+            }
+            _ => return,
+        }
+        self.end_by(SystemCondition::Aborted, message);
+    }
+
+    /// Ends a start that has not begun.
+    pub fn leave_queue(&mut self, condition: usize, message: &str, asked_for: bool) {
+        let id = self.id;
+        self.core.instances.queue.retain(|request| request.id != id);
+        self.end_in_queue(condition, message, asked_for);
+        self.core.serve_queue();
+    }
+
+    fn ended_in_queue(&mut self, condition: SystemCondition, message: &str) {
+        let Some(condition) = self.core.instances.get(&self.id).and_then(|instance| instance.system(condition)) else { return };
+        self.end_in_queue(condition, message, false);
+    }
+
+    fn end_in_queue(&mut self, condition: usize, message: &str, asked_for: bool) {
+        let id = self.id;
+        let now_ns = self.core.host.now_ns();
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        instance.times.started_ns = now_ns;
+        instance.ends(Cause { condition, block: None, value: None, message: message.to_owned(), time_ns: now_ns, asked_for });
+        self.ended();
+    }
+}

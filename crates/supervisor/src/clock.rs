@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The system's clock.
+use crate::refuse::refuse;
+use crate::svvs::values::{Reading, store_value};
+use crate::system::System;
+use model::refusal::{Class, Refusals};
+use model::value::Value;
+
+impl System {
+    /// Returns ns on the system's clock.
+    pub fn now_ns(&self) -> i64 {
+        self.shared.host.now_ns()
+    }
+
+    /// Runs the firings in (now, now + duration] under the virtual clock.
+    pub fn advance(&self, duration_ns: i64) -> Result<(), Refusals> {
+        self.require_virtual("advance")?;
+        let limit_ns = self.now_ns().saturating_add(duration_ns.max(0));
+        while self.shared.happen(limit_ns)? {}
+        self.shared.host.set_now(limit_ns);
+        self.shared.locked().serve_deadlines(limit_ns);
+        self.shared.settle();
+        Ok(())
+    }
+
+    /// Runs everything that happens at the next instant of the virtual clock; false if nothing ever will.
+    pub fn step(&self) -> Result<bool, Refusals> {
+        self.require_virtual("step")?;
+        self.shared.step(i64::MAX)
+    }
+
+    /// Stores numbers in SVVs, runs the firings of the next `duration_ns`, and reads, under the virtual clock: a step of an episode. Numbers of an
+    /// array are its elements. What is stored is refused as by [`System::write`], and is not entered into the log.
+    pub fn turn(&self, stores: &[(String, Vec<f64>)], duration_ns: i64, reads: &[String]) -> Result<Vec<Reading>, Refusals> {
+        self.require_virtual("turn")?;
+        self.shared.command(|core| {
+            stores.iter().try_for_each(|(name, numbers)| {
+                let elements = numbers.iter().copied().map(Value::Number);
+                match &numbers[..] {
+                    [number] => store_value(core, name, &Value::Number(*number)).or_else(|_| store_value(core, name, &Value::List(elements.collect()))),
+                    _ => store_value(core, name, &Value::List(elements.collect())),
+                }
+            })
+        })?;
+        self.advance(duration_ns)?;
+        Ok(self.read(reads)?.1)
+    }
+
+    fn require_virtual(&self, call: &str) -> Result<(), Refusals> {
+        if self.shared.is_virtual {
+            return Ok(());
+        }
+        Err(refuse(Class::InvalidState, format!("cannot {call} system '{}': its clock is monotonic", self.name), "make it with clock=\"virtual\""))
+    }
+}

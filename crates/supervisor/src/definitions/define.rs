@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Verbs, graphs and types of devices. They can be defined at any time, as long as nothing that runs is affected.
+use crate::refuse::{known_unit, refuse, refuse_at, unknown};
+use crate::system::System;
+use indexmap::IndexMap;
+use model::definition::{DeviceType, Graph, Verb};
+use model::refusal::{Class, Refusals};
+use model::types::Type;
+use model::{CheckedVerb, Composition, check_graph, compose};
+use std::sync::Arc;
+
+impl System {
+    /// Patterns over `verb.label` → source.
+    pub fn place(&self, placement: IndexMap<String, String>) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        for source in placement.values() {
+            if !definitions.configuration.sources.contains_key(source) {
+                return Err(unknown("source", source, definitions.configuration.sources.keys().map(String::as_str)));
+            }
+        }
+        definitions.configuration.placement.extend(placement);
+        Ok(())
+    }
+
+    /// Enters a verb. An equal definition is nothing; another one of the name is refused while an instance runs.
+    pub fn define_verb(&self, verb: Verb) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        if definitions.configuration.verbs.get(&verb.name) == Some(&verb) && definitions.checked.contains_key(&verb.name) {
+            return Ok(());
+        }
+        self.refuse_busy(&verb.name, "redefine")?;
+        let checked = CheckedVerb::new(&verb, &definitions.configuration)?;
+        definitions.checked.insert(verb.name.clone(), Arc::new(checked));
+        definitions.configuration.verbs.insert(verb.name.clone(), verb);
+        Ok(())
+    }
+
+    /// Refuses where an instance of the verb runs or is suspended.
+    fn refuse_busy(&self, verb: &str, call: &str) -> Result<(), Refusals> {
+        let core = self.shared.locked();
+        match core.instances.values().find(|i| i.plan.verb == verb && i.is_busy()) {
+            None => Ok(()),
+            Some(busy) => Err(refuse(
+                Class::InUse,
+                format!("cannot {call} verb '{verb}': its instance '{}' is {}", busy.name, busy.state().name()),
+                format!("halt '{}' first", busy.name),
+            )),
+        }
+    }
+
+    /// Collects every refusal of a graph's definition.
+    pub fn check_graph(&self, graph: &Graph) -> Result<(), Refusals> {
+        let refusals = check_graph(graph, &self.as_configured());
+        if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+    }
+
+    /// Makes a verb of several; nothing is entered.
+    pub fn compose(&self, composition: &Composition) -> Result<Verb, Refusals> {
+        compose(composition, &self.as_configured())
+    }
+
+    /// Enters a logical device type.
+    pub fn define_device_type(&self, of: DeviceType) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        if definitions.configuration.device_types.get(&of.name) == Some(&of) {
+            return Ok(());
+        }
+        if let Some(verb) = of.verb.as_ref().filter(|v| !definitions.configuration.verbs.contains_key(*v)) {
+            return Err(unknown("verb", verb, definitions.configuration.verbs.keys().map(String::as_str)));
+        }
+        let device = definitions.configuration.logical_devices.iter().find(|(_, d)| d.device_type == of.name);
+        if let Some((device, _)) = device {
+            return Err(refuse_at(
+                Class::InUse,
+                format!("cannot redefine device type '{}': device '{device}' is of it", of.name),
+                format!("delete '{device}' first"),
+                of.place,
+            ));
+        }
+        let units = of.svvs.iter().map(|(name, svv)| (name, &svv.unit)).chain(of.parameters.iter().map(|(name, parameter)| (name, &parameter.unit)));
+        for (name, unit) in units {
+            known_unit(unit, &format!("'{name}' of device type '{}'", of.name), &of.place)?;
+        }
+        model::members::check_ranges(&of)?;
+        for (name, svv) in &of.svvs {
+            Type::parse(&svv.type_text, &IndexMap::new()).map_err(|r| vec![crate::starting::psi::named(r, name)])?;
+        }
+        definitions.configuration.device_types.insert(of.name.clone(), of);
+        Ok(())
+    }
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Code that comes while the system runs.
+use crate::refuse::{refuse, refuse_at};
+use indexmap::IndexMap;
+use model::interface::Interface;
+use model::refusal::{Class, Place, Refusals};
+use modules::{BuildError, BuildOptions, LoadError, LoadOptions, Probe};
+use opengpac::read::{BlockFace, TypeFace};
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// Loads a module; what is wrong with the file is a `ModuleError`.
+pub fn load(path: &Path, python: &str) -> Result<modules::LoadedModule, Refusals> {
+    let options = LoadOptions { probe: probe(python), build: BuildOptions { python: Some(python.into()), ..BuildOptions::default() } };
+    modules::load(path, &options).map_err(|error| {
+        let place = match &error {
+            LoadError::BuildFailed { file, line, .. } => Some(Place { file: file.display().to_string(), line: *line }),
+            _ => None,
+        };
+        let message = match error {
+            LoadError::BuildFailed { first_error, .. } => first_error,
+            other => other.to_string(),
+        };
+        refuse_at(Class::ModuleError, message, "", place)
+    })
+}
+
+fn probe(python: &str) -> Probe {
+    Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()])
+}
+
+/// Compiles C or C++ sources into a code module; its path.
+pub fn build(sources: &[PathBuf], output: Option<PathBuf>, python: &str) -> Result<PathBuf, Refusals> {
+    let options = BuildOptions { output, python: Some(python.into()), ..BuildOptions::default() };
+    modules::build(sources, &options).map_err(|error| match error {
+        BuildError::Failed { message, file, line } => refuse_at(Class::ModuleError, message, "", Some(Place { file: file.display().to_string(), line })),
+        other => refuse(Class::ModuleError, other.to_string(), ""),
+    })
+}
+
+/// Returns the blocks of the library, with their interfaces.
+pub fn library() -> Vec<Interface> {
+    let (faces, types) = library_faces();
+    let types: IndexMap<String, String> = types.iter().map(|t| (t.name.clone(), t.declaration.clone())).collect();
+    faces.iter().map(|face| crate::definitions::faces::interface("library", face, &types)).collect()
+}
+
+pub(crate) fn library_faces() -> (Vec<BlockFace>, Vec<TypeFace>) {
+    let types: Vec<TypeFace> = library::types().iter().filter_map(|t| TypeFace::read(t).ok()).collect();
+    let read = |d: &&'static opengpac::abi::Descriptor| BlockFace::read(d, &types).ok();
+    (library::blocks().iter().filter_map(read).collect(), types)
+}

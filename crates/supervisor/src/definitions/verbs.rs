@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Lists the verbs and blocks of the system, for a person who searches them or starts a verb by hand.
+use crate::observation::description::ModuleAbout;
+use crate::refuse::unknown;
+use crate::system::System;
+use indexmap::IndexMap;
+use model::definition::{Part, Verb};
+use model::interface::Interface;
+use model::refusal::Refusals;
+use model::{FormArgument, FormInput};
+use serde::Serialize;
+
+/// A verb in one line.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct VerbSummary {
+    pub name: String,
+    pub doc: String,
+    pub class: VerbClass,
+    /// The device types that it supports.
+    pub supports: Vec<String>,
+    /// True if it has one command list.
+    pub simple: bool,
+    /// Names of its command lists.
+    pub lists: Vec<String>,
+    /// Parts of a composed verb, by label.
+    pub parts: IndexMap<String, Part>,
+}
+
+/// The paper's two classes of verbs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub enum VerbClass {
+    /// The verb keeps the logical devices of a type going.
+    #[serde(rename = "supports devices")]
+    SupportsDevices,
+    #[serde(rename = "acts on devices")]
+    ActsOnDevices,
+}
+
+/// The inputs that a start of the verb asks for.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct VerbForm {
+    pub name: String,
+    pub doc: String,
+    /// True if it may be started in manual mode.
+    pub manual: bool,
+    /// Arguments with which an instance is made.
+    pub arguments: Vec<FormArgument>,
+    /// The values that a start may be given.
+    pub inputs: Vec<FormInput>,
+    /// The definition itself.
+    pub defined: Verb,
+}
+
+impl System {
+    /// Returns the verbs: name, description, whether each supports devices (of which types) or acts on devices, lists, parts.
+    pub fn verbs(&self) -> Vec<VerbSummary> {
+        let definitions = self.shared.definitions();
+        let c = &definitions.configuration;
+        let summary = |verb: &Verb| {
+            let supports: Vec<String> = c.device_types.values().filter(|t| t.verb.as_ref() == Some(&verb.name)).map(|t| t.name.clone()).collect();
+            VerbSummary {
+                name: verb.name.clone(),
+                doc: verb.doc.clone(),
+                class: if supports.is_empty() { VerbClass::ActsOnDevices } else { VerbClass::SupportsDevices },
+                supports,
+                simple: verb.command_lists.len() == 1,
+                lists: verb.command_lists.keys().cloned().collect(),
+                parts: verb.parts.clone(),
+            }
+        };
+        c.verbs.values().map(summary).collect()
+    }
+
+    /// Returns what a form that starts a verb needs: its arguments and input parameters, and the definition itself.
+    pub fn verb_form(&self, name: &str) -> Result<VerbForm, Refusals> {
+        let mut definitions = self.shared.definitions();
+        let Some(verb) = definitions.configuration.verbs.get(name).cloned() else {
+            return Err(unknown("verb", name, definitions.configuration.verbs.keys().map(String::as_str)));
+        };
+        let checked = definitions.checked(name)?;
+        Ok(VerbForm {
+            name: verb.name.clone(),
+            doc: verb.doc.clone(),
+            manual: verb.manual,
+            arguments: checked.form_arguments(),
+            inputs: checked.form_inputs(),
+            defined: verb,
+        })
+    }
+
+    /// Interfaces of every block that there is: of the library, and of the code modules that were downloaded.
+    pub fn blocks(&self) -> Vec<Interface> {
+        self.as_configured().interfaces.values().cloned().collect()
+    }
+
+    /// Interfaces of the blocks of a module.
+    pub fn module_about(&self, module: &str) -> ModuleAbout {
+        let definitions = self.shared.definitions();
+        let prefix = format!("{module}.");
+        let blocks = definitions.configuration.interfaces.iter().filter(|(name, _)| name.starts_with(&prefix)).map(|(_, interface)| interface.clone());
+        ModuleAbout { name: module.to_owned(), blocks: blocks.collect(), types: definitions.catalog.modules.get(module).cloned(), note: None }
+    }
+}

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Exchanging the verb that keeps a logical device going.
+use crate::instances::apply::leave_writers;
+use crate::refuse::unknown;
+use crate::system::System;
+use indexmap::IndexMap;
+use model::definition::Application;
+use model::refusal::{Place, Refusals};
+
+impl System {
+    /// Replaces the verb of a device by another one, with the same arguments. Within one firing where the device is enabled.
+    ///
+    /// # Errors
+    /// Everything that creating and starting the other verb may refuse; then nothing has changed. `PlacementError` where one of them
+    /// lies in several sources; `InvalidState` where the device is neither enabled nor idle, or another verb takes one of its SVVs
+    /// synchronously.
+    pub fn exchange_verb(&self, device: &str, verb: &str, place: Option<Place>) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        let Some(record) = definitions.configuration.logical_devices.get(device) else {
+            return Err(unknown("logical device", device, definitions.configuration.logical_devices.keys().map(String::as_str)));
+        };
+        let application = Application {
+            verb: verb.to_owned(),
+            name: Some(format!("{device}.{verb}")),
+            arguments: record.arguments.clone(),
+            placement: record.source.iter().map(|source| ("*".to_owned(), source.clone())).collect(),
+            every: IndexMap::new(),
+            values: IndexMap::new(),
+            owner: Some(device.to_owned()),
+            place,
+        };
+        let new = self.create_in(&mut definitions, &application)?;
+        let exchanged = self.shared.command(|core| core.exchange(device, new, &definitions.configuration));
+        let settled = exchanged.and_then(|old| self.until_settled(new, |i| !i.is_under_way()).map(|()| old));
+        let gone = settled.as_ref().map_or(Some(new), |old| *old);
+        let removed = self.shared.command(|core| {
+            let found = gone.and_then(|id| core.instances.get(&id)).map(|i| (i.name.clone(), i.plan.clone()));
+            gone.into_iter().for_each(|id| core.remove(id));
+            Ok(found)
+        })?;
+        if let Some((name, plan)) = removed {
+            leave_writers(&mut definitions, &plan, &name);
+        }
+        settled.map(|_| ())
+    }
+}

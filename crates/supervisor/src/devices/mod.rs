@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Devices: opened, enabled, exchanged, served and opened again.
+pub(crate) mod enabling;
+pub(crate) mod errands;
+pub(crate) mod exchange;
+pub(crate) mod exchange_calls;
+pub(crate) mod physical;
+pub(crate) mod reopening;
+pub(crate) mod services;

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Services of drivers, commands off the cycle, and searches for devices. Each is carried out on a thread of its own that holds nothing
+//! which a stop could wait for; the caller waits for its answer, in slices.
+use crate::devices::errands::{Errand, Errands};
+use crate::refuse::{refuse, unknown};
+use crate::system::{System, Waited};
+use device::{DriverError, Reached, Unserved};
+use model::refusal::{Class, Refusals};
+use model::value::Value;
+use serde_json::Value as Json;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+impl System {
+    /// Lets the driver of a physical device carry out a service. Returns the number of the call, for [`System::served`]. While an emergency
+    /// stop is latched, one that moves the device is refused.
+    pub fn service(&self, device: &str, service: &str, arguments: Json) -> Result<u64, Refusals> {
+        let (beside, far, stop) = {
+            let core = self.shared.locked();
+            let physical = &core.registry.physical;
+            let of = physical.get(device).ok_or_else(|| unknown("physical device", device, physical.keys().map(String::as_str)))?;
+            if moves(&of.about, service) {
+                core.safety.emergency.refuse("ask for service", &format!("{device}.{service}"))?;
+            }
+            (of.beside.clone(), core.remote.at(core.registry.source_name(of.source)).cloned(), core.safety.emergency.stop.clone())
+        };
+        let (number, errand) = self.errands().begin(format!("device '{device}'"), format!("service '{service}'"))?;
+        let (name, service) = (device.to_owned(), service.to_owned());
+        carry_out(&errand, move || match far {
+            None => beside.serve(&service, &arguments, &|| stop.load(Ordering::Acquire)),
+            Some(far) => far.service(&name, &service, &arguments.to_string()).map(|answer| serde_json::from_str(&answer).unwrap_or_default()),
+        });
+        Ok(number)
+    }
+
+    /// Looks on this host for devices that a driver could open; nothing moves. Returns the number of the search, for [`System::served`]: its
+    /// answer is a list of devices, each with the options that open it.
+    pub fn scan(&self, kind: &str, options: Json) -> Result<u64, Refusals> {
+        let (number, errand) = self.errands().begin(format!("driver '{kind}'"), "a search".to_owned())?;
+        let kind = kind.to_owned();
+        carry_out(&errand, move || {
+            let found = drivers::scan(&kind, &options).map_err(|why| match &why {
+                DriverError::UnknownKind { .. } => Unserved::Unknown(why.to_string()),
+                DriverError::Option { .. } | DriverError::NoScan { .. } => Unserved::Arguments(why.to_string()),
+                _ => Unserved::Failed(why.to_string()),
+            })?;
+            serde_json::to_value(found).map_err(|why| Unserved::Failed(why.to_string()))
+        });
+        Ok(number)
+    }
+
+    /// Visits each argument of a service that names a file or code of this machine. A device that is unknown has none.
+    ///
+    /// # Errors
+    /// The first error of `visit`.
+    pub fn each_reach_of_service<E>(
+        &self,
+        device: &str,
+        service: &str,
+        arguments: &mut Json,
+        visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let driver = self.shared.locked().registry.physical.get(device).map(|of| of.driver.clone());
+        match driver {
+            Some((kind, options)) => drivers::each_reach_of_service((&kind, &options), service, arguments, visit),
+            None => Ok(()),
+        }
+    }
+
+    fn errands(&self) -> MutexGuard<'_, Errands> {
+        self.shared.errands.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for the answer of a service call, for `slice` at most. It is given once.
+    pub fn served(&self, errand: u64, slice: Duration) -> Result<Waited<Option<Value>>, Refusals> {
+        let gone = || refuse(Class::InvalidState, format!("errand {errand} is over, and its answer was taken"), "ask for the service again");
+        let of = self.errands().get(errand).ok_or_else(gone)?;
+        let until = Instant::now() + slice;
+        let mut answer = of.answer.lock().unwrap_or_else(PoisonError::into_inner);
+        while answer.is_none() {
+            if self.shared.closing.load(Ordering::Acquire) {
+                let message = format!("system '{}' is closed, and the wait for {} of {} has ended", self.name, of.what, of.of);
+                return Err(refuse(Class::InvalidState, message, ""));
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Ok(Waited::Slice);
+            }
+            answer = of.answered.wait_timeout(answer, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        let answer = answer.take().ok_or_else(gone)?;
+        self.errands().remove(errand);
+        let wrong = |why: serde_json::Error| Unserved::Failed(format!("its answer is of no form that is known: {why}"));
+        let value = answer.and_then(|answer| serde_json::from_value(answer).map_err(wrong));
+        value.map(Waited::Done).map_err(|why| of.refused(why))
+    }
+}
+
+/// Carries out a service call on a thread of its own.
+fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, Unserved> + Send + 'static) {
+    let ends = errand.clone();
+    if let Err(why) = std::thread::Builder::new().name("service".to_owned()).spawn(move || ends.end(does())) {
+        errand.end(Err(Unserved::Failed(format!("no thread for it: {why}"))));
+    }
+}
+
+/// Returns true if a service moves its device, as its driver declares.
+fn moves(about: &Json, service: &str) -> bool {
+    about["services"].as_array().into_iter().flatten().any(|of| of["name"] == service && of["moves"] == true)
+}

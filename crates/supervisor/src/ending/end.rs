@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Ends: every start of a verb instance has exactly one, with its report.
+use crate::alarms::causes::{alarm_of_condition, alarm_of_end};
+use crate::core::Core;
+use crate::ending::report::Report;
+use crate::instances::course::Course;
+use crate::instances::following_errors::{TIME_LOST, lost_beyond, servo_text};
+use crate::instances::instance::{Cause, Instance, Life, State};
+use crate::instances::output_values::{decode, reported};
+use crate::movements::sequence::{Builder, Movement};
+use crate::processors::farewell;
+use crate::registry::{DeviceState, Registry};
+use crate::transitions::stages::Verbatim;
+use indexmap::IndexMap;
+use kernel::{STAMP_LEN, SourceId};
+use model::SystemCondition;
+use model::plan::Target;
+use model::value::Value;
+
+impl Core {
+    /// Ends the verbs that use a logical device.
+    pub fn end_users(&mut self, device: &str, condition: SystemCondition, message: &str) {
+        for user in self.users(device) {
+            if condition == SystemCondition::DeviceDisabled
+                && let Some(instance) = self.instances.get_mut(&user)
+                && std::mem::replace(&mut instance.leaving.disabled, true)
+            {
+                continue;
+            }
+            self.course(user).end_by(condition, message.to_owned());
+        }
+    }
+}
+
+impl Core {
+    /// Ends the verbs that use a logical device whose own verb has ended; `lost_s`: the time that was lost, where that is why.
+    fn end_users_of_lost(&mut self, device: &str, lost_s: Option<f64>, message: &str) {
+        let Some(lost_s) = lost_s else { return self.end_users(device, SystemCondition::DeviceLost, message) };
+        for user in self.users(device) {
+            self.course(user).end_by_gap(lost_s, message.to_owned());
+        }
+    }
+
+    /// Returns the instances that use a logical device, those in the queue first.
+    fn users(&self, device: &str) -> Vec<u64> {
+        let mut users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
+        self.instances.queued_first(&mut users);
+        users
+    }
+}
+
+impl Course<'_> {
+    /// Ends an instance by a condition that no block reported. Nothing where it is ending or not running.
+    pub fn end_by(&mut self, condition: SystemCondition, message: String) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get(&id) else { return };
+        let Some(condition) = instance.system(condition) else { return };
+        self.come(condition, message, false);
+    }
+
+    /// Ends an instance because a joint lost more time than it allows: by its own condition for that, with the time as its value; where it
+    /// has none in its list, by the loss of the device.
+    fn end_by_gap(&mut self, lost_s: f64, message: String) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get(&id) else { return };
+        let is_own = |at: &usize| instance.plan.conditions[*at].holds_in(instance.position.list);
+        let own = instance.condition(TIME_LOST).filter(is_own).filter(|_| instance.state() != State::Queued);
+        match own {
+            Some(condition) => self.come_with(condition, Some(Value::Number(lost_s)), message, false),
+            None => self.end_by(SystemCondition::DeviceLost, message),
+        }
+    }
+
+    /// Takes a condition from outside the blocks: it leads to τ, or to the end. `asked_for`: by the waiter.
+    pub fn come(&mut self, condition: usize, message: String, asked_for: bool) {
+        self.come_with(condition, None, message, asked_for);
+    }
+
+    fn come_with(&mut self, condition: usize, value: Option<Value>, message: String, asked_for: bool) {
+        let id = self.id;
+        let now_ns = self.core.host.now_ns();
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        if instance.state() == State::Queued {
+            return self.leave_queue(condition, &message, asked_for);
+        }
+        if !instance.is_started() {
+            return;
+        }
+        let is_second = asked_for && instance.leaving.halting;
+        let name = instance.plan.conditions[condition].name.clone();
+        let is_under_way =
+            instance.is_in_ending() || (name == SystemCondition::Aborted.name() && instance.leaving.departure.is_some() && !instance.leaving.is_overtaken);
+        if is_under_way && !is_second && name != SystemCondition::Completed.name() {
+            // The end is on its way already; a halt after this one is immediate.
+            instance.leaving.halting |= asked_for;
+            if !asked_for {
+                instance.other(name, String::new(), now_ns);
+            }
+            return;
+        }
+        if !self.take_process(true) {
+            return;
+        }
+        if self.core.safety.pause.is_held_back(id) {
+            // Nothing of it has run, so nothing of it is asked.
+            let time_ns = self.core.host.now_ns();
+            return self.end_at_once(Cause { condition, block: None, value: None, message, time_ns, asked_for });
+        }
+        alarm_of_condition(self.core, id, condition, None, &message);
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        // Only now is it certain in which list the process is.
+        let condition = instance.condition(&instance.plan.conditions[condition].name).unwrap_or(condition);
+        instance.leaving.halting |= asked_for;
+        let cause = Cause { condition, block: None, value, message, time_ns: now_ns, asked_for };
+        let to = instance.led_to(condition);
+        match to {
+            _ if is_second => self.end_at_once(cause),
+            Some(list) => {
+                self.depart(cause.clone());
+                self.lead_on(&cause, list);
+            }
+            None => self.end(cause),
+        }
+    }
+
+    /// Begins the end proper: everything off and safe in every source, then the report. The process is frozen.
+    pub fn finish(&mut self, cause: Cause) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        if !instance.is_started() {
+            return;
+        }
+        let condition = cause.condition;
+        instance.ends(cause);
+        instance.findings.expect_nothing();
+        let is_through = std::mem::take(&mut instance.work.is_through) && !instance.is_under_way() && instance.ends_in_its_opening() == Some(condition);
+        // A resume takes the pause back and begins nothing that is on its way to its end.
+        self.core.safety.pause.forget_start(id);
+        let instance = self.core.instances.get_mut(&id).expect("found above");
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        if is_through {
+            let source = instance.installed.sources[0];
+            let outputs = of.outputs_in(source, condition);
+            let len = outputs.iter().map(|output| of.piece_len(*output)).sum::<usize>() + STAMP_LEN;
+            // What stands behind the outputs says that the script was carried out to its end.
+            if matches!(&instance.work.captured[..], [(_, captured)] if captured.len() == len) {
+                instance.findings.captures.expect(source, outputs);
+                return self.ended();
+            }
+        }
+        let mut builder = Builder::default();
+        for &source in &instance.installed.sources {
+            let mut outputs = of.outputs_in(source, condition);
+            instance.findings.captures.keep_missing(&mut outputs);
+            of.end_in(&mut builder, source, &outputs);
+            instance.findings.captures.expect(source, outputs);
+        }
+        builder.then(Movement::Ended);
+        self.replace_sequence(builder.finish());
+    }
+
+    /// Follows a kernel that has ended it in the same firing; what its script captured are outputs in that source. `alone`: no other condition
+    /// of that firing is still to be told.
+    pub fn ended_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8], alone: bool) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        (instance.position.list, instance.position.stage) = instance.list_stage(instance.installed.process.now().1);
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        // What the ending list captured is nothing: the outputs were read when it began.
+        let outputs = if instance.is_in_ending() { Vec::new() } else { of.outputs_in(source, cause.condition) };
+        instance.findings.captures.take(&of, &outputs, captured);
+        let (told, is_read) = (cause.condition, instance.is_in_ending() && !instance.findings.captures.is_pending());
+        let cause = instance.remembered(cause);
+        let is_read = is_read || told == cause.condition;
+        let done = is_read && alone && instance.installed.sources.len() == 1 && instance.work.outstanding == 0 && instance.work.sequence.is_empty();
+        if done && instance.is_running() {
+            // The reaction has done all of it: everything is off and safe, the outputs are here.
+            instance.findings.captures.expect_nothing();
+            instance.ends(cause);
+            return self.ended();
+        }
+        // Scripts of a start that was still under way may have switched something on behind the reaction: the end goes through
+        // every source once more.
+        self.finish(cause);
+    }
+
+    /// Ends it after everything has been acknowledged: claims are free, the report is made.
+    pub fn ended(&mut self) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        let Life::Ending { cause, .. } = &instance.life else { return };
+        let cause = cause.clone();
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        instance.findings.captures.take_scripts(&of, std::mem::take(&mut instance.work.captured));
+        instance.position.active.clear();
+        instance.position.wait_until_ns = None;
+        let owner = instance.owner.clone();
+        let departed = instance.leaving.departure.is_some();
+        let report = report(instance, &self.core.registry, cause);
+        instance.life = Life::Ended(Box::new(report.clone()));
+        farewell::forget(&self.core.remote, &self.core.registry, &self.core.instances[&id]);
+        let now_ns = self.core.host.now_ns();
+        self.core.observation.log.add(
+            if departed { now_ns } else { (report.time_s * 1e9) as i64 },
+            "end",
+            &report.instance,
+            format!("{}{}", report.condition, if report.message.is_empty() { String::new() } else { format!(": {}", report.message) }),
+        );
+        let ended_as = report.condition.clone();
+        let because = if report.message.is_empty() { String::new() } else { format!(": {}", report.message) };
+        let unasked = owner.as_ref().filter(|o| self.core.registry.logical.get(*o).is_some_and(|l| l.state != DeviceState::Stopping));
+        let has_own = self.core.instances[&id].plan.conditions.iter().any(|c| c.name == ended_as && c.alarm.is_some());
+        if owner.is_none() || unasked.is_some() {
+            alarm_of_end(self.core, &report, unasked.map(String::as_str), has_own);
+        }
+        self.core.safety.pause.forget_suspended(id);
+        let lost_s = owner.as_ref().and_then(|owner| lost_beyond(&report, self.core.registry.logical.get(owner)?.gap_max_s));
+        self.core.observation.ends.add(id, report);
+        self.core.observation.ended += 1;
+        if let Some(owner) = owner
+            && !self.core.registry.servo_ended(&owner)
+        {
+            let message = format!("the verb of device '{owner}' ended with '{ended_as}'{because}");
+            self.core.end_users_of_lost(&owner, lost_s, &message);
+        }
+        self.make_idle();
+        // What it claimed is free again, and the starts that wait for it follow at once, before any other.
+        self.core.registry.claims.retain(|_, holder| *holder != id);
+        self.core.serve_queue();
+    }
+}
+
+fn report(instance: &Instance, registry: &Registry, cause: Cause) -> Report {
+    let (condition, way) = (&instance.plan.conditions[cause.condition], &instance.findings.way);
+    let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
+    let mut outputs = IndexMap::new();
+    let on_the_way = way.conditions.iter().flat_map(|passed| &instance.plan.conditions[*passed].returns).map(|output| (output, &way.captures));
+    for (&output, captured) in on_the_way.chain(condition.returns.iter().map(|output| (output, &instance.findings.captures))) {
+        let planned = &instance.plan.outputs[output];
+        if let Some(bytes) = captured.whole(&of, output) {
+            let (value, was_reported) = match planned.target {
+                Target::Report { item, .. } => reported(&bytes, item),
+                _ => (bytes.as_slice(), true),
+            };
+            let value = was_reported.then(|| decode(&planned.type_text, matches!(planned.target, Target::Cells(_)), value));
+            outputs.insert(planned.name.clone(), value);
+        }
+    }
+    let message = match cause.message {
+        message if message.is_empty() => servo_text(registry, &condition.name, instance.owner.as_deref(), cause.value.as_ref(), &outputs),
+        message => message,
+    };
+    Report {
+        instance: instance.name.clone(),
+        verb: instance.plan.verb.clone(),
+        start: instance.starts,
+        condition: condition.name.clone(),
+        normal: condition.normal || (cause.asked_for && condition.name == SystemCondition::Halted.name()),
+        command_list: instance.plan.lists[instance.leaving.departure.as_ref().and_then(|d| d.ending_from).unwrap_or(instance.position.list)].name.clone(),
+        block: cause.block,
+        time_s: cause.time_ns as f64 * 1e-9,
+        started_s: instance.times.started_ns as f64 * 1e-9,
+        value: cause.value,
+        message,
+        outputs,
+        others: instance.findings.others.clone(),
+        way: way.told(),
+    }
+}

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Faults and what conditions report, in words and values for people.
+use crate::instances::floating_point::floats_text;
+use crate::instances::instance::Instance;
+use crate::instances::table::Instances;
+use crate::registry::Registry;
+use kernel::{BlockId, Fault, SourceId};
+use model::types::Type;
+use model::value::Value;
+use opengpac::{CALLED_FORK, FLOATS_CHANGED, lost_text, signal_text};
+
+impl Instance {
+    /// Returns the value that a condition reported, if it has one.
+    pub fn reported_value(&self, block: Option<usize>, item: u8, bytes: &[u8]) -> Option<Value> {
+        let interface = self.installed.interfaces.get(block?)?;
+        let declared = &interface.items.get(usize::from(item))?.type_text;
+        let of = Type::parse(declared, &interface.types).ok()?;
+        (!bytes.is_empty() && bytes.len() == of.size()).then(|| of.decode(bytes))
+    }
+
+    /// Returns a text about a report of a block for which no termination condition stands now.
+    pub fn unwatched(&self, block: BlockId, item: u8, fault: Option<(Fault, Vec<u8>)>) -> String {
+        let index = self.installed.blocks.iter().position(|b| b.id() == block);
+        match &fault {
+            Some((fault, what)) => fault_text(self, index, fault, what),
+            None => {
+                let item = index.and_then(|b| item_name(self, b, item)).unwrap_or_default();
+                let label = index.map_or("?", |b| self.plan.blocks[b].label.as_str());
+                format!("'{label}' reported '{item}', which no termination condition stands for now")
+            }
+        }
+    }
+}
+
+/// Returns the text about a source that was stopped.
+pub(crate) fn stopped_text(instances: &Instances, registry: &Registry, source: SourceId, block: BlockId, fault: &Fault) -> String {
+    let why = match instances.culprit(block) {
+        _ if *fault == Fault::Floats => floats_text(instances, registry, source),
+        Some((of, index)) => format!("{}, of '{}'", fault_text(of, Some(index), fault, &[]), of.name),
+        None => "a block that is gone".to_owned(),
+    };
+    format!("source '{}' stopped: {why}", registry.source_name(source))
+}
+
+/// Returns the text about a fault, naming the block and its code; `said` is what its exception says.
+pub(crate) fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault, said: &[u8]) -> String {
+    let of = block.map(|b| &instance.plan.blocks[b]);
+    let what = of.map_or("a block".to_owned(), |b| format!("block '{}' ({})", b.label, b.block));
+    match fault {
+        Fault::Returned(code) => match block.and_then(|b| fault_meaning(&instance.installed.interfaces[b].doc, *code)) {
+            Some(meaning) => format!("{what}: {meaning} (fault {code})"),
+            None => format!("{what} returned fault {code}"),
+        },
+        Fault::Panic => format!("{what} panicked"),
+        Fault::NonFinite(item) => {
+            let item = block.and_then(|b| item_name(instance, b, *item)).unwrap_or_default();
+            format!("output '{item}' of {what} was not finite")
+        }
+        Fault::Floats => format!("{what} {FLOATS_CHANGED}"),
+        Fault::Forked => format!("{what} {CALLED_FORK}"),
+        Fault::Signal(signal) => format!("{what}: {}", signal_text(*signal)),
+        Fault::Lost(signal) => format!("{what} {}", lost_text(*signal)),
+        Fault::Budget => format!("{what} used up its time budget"),
+        Fault::Threw => format!("{what} threw an exception: {}", String::from_utf8_lossy(said)),
+    }
+}
+
+/// Returns the name of an item of an installed block.
+pub(crate) fn item_name(instance: &Instance, block: usize, item: u8) -> Option<String> {
+    instance.installed.interfaces.get(block)?.items.get(usize::from(item)).map(|i| i.name.clone())
+}
+
+/// Returns the meaning of a fault code in a block's description: `Faults: 1 a limit is not above 0; 2 a goal is out of range.`
+fn fault_meaning(doc: &str, code: u32) -> Option<&str> {
+    let faults = doc.lines().find_map(|line| line.strip_prefix("Faults: "))?;
+    faults.split(';').find_map(|entry| entry.trim().strip_prefix(&format!("{code} "))).map(|meaning| meaning.trim_end_matches('.'))
+}

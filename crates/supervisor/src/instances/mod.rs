@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Verb instances: as they are kept, made, commanded and told of, and the events that move them.
+pub(crate) mod apply;
+pub(crate) mod captures;
+pub(crate) mod commands;
+pub(crate) mod course;
+pub(crate) mod create;
+pub(crate) mod deadlines;
+pub(crate) mod events;
+pub(crate) mod floating_point;
+pub(crate) mod following_errors;
+pub(crate) mod instance;
+pub(crate) mod instance_calls;
+pub(crate) mod messages;
+pub(crate) mod output_values;
+pub(crate) mod perform;
+pub(crate) mod progress;
+pub(crate) mod retune;
+pub(crate) mod table;

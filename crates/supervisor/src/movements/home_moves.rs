@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where cells lie that blocks of several sources write: before a command lets such a block run, the cell comes to its source.
+use crate::movements::sequence::{Builder, Movement};
+use crate::transitions::stages::Verbatim;
+use crate::wiring::homes::run_by;
+use crate::wiring::installed::Homes;
+use model::plan::PlannedCommand;
+
+impl Verbatim<'_> {
+    /// Brings the cells that a command lets blocks write home before it acts; does nothing if they are there already.
+    pub fn bring(&self, builder: &mut Builder, command: &PlannedCommand) {
+        if self.installed.homes.is_empty() {
+            return;
+        }
+        let mut cells: Vec<(usize, usize)> = Vec::new();
+        for block in run_by(self.plan, command) {
+            let source = self.installed.block_source[block];
+            for &cell in self.installed.homes.keys().filter(|cell| self.plan.cells[**cell].writers.iter().any(|(writer, _)| *writer == block)) {
+                if builder.homes.insert(cell, source) != Some(source) {
+                    cells.push((cell, block));
+                }
+            }
+        }
+        if !cells.is_empty() {
+            builder.then(Movement::Home(cells));
+        }
+    }
+
+    /// Returns the homes while the commands of a stage have been carried out: those that an active block says.
+    pub fn homes_in(&self, list: usize, stage: usize) -> Homes {
+        let active = &self.plan.lists[list].stages[stage].active;
+        let is_on = |block: usize| active.iter().any(|(activation, _)| *activation == self.plan.blocks[block].activation);
+        let of = |cell: &usize| {
+            let writer = self.plan.cells[*cell].writers.iter().find(|(block, _)| is_on(*block))?;
+            Some((*cell, self.installed.block_source[writer.0]))
+        };
+        self.installed.homes.keys().filter_map(of).collect()
+    }
+
+    /// Returns true if an output lies now in one source, now in another: no kernel reads it alone.
+    pub fn moves(&self, output: usize) -> bool {
+        use model::plan::Target;
+        match &self.plan.outputs[output].target {
+            Target::Cell(cell) => self.installed.homes.contains_key(cell),
+            Target::Cells(cells) => cells.iter().any(|cell| self.installed.homes.contains_key(cell)),
+            Target::Item { .. } | Target::Report { .. } => false,
+        }
+    }
+}

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Looking at a running system: snapshots, histories. Nothing here disturbs what runs.
+use crate::svvs::values::{Reading, are_read, ask_for, forget_snapshot, kept, taken, unanswered};
+use crate::system::{System, Waited};
+use model::refusal::Refusals;
+use std::time::Duration;
+
+/// A value in the history of an SVV: number, time in ns, bytes.
+pub type Past = (u64, i64, Vec<u8>);
+
+impl System {
+    /// Returns one consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are taken at the next
+    /// boundary of each.
+    pub fn read(&self, names: &[String]) -> Result<(i64, Vec<Reading>), Refusals> {
+        if !self.shared.is_virtual {
+            // A device that was opened just now is read within a period of its source; one that is not is named by `ask_for`.
+            let _waited = self.shared.wait_for(None, FIRST_READING_MAX, |core| Ok(are_read(core, names).then_some(())))?;
+        }
+        let snapshot = self.shared.ask(|core| ask_for(core, names))?;
+        let waited = self.shared.wait_for(None, READ_MAX, |core| Ok(taken(core, &snapshot, names.len())))?;
+        match waited {
+            Waited::Done(read) => Ok(read),
+            _ => {
+                let mut core = self.shared.locked();
+                let why = unanswered(&core, &snapshot);
+                forget_snapshot(&mut core, &snapshot);
+                Err(why)
+            }
+        }
+    }
+
+    /// Returns up to `count` last values, oldest first.
+    pub fn history(&self, name: &str, count: usize) -> Result<Vec<Past>, Refusals> {
+        // What is kept is noted under the lock, and copied out without it: no command waits for that.
+        let kept = kept(&self.shared.locked(), name)?;
+        Ok(kept.last(count))
+    }
+}
+
+/// Time for which a read waits for the first reading of a device.
+const FIRST_READING_MAX: Duration = Duration::from_secs(1);
+/// Kernels answer within a firing; longer than this means that a processor does not run.
+const READ_MAX: Duration = Duration::from_secs(5);

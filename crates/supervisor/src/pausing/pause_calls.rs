@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The pause of a program.
+use crate::core::Core;
+use crate::instances::instance::State;
+use crate::pausing::program::{pause_program, resume_program};
+use crate::precedence::first;
+use crate::system::{System, Waited};
+use model::refusal::Refusals;
+use std::time::Duration;
+
+impl System {
+    /// Pauses; returns, by name, what that suspended. See [`System::paused`] for when it has been done.
+    pub fn pause(&self, devices: Option<&[String]>) -> Result<Vec<(u64, String)>, Refusals> {
+        let pause = |core: &mut Core| {
+            let stopped = pause_program(core, devices)?;
+            Ok(named(core, stopped))
+        };
+        first(|| self.shared.command(pause))
+    }
+
+    /// Waits, at most `slice` of real time, until none of these instances runs.
+    pub fn paused(&self, instances: &[u64], slice: Duration) -> Result<Waited<()>, Refusals> {
+        self.shared.wait_for(None, slice, |core| {
+            let runs = |id: &u64| core.instances.get(id).is_some_and(|i| i.state() == State::Running);
+            Ok((!instances.iter().any(runs)).then_some(()))
+        })
+    }
+
+    /// Takes a pause back; returns, by name, what goes on.
+    pub fn resume_program(&self, devices: Option<&[String]>) -> Result<Vec<(u64, String)>, Refusals> {
+        self.shared.command(|core| {
+            let going = resume_program(core, devices)?;
+            Ok(named(core, going))
+        })
+    }
+}
+
+/// Instances with their names.
+fn named(core: &Core, ids: Vec<u64>) -> Vec<(u64, String)> {
+    ids.into_iter().filter_map(|id| Some((id, core.instances.get(&id)?.name.clone()))).collect()
+}

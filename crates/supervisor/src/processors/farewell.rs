@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Fate of an instance on a remote processor if this process is gone.
+use crate::instances::instance::Instance;
+use crate::movements::sequence::{Builder, Movement};
+use crate::processors::remote::Remote;
+use crate::registry::Registry;
+use crate::transitions::stages::Verbatim;
+use kernel::Script;
+use model::definition::IfCutOff;
+
+/// Tells remote processors what becomes of an instance there if this process is gone: by the word `if_cut_off` of its verb.
+pub(crate) fn bid(remote: &Remote, registry: &Registry, instance: &Instance) {
+    if remote.processors.is_empty() {
+        return;
+    }
+    let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
+    for &source in &instance.installed.sources {
+        let Some(remote) = remote.at(registry.source_name(source)) else { continue };
+        let script = (instance.if_cut_off() != IfCutOff::Continue).then(|| {
+            let mut builder = Builder::default();
+            of.stop_in(&mut builder, source);
+            let scripts = builder.finish().into_iter().filter_map(|movement| if let Movement::Scripts(scripts) = movement { Some(scripts) } else { None });
+            Script { id: 0, ops: scripts.flatten().flat_map(|(_, ops)| ops).collect() }
+        });
+        remote.farewell(instance.installed.process.id(), source, Some(script.as_ref()));
+    }
+}
+
+/// Forgets an instance that has ended: nothing is left to do for it.
+pub(crate) fn forget(remote: &Remote, registry: &Registry, instance: &Instance) {
+    if remote.processors.is_empty() {
+        return;
+    }
+    for &source in &instance.installed.sources {
+        if let Some(remote) = remote.at(registry.source_name(source)) {
+            remote.farewell(instance.installed.process.id(), source, None);
+        }
+    }
+}

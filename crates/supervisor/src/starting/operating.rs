@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Drives that need time until they follow: what a verb commands begins when they say that they do, and is not made up for.
+//!
+//! A part says so in a bool that is read, `PART.operating`, beside the channels that are written. A verb that claims one of these claims it
+//! first and lets everything else wait until each is true: the channels carry their safe values meanwhile. A drive that does not come is lost
+//! by its driver, which says in words why.
+use crate::instances::instance::Instance;
+use crate::registry::Registry;
+use device::{Direction, Type};
+use kernel::{Cell, Op, SourceId};
+use model::plan::Claim;
+
+/// The channel of a part that says whether it follows what is written.
+const OPERATING: &str = "operating";
+
+/// Operations that capture what machines say.
+pub(crate) fn looks(cells: &[(SourceId, Cell)]) -> impl Iterator<Item = (SourceId, Op)> + '_ {
+    cells.iter().map(|(source, cell)| (*source, Op::Capture(vec![cell.clone()])))
+}
+
+/// Returns the channels in which the machines that an instance is to command say whether they follow; none if they follow at once.
+pub(crate) fn operating(registry: &Registry, instance: &Instance) -> Vec<(SourceId, Cell)> {
+    let mut found: Vec<(&str, usize)> = Vec::new();
+    for claim in &instance.plan.claims {
+        let Claim::Channel { device, channel } = claim else { continue };
+        let channels = registry.physical[device].device.channels();
+        let Some((part, _)) = channels[*channel].name.rsplit_once('.') else { continue };
+        let says = channels
+            .iter()
+            .position(|of| of.direction == Direction::Read && of.type_text == Type::BOOL.to_string() && of.name.rsplit_once('.') == Some((part, OPERATING)));
+        found.extend(says.map(|at| (device.as_str(), at)).filter(|at| !found.contains(at)));
+    }
+    found.into_iter().map(|(device, channel)| (registry.physical[device].source, registry.physical[device].device.cell(channel))).collect()
+}

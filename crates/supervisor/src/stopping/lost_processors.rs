@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Lost processors: a source that does not acknowledge a script within its bound. For verbs with blocks there `processor_lost` comes: τ
+//! leads on to a list that runs on what is left, else they end; no wait includes the source until a reset.
+use crate::alarms::causes::alarm_processor;
+use crate::core::Core;
+use crate::instances::instance::Cause;
+use crate::observation::log::Log;
+use crate::refuse::refuse;
+use crate::registry::Registry;
+use kernel::SourceId;
+use model::SystemCondition;
+use model::plan::Plan;
+use model::refusal::{Class, Refusals};
+
+/// Bound for the answer of a source to a script, ns. An idle one answers at once, a busy one after its firing, which may use the whole time budget
+/// that was declared for it: see [`answer_ns`].
+const ANSWER_NS: i64 = 5_000_000_000;
+
+/// A look that comes so much too late was held up itself, ns.
+const STOOD_STILL_NS: i64 = 1_000_000_000;
+
+/// Marks a device as lost. Where it is lost with its processor nothing else follows: the lost processor has the alarm, and ends what runs there.
+pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, message: &str, time_ns: i64) {
+    log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
+    if let Some(physical) = registry.physical.get_mut(device) {
+        physical.lost = Some(message.to_owned());
+    }
+}
+
+/// Returns the bound for the answer of a source, ns: a block that keeps its declared budget does not make its source a lost one.
+fn answer_ns(core: &Core, source: SourceId) -> i64 {
+    let budgets = core.instances.values().filter(|i| i.is_busy()).map(|i| i.budget_ns(source));
+    ANSWER_NS.saturating_add(budgets.max().unwrap_or(0))
+}
+
+/// Sources that have not answered yet, each with when it has to have.
+fn awaited(core: &Core) -> impl Iterator<Item = (SourceId, i64)> {
+    let asking = core.instances.values().filter(|i| i.work.outstanding > 0);
+    asking.flat_map(move |i| i.work.awaited.iter().map(move |source| (*source, i.work.sent_ns.saturating_add(answer_ns(core, *source)))))
+}
+
+/// Returns the time by which the next source has to have answered.
+pub(crate) fn next_answer(core: &Core) -> Option<i64> {
+    awaited(core).map(|(_, at)| at).min()
+}
+
+/// Gives up the sources that have not answered in time.
+pub(crate) fn look_for_lost(core: &mut Core) {
+    let now_ns = core.host.now_ns();
+    let Some(at) = next_answer(core).filter(|at| *at <= now_ns) else { return };
+    if now_ns - at > STOOD_STILL_NS {
+        // This side stood still past the deadline: answers that came meanwhile are still on their way through it.
+        core.instances.values_mut().filter(|i| i.work.outstanding > 0).for_each(|i| i.work.sent_ns = now_ns);
+        return;
+    }
+    let mut silent: Vec<SourceId> = awaited(core).filter(|(_, at)| *at <= now_ns).map(|(source, _)| source).collect();
+    silent.sort_unstable();
+    silent.dedup();
+    silent.into_iter().for_each(|source| give_up(core, source));
+}
+
+fn give_up(core: &mut Core, source: SourceId) {
+    let message = format!("source '{}' has not answered for {} s", core.registry.source_name(source), answer_ns(core, source) / 1_000_000_000);
+    processor_lost(core, source, &message);
+}
+
+/// Gives up a source that no longer runs, or whose processor cannot be reached.
+pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
+    core.safety.ended_for_good.remove(&source);
+    if !core.safety.lost.insert(source) {
+        return;
+    }
+    let time_ns = core.host.now_ns();
+    let name = core.registry.source_name(source).to_owned();
+    let message = message.to_owned();
+    core.observation.log.add(time_ns, "processor_lost", &name, message.clone());
+    let place = core.remote.lost_place(&name);
+    alarm_processor(core, &place, &message);
+    let there: Vec<u64> = core.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
+    for id in there {
+        if !core.course(id).take_process(true) {
+            continue;
+        }
+        // Only now is it certain in which list the process is.
+        if let Some(condition) = core.instances.get(&id).and_then(|i| i.system(SystemCondition::ProcessorLost)) {
+            core.course(id).lose(Cause { condition, block: None, value: None, message: message.clone(), time_ns, asked_for: false });
+        }
+    }
+    let waiting: Vec<u64> = core.instances.values().filter(|i| i.work.awaited.contains(&source)).map(|i| i.id).collect();
+    for id in waiting {
+        if let Some(instance) = core.instances.get_mut(&id) {
+            instance.work.awaited.retain(|awaited| *awaited != source);
+            instance.work.outstanding = instance.work.awaited.len();
+        }
+        core.course(id).proceed();
+    }
+    let gone: Vec<String> = core.registry.physical.iter().filter(|(_, physical)| physical.source == source).map(|(name, _)| name.clone()).collect();
+    gone.iter().for_each(|device| mark_lost(&mut core.registry, &mut core.observation.log, device, &message, time_ns));
+}
+
+/// Gives up a source that runs nothing until the program is started again, and whose thread makes nothing safe. What its devices gave for such a case
+/// is
+/// written here, as the guard would; which outputs stay as they are is told.
+pub(crate) fn give_up_for_good(core: &mut Core, source: SourceId, why: &str, time_ns: i64) {
+    let commanded = core.registry.physical.iter().filter(|(_, physical)| physical.source == source && physical.device.is_commanded());
+    let [mut safe, mut stay] = [Vec::new(), Vec::new()];
+    for (name, physical) in commanded {
+        let handles = physical.device.safe_handles();
+        match handles.iter().try_for_each(guard::make_safe) {
+            Ok(()) if handles.is_empty() => stay.push(format!("'{name}'")),
+            Ok(()) => safe.push(format!("'{name}'")),
+            Err(error) => stay.push(format!("'{name}' ({error})")),
+        }
+    }
+    let mut message = why.to_owned();
+    if !safe.is_empty() {
+        message += &format!("; outputs were made safe: {}", safe.join(", "));
+    }
+    if !stay.is_empty() {
+        message += &format!("; outputs stay as they are: {}", stay.join(", "));
+    }
+    let name = core.registry.source_name(source).to_owned();
+    core.observation.log.add(time_ns, "fault", &name, message.clone());
+    processor_lost(core, source, &message);
+    core.safety.ended_for_good.insert(source, message);
+}
+
+/// Refuses a plan with a source whose processor is lost.
+pub(crate) fn refuse_lost_plan(core: &Core, plan: &Plan) -> Result<(), Refusals> {
+    match plan.blocks.iter().filter_map(|block| core.registry.sources.get(&block.source)).find(|source| core.safety.lost.contains(source)) {
+        None => Ok(()),
+        Some(source) => {
+            let remedy = if core.safety.ended_for_good.contains_key(source) { "start the program again" } else { "call reset()" };
+            let message = format!("cannot create '{}': source '{}' is lost", plan.verb, core.registry.source_name(*source));
+            Err(refuse(Class::InvalidState, message, format!("see the log for why, then {remedy}")))
+        }
+    }
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+//! State of stops, holds and reports, as the supervisor keeps it.
+use crate::alarms::list::Alarms;
+use crate::pausing::modes::Modes;
+use crate::pausing::pause::Pause;
+use crate::stopping::latch::Emergency;
+use kernel::SourceId;
+use std::collections::{HashMap, HashSet};
+
+#[derive(Default)]
+pub(crate) struct Safety {
+    pub emergency: Emergency,
+    pub pause: Pause,
+    pub modes: Modes,
+    pub alarms: Alarms,
+    /// Sources that did not answer: no wait includes them.
+    pub lost: HashSet<SourceId>,
+    /// Sources that a test has cut off.
+    pub cut_off: HashSet<SourceId>,
+    /// Modules in which a signal was caught: no new instance until a reset.
+    pub poisoned: HashMap<String, String>,
+    /// Sources that run nothing until the program is started again, with why.
+    pub ended_for_good: HashMap<SourceId, String>,
+}

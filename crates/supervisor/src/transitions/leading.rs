@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Transitions: a condition leads on to another command list. What it returns is read as its own list goes off, and the report of the
+//! end tells the way.
+use crate::instances::course::Course;
+use crate::instances::instance::Cause;
+use crate::movements::sequence::Builder;
+use crate::transitions::stages::Verbatim;
+use kernel::SourceId;
+
+impl Course<'_> {
+    /// Leads on to `list`. The process was taken.
+    pub fn lead_on(&mut self, cause: &Cause, list: usize) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let way = &mut instance.findings.way;
+        way.lead_on(&of, instance.position.list, cause);
+        let mut builder = Builder::default();
+        for &source in &instance.installed.sources {
+            let outputs = of.outputs_in(source, cause.condition);
+            of.capture_in(&mut builder, source, &outputs);
+            way.captures.expect(source, outputs);
+        }
+        self.go_from(builder, list, 0);
+    }
+
+    /// Follows a kernel that has led on, in the firing of the condition.
+    pub fn led_on_by_kernel(&mut self, source: SourceId, cause: &Cause, captured: &[u8]) {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get_mut(&id) else { return };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        instance.findings.way.lead_on(&of, instance.position.list, cause);
+        instance.findings.way.captures.take(&of, &of.outputs_in(source, cause.condition), captured);
+    }
+}

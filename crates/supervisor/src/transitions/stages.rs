@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Stages and reactions: what each kernel watches while a stage of a command list runs, and the scripts that answer at once.
+//!
+//! A condition is answered by its kernel alone, in the same firing, where everything that the answer touches lies in the source
+//! that reported it; otherwise the process is frozen there and the supervisor carries on.
+use crate::instances::instance::{reached, under_way};
+use crate::movements::sequence::{Builder, Movement};
+use crate::registry::PhysicalRecord;
+use crate::wiring::installed::Installed;
+use indexmap::IndexMap;
+use kernel::{Op, Response, Script, SourceId, Stage, Watch};
+use model::plan::{Claim, Due, Plan, PlannedCommand, Wait};
+use std::sync::Arc;
+
+/// Consequence of a condition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    /// To (list, stage): the next stage of the same list, or another list by τ.
+    Go(usize, usize),
+    End,
+}
+
+/// A plan in memory, with the physical devices whose channels it writes.
+pub(crate) struct Verbatim<'a> {
+    pub plan: &'a Plan,
+    pub installed: &'a Installed,
+    pub devices: &'a IndexMap<String, PhysicalRecord>,
+}
+
+/// Bytes of output values that a reaction may capture; an end with more is the supervisor's.
+const CAPTURED_MAX: usize = 64 * 1024;
+
+/// The same where a condition leads on to another list, which may be often.
+const PASSED_MAX: usize = 4 * 1024;
+
+/// Conditions of a verb, and waits for others, that a kernel can remember.
+pub(crate) const REMEMBERED_MAX: usize = 64;
+
+impl Verbatim<'_> {
+    /// Returns the consequence of (block, item) in (list, stage): a wait takes it first, else τ, else the end. `None`: nothing (it is no
+    /// termination condition there).
+    pub fn answer(&self, list: usize, stage: usize, condition: Option<usize>, reported: Option<(usize, usize)>) -> Option<Answer> {
+        let planned = &self.plan.lists[list];
+        if let (Some(Wait::Conditions(waits)), Some(reported)) = (&planned.stages[stage].wait, reported)
+            && waits.contains(&reported)
+        {
+            return Some(Answer::Go(list, stage + 1));
+        }
+        let condition = condition.filter(|c| self.plan.conditions[*c].holds_in(list))?;
+        let to = planned.transitions.iter().find(|(c, _)| *c == condition);
+        Some(to.map_or(Answer::End, |(_, to)| Answer::Go(*to, 0)))
+    }
+
+    /// Returns the watch tables of all stages.
+    pub fn stages(&self) -> Vec<Stage> {
+        let mut stages = Vec::new();
+        for (list, planned) in self.plan.lists.iter().enumerate() {
+            for (stage, of) in planned.stages.iter().enumerate() {
+                let waits = matches!(of.wait, Some(Wait::Conditions(_)));
+                stages.push(Stage { watches: self.watches(list, stage, waits) });
+                stages.push(Stage { watches: if waits { self.watches(list, stage, false) } else { Vec::new() } });
+            }
+        }
+        stages
+    }
+
+    /// Returns the watch table of a stage, while its commands are under way or when its wait is reached.
+    fn watches(&self, list: usize, stage: usize, under_way: bool) -> Vec<Watch> {
+        let awaited = match &self.plan.lists[list].stages[stage].wait {
+            Some(Wait::Conditions(waits)) if under_way => waits.as_slice(),
+            _ => &[],
+        };
+        let remembered = |watch: Watch, reported| if awaited.contains(&reported) { Watch { response: Response::Remember, ..watch } } else { watch };
+        let mut watches = Vec::new();
+        let mut seen = Vec::new();
+        for (index, condition) in self.plan.conditions.iter().enumerate() {
+            for &(block, item) in &condition.on {
+                if let Some(answer) = self.answer(list, stage, Some(index), Some((block, item))) {
+                    seen.push((block, item));
+                    watches.push(remembered(self.watch(list, stage, index, condition.priority, (block, item), answer), (block, item)));
+                }
+            }
+            if condition.name == "fault"
+                && condition.on.is_empty()
+                && let Some(answer) = self.answer(list, stage, Some(index), None)
+            {
+                let response = self.response(list, stage, answer, index, self.only_source());
+                watches.push(Watch { block: None, item: Watch::FAULT, condition: index_u16(index), priority: condition.priority, response });
+            }
+        }
+        for (number, (block, item)) in self.waited_for().into_iter().enumerate() {
+            if seen.contains(&(block, item)) {
+                continue;
+            }
+            let index = self.plan.conditions.len() + number;
+            let watch = match self.answer(list, stage, None, Some((block, item))) {
+                Some(answer) => remembered(self.watch(list, stage, index, i32::MAX, (block, item), answer), (block, item)),
+                None => Watch {
+                    block: Some(self.installed.blocks[block].id()),
+                    item: index_u8(item),
+                    condition: index_u16(index),
+                    priority: 0,
+                    response: Response::Remember,
+                },
+            };
+            watches.push(watch);
+        }
+        watches
+    }
+
+    /// Conditions that some wait of the verb is for, in the order in which they are found, and the one that tells that it may be
+    /// suspended.
+    pub fn waited_for(&self) -> Vec<(usize, usize)> {
+        let mut found = Vec::new();
+        for stage in self.plan.lists.iter().flat_map(|l| &l.stages) {
+            if let Some(Wait::Conditions(waits)) = &stage.wait {
+                found.extend(waits.iter().filter(|w| !found.contains(*w)).copied().collect::<Vec<_>>());
+            }
+        }
+        for holding in self.plan.suspend.holdings() {
+            if !found.contains(&holding.until) {
+                found.push(holding.until);
+            }
+        }
+        found
+    }
+
+    fn watch(&self, list: usize, stage: usize, index: usize, priority: i32, reported: (usize, usize), answer: Answer) -> Watch {
+        let source = Some(self.installed.block_source[reported.0]);
+        Watch {
+            block: Some(self.installed.blocks[reported.0].id()),
+            item: index_u8(reported.1),
+            condition: index_u16(index),
+            priority,
+            response: self.response(list, stage, answer, index, source),
+        }
+    }
+
+    /// Returns the source, if the verb has but one.
+    fn only_source(&self) -> Option<SourceId> {
+        (self.installed.sources.len() == 1).then(|| self.installed.sources[0])
+    }
+
+    /// Returns a reaction if all lies in `source`, else the supervisor is told.
+    fn response(&self, list: usize, stage: usize, answer: Answer, condition: usize, source: Option<SourceId>) -> Response {
+        // What lies in several places is answered here.
+        let Some(source) = source.filter(|_| !self.installed.process.is_spread()) else { return Response::Tell };
+        let active: Vec<usize> = self.plan.lists[list].stages[stage].active.iter().map(|(a, _)| *a).collect();
+        if matches!(answer, Answer::End) && self.plan.conditions.get(condition).is_some_and(|c| c.returns.iter().any(|output| self.moves(*output))) {
+            return Response::Tell;
+        }
+        let mut builder = Builder::at_home(self.homes_in(list, stage));
+        let next = match answer {
+            Answer::Go(to, to_stage) => {
+                if self.ends_at_once(to, to_stage) {
+                    return Response::Tell;
+                }
+                if to_stage == 0 {
+                    let outputs = self.outputs_in(source, condition);
+                    let captured: usize = outputs.iter().map(|piece| self.piece_len(*piece)).sum();
+                    if outputs.iter().any(|(output, _)| self.moves(*output)) || captured > PASSED_MAX {
+                        return Response::Tell;
+                    }
+                    self.capture_in(&mut builder, source, &outputs);
+                    builder.add(source, Op::Forget);
+                }
+                self.enter(&mut builder, &active, to, to_stage, None);
+                Some(reached(self.plan, to, to_stage))
+            }
+            Answer::End if self.plan.ending.list.is_some_and(|ending| ending != list) => return self.conclusion((list, stage), &active, condition, source),
+            Answer::End => {
+                // In the ending list nothing is read any more.
+                let is_ending = self.plan.ending.list == Some(list);
+                let outputs = if is_ending { Vec::new() } else { self.outputs_in(source, condition) };
+                let captured: usize = outputs.iter().map(|o| self.piece_len(*o)).sum();
+                if active.iter().any(|a| self.installed.activation_source[*a] != source) || captured > CAPTURED_MAX {
+                    return Response::Tell;
+                }
+                self.stop_in(&mut builder, source);
+                builder.add(source, Op::Capture(self.cells_of(&outputs)));
+                None
+            }
+        };
+        match local(builder, source) {
+            Some(ops) => Response::React { script: Arc::new(Script { id: 0, ops }), next },
+            None => Response::Tell,
+        }
+    }
+
+    /// Returns a reaction that reads ω and goes to the ending list, if all of that lies in `source`, else the supervisor is told.
+    fn conclusion(&self, from: (usize, usize), active: &[usize], condition: usize, source: SourceId) -> Response {
+        let Some(list) = self.plan.ending.list else { return Response::Tell };
+        let outputs = self.concluding_outputs(source, condition);
+        if (0..self.plan.outputs.len()).any(|output| self.moves(output)) {
+            return Response::Tell;
+        }
+        let all = self.pieces(condition).len();
+        let captured: usize = outputs.iter().map(|o| self.piece_len(*o)).sum();
+        if self.ends_at_once(list, 0) || self.outputs_in(source, condition).len() < all || captured > CAPTURED_MAX {
+            return Response::Tell;
+        }
+        let mut builder = Builder::at_home(self.homes_in(from.0, from.1));
+        builder.add(source, Op::Capture(self.cells_of(&outputs)));
+        builder.add(source, Op::Forget);
+        self.enter(&mut builder, active, list, 0, None);
+        match local(builder, source) {
+            Some(ops) => Response::React { script: Arc::new(Script { id: 0, ops }), next: Some(reached(self.plan, list, 0)) },
+            None => Response::Tell,
+        }
+    }
+
+    /// Returns true if a stage is over as soon as it is entered, or tells a device that it is ready: work for the supervisor.
+    pub fn ends_at_once(&self, list: usize, stage: usize) -> bool {
+        let stage = &self.plan.lists[list].stages[stage];
+        let idle = stage.active.is_empty() && matches!(stage.wait, None | Some(Wait::Idle));
+        idle || stage.commands.iter().any(|c| matches!(c, PlannedCommand::Ready))
+    }
+
+    /// Operations that leave what is on and enter a stage: the abort, and the commands, in order. A block that is on in
+    /// both keeps its instance, state and phase. `from`: activations that may be on. `generation`: the supervisor's, when it is
+    /// the one that moves.
+    pub fn enter(&self, builder: &mut Builder, from: &[usize], list: usize, stage: usize, generation: Option<u32>) {
+        let planned = &self.plan.lists[list].stages[stage];
+        let commanded = |a: usize| planned.commands.iter().any(|c| matches!(c, PlannedCommand::Off(off) if *off == a));
+        for activation in from {
+            if !planned.active.iter().any(|(a, _)| a == activation) && !commanded(*activation) {
+                builder.add(self.installed.activation_source[*activation], Op::Off(self.installed.activations[*activation].clone()));
+            }
+        }
+        self.open(builder, list, stage, generation);
+        self.commands(builder, &planned.commands, generation);
+        self.reach(builder, list, stage, generation);
+    }
+
+    /// Commands in their order. Of blocks that are switched on side by side those that take values from other sources are on before
+    /// anything runs: a value that came before a reader was on would be none that it has not had.
+    pub fn commands(&self, builder: &mut Builder, commands: &[PlannedCommand], generation: Option<u32>) {
+        let is_on = |command: &PlannedCommand| matches!(command, PlannedCommand::On { .. });
+        let takes = |command: &&PlannedCommand| match command {
+            PlannedCommand::On { activation, .. } => matches!(self.plan.activations[*activation].due, Due::Queued { .. }),
+            _ => false,
+        };
+        for side_by_side in commands.chunk_by(|a, b| is_on(a) && is_on(b)) {
+            let (readers, others): (Vec<_>, Vec<_>) = side_by_side.iter().partition(takes);
+            for command in &readers {
+                self.command(builder, command, generation);
+            }
+            if !readers.is_empty() && !others.is_empty() {
+                builder.barrier();
+            }
+            for command in others {
+                self.command(builder, command, generation);
+            }
+        }
+    }
+
+    /// Enters the stage; its commands follow.
+    pub fn open(&self, builder: &mut Builder, list: usize, stage: usize, generation: Option<u32>) {
+        if let Some(generation) = generation {
+            builder.barrier();
+            let process = self.installed.process.clone();
+            builder.add(self.stage_source(list, stage), Op::Stage { process, stage: under_way(self.plan, list, stage), generation: Some(generation) });
+        }
+        builder.barrier();
+    }
+
+    /// Ends the commands of the stage: its wait is reached.
+    pub fn reach(&self, builder: &mut Builder, list: usize, stage: usize, generation: Option<u32>) {
+        let (from, to) = (under_way(self.plan, list, stage), reached(self.plan, list, stage));
+        if let (Some(generation), true) = (generation, from != to) {
+            builder.barrier();
+            builder.add(self.stage_source(list, stage), Op::Advance { process: self.installed.process.clone(), generation, from, to });
+        }
+        builder.then(Movement::Entered { list, stage });
+    }
+
+    /// Returns the source whose kernel enters the stage: that of its first command.
+    fn stage_source(&self, list: usize, stage: usize) -> SourceId {
+        let first = self.plan.lists[list].stages[stage].commands.iter().find_map(|c| match c {
+            PlannedCommand::Execute(blocks) | PlannedCommand::Install(blocks) => blocks.first().map(|b| self.installed.block_source[*b]),
+            PlannedCommand::On { activation, .. } | PlannedCommand::Off(activation) => Some(self.installed.activation_source[*activation]),
+            PlannedCommand::Ready => None,
+        });
+        first.unwrap_or(self.installed.sources[0])
+    }
+
+    /// Sources without which a command list cannot run: those of what it switches on or executes, and those that enter its stages.
+    pub fn needed_by(&self, list: usize) -> Vec<SourceId> {
+        let mut needed = Vec::new();
+        for (index, stage) in self.plan.lists[list].stages.iter().enumerate() {
+            needed.push(self.stage_source(list, index));
+            needed.extend(stage.active.iter().map(|(activation, _)| self.installed.activation_source[*activation]));
+            for command in &stage.commands {
+                if let PlannedCommand::Execute(blocks) | PlannedCommand::Install(blocks) = command {
+                    needed.extend(blocks.iter().map(|block| self.installed.block_source[*block]));
+                }
+            }
+        }
+        needed
+    }
+
+    /// Adds one command. What follows an `execute` acts only if that did not end the process.
+    fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
+        self.bring(builder, command);
+        match command {
+            PlannedCommand::Install(blocks) => {
+                for block in blocks {
+                    builder.add(self.installed.block_source[*block], Op::Reset(self.installed.blocks[*block].clone()));
+                }
+            }
+            PlannedCommand::Execute(blocks) => {
+                for run in blocks.chunk_by(|a, b| self.installed.block_source[*a] == self.installed.block_source[*b]) {
+                    builder.barrier();
+                    let blocks = run.iter().map(|b| self.installed.blocks[*b].clone()).collect();
+                    let source = self.installed.block_source[run[0]];
+                    builder.add(source, Op::Execute(blocks));
+                    if let Some(generation) = generation {
+                        builder.add(source, Op::While { process: self.installed.process.clone(), generation });
+                    }
+                    builder.barrier();
+                    // What it reports has come, and been answered, before what follows is sent.
+                    if self.installed.process.is_spread() {
+                        builder.divide();
+                    }
+                }
+            }
+            PlannedCommand::On { activation, every } => {
+                builder.add(self.installed.activation_source[*activation], Op::On(self.installed.activations[*activation].clone(), *every));
+            }
+            PlannedCommand::Off(activation) => {
+                builder.add(self.installed.activation_source[*activation], Op::Off(self.installed.activations[*activation].clone()));
+            }
+            PlannedCommand::Ready => builder.then(Movement::Ready),
+        }
+    }
+
+    /// Operations that stop the instance in one source: everything off, its channels safe. They hold nothing that holds the
+    /// process, so that a process may own them.
+    pub fn stop_in(&self, builder: &mut Builder, source: SourceId) {
+        for (activation, of) in self.installed.activations.iter().zip(&self.installed.activation_source) {
+            if *of == source {
+                builder.add(source, Op::Off(activation.clone()));
+            }
+        }
+        for (device, channels) in self.channels_in(source) {
+            builder.add(source, Op::Safe { device, channels });
+        }
+    }
+
+    /// Operations that claim the verb's channels at their device: what its blocks store goes out from that firing on.
+    pub fn engage(&self, builder: &mut Builder) {
+        for &source in &self.installed.sources {
+            for (device, channels) in self.channels_in(source) {
+                builder.add(source, Op::Engage { device, channels });
+            }
+        }
+    }
+
+    /// Channels that the verb writes in a source.
+    pub fn channels_in(&self, source: SourceId) -> Vec<(Arc<kernel::Device>, Vec<u16>)> {
+        let mut found: Vec<(&str, Vec<u16>)> = Vec::new();
+        for claim in &self.plan.claims {
+            if let Claim::Channel { device, channel } = claim {
+                match found.iter_mut().find(|(name, _)| *name == device) {
+                    Some((_, channels)) => channels.push(index_u16(*channel)),
+                    None => found.push((device, vec![index_u16(*channel)])),
+                }
+            }
+        }
+        found
+            .into_iter()
+            .filter(|(name, _)| self.devices[*name].source == source)
+            .map(|(name, channels)| (self.devices[name].device.clone(), channels))
+            .collect()
+    }
+}
+
+/// Returns the operations, if all of them are one script for `source`.
+fn local(builder: Builder, source: SourceId) -> Option<Vec<Op>> {
+    let mut ops = Vec::new();
+    for movement in builder.finish() {
+        match movement {
+            Movement::Scripts(scripts) => {
+                let [(of, script)] = <[_; 1]>::try_from(scripts).ok()?;
+                if of != source || !ops.is_empty() {
+                    return None;
+                }
+                ops = script;
+            }
+            Movement::Entered { .. } => {}
+            _ => return None,
+        }
+    }
+    Some(ops)
+}
+
+fn index_u16(index: usize) -> u16 {
+    u16::try_from(index).expect("a verb has fewer than 65,536 conditions and channels")
+}
+
+fn index_u8(item: usize) -> u8 {
+    u8::try_from(item).expect("a block has at most 32 items")
+}

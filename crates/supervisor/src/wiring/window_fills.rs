@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Windows of an instance: what fills them at its start, and what its blocks append to them.
+use crate::instances::instance::Instance;
+use crate::svvs::cells::SvvRecord;
+use kernel::{Append, Op, SourceId, Window};
+use model::interface::Mode;
+use model::plan::CellKind;
+
+impl Instance {
+    /// Returns the operations that give every value of the windows of private cells the cell's first one, at a start.
+    pub fn fill_ops(&self) -> Vec<(SourceId, Op)> {
+        let mut ops = Vec::new();
+        for ((cell, _), windows) in &self.installed.windows {
+            if !matches!(self.plan.cells[*cell].kind, CellKind::Svv { .. }) {
+                let fill = |(source, window): (&SourceId, &Window)| {
+                    Some((*source, Op::Fill { value: self.installed.cell(*cell, *source)?.clone(), window: window.clone() }))
+                };
+                ops.extend(windows.iter().filter_map(fill));
+            }
+        }
+        ops
+    }
+
+    /// Operations that append what ψ stored in a private cell to its windows: where it is written, or where nothing writes it in every image.
+    pub fn append_ops(&self, cell: usize) -> Vec<(SourceId, Op)> {
+        let writer = self.installed.home(&self.plan, cell).filter(|_| !self.plan.cells[cell].writers.is_empty());
+        let windows = self.installed.windows.range((cell, 0)..=(cell, u32::MAX)).flat_map(|(_, windows)| windows);
+        let images = windows.filter(|(source, _)| writer.is_none_or(|writer| writer == **source));
+        images
+            .filter_map(|(source, window)| Some((*source, Op::Append { value: self.installed.cell(cell, *source)?.clone(), window: window.clone() })))
+            .collect()
+    }
+
+    /// Windows that what block `block` stores is appended to.
+    pub fn appends(&self, block: usize, svvs: &indexmap::IndexMap<String, SvvRecord>) -> Vec<Append> {
+        let (installed, source) = (&self.installed, self.installed.block_source[block]);
+        let mut appends = Vec::new();
+        for (index, cell) in self.plan.cells.iter().enumerate() {
+            for (_, item) in cell.writers.iter().filter(|(writer, _)| *writer == block) {
+                let windows: Vec<&Window> = match &cell.kind {
+                    CellKind::Svv { name, .. } => {
+                        svvs.get(name).into_iter().flat_map(|svv| &svv.windows).filter_map(|window| window.cells.get(&source)).collect()
+                    }
+                    _ => installed.windows.range((index, 0)..=(index, u32::MAX)).filter_map(|(_, windows)| windows.get(&source)).collect(),
+                };
+                let Some(value) = installed.cell(index, source) else { continue };
+                let ratio = if let Mode::Ratio(n) = installed.interfaces[block].items[*item].mode { n } else { 1 };
+                let append = |window: &Window| Append { block: installed.blocks[block].clone(), ratio, value: value.clone(), window: window.clone() };
+                appends.extend(windows.into_iter().map(append));
+            }
+        }
+        appends
+    }
+}
