@@ -359,6 +359,9 @@ class LogicalDevice(Shown, Declared, Argument):
         enable([self], optional_ns(timeout, "the timeout"))
         return self
 
+    def _when_enabled(self) -> None:
+        """Called once `enable` has found it ready: a type says here what its user should know."""
+
     def disable(self) -> None:
         """Ends the verbs that use it with `device_disabled`, then its own."""
         with refusals:

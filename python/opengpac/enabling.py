@@ -40,6 +40,8 @@ def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
                 in_time = device.system._native.wait_enabled(device.name, timeout_ns)
             if not in_time:
                 _not_ready(device, identities[device.name], timeout_ns)
+        for device in begun:
+            device._when_enabled()
     except BaseException:
         for device in begun:
             if device.state != "disabled":

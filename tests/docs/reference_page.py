@@ -69,7 +69,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Motions": (
         "opengpac.motion",
         "move_absolute move_relative move_velocity stop jog home home_here gear move_linear follow_linear follow carry "
-        "follow_long follow_linear_long speeds "
+        "follow_long follow_linear_long speeds return_to_range "
         "Moved Stopped Homed MoveTimeout LimitReached TimeLost HomingFailed LineRefused PathRefused",
     ),
     "Arms and grippers": (

@@ -164,7 +164,8 @@ def test_friction_leaves_less_effort_for_accelerations(tmp_path: Path) -> None:
 def test_a_motor_that_is_too_weak_is_named_with_its_effort(tmp_path: Path) -> None:
     """The elbow needs 1.8 N.m for its weight alone; its servo asks for more than its motor gives only later."""
     weak = MOTORS.replace('"elbow" ctrlrange="-80 80"', '"elbow" ctrlrange="-1.5 1.5"')
-    found = gpac.robots.load(arm(tmp_path, actuators=weak), name="weak", clock="virtual").enable()
+    with pytest.warns(UserWarning, match="it sinks"):
+        found = gpac.robots.load(arm(tmp_path, actuators=weak), name="weak", clock="virtual").enable()
     with pytest.raises(gpac.Terminated, match=r"joint 'weak\.elbow' is .*; its motor is at -1\.5 of 1\.5 N\.m \(saturated\)") as ended:
         gpac.motion.move_absolute(found, [0.5, -1.0, 0.3])
     assert "or give its motor more effort in the model" in str(ended.value)
@@ -199,9 +200,7 @@ def test_a_file_that_is_no_xml_is_refused_with_the_line(tmp_path: Path) -> None:
 def test_a_limit_that_no_joint_takes_names_the_file(tmp_path: Path) -> None:
     file = arm(tmp_path, actuators=MOTORS)
     file.write_text(file.read_text().replace('axis="0 1 0" range="-2 2"', 'axis="0 1 0" range="-2 99999999999"'))
-    with pytest.raises(
-        gpac.OutOfRange, match=r"the arm of '.*arm.xml': parameter 'position_max' of device '.*elbow' cannot be 9"
-    ):
+    with pytest.raises(gpac.OutOfRange, match=r"the arm of '.*arm.xml': parameter 'position_max' of device '.*elbow' cannot be 9"):
         gpac.robots.load(file, clock="virtual")
 
 
@@ -218,3 +217,28 @@ def test_a_number_that_nothing_has_is_refused_with_its_joint_or_body(tmp_path: P
     with pytest.raises(gpac.DeviceFailed) as refused:
         gpac.robots.load(file, clock="virtual")
     assert f"{file}: {said}" in str(refused.value)
+
+
+def test_a_motor_that_cannot_hold_the_arm_at_its_home_is_told_at_once(tmp_path: Path) -> None:
+    """The elbow needs 1.8 N.m for its weight."""
+    file = arm(tmp_path, actuators=MOTORS.replace('"elbow" ctrlrange="-80 80"', '"elbow" ctrlrange="-0.2 0.2" gear="-5"'))
+    weak = r"arm\.xml: joint 'elbow' needs 1\.8\d? N\.m at the arm's home, and its motor has 1 N\.m: it sinks"
+    with pytest.warns(UserWarning, match=weak):
+        found = gpac.robots.load(file, name="sinks", clock="virtual")
+    assert found._scene == file, "nothing in the file is changed"
+    with pytest.raises(gpac.DeviceFailed, match=weak):
+        gpac.robots.load(file, name="strict", clock="virtual", strict=True)
+
+
+def test_what_a_stop_carries_needs_no_motor(tmp_path: Path) -> None:
+    file = arm(tmp_path, actuators=MOTORS.replace('"elbow" ctrlrange="-80 80"', '"elbow" ctrlrange="-1 1"'))
+    file.write_text(file.read_text().replace('axis="0 1 0" range="-2 2"', 'axis="0 1 0" range="-2 0"'))
+    assert mjcf.put_right(file) == (None, (), frozenset())
+
+
+def test_motors_are_made_for_the_whole_range(tmp_path: Path) -> None:
+    """At its home this arm hangs down, and needs its effort where it stretches out."""
+    hangs = arm(tmp_path, actuators="")
+    hangs.write_text(hangs.read_text().replace('<body name="fore" pos="0.4 0 0">', '<body name="fore" pos="0.4 0 0" euler="0 1.5708 0">'))
+    found, error = moved(hangs, [0.0, -1.5, 0.0])
+    assert error < 1e-3 and found["elbow"].max_effort > 2.0 * 1.8

@@ -116,6 +116,42 @@ def test_a_group_makes_the_arm_and_the_rest_stands_still_at_its_home(body: Path)
         assert np.allclose(arm.pose().position, expected, atol=2e-3), (arm.pose(), expected)
 
 
+def test_a_part_of_a_robot_is_an_arm_with_a_pose_of_its_own(body: Path) -> None:
+    robot = robots.load(body, clock="virtual")
+    with robot.system:
+        robot.enable()
+        left = robot.part("left")
+        assert names(left) == ["left_a", "left_b"] and left.states["home"] == {"left_a": 0.5, "left_b": -1.0}
+        assert names(robot.part("right")) == ["right_a"], "a follower is no joint of it"
+        gpac.motion.move_absolute(left, [1.0, -0.5], time_limit="20 s")
+        assert np.allclose(robot.values("sensed"), [0.3, 1.0, -0.5, 0.2, 0.0], atol=1e-3), "the others stay"
+        with pytest.raises(gpac.DefinitionError, match="joint 'waist' moves the tool but is not driven"):
+            left.pose()
+        whole = robot.part(["left_b", "waist", "left_a"])
+        assert names(whole) == ["waist", "left_a", "left_b"]
+        turned = np.cumsum([0.3, 1.0])
+        assert np.allclose(whole.pose().position, [0.2 * np.sin(turned).sum(), 0.0, 0.2 + 0.2 * np.cos(turned).sum()], atol=2e-3)
+        with pytest.raises(gpac.UnknownName, match="arm 'two' has no group 'lefty'; did you mean 'left'"):
+            robot.part("lefty")
+        with pytest.raises(gpac.UnknownName, match="has no device 'nose'"):
+            robot.part(["nose"])
+
+
+def test_a_robot_of_more_joints_than_a_motion_takes_says_so_and_moves_in_parts(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    count = 20
+    links = "".join(JOINT.format(f"j{n}", "revolute", "base" if n % 10 == 0 else f"l{n - 1}", f"l{n}", "", "") for n in range(count))
+    (tmp_path / "many.urdf").write_text(f'<robot name="many"><link name="base"/>{links}</robot>'.replace('effort="50"', 'effort="900"'))
+    group = "".join(f'<joint name="j{n}"/>' for n in range(10))
+    (tmp_path / "many.srdf").write_text(f'<robot name="many"><group name="left">{group}</group></robot>')
+    robot = robots.load(tmp_path / "many.urdf", clock="virtual")
+    with robot.system:
+        assert "arm 'many' has 20 joints, and a motion takes at most 16: move parts of it, such as arm.part('left')" in caplog.text
+        robot.enable()
+        for part in (robot.part("left"), robot.part([f"j{n}" for n in range(10, count)])):
+            assert np.allclose(gpac.motion.move_absolute(part, [0.1] * 10, time_limit="20 s").position, 0.1, atol=2e-3)
+            assert len(part.pose().position) == 3
+
+
 def test_a_follower_of_a_joint_that_stands_still_does_so_too(body: Path) -> None:
     still = urdf.convert(body, semantic=True, group="left").text
     joints = {joint.get("name") for joint in ElementTree.fromstring(still).iter("joint")}

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from efforts import Efforts
 from scene import Scene
 
 import opengpac as gpac
@@ -33,10 +34,8 @@ EFFORT_UNREAL, SPEED_UNREAL = 1e3, 100.0
 """An effort that all joints of an arm have alike, and a speed, that stand in files of arms which have others, N.m and rad/s."""
 HELD = 500
 """Values of the servo, 1 ms each, over which the ripple is taken."""
-PERIOD_S = 1e-3
-"""Of the values that are kept."""
-SWINGS, REVERSALS_HZ = 0.05, 50.0
-"""An acceleration above this part of the joint's own counts, and how often it may change its sign there and back: an effort that bangs."""
+REVERSALS_HZ = 50.0
+"""How often an effort may go there and back."""
 TOGETHER = 16
 """Joints that one motion takes at the most; a hand or a robot of more is moved in parts."""
 TRIES = 64
@@ -57,7 +56,7 @@ def main(file: str, picture: str = "") -> None:
         if picture:
             scene.paint(arm.values("sensed"), Path(picture))
         arm.enable()
-        try_to_move(arm, scene, found)
+        try_to_move(arm, scene, Efforts(arm), found)
         if found["why"]:
             found["why"] += "".join(f"; '{first}' touches '{second}'" for first, second in sorted(scene.touching(arm.values("sensed"))))
     except (gpac.Error, ValueError) as error:
@@ -77,11 +76,15 @@ def limits(arm: Any, file: Path) -> tuple[list[float | None], list[float | None]
     )
 
 
-def try_to_move(arm: Any, scene: Scene, found: dict[str, Any]) -> None:
+def try_to_move(arm: Any, scene: Scene, efforts: Efforts, found: dict[str, Any]) -> None:
     """Holds the arm at home for 2 s, moves each joint there and back, then all at once, each to the side where nothing is in its way."""
     arm.system.advance("2 s")
     found["ripple"] = max(float(np.ptp(joint.sensed.history[-HELD:]["value"])) for joint in arm)
-    if bangs(arm, scene.step_s, found):
+    lost = [joint.short_name for joint in arm if joint.state != "standstill"]
+    if lost:
+        told = [note.partition(": ")[2].partition("; ")[0] for note in arm.notes for name in lost if f"joint '{name}' needs" in note]
+        found["missed"], found["why"] = lost, "; ".join(told) or "does not hold at its home: " + ", ".join(lost)
+    if lost or bangs(arm, efforts, found):
         return
     low, high = np.array(arm.values("position_min")), np.array(arm.values("position_max"))
     home = np.clip(arm.values("sensed"), low, high)
@@ -92,17 +95,17 @@ def try_to_move(arm: Any, scene: Scene, found: dict[str, Any]) -> None:
         one = np.arange(len(arm)) == index
         if forwards[index] and backwards[index] and not scene.is_free(home, home + size * one) and scene.is_free(home, home - size * one):
             side[index] = -1.0
-        if not (reach(arm, scene, home + side * size * one, found) and reach(arm, scene, home, found)):
+        if not (reach(arm, efforts, home + side * size * one, found) and reach(arm, efforts, home, found)):
             return
     chance = np.random.default_rng(0)
     for _ in range(TRIES):
         if scene.is_free(home, home + side * size):
             break
         side = np.where(forwards & backwards, chance.choice([-1.0, 1.0], len(arm)), side)
-    reach(arm, scene, home + side * size, found)
+    reach(arm, efforts, home + side * size, found)
 
 
-def reach(arm: Any, scene: Scene, goal: np.ndarray, found: dict[str, Any]) -> bool:
+def reach(arm: Any, efforts: Efforts, goal: np.ndarray, found: dict[str, Any]) -> bool:
     """Moves to a goal; false, with the joints that missed it and why, where it was not reached."""
     for first in range(0, len(arm), TOGETHER):
         part = arm if len(arm) <= TOGETHER else gpac.Group(f"part{first}", *list(arm)[first : first + TOGETHER])
@@ -117,22 +120,16 @@ def reach(arm: Any, scene: Scene, goal: np.ndarray, found: dict[str, Any]) -> bo
     found["missed"] = far
     if far:
         found["why"] = "off its goal: " + ", ".join(far)
-    return not found["why"] and not bangs(arm, scene.step_s, found)
+    return not found["why"] and not bangs(arm, efforts, found)
 
 
-def bangs(arm: Any, step_s: float, found: dict[str, Any]) -> bool:
-    """Whether the acceleration of a joint has reversed faster than it may in the last two seconds, told with the joint and how fast."""
-    stride = max(1, round(step_s / PERIOD_S))
-    for joint in arm:
-        q = joint.sensed.history[-round(2.0 / PERIOD_S) :]["value"][::stride]
-        acceleration = np.diff(q, 2) / (stride * PERIOD_S) ** 2
-        signs = np.sign(acceleration[np.abs(acceleration) > SWINGS * joint.max_acceleration])
-        rate = float(np.count_nonzero(np.diff(signs)) / 2 / (len(q) * stride * PERIOD_S))
-        found["reversals"] = max(found["reversals"], rate)
-        if rate > REVERSALS_HZ:
-            found["why"] = f"the acceleration of {joint.short_name} reverses at {rate:.0f} Hz"
-            return True
-    return False
+def bangs(arm: Any, efforts: Efforts, found: dict[str, Any]) -> bool:
+    """Whether the effort of a joint has reversed faster than it may since this was asked last, told with the joint and how fast."""
+    rates = efforts.reversals()
+    found["reversals"] = max(found["reversals"], *rates)
+    if max(rates) > REVERSALS_HZ:
+        found["why"] = f"the effort of {arm[int(np.argmax(rates))].short_name} reverses at {max(rates):.0f} Hz"
+    return max(rates) > REVERSALS_HZ
 
 
 def sentence(error: Exception) -> str:

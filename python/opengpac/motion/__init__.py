@@ -10,6 +10,7 @@ brake first), and when they are halted or their time is up they slow down within
 from ..robots.generators import TimeLost
 from .coupled import gear
 from .home import Homed, HomingFailed, home, home_here
+from .inside import return_to_range
 from .line import LineRefused, follow_linear, follow_linear_long, move_linear
 from .moves import Moved, MoveTimeout, move_absolute, move_relative
 from .path import PathRefused, follow, follow_long
@@ -20,5 +21,5 @@ from .velocity import LimitReached, Stopped, jog, move_velocity, stop
 __all__ = [
     "Homed", "HomingFailed", "LimitReached", "LineRefused", "MoveTimeout", "Moved", "PathRefused", "Stopped", "TimeLost", "carry", "follow",
     "follow_linear", "follow_linear_long", "follow_long", "gear", "home", "home_here", "jog", "move_absolute", "move_linear",
-    "move_relative", "move_velocity", "speeds", "stop",
+    "move_relative", "move_velocity", "return_to_range", "speeds", "stop",
 ]  # fmt: skip

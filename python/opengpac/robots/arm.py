@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from .. import library
-from ..errors import CallError, Error, NotEnabled, refuse
+from ..errors import CallError, Error, NotEnabled, UnknownName, did_you_mean, refuse
 from ..frames import Pose
 from ..groups import Group
 from ..instances import VerbInstance
@@ -78,10 +78,35 @@ class Arm(Group[Joint]):
         """The states of its SRDF file: the positions of its joints, in their order, rad or m; a state may lack some."""
         self.interfaces = {name: interfaces[name] for name in names if name in interfaces}
         """What the tags `ros2_control` of its URDF file say of its joints, by their names."""
+        self._kinematics_of: Callable[[list[str]], Kinematics] | None = None
+        """Reads the geometry of some of its joints, by their names in the model."""
         self._scene: Path | None = None
         """The MJCF model that is simulated, with what stands around the arm; none of a real arm."""
         self._payload = Payload(0.0)
         self._carrying: VerbInstance[Any] | None = None
+
+    def part(self, group: str | Sequence[str]) -> Arm:
+        """Returns some of its joints as an arm: those of a group of its SRDF file, or those of these names, in the arm's order.
+
+        A motion takes at most 16 joints: a robot with more moves in parts, `robot.part("left_arm")`, each with a pose and lines of its
+        own. The pose is refused where a joint outside the part moves the tool. Raises `UnknownName` for a group or joint that is not there.
+        """
+        if isinstance(group, str) and group not in self.groups:
+            refuse(
+                UnknownName, f"arm '{self.name}' has no group '{group}'", did_you_mean(group, self.groups) or "name its joints in a list"
+            )
+        wanted = self.groups[group] if isinstance(group, str) else group
+        models = {joint.name.removeprefix(f"{self.name}."): joint for joint in self}
+        chosen = [models[name] if name in models else self[name] for name in wanted if name in models or not isinstance(group, str)]
+        joints = [joint for joint in self if joint in chosen]
+        name = f"{self.name}.{group}" if isinstance(group, str) else f"part of {self.name}"
+        of = self._kinematics_of
+        names = [joint.name.removeprefix(f"{self.name}.") for joint in joints]
+        part = Arm(
+            name, *joints, kinematics=self._read if of is None else lambda: of(names), states=self.states, interfaces=self.interfaces
+        )
+        part.model, part._kinematics_of = self.model, of
+        return part
 
     def touching(self) -> list[tuple[str, str]]:
         """Pairs of bodies that touch where a simulated arm is now and do not at its home, by their names in the model; of others none.

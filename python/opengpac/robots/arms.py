@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import logging
 import os
 import warnings
 from collections.abc import Generator, Iterable, Mapping
@@ -29,7 +30,12 @@ from .joints import Joint
 from .kinematics import Kinematics
 from .settled import settle
 
+_logger = logging.getLogger("opengpac")
+
 _ARMS = Path(__file__).parent
+
+MOTION_JOINTS = 16
+"""How many joints a motion takes."""
 
 TIP_SITE = "tcp"
 """The site of a tool's file that says where its tip is."""
@@ -126,7 +132,14 @@ def load(
         known_of = {"groups": model.groups, "states": model.states, "interfaces": model.interfaces}
         arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own), notes=model.notes, **known_of)
         arm.model = identity
+        arm._kinematics_of = model.kinematics
         arm._scene = model.simulated if driver is None else None
+        if len(arm) > MOTION_JOINTS:
+            part = next((f"'{group}'" for group, of in model.groups.items() if 1 < len(of) <= MOTION_JOINTS), "[JOINT, …]")
+            _logger.warning(
+                "arm '%s' has %d joints, and a motion takes at most %d: move parts of it, such as arm.part(%s)",
+                name, len(arm), MOTION_JOINTS, part,
+            )  # fmt: skip
         rtp.system._by_name.keep("arm", name, asked, arm)
         return arm
     except BaseException:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,6 +18,11 @@ from ..system import System
 from ..verbs import Verb
 from .drives import JOG_SPEED, MAX_RIPPLE, suited
 from .servos import HISTORY, joint_servo
+
+_logger = logging.getLogger("opengpac")
+
+OUTSIDE = {"rad": 1e-3, "m": 1e-4}
+"""How far beyond its range a joint is when that is told."""
 
 
 class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
@@ -91,3 +97,15 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
         if drive is not None:
             arguments["drive"] = drive
         super().__init__(name, on=on, system=system, arbitration=arbitration, **arguments)
+
+    def _when_enabled(self) -> None:
+        """Says where it stands outside its range, and how it comes back."""
+        position, low, high = self.sensed.value, self.position_min, self.position_max
+        unit = self.sensed.unit or "rad"
+        if self.needs_home or max(low - position, position - high) <= OUTSIDE.get(unit, 0.0):
+            return
+        _logger.warning(
+            "joint '%s' is at %.6g %s, outside its range, %.6g to %.6g %s, and stays there: gpac.motion.return_to_range(…) drives it "
+            "back in at a tenth of its speed",
+            self.name, position, unit, low, high, unit,
+        )  # fmt: skip

@@ -245,6 +245,15 @@ def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> in
     def moved(site: int) -> int:
         return len(_joints_before(model, int(model.site_bodyid[site])) & set(ids))
 
-    ranked = [(-moved(site), of, site) for site in range(model.nsite) if (of := rank(site)) is not None]
+    def is_of_another(site: int) -> bool:
+        """Returns whether a site is the tool of another arm on the same trunk: joints besides these move it, and not all of these do."""
+        return moved(site) < deepest and bool(_joints_before(model, int(model.site_bodyid[site])) - set(ids))
+
+    deepest = max(len(_joints_before(model, int(model.jnt_bodyid[j])) & set(ids)) for j in ids)
+    ranked = [
+        (-moved(site), of, site)
+        for site in range(model.nsite)
+        if (of := rank(site)) is not None and not (named is None and is_of_another(site))
+    ]
     least = min(ranked, default=None)
     return None if least is None or least[0] == 0 else least[2]

@@ -18,12 +18,14 @@ from opengpac import robots
 TREES = int(os.environ.get("OPENGPAC_TREES", "8"))
 RANGE = 2.0
 """Range of each joint either way, rad."""
+FRICTION = 0.2
+"""Largest dry friction of a joint, as a share of the effort that holds the tree."""
 
 
 def tree(seed: int) -> str:
     """An MJCF model of 1 to 7 links of 0.05 to 50 kg, 0.05 to 1 m, ratios to 1:100, a step of 0.2 to 2 ms, and more effort than holds it
-    in the worst pose."""
-    rng = np.random.default_rng(seed)
+    in the worst pose. Half of the joints have no damping, a third no dry friction."""
+    rng, rubs = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     links, step = int(rng.integers(1, 8)), float(np.exp(rng.uniform(np.log(2e-4), np.log(2e-3))))
     heaviest, ratio = float(np.exp(rng.uniform(np.log(0.05), np.log(50.0)))), 10.0 ** rng.uniform(0.0, 2.0)
     masses = np.clip(heaviest * ratio ** rng.uniform(-1.0, 0.0, links), 0.05, 50.0)
@@ -38,9 +40,11 @@ def tree(seed: int) -> str:
         across, along = mass * length**2 * (1 / 12 + 0.01 / 4), mass * length**2 * 0.005
         axis = rng.normal(size=3)
         damping = 0.0 if rng.random() < 0.5 else 10.0 ** rng.uniform(-2.0, 1.0)
+        friction = 0.0 if rubs.random() < 1 / 3 else most * FRICTION * 10.0 ** rubs.uniform(-4.0, 0.0)
         inner = "".join(body(child, length) for child in children[link])
         return (
-            f'<body pos="0 0 {z}"><joint name="j{link}" axis="{axis[0]} {axis[1]} {axis[2]}" range="-{RANGE} {RANGE}" damping="{damping}"/>'
+            f'<body pos="0 0 {z}"><joint name="j{link}" axis="{axis[0]} {axis[1]} {axis[2]}" range="-{RANGE} {RANGE}" damping="{damping}" '
+            f'frictionloss="{friction}"/>'
             f'<inertial pos="0 0 {length / 2}" mass="{mass}" diaginertia="{across} {across} {along}"/>{inner}</body>'
         )
 

@@ -31,7 +31,10 @@ DAMPING_MAX = 1e6
 """A joint with more damping than this is locked: no motor moves it."""
 NUMBER_MAX = 1e10
 """Numbers beyond this are taken for a failed simulation by MuJoCo itself."""
-_KINDS = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+STOP = 1e-3
+"""How near its end a joint stands at a stop, rad or m."""
+_KINDS = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
+"""Joints of an arm. As integers: a number of NumPy is in no tuple of MuJoCo's."""
 
 
 def main(file: Path, is_whole: bool) -> None:
@@ -49,7 +52,8 @@ def main(file: Path, is_whole: bool) -> None:
         notes += _give_motors(spec, model)
         model = spec.compile()
     notes += exclude_touching(spec, model)
-    print(json.dumps([_text(spec, file.parent) if notes or is_whole else None, notes, _held_back(spec, model)]))
+    text = _text(spec, file.parent) if notes or is_whole else None
+    print(json.dumps([text, notes + too_weak(model), _held_back(spec, model)]))
 
 
 def _impossible(spec: Any, model: Any) -> str | None:
@@ -177,6 +181,46 @@ def _limit_memory() -> None:
     bytes_max = min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (bytes_max, bytes_max))
+
+
+def too_weak(model: Any) -> list[str]:
+    """Names the joints that cannot hold the arm at its home: gravity asks for more than their motor, and they stand at no stop."""
+    data = mujoco.MjData(model)
+    next(_poses(model, data))
+    notes = []
+    for j, most in _strengths(model).items():
+        dof, position = model.jnt_dofadr[j], data.qpos[model.jnt_qposadr[j]]
+        needed = float(data.qfrc_bias[dof] - data.qfrc_passive[dof])
+        # What gravity presses against a stop needs no motor.
+        stop = model.jnt_range[j][0 if needed > 0.0 else 1]
+        if abs(needed) > most + model.dof_frictionloss[dof] and not (model.jnt_limited[j] and abs(position - stop) < STOP):
+            unit = "N.m" if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE else "N"
+            notes.append(
+                f"joint '{model.joint(j).name}' needs {abs(needed):.3g} {unit} at the arm's home, and its motor has {most:.3g} {unit}: it "
+                "sinks; begin in another pose, or give it more effort"
+            )
+    return notes
+
+
+def _strengths(model: Any) -> dict[int, float]:
+    """For each joint with a motor, the most effort that it gives."""
+    most: dict[int, float] = {}
+    for a in range(model.nu):
+        if model.actuator_trntype[a] != int(mujoco.mjtTrn.mjTRN_JOINT):
+            continue
+        j, gear = int(model.actuator_trnid[a][0]), abs(float(model.actuator_gear[a][0]))
+        limits = [np.inf]
+        if model.actuator_forcelimited[a]:
+            limits.append(float(np.abs(model.actuator_forcerange[a]).max()))
+        is_plain = model.actuator_gaintype[a] == mujoco.mjtGain.mjGAIN_FIXED and model.actuator_biastype[a] == mujoco.mjtBias.mjBIAS_NONE
+        if model.actuator_ctrllimited[a] and is_plain:
+            limits.append(float(np.abs(model.actuator_ctrlrange[a]).max() * abs(model.actuator_gainprm[a][0])))
+        most[j] = most.get(j, 0.0) + gear * min(limits)
+    return {
+        j: min(effort, float(np.abs(model.jnt_actfrcrange[j]).max())) if model.jnt_actfrclimited[j] else effort
+        for j, effort in most.items()
+        if model.jnt_type[j] in _KINDS
+    }
 
 
 if __name__ == "__main__":

@@ -149,5 +149,5 @@ def _compiled(mujoco: Any, source: Source, selected: selection.Selection, pairs:
     if selected.home:
         equipment.add_home(mujoco, spec, model, selected.home)
     equipment.collide(spec, source, pairs)
-    spec.compile()
+    equipment.tell_weak(source, spec.compile())
     return spec

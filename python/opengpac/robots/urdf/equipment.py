@@ -75,6 +75,13 @@ def collide(spec: Any, source: Source, pairs: list[tuple[str, str]] | None) -> N
             shape.contype, shape.conaffinity = 1, 0
 
 
+def tell_weak(source: Source, model: Any) -> None:
+    """Notes the joints whose motor cannot hold the arm at its home, before all else: a warning has the first notes."""
+    from ..mjcf import survey  # it imports MuJoCo
+
+    source.notes[:0] = [f"{source.file.name}: {note}" for note in survey.too_weak(model)]
+
+
 def _flange(body: Any) -> Any:
     """The last link of a chain of fixed links behind the last joint; where it branches, the link of the joint itself."""
     last = body
