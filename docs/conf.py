@@ -23,7 +23,7 @@ html_show_sphinx = False
 html_last_updated_fmt = None
 pygments_style = "friendly"
 pygments_dark_style = "native"
-# Lexers of words that are no language are not asked for.
+# A fence without a language is plain text.
 highlight_language = "none"
 nitpicky = True
 
