@@ -24,12 +24,12 @@ use daemon::Act;
 use daemon::Failure;
 use daemon::calls::{self, Call};
 use daemon::clock::now;
-use daemon::lanes::{BRIEF, Entered, Lane};
-use daemon::requests::{self, Asked};
+use daemon::lanes::{BRIEF, Lane, LaneTicket};
+use daemon::requests::{self, CallRequest};
 use daemon::{Caller, Peer};
 use daemon::{Presence, Service};
 use model::refusal::Class;
-use request::{Shared, roomy};
+use request::{ServiceState, roomy};
 use serde_json::Value;
 use std::sync::Arc;
 use std::time::Duration;
@@ -125,7 +125,7 @@ async fn admit(State(door): State<Door>, mut request: Request, next: Next) -> Re
 }
 
 async fn call(
-    State(service): Shared,
+    State(service): ServiceState,
     Extension(caller): Extension<Caller>,
     Path(name): Path<String>,
     headers: HeaderMap,
@@ -156,7 +156,7 @@ async fn call(
     }
     let (here, by) = (service.clone(), caller.clone());
     let answer = entered.run(move || {
-        let asked = Asked { as_of_ms, ..requests::asked(&given, call.lasts)? };
+        let asked = CallRequest { as_of_ms, ..requests::asked(&given, call.lasts)? };
         drop((given, room));
         text(&here.call(call, asked, &by, presence.as_deref())?)
     });
@@ -184,7 +184,7 @@ fn begin(
     presence: Option<&Presence>,
     within: Duration,
 ) -> Result<SliceOfCall, Failure> {
-    let mut asked = Asked { as_of_ms, ..requests::asked(given, call.lasts)? };
+    let mut asked = CallRequest { as_of_ms, ..requests::asked(given, call.lasts)? };
     let left = asked.slice.saturating_sub(within);
     asked.slice -= left;
     Ok(SliceOfCall { answer: service.call(call, asked, caller, presence)?, left })
@@ -196,7 +196,7 @@ async fn ended(
     caller: &Caller,
     presence: Option<Arc<Presence>>,
     begun: SliceOfCall,
-    waits: Option<Entered>,
+    waits: Option<LaneTicket>,
     role: Role,
 ) -> Result<Response, Failure> {
     let Some(waits) = waits.filter(|_| begun.goes_on()) else { return leaving(service, caller, text(&begun.answer)?, role) };
@@ -210,6 +210,6 @@ fn text(answer: &Value) -> Result<Vec<u8>, Failure> {
     serde_json::to_vec(answer).map_err(|why| Failure::new(Class::InvalidState, format!("the answer cannot be told: {why}"), "please report it"))
 }
 
-async fn about(State(service): Shared, Extension(caller): Extension<Caller>) -> Json<Version> {
+async fn about(State(service): ServiceState, Extension(caller): Extension<Caller>) -> Json<Version> {
     Json(version(&service, &caller))
 }

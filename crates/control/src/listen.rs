@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Accepting connections: as many as there are slots for, each with who is at its other end.
-use crate::paced::Paced;
+use crate::paced::PacedStream;
 use crate::rest::Rest;
 use crate::slots::{Doors, Origin, Slot, Slots};
 use crate::tls::{Tls, fingerprint};
@@ -145,7 +145,7 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, pe
         .timer(TokioTimer::new())
         .header_read_timeout(IDLE_MAX)
         .max_buf_size(HEADERS_BYTES_MAX)
-        .serve_connection(TokioIo::new(Paced::new(stream, TAKE_MAX)), service)
+        .serve_connection(TokioIo::new(PacedStream::new(stream, TAKE_MAX)), service)
         .with_upgrades();
     // A connection that breaks is over; what hung on it sees that by itself.
     let _over = connection.await;

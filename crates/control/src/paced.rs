@@ -8,16 +8,16 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::Sleep;
 
 /// A stream that breaks where nothing was taken for so long.
-pub(crate) struct Paced<S> {
+pub(crate) struct PacedStream<S> {
     stream: S,
     most: Duration,
     /// Since nothing was taken.
     stuck: Option<Pin<Box<Sleep>>>,
 }
 
-impl<S> Paced<S> {
-    pub fn new(stream: S, most: Duration) -> Paced<S> {
-        Paced { stream, most, stuck: None }
+impl<S> PacedStream<S> {
+    pub fn new(stream: S, most: Duration) -> PacedStream<S> {
+        PacedStream { stream, most, stuck: None }
     }
 
     /// Returns the result of a write, or the error that its time is over.
@@ -32,13 +32,13 @@ impl<S> Paced<S> {
     }
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for PacedStream<S> {
     fn poll_read(mut self: Pin<&mut Self>, context: &mut Context<'_>, into: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         Pin::new(&mut self.stream).poll_read(context, into)
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Paced<S> {
+impl<S: AsyncWrite + Unpin> AsyncWrite for PacedStream<S> {
     fn poll_write(mut self: Pin<&mut Self>, context: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let written = Pin::new(&mut self.stream).poll_write(context, bytes);
         self.paced(context, written)

@@ -33,20 +33,20 @@ pub(crate) fn needed(presence: Option<Presence>) -> Result<Presence, Failure> {
 }
 
 /// A connection that a session holds: where it breaks before the session is over, the session is lost.
-pub(crate) struct Held {
+pub(crate) struct SessionHold {
     service: Arc<Service>,
     id: String,
     pub in_order: bool,
 }
 
-impl Held {
-    pub fn new(service: Arc<Service>, id: String) -> Held {
+impl SessionHold {
+    pub fn new(service: Arc<Service>, id: String) -> SessionHold {
         service.sessions.hold(&id);
-        Held { service, id, in_order: false }
+        SessionHold { service, id, in_order: false }
     }
 }
 
-impl Drop for Held {
+impl Drop for SessionHold {
     fn drop(&mut self) {
         self.service.sessions.let_go(&self.id, !self.in_order);
     }

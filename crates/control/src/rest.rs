@@ -18,7 +18,7 @@ const REST_TIME: Duration = Duration::from_secs(2);
 pub(crate) struct Rest(Arc<Mutex<Option<Incoming>>>);
 
 /// A body on its way to a handler.
-pub(crate) struct Given {
+pub(crate) struct HandlerBody {
     /// There until it is dropped.
     body: Option<Incoming>,
     rest: Rest,
@@ -26,8 +26,8 @@ pub(crate) struct Given {
 
 impl Rest {
     /// Returns the body as a handler is given it.
-    pub fn of(&self, body: Incoming) -> Given {
-        Given { body: Some(body), rest: self.clone() }
+    pub fn of(&self, body: Incoming) -> HandlerBody {
+        HandlerBody { body: Some(body), rest: self.clone() }
     }
 
     /// Takes what was given up, as far as a body may be long, and throws it away.
@@ -47,7 +47,7 @@ impl Rest {
     }
 }
 
-impl HttpBody for Given {
+impl HttpBody for HandlerBody {
     type Data = Bytes;
     type Error = hyper::Error;
 
@@ -64,7 +64,7 @@ impl HttpBody for Given {
     }
 }
 
-impl Drop for Given {
+impl Drop for HandlerBody {
     fn drop(&mut self) {
         if let Some(body) = self.body.take().filter(|body| !body.is_end_stream()) {
             *self.rest.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(body);

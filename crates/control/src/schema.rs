@@ -2,12 +2,12 @@
 //! JSON Schemas of the calls, from their declarations, and of the other requests.
 use crate::definitions::unite;
 use crate::frames::StreamFrame;
-use crate::told::Told;
+use crate::told::StreamAnswer;
 use crate::version::Version;
 use daemon::calls::{self, Call};
-use daemon::files::Stored;
+use daemon::files::StoredFile;
 use daemon::requests::{AskForCommand, DeclineRequest, HandOver, OpenSession, TakeCommand, WithdrawRequest};
-use daemon::{Holder, Listed, Reports, Returned};
+use daemon::{Holder, Reports, SessionAnswer, SessionInfo};
 use model::refusal::Refusal;
 use schemars::{JsonSchema, SchemaGenerator, generate::SchemaSettings};
 use serde_json::{Map, Value, json};
@@ -78,8 +78,8 @@ fn answers(of: &mut SchemaGenerator) -> Vec<(&'static str, Value)> {
         ("GET /v1/version", one::<Version>(of)),
         ("GET /v1/schema", document()),
         ("GET /v1/openapi.json", document()),
-        ("GET /v1/sessions", one::<Vec<Listed>>(of)),
-        ("POST /v1/sessions", one::<Returned>(of)),
+        ("GET /v1/sessions", one::<Vec<SessionInfo>>(of)),
+        ("POST /v1/sessions", one::<SessionAnswer>(of)),
         ("DELETE /v1/sessions", one::<()>(of)),
         ("GET /v1/sessions/{name}/reports", one::<Reports>(of)),
         ("DELETE /v1/sessions/{name}/reports", one::<()>(of)),
@@ -93,9 +93,9 @@ fn answers(of: &mut SchemaGenerator) -> Vec<(&'static str, Value)> {
         ("POST /v1/command/hand_over", one::<Holder>(of)),
         ("POST /v1/command/decline", one::<Holder>(of)),
         ("PUT /v1/modules/{name}", one::<ModuleAbout>(of)),
-        ("GET /v1/files/{sha256}", one::<Stored>(of)),
-        ("PUT /v1/files/{sha256}", one::<Stored>(of)),
-        ("GET /v1/stream", one::<Told>(of)),
+        ("GET /v1/files/{sha256}", one::<StoredFile>(of)),
+        ("PUT /v1/files/{sha256}", one::<StoredFile>(of)),
+        ("GET /v1/stream", one::<StreamAnswer>(of)),
     ]
 }
 

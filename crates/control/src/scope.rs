@@ -3,7 +3,7 @@
 //!
 //! A frame goes when there is room for it at once, or never: what a slow reader does not get is counted, value by value, and the
 //! count is in the next frame that it gets. So what is shown is never old, and what is missing is known exactly.
-use crate::told::{ScopeChannel, ScopeHead, Told};
+use crate::told::{ScopeChannel, ScopeHead, StreamAnswer};
 use api::Refusals;
 use model::types::{Scalar, Type};
 use model::value::Value;
@@ -71,7 +71,7 @@ impl Scope {
     }
 
     /// Returns the first frame: what the channels are.
-    pub fn head(&self) -> Told {
+    pub fn head(&self) -> StreamAnswer {
         let channel = |(of, components): (&TapChannel, &Vec<_>)| ScopeChannel {
             name: of.name.clone(),
             type_text: of.type_text.clone(),
@@ -79,7 +79,7 @@ impl Scope {
             components: components.len(),
         };
         let channels = self.tap.channels().iter().zip(&self.components).map(channel).collect();
-        Told { scope: Some(ScopeHead { channels }), ..Told::of(&self.id) }
+        StreamAnswer { scope: Some(ScopeHead { channels }), ..StreamAnswer::of(&self.id) }
     }
 
     /// Waits until it is time for the next frame: the time between two, and less where virtual time waits for it.

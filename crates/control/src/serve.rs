@@ -19,7 +19,7 @@ use daemon::journal::Journal;
 use daemon::lanes::{Lanes, Runtimes};
 use daemon::requests::is_sha256;
 use daemon::tokens::{RunToken, Tokens};
-use daemon::{Unwatched, Watcher, play};
+use daemon::{NoWatcher, Watcher, play};
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Deserialize;
 use std::io::ErrorKind;
@@ -198,7 +198,7 @@ fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
 impl Server {
     /// Serves a system. Nothing listens where something is refused.
     pub fn start(system: Arc<System>, options: &Options) -> Result<Server, Refusals> {
-        Server::start_watched(system, options, &mut Unwatched)
+        Server::start_watched(system, options, &mut NoWatcher)
     }
 
     /// Starts the same, with a watcher that is told how the journal's replay goes and may end it. It is played before any request is answered.

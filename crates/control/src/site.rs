@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Admission of a request: its host, its origin and its token.
 use axum::http::{HeaderMap, header};
-use daemon::tokens::Rejected;
+use daemon::tokens::TokenRejection;
 use daemon::{Caller, Failure, Gate, Pass, Peer};
 use model::refusal::Class;
 use std::net::IpAddr;
@@ -74,7 +74,7 @@ fn name_of(host: &str) -> &str {
 fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     let Some(given) = headers.get(header::AUTHORIZATION) else { return of_protocols(headers) };
     let token = given.to_str().ok().and_then(|text| text.strip_prefix("Bearer ")).map(str::trim);
-    token.filter(|token| !token.is_empty()).map(Some).ok_or_else(|| Failure::from(Rejected::Wrong))
+    token.filter(|token| !token.is_empty()).map(Some).ok_or_else(|| Failure::from(TokenRejection::Wrong))
 }
 
 /// Returns the token among the subprotocols of a WebSocket, `bearer.TOKEN`: a browser sends no other header of ours with one. A request that
@@ -86,12 +86,12 @@ fn of_protocols(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     }
     let mut tokens = Vec::new();
     for named in headers.get_all(header::SEC_WEBSOCKET_PROTOCOL).iter() {
-        let named = named.to_str().map_err(|_| Failure::from(Rejected::Wrong))?;
+        let named = named.to_str().map_err(|_| Failure::from(TokenRejection::Wrong))?;
         tokens.extend(named.split(',').filter_map(|name| name.trim().strip_prefix("bearer.")));
     }
     match tokens[..] {
         [] => Ok(None),
         [token] if !token.is_empty() => Ok(Some(token)),
-        _ => Err(Failure::from(Rejected::Wrong)),
+        _ => Err(Failure::from(TokenRejection::Wrong)),
     }
 }

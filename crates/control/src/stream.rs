@@ -2,7 +2,7 @@
 //! The stream: a WebSocket that carries values, statistics, the log and end reports to who subscribes. A slow reader loses frames, never holds
 //! anybody up, and is told how many.
 use crate::frames::{self, StreamRequest, Topic};
-use crate::presence::{Held, present, shut_out};
+use crate::presence::{SessionHold, present, shut_out};
 use crate::refused::RefusedRequest;
 use crate::scope::{self, CHANNELS_MAX, Scope, Slot};
 use daemon::Failure;
@@ -12,7 +12,7 @@ use daemon::clock::told_ms;
 use daemon::lanes::Lane;
 use daemon::{Caller, Pass};
 
-use crate::told::Told;
+use crate::told::StreamAnswer;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Extension, Query, State};
 use axum::http::HeaderMap;
@@ -71,7 +71,7 @@ pub(crate) async fn open(
         let Query(options) = query.map_err(|why| Failure::new(Class::CallError, why.body_text(), "write ?hold=true, ?beat=true, both or nothing"))?;
         let upgrade = upgrade.map_err(|why| Failure::new(Class::CallError, why.body_text(), "the stream is a WebSocket"))?;
         let held = match (options.hold, presence) {
-            (true, Some(presence)) => Some(Held::new(service.clone(), presence.id.clone())),
+            (true, Some(presence)) => Some(SessionHold::new(service.clone(), presence.id.clone())),
             (true, None) => {
                 return Err(Failure::new(Class::CallError, "there is no session to hold", "open one and send its ID in the header OpenGPAC-Session"));
             }
@@ -88,13 +88,13 @@ pub(crate) async fn open(
 
 /// Frame that leaves on a stream.
 enum Frame {
-    Text(Box<Told>),
+    Text(Box<StreamAnswer>),
     /// Frame of a scope, with its slot until it has left.
     Binary(Vec<u8>, Slot),
 }
 
 impl Frame {
-    fn text(told: Told) -> Frame {
+    fn text(told: StreamAnswer) -> Frame {
         Frame::Text(Box::new(told))
     }
 
@@ -143,7 +143,7 @@ struct Stream {
 
 impl Stream {
     /// Serves it to its end, or until its caller is let in no longer.
-    async fn serve(&self, mut socket: WebSocket, mut held: Option<Held>) {
+    async fn serve(&self, mut socket: WebSocket, mut held: Option<SessionHold>) {
         let mut subscriptions: Subscriptions = HashMap::new();
         let close = tokio::select! {
             close = self.carry(&mut socket, &mut held, &mut subscriptions) => close,
@@ -160,7 +160,7 @@ impl Stream {
     }
 
     /// Carries frames both ways until the stream ends. Returns the close frame that the client is to get, if any.
-    async fn carry(&self, socket: &mut WebSocket, held: &mut Option<Held>, subscriptions: &mut Subscriptions) -> Option<CloseFrame> {
+    async fn carry(&self, socket: &mut WebSocket, held: &mut Option<SessionHold>, subscriptions: &mut Subscriptions) -> Option<CloseFrame> {
         let (sender, mut frames): (Sender<Frame>, Receiver<Frame>) = channel(FRAMES_MAX);
         let mut ping = tokio::time::interval(PING);
         let mut beat = tokio::time::interval(BEAT);
@@ -169,7 +169,7 @@ impl Stream {
         loop {
             let leaving = tokio::select! {
                 Some(frame) = frames.recv() => Some(frame.message()),
-                _ = beat.tick(), if self.beats => Some(Frame::text(Told { beat: Some(told_ms()), ..Told::default() }).message()),
+                _ = beat.tick(), if self.beats => Some(Frame::text(StreamAnswer { beat: Some(told_ms()), ..StreamAnswer::default() }).message()),
                 _ = ping.tick() => Some((Message::Ping(Vec::new().into()), None)),
                 received = socket.recv() => {
                     let Some(Ok(received)) = received else { return None };
@@ -179,7 +179,7 @@ impl Stream {
                         return Some(CloseFrame { code: TOO_MANY, reason: reason.into() });
                     }
                     match received {
-                        Message::Text(text) => self.follow(&sender, subscriptions, &text).err().map(|f| Frame::text(Told { errors: Some(f.refusals), ..Told::default() }).message()),
+                        Message::Text(text) => self.follow(&sender, subscriptions, &text).err().map(|f| Frame::text(StreamAnswer { errors: Some(f.refusals), ..StreamAnswer::default() }).message()),
                         Message::Close(_) => {
                             held.iter_mut().for_each(|held| held.in_order = true);
                             return None;
@@ -255,7 +255,7 @@ impl Subscription {
             Ok(Ok(scope)) => scope,
             Ok(Err(refusals)) => {
                 // Who does not take it learns it by the silence.
-                let _told = sender.send(Frame::text(Told { errors: Some(refusals), ..Told::of(&id) })).await;
+                let _told = sender.send(Frame::text(StreamAnswer { errors: Some(refusals), ..StreamAnswer::of(&id) })).await;
                 return;
             }
             Err(_) => return,
@@ -307,7 +307,7 @@ impl Subscription {
                 Ok(Some(found)) => found,
                 Err(failure) => {
                     // A subscription that fails is over; who reads too slowly learns it by its silence.
-                    let _told = sender.try_send(Frame::text(Told { errors: Some(failure.refusals), ..Told::of(&self.id) }));
+                    let _told = sender.try_send(Frame::text(StreamAnswer { errors: Some(failure.refusals), ..StreamAnswer::of(&self.id) }));
                     return;
                 }
             };
@@ -322,15 +322,15 @@ impl Subscription {
     }
 
     /// Returns the next frame and what comes after it; none if nothing is new.
-    fn look(&self, service: &Service) -> Result<Option<(Told, u64)>, Failure> {
+    fn look(&self, service: &Service) -> Result<Option<(StreamAnswer, u64)>, Failure> {
         let system = &service.system;
-        let told = Told { dropped: Some(self.dropped), ..Told::of(&self.id) };
+        let told = StreamAnswer { dropped: Some(self.dropped), ..StreamAnswer::of(&self.id) };
         Ok(match self.topic {
-            Topic::Svvs => Some((Told { svvs: Some(api::snapshot(system, &self.names, self.raw)?), ..told }, 0)),
-            Topic::Statistics => Some((Told { statistics: Some(system.statistics()), ..told }, 0)),
+            Topic::Svvs => Some((StreamAnswer { svvs: Some(api::snapshot(system, &self.names, self.raw)?), ..told }, 0)),
+            Topic::Statistics => Some((StreamAnswer { statistics: Some(system.statistics()), ..told }, 0)),
             Topic::Installed => {
                 let version = system.installed_version().max(1);
-                (version != self.since).then(|| (Told { installed: Some(system.installed()), dropped: Some(0), ..told }, version))
+                (version != self.since).then(|| (StreamAnswer { installed: Some(system.installed()), dropped: Some(0), ..told }, version))
             }
             // It has its own way: `observe`.
             Topic::Scope => None,
@@ -339,7 +339,7 @@ impl Subscription {
                 entries.truncate(ENTRIES_MAX);
                 let (Some(first), Some(last)) = (entries.first(), entries.last()) else { return Ok(None) };
                 let (dropped, next) = (first.sequence.saturating_sub(self.since), last.sequence + 1);
-                Some((Told { log: Some(entries), dropped: Some(dropped), ..told }, next))
+                Some((StreamAnswer { log: Some(entries), dropped: Some(dropped), ..told }, next))
             }
             Topic::Ends => {
                 let mut ends = system.ends_since(self.since);
@@ -347,7 +347,7 @@ impl Subscription {
                 let (Some(first), Some(last)) = (ends.first(), ends.last()) else { return Ok(None) };
                 service.note_ends();
                 let (dropped, next) = (first.number.saturating_sub(self.since), last.number + 1);
-                Some((Told { ends: Some(ends), dropped: Some(dropped), ..told }, next))
+                Some((StreamAnswer { ends: Some(ends), dropped: Some(dropped), ..told }, next))
             }
         })
     }

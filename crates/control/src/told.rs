@@ -8,8 +8,7 @@ use supervisor::{End, Entry, Installed, Statistics};
 
 /// A text frame of the stream: what a subscription has to say, or why a frame of the client was refused.
 #[derive(Debug, Default, Serialize, JsonSchema)]
-#[schemars(rename = "StreamAnswer")]
-pub(crate) struct Told {
+pub(crate) struct StreamAnswer {
     /// The subscription, as its client named it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
@@ -54,9 +53,9 @@ pub(crate) struct ScopeChannel {
     pub components: usize,
 }
 
-impl Told {
+impl StreamAnswer {
     /// Makes a frame of this subscription.
-    pub fn of(id: &str) -> Told {
-        Told { id: Some(id.to_owned()), ..Told::default() }
+    pub fn of(id: &str) -> StreamAnswer {
+        StreamAnswer { id: Some(id.to_owned()), ..StreamAnswer::default() }
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Caller of a request, its address and its role: tokens, client certificates, the user of a Unix socket.
 use crate::failure::{Failure, Ground};
-use crate::tokens::{Rejected, RunToken, Tokens, digest, now_s};
+use crate::tokens::{RunToken, TokenRejection, Tokens, digest, now_s};
 use api::Role;
 use model::refusal::Class;
 use std::net::SocketAddr;
@@ -107,28 +107,28 @@ impl Gate {
     }
 
     fn of_token(&self, sha256: [u8; 32], from: String) -> Result<Caller, Failure> {
-        let tokens = self.tokens.as_ref().ok_or_else(|| Failure::from(Rejected::Wrong))?;
+        let tokens = self.tokens.as_ref().ok_or_else(|| Failure::from(TokenRejection::Wrong))?;
         let entry = tokens.verify_digest(sha256, now_s()).map_err(Failure::from)?;
         Ok(Caller { who: format!("token {}", entry.name), role: entry.role, from })
     }
 
     /// Returns the caller of a certificate; one that is signed but not listed may observe.
     fn of_certificate(&self, sha256: [u8; 32], from: String) -> Result<Caller, Failure> {
-        let known = self.tokens.as_ref().map_or(Err(Rejected::Wrong), |tokens| tokens.verify_certificate(sha256, now_s()));
+        let known = self.tokens.as_ref().map_or(Err(TokenRejection::Wrong), |tokens| tokens.verify_certificate(sha256, now_s()));
         match known {
             Ok(entry) => Ok(Caller { who: format!("certificate {}", entry.name), role: entry.role, from }),
-            Err(Rejected::Wrong) => Ok(Caller { who: format!("certificate {}", &crate::requests::hex(&sha256)[..16]), role: Role::Observe, from }),
+            Err(TokenRejection::Wrong) => Ok(Caller { who: format!("certificate {}", &crate::requests::hex(&sha256)[..16]), role: Role::Observe, from }),
             Err(other) => Err(other.into()),
         }
     }
 }
 
-impl From<Rejected> for Failure {
-    fn from(why: Rejected) -> Failure {
+impl From<TokenRejection> for Failure {
+    fn from(why: TokenRejection) -> Failure {
         let (message, remedy) = match why {
-            Rejected::Wrong => ("the token is wrong", "ask the operator of the system for one: opengpac token new"),
-            Rejected::Expired => ("the token has expired", "ask for a new one: opengpac token new"),
-            Rejected::Revoked => ("the token was revoked", "ask for a new one: opengpac token new"),
+            TokenRejection::Wrong => ("the token is wrong", "ask the operator of the system for one: opengpac token new"),
+            TokenRejection::Expired => ("the token has expired", "ask for a new one: opengpac token new"),
+            TokenRejection::Revoked => ("the token was revoked", "ask for a new one: opengpac token new"),
         };
         Failure::new(Class::NotAllowed, message, remedy).ground(Ground::UnknownCaller)
     }

@@ -7,7 +7,7 @@ use serde::Deserialize;
 /// Name and origin that `PUT /v1/modules/NAME` gives its body.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Named {
+pub struct ModuleOrigin {
     /// Its name; the suffix says what it is.
     pub file: String,
     pub sha256: String,
@@ -25,7 +25,7 @@ pub fn target() -> String {
 }
 
 /// Refuses a shared object for another machine or another block interface, by name.
-pub fn check_target(module: &str, named: &Named, bytes: &[u8]) -> Result<(), Failure> {
+pub fn check_target(module: &str, named: &ModuleOrigin, bytes: &[u8]) -> Result<(), Failure> {
     let refuse = |message: String, remedy: &str| Err(Failure::new(Class::ModuleError, message, remedy));
     if !bytes.starts_with(b"\x7fELF") {
         return Ok(());

@@ -19,8 +19,7 @@ use supervisor::{Reach, Reached};
 
 /// A file that is there.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
-#[schemars(rename = "StoredFile")]
-pub struct Stored {
+pub struct StoredFile {
     /// Its size.
     pub bytes: u64,
 }

@@ -175,29 +175,29 @@ impl Lanes {
     }
 
     /// Takes a caller's request into its lane, before its body is read. Errors: `LimitExceeded`.
-    pub fn enter(self: &Arc<Lanes>, lane: Lane, caller: &Caller) -> Result<Entered, Failure> {
+    pub fn enter(self: &Arc<Lanes>, lane: Lane, caller: &Caller) -> Result<LaneTicket, Failure> {
         let share = match lane {
             Lane::Stop => Some(self.stops.take(caller, 1)?),
             Lane::Wait => Some(self.waits.take(caller, 1)?),
             Lane::Costly => Some(self.costly.take(caller, 1)?),
             Lane::Emergency | Lane::Usual | Lane::Brief => None,
         };
-        Ok(Entered { lanes: self.clone(), lane, who: caller.who.clone(), share })
+        Ok(LaneTicket { lanes: self.clone(), lane, who: caller.who.clone(), share })
     }
 }
 
 /// A request in its lane.
-pub struct Entered {
+pub struct LaneTicket {
     lanes: Arc<Lanes>,
     lane: Lane,
     who: String,
     share: Option<Share>,
 }
 
-impl Entered {
+impl LaneTicket {
     /// Runs it on a thread of its lane, when it is its turn. It keeps what it has until it is over, also if no caller waits for it.
     pub async fn run<T: Send + 'static>(self, run: impl FnOnce() -> Result<T, Failure> + Send + 'static) -> Result<T, Failure> {
-        let Entered { lanes, lane, who, share } = self;
+        let LaneTicket { lanes, lane, who, share } = self;
         let turn = match lane {
             Lane::Costly => Some((lanes.costly_turns.take(&who).await, lanes.costly_all.clone().acquire_owned().await)),
             Lane::Usual | Lane::Brief => Some((lanes.usual_turns.take(&who).await, lanes.usual_all.clone().acquire_owned().await)),

@@ -28,10 +28,11 @@ pub use audit::{Act, Audit};
 pub use caller::{Caller, Gate, Pass, Peer};
 pub use failure::{Failure, Ground};
 pub use files::Files;
-pub use playing::{Unwatched, Watcher, play};
+pub use playing::{NoWatcher, Watcher, play};
 pub use rates::Rates;
 pub use service::{Presence, Service};
 pub use sessions::{
-    Described, Holder, Kept, Listed, Opened, Outcome, REPORTS_MAX, Reports, Returned, SESSIONS_EACH_MAX, SESSIONS_MAX, SETTLED_MAX, Sessions, Settled,
+    Holder, KeptReport, OpenedSession, Outcome, REPORTS_MAX, Reports, SESSIONS_EACH_MAX, SESSIONS_MAX, SETTLED_MAX, SessionAnswer, SessionInfo,
+    SessionInstance, Sessions, SettledRequest,
 };
 pub use shares::Share;

@@ -5,7 +5,7 @@ use crate::caller::Caller;
 use crate::calls;
 use crate::failure::Failure;
 use crate::files::check_digest;
-use crate::journal::ledger::{Kept, creates, effect};
+use crate::journal::ledger::{LedgerEntry, creates, effect};
 use crate::journal::lines::{By, Line, Subject};
 use crate::journal::{Journal, needed};
 use crate::service::Service;
@@ -33,9 +33,9 @@ pub trait Watcher {
 }
 
 /// A replay without a watcher.
-pub struct Unwatched;
+pub struct NoWatcher;
 
-impl Watcher for Unwatched {
+impl Watcher for NoWatcher {
     fn tell(&mut self, _: &str) {}
 
     fn goes_on(&mut self) -> bool {
@@ -62,14 +62,14 @@ struct Player<'a> {
 pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dyn Watcher) -> Result<(), Refusals> {
     let (kept, suspended, is_stopped) = {
         let inner = journal.locked();
-        let kept: Vec<Kept> = inner.ledger.lines().cloned().collect();
+        let kept: Vec<LedgerEntry> = inner.ledger.lines().cloned().collect();
         let suspended: Vec<Subject> = inner.ledger.running().into_iter().filter(|of| inner.ledger.is_suspended(of)).collect();
         (kept, suspended, inner.ledger.stopped().is_some())
     };
-    let (running, there): (Vec<Kept>, Vec<Kept>) = kept.into_iter().partition(|kept| runs(&kept.line));
+    let (running, there): (Vec<LedgerEntry>, Vec<LedgerEntry>) = kept.into_iter().partition(|kept| runs(&kept.line));
     // A start that a latched emergency stop has ended before its end was written: nothing of it is called, and nothing fails.
-    let (stopped, running): (Vec<Kept>, Vec<Kept>) = running.into_iter().partition(|_| is_stopped);
-    let running: Vec<Kept> = running.into_iter().filter(|kept| !suspended.iter().any(|of| subject(&kept.line) == Some(of))).collect();
+    let (stopped, running): (Vec<LedgerEntry>, Vec<LedgerEntry>) = running.into_iter().partition(|_| is_stopped);
+    let running: Vec<LedgerEntry> = running.into_iter().filter(|kept| !suspended.iter().any(|of| subject(&kept.line) == Some(of))).collect();
     let mut player = Player {
         service,
         journal,
@@ -138,8 +138,8 @@ impl Player<'_> {
         }
     }
 
-    fn all(&mut self, lines: &[Kept]) -> Result<(), Refusals> {
-        for Kept { at, line } in lines {
+    fn all(&mut self, lines: &[LedgerEntry]) -> Result<(), Refusals> {
+        for LedgerEntry { at, line } in lines {
             self.watched()?;
             let played = self.line(line);
             self.watched()?;

@@ -13,7 +13,7 @@ pub const SLICE_MAX: Duration = Duration::from_secs(1);
 
 /// Request of a call's body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Asked {
+pub struct CallRequest {
     pub arguments: Map<String, Json>,
     /// Time limit of the request.
     pub slice: Duration,
@@ -22,7 +22,7 @@ pub struct Asked {
 }
 
 /// Reads the body of a call: a JSON object, or nothing; `slice_ms` (1 to 1,000) is of the request, not of the call.
-pub fn asked(body: &[u8], lasts: bool) -> Result<Asked, Failure> {
+pub fn asked(body: &[u8], lasts: bool) -> Result<CallRequest, Failure> {
     let mut arguments: Map<String, Json> = object(body)?;
     let slice = match arguments.remove("slice_ms") {
         None => SLICE_MAX,
@@ -32,7 +32,7 @@ pub fn asked(body: &[u8], lasts: bool) -> Result<Asked, Failure> {
         },
         Some(_) => return Err(wrong("this call does not last and has no slice_ms".to_owned(), "leave it out")),
     };
-    Ok(Asked { arguments, slice, as_of_ms: None })
+    Ok(CallRequest { arguments, slice, as_of_ms: None })
 }
 
 /// Reads a body of some form; an empty one is `{}`.

@@ -4,7 +4,7 @@ use crate::audit::{Act, Audit};
 use crate::caller::{Caller, Gate};
 use crate::calls::{self, Call};
 use crate::clock::now;
-use crate::code::Named;
+use crate::code::ModuleOrigin;
 use crate::failure::Failure;
 use crate::files::Files;
 use crate::freshness;
@@ -12,8 +12,8 @@ use crate::journal::Journal;
 use crate::journal::lines::By;
 use crate::lanes::Lanes;
 use crate::rates::Rates;
-use crate::requests::{self, Asked};
-use crate::sessions::{Described, Sessions};
+use crate::requests::{self, CallRequest};
+use crate::sessions::{SessionInstance, Sessions};
 use api::{Answered, DriverArgument, Effect, Role};
 use model::refusal::Class;
 use serde_json::{Map, Value as Json, json};
@@ -74,7 +74,7 @@ impl Service {
 
     /// Makes a call: rights, command, audit, the call itself, and whose the instances are that it makes. It may last; never called on
     /// a thread that serves others.
-    pub fn call(self: &Arc<Self>, call: &Call, mut asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+    pub fn call(self: &Arc<Self>, call: &Call, mut asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let role = call.role_under(self.system.is_virtual());
         if let Some(by) = call.signed {
             asked.arguments.insert(by.to_owned(), json!(self.signature(caller, presence.map_or("", |p| &p.name))));
@@ -141,7 +141,7 @@ impl Service {
     }
 
     /// Makes a call under the journal, where there is one: what configures is not made where its line would have no room.
-    fn kept(&self, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+    fn kept(&self, call: &Call, asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         if call.effect == Effect::PerformsVerb {
             return self.perform(call, &asked, caller, presence);
         }
@@ -158,7 +158,7 @@ impl Service {
     }
 
     /// Calls a verb in one request. Its instance has an owner, and is in the journal, before it starts.
-    fn perform(&self, call: &Call, asked: &Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+    fn perform(&self, call: &Call, asked: &CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let prepared = api::prepare(&self.system, &asked_text(asked))?;
         let instance = prepared.instance();
         if let Some(presence) = presence {
@@ -202,7 +202,7 @@ impl Service {
         let (name, arguments) = (with["call"].as_str().unwrap_or(""), with["arguments"].as_object().cloned().unwrap_or_default());
         let call = calls::find(name).ok_or_else(|| Failure::new(Class::CallError, format!("there is no call '{name}'"), "please report it"))?;
         // Nothing that goes on names a file or code: that was resolved when it began.
-        self.make(call, Asked { arguments, slice, as_of_ms: None }, Role::Observe, presence)
+        self.make(call, CallRequest { arguments, slice, as_of_ms: None }, Role::Observe, presence)
     }
 
     /// Resolves files and refuses code in the options and arguments of drivers: see [`Files::resolve`].
@@ -224,7 +224,7 @@ impl Service {
         }
     }
 
-    fn make(&self, call: &Call, mut asked: Asked, role: Role, presence: Option<&Presence>) -> Result<Json, Failure> {
+    fn make(&self, call: &Call, mut asked: CallRequest, role: Role, presence: Option<&Presence>) -> Result<Json, Failure> {
         let instance = asked.arguments.get("instance").and_then(Json::as_u64);
         if call.costs {
             requests::check_extent(&asked.arguments)?;
@@ -344,16 +344,16 @@ impl Service {
     }
 
     /// Returns number, name and state of instances that are still there.
-    pub fn described(&self, instances: &[u64]) -> Vec<Described> {
+    pub fn described(&self, instances: &[u64]) -> Vec<SessionInstance> {
         let described = |instance: &u64| {
             let about = self.system.instance_about(*instance).ok()?;
-            Some(Described { instance: *instance, name: about.name, state: about.state })
+            Some(SessionInstance { instance: *instance, name: about.name, state: about.state })
         };
         instances.iter().filter_map(described).collect()
     }
 
     /// Downloads a code module under the journal, where there is one.
-    pub fn download_kept(&self, name: &str, named: &Named, bytes: &[u8], by: By) -> Result<ModuleAbout, Failure> {
+    pub fn download_kept(&self, name: &str, named: &ModuleOrigin, bytes: &[u8], by: By) -> Result<ModuleAbout, Failure> {
         let Some(journal) = &self.journal else { return self.download(name, &named.file, bytes) };
         journal.ready_for_module(&named.sha256, bytes)?;
         let about = self.download(name, &named.file, bytes)?;
@@ -385,6 +385,6 @@ fn steps(arguments: &Map<String, Json>, instance: u64) -> (Map<String, Json>, Ma
     (create, start)
 }
 
-fn asked_text(asked: &Asked) -> String {
+fn asked_text(asked: &CallRequest) -> String {
     serde_json::to_string(&asked.arguments).expect("JSON came in")
 }

@@ -17,9 +17,9 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use supervisor::End;
 
-pub use answers::{Described, Holder, Kept, Listed, Opened, Reports, Returned};
+pub use answers::{Holder, KeptReport, OpenedSession, Reports, SessionAnswer, SessionInfo, SessionInstance};
 use command::Command;
-pub use command::{Outcome, SETTLED_MAX, Settled};
+pub use command::{Outcome, SETTLED_MAX, SettledRequest};
 
 /// Sessions that are kept, alive and lost.
 pub const SESSIONS_MAX: usize = 64;
@@ -47,7 +47,7 @@ struct Session {
     holds: usize,
     broken: bool,
     instances: BTreeSet<u64>,
-    reports: VecDeque<Kept>,
+    reports: VecDeque<KeptReport>,
     lost_reports: u64,
 }
 
@@ -164,7 +164,7 @@ impl Sessions {
     }
 
     /// Opens a session, takes up one that is alive, or comes back to one that was lost.
-    pub fn open(&self, caller: &Caller, asked: &OpenSession, now: Instant) -> Result<Opened, Failure> {
+    pub fn open(&self, caller: &Caller, asked: &OpenSession, now: Instant) -> Result<OpenedSession, Failure> {
         let id = fresh_id()?;
         let mut state = self.locked();
         if let Some(before) = state.by_name.get(&asked.name) {
@@ -183,7 +183,7 @@ impl Sessions {
         (session.alive, session.broken, session.lost_after) = (true, false, Duration::from_millis(asked.lost_after_ms));
         (session.in_flight, session.holds) = (0, 0);
         session.person = asked.person.clone().or(session.person.take());
-        Ok(Opened {
+        Ok(OpenedSession {
             session: id,
             name: asked.name.clone(),
             role: caller.role,
@@ -329,7 +329,7 @@ impl Sessions {
                 session.reports.pop_front();
                 session.lost_reports += 1;
             }
-            session.reports.push_back(Kept { number, instance, report, told: false });
+            session.reports.push_back(KeptReport { number, instance, report, told: false });
         }
     }
 
@@ -341,7 +341,7 @@ impl Sessions {
     }
 
     /// Returns the reports that are kept for a session, and how many were lost; for itself or the role `configure`.
-    pub fn reports(&self, name: &str, caller: &Caller) -> Result<(Vec<Kept>, u64), Failure> {
+    pub fn reports(&self, name: &str, caller: &Caller) -> Result<(Vec<KeptReport>, u64), Failure> {
         let mut state = self.locked();
         let session = reader(&mut state, name, caller)?;
         Ok((session.reports.iter().cloned().collect(), session.lost_reports))
@@ -357,9 +357,9 @@ impl Sessions {
     }
 
     /// Returns all sessions.
-    pub fn list(&self) -> Vec<Listed> {
+    pub fn list(&self) -> Vec<SessionInfo> {
         let state = self.locked();
-        let listed = |(name, session): (&String, &Session)| Listed {
+        let listed = |(name, session): (&String, &Session)| SessionInfo {
             name: name.clone(),
             who: session.who.clone(),
             person: session.person.clone(),

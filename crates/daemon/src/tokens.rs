@@ -44,7 +44,7 @@ struct TokenTable {
 
 /// Reason why a token is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rejected {
+pub enum TokenRejection {
     Wrong,
     Expired,
     Revoked,
@@ -150,22 +150,22 @@ impl Tokens {
     }
 
     /// Returns the owner of the token.
-    pub fn verify(&self, token: &str, now_s: u64) -> Result<Entry, Rejected> {
+    pub fn verify(&self, token: &str, now_s: u64) -> Result<Entry, TokenRejection> {
         self.verify_digest(digest(token), now_s)
     }
 
     /// Returns the owner of a token, by the SHA-256 of its text.
-    pub fn verify_digest(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, Rejected> {
+    pub fn verify_digest(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, TokenRejection> {
         self.find(&sha256, false, now_s)
     }
 
     /// Returns the owner of a certificate, by the SHA-256 of its DER.
-    pub fn verify_certificate(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, Rejected> {
+    pub fn verify_certificate(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, TokenRejection> {
         self.find(&sha256, true, now_s)
     }
 
     /// Compares every entry, also after one that fits.
-    fn find(&self, sha256: &[u8; 32], certificate: bool, now_s: u64) -> Result<Entry, Rejected> {
+    fn find(&self, sha256: &[u8; 32], certificate: bool, now_s: u64) -> Result<Entry, TokenRejection> {
         let mut read = self.locked();
         self.look(&mut read);
         let asked = hex(sha256);
@@ -175,10 +175,10 @@ impl Tokens {
             let fits: Choice = entry.sha256.as_bytes().ct_eq(asked.as_bytes()) & Choice::from(u8::from(entry.certificate == certificate));
             found.conditional_assign(&index, fits);
         }
-        let entry = usize::try_from(found).ok().and_then(|index| read.kept.tokens.get(index)).ok_or(Rejected::Wrong)?;
+        let entry = usize::try_from(found).ok().and_then(|index| read.kept.tokens.get(index)).ok_or(TokenRejection::Wrong)?;
         match entry {
-            Entry { revoked: Some(_), .. } => Err(Rejected::Revoked),
-            Entry { expires: Some(at), .. } if *at <= now_s => Err(Rejected::Expired),
+            Entry { revoked: Some(_), .. } => Err(TokenRejection::Revoked),
+            Entry { expires: Some(at), .. } if *at <= now_s => Err(TokenRejection::Expired),
             entry => Ok(entry.clone()),
         }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Requests that bring code and files.
-use crate::http::request::{Answer, Shared, apart, body};
+use crate::http::request::{Answer, ServiceState, apart, body};
 use crate::presence::present;
 use api::Role;
 use axum::Json;
@@ -11,7 +11,7 @@ use daemon::Act;
 use daemon::Caller;
 use daemon::Failure;
 use daemon::code;
-use daemon::files::{FILE_MAX, Stored, check_digest};
+use daemon::files::{FILE_MAX, StoredFile, check_digest};
 use daemon::journal::lines::By;
 use daemon::lanes::Lane;
 use model::refusal::Class;
@@ -22,10 +22,10 @@ use std::time::Duration;
 const FILE_TIME: Duration = Duration::from_secs(120);
 
 pub(super) async fn module(
-    State(service): Shared,
+    State(service): ServiceState,
     Extension(caller): Extension<Caller>,
     Path(name): Path<String>,
-    query: Result<Query<code::Named>, axum::extract::rejection::QueryRejection>,
+    query: Result<Query<code::ModuleOrigin>, axum::extract::rejection::QueryRejection>,
     headers: HeaderMap,
     given: Body,
 ) -> Answer {
@@ -47,14 +47,20 @@ pub(super) async fn module(
     .await
 }
 
-pub(super) async fn file_is_there(State(service): Shared, Path(sha256): Path<String>) -> Answer {
+pub(super) async fn file_is_there(State(service): ServiceState, Path(sha256): Path<String>) -> Answer {
     match service.files.size(&sha256) {
-        Some(bytes) => Ok(Json(json!({ "result": Stored { bytes } }))),
+        Some(bytes) => Ok(Json(json!({ "result": StoredFile { bytes } }))),
         None => Err(Failure::new(Class::UnknownName, format!("there is no file with SHA-256 '{sha256}'"), "put it").into()),
     }
 }
 
-pub(super) async fn file(State(service): Shared, Extension(caller): Extension<Caller>, Path(sha256): Path<String>, headers: HeaderMap, given: Body) -> Answer {
+pub(super) async fn file(
+    State(service): ServiceState,
+    Extension(caller): Extension<Caller>,
+    Path(sha256): Path<String>,
+    headers: HeaderMap,
+    given: Body,
+) -> Answer {
     let presence = present(&service, &headers, &caller)?;
     service.recorded(&Act::new(&caller, "", "file", b""), Role::Observe, || service.require_role(&caller, Role::Download, "files"))?;
     let given = body(given, FILE_MAX, FILE_TIME).await?;
@@ -64,7 +70,7 @@ pub(super) async fn file(State(service): Shared, Extension(caller): Extension<Ca
         service.recorded(&act, Role::Download, || {
             service.sessions.require_command(presence.as_ref().map(|p| p.name.as_str()))?;
             service.files.put(&sha256, &given)?;
-            Ok(Json(json!({ "result": Stored { bytes: given.len() as u64 } })))
+            Ok(Json(json!({ "result": StoredFile { bytes: given.len() as u64 } })))
         })
     })
     .await

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Requests about command: who has it, taking it, asking for it, handing it over.
-use crate::http::request::{Answer, BODY_TIME, Shared, apart, body};
+use crate::http::request::{Answer, BODY_TIME, ServiceState, apart, body};
 use crate::http::sessions::to_stop;
 use crate::presence::{needed, present};
 use api::Role;
@@ -25,7 +25,7 @@ fn told(service: &Service) -> Json<Value> {
     Json(json!({ "result": service.sessions.command(now()) }))
 }
 
-pub(super) async fn holder(State(service): Shared) -> Json<Value> {
+pub(super) async fn holder(State(service): ServiceState) -> Json<Value> {
     told(&service)
 }
 
@@ -64,7 +64,7 @@ fn of_system(_: &Value) -> String {
     String::new()
 }
 
-pub(super) async fn take(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
+pub(super) async fn take(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
     let (lane, role) = (to_stop(&caller), caller.role);
     of_command((service, caller, headers, given), About { name: "take_command", lane, of: of_system }, move |service, presence, asked: TakeCommand| {
         service.sessions.take(&presence.name, role, asked.force)
@@ -72,7 +72,7 @@ pub(super) async fn take(State(service): Shared, Extension(caller): Extension<Ca
     .await
 }
 
-pub(super) async fn give_back(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
+pub(super) async fn give_back(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
     let presence = needed(present(&service, &headers, &caller)?)?;
     if service.sessions.holder().as_ref() == Some(&presence.name) {
         let act = Act::new(&caller, &presence.name, "give_command_back", b"");
@@ -84,7 +84,7 @@ pub(super) async fn give_back(State(service): Shared, Extension(caller): Extensi
     Ok(told(&service))
 }
 
-pub(super) async fn ask(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
+pub(super) async fn ask(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
     let about = About { name: "request_command", lane: Lane::Usual, of: of_system };
     of_command((service, caller, headers, given), about, |service, presence, asked: AskForCommand| {
         let asked = asked.checked()?;
@@ -94,7 +94,7 @@ pub(super) async fn ask(State(service): Shared, Extension(caller): Extension<Cal
     .await
 }
 
-pub(super) async fn withdraw(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
+pub(super) async fn withdraw(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
     let about = About { name: "withdraw_request", lane: Lane::Usual, of: of_system };
     of_command((service, caller, headers, given), about, |service, presence, asked: WithdrawRequest| {
         service.sessions.withdraw(&presence.name, &requests::reason(asked.reason)?)
@@ -102,13 +102,13 @@ pub(super) async fn withdraw(State(service): Shared, Extension(caller): Extensio
     .await
 }
 
-pub(super) async fn hand_over(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
+pub(super) async fn hand_over(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
     let of = |given: &Value| given["to"].as_str().unwrap_or_default().to_owned();
     let about = About { name: "hand_over_command", lane: Lane::Usual, of };
     of_command((service, caller, headers, given), about, |service, presence, asked: HandOver| service.sessions.hand_over(&presence.name, &asked.to)).await
 }
 
-pub(super) async fn decline(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
+pub(super) async fn decline(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
     let of = |given: &Value| given["name"].as_str().unwrap_or_default().to_owned();
     let about = About { name: "decline_request", lane: Lane::Usual, of };
     of_command((service, caller, headers, given), about, |service, presence, asked: DeclineRequest| {

@@ -16,7 +16,7 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub(crate) type Shared = State<Arc<Service>>;
+pub(crate) type ServiceState = State<Arc<Service>>;
 pub(super) type Answer = Result<Json<Value>, RefusedRequest>;
 
 /// Time limit for a body to arrive.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Requests about sessions: who is there, which end reports wait.
-use crate::http::request::{Answer, BODY_TIME, Shared, apart, body};
-use crate::presence::{Held, needed, present};
+use crate::http::request::{Answer, BODY_TIME, ServiceState, apart, body};
+use crate::presence::{SessionHold, needed, present};
 use api::Role;
 use axum::Json;
 use axum::body::Body;
@@ -13,7 +13,7 @@ use daemon::Failure;
 use daemon::clock::now;
 use daemon::lanes::{Lane, SMALL};
 use daemon::requests::{self, OpenSession};
-use daemon::{Reports, Returned};
+use daemon::{Reports, SessionAnswer};
 use model::refusal::Class;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -27,11 +27,11 @@ pub(super) fn to_stop(caller: &Caller) -> Lane {
     if caller.role >= Role::Operate { Lane::Stop } else { Lane::Usual }
 }
 
-pub(super) async fn list(State(service): Shared) -> Json<Value> {
+pub(super) async fn list(State(service): ServiceState) -> Json<Value> {
     Json(json!({ "result": service.sessions.list() }))
 }
 
-pub(super) async fn open(State(service): Shared, Extension(caller): Extension<Caller>, given: Body) -> Answer {
+pub(super) async fn open(State(service): ServiceState, Extension(caller): Extension<Caller>, given: Body) -> Answer {
     let given = body(given, SMALL, BODY_TIME).await?;
     let asked: OpenSession = requests::object::<OpenSession>(&given)?.checked()?;
     let here = service.clone();
@@ -40,12 +40,12 @@ pub(super) async fn open(State(service): Shared, Extension(caller): Extension<Ca
         let act = Act::new(&caller, &asked.name, "open_session", &given);
         let opened = service.recorded(&act, Role::Operate, || service.sessions.open(&caller, &asked, now()))?;
         let instances = service.described(&opened.instances);
-        Ok(Json(json!({ "result": Returned { opened, instances } })))
+        Ok(Json(json!({ "result": SessionAnswer { opened, instances } })))
     })
     .await
 }
 
-pub(super) async fn close(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
+pub(super) async fn close(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
     let presence = needed(present(&service, &headers, &caller)?)?;
     let act = Act::new(&caller, &presence.name, "close_session", b"");
     let here = service.clone();
@@ -56,15 +56,15 @@ pub(super) async fn close(State(service): Shared, Extension(caller): Extension<C
     .await
 }
 
-pub(super) async fn heartbeat(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
+pub(super) async fn heartbeat(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
     needed(present(&service, &headers, &caller)?)?;
     Ok(Json(json!({ "result": null })))
 }
 
-pub(super) async fn hold(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
+pub(super) async fn hold(State(service): ServiceState, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
     // The request itself must not count as under way: silence is silence.
     let id = needed(present(&service, &headers, &caller)?)?.id.clone();
-    let mut held = Held::new(service.clone(), id.clone());
+    let mut held = SessionHold::new(service.clone(), id.clone());
     let mut look = tokio::time::interval(HOLD_LOOK);
     while service.sessions.is_alive(&id) {
         look.tick().await;
@@ -73,7 +73,7 @@ pub(super) async fn hold(State(service): Shared, Extension(caller): Extension<Ca
     Ok(Json(json!({ "result": null })))
 }
 
-pub(super) async fn reports(State(service): Shared, Extension(caller): Extension<Caller>, Path(name): Path<String>) -> Answer {
+pub(super) async fn reports(State(service): ServiceState, Extension(caller): Extension<Caller>, Path(name): Path<String>) -> Answer {
     let here = service.clone();
     apart(&here, Lane::Usual, &caller.clone(), move || {
         service.drain();
@@ -89,7 +89,7 @@ pub(super) struct Through {
 }
 
 pub(super) async fn collect(
-    State(service): Shared,
+    State(service): ServiceState,
     Extension(caller): Extension<Caller>,
     Path(name): Path<String>,
     query: Result<Query<Through>, axum::extract::rejection::QueryRejection>,

@@ -101,7 +101,7 @@ fn a_request_is_declined_withdrawn_or_runs_out_each_with_its_reason() {
         end("bert", Outcome::Withdrawn, None),
     ];
     assert_eq!(ends(&sessions, now), expected);
-    let lines: Vec<String> = sessions.settle(now).iter().map(daemon::Settled::line).collect();
+    let lines: Vec<String> = sessions.settle(now).iter().map(daemon::SettledRequest::line).collect();
     assert_eq!(lines[0], "the request of session 'anna' for command was declined by session 'holder': the tool is being changed");
     assert!(lines[2].ends_with("has timed out: session 'holder' did not answer in time"), "{lines:?}");
     assert!(sessions.settle(now).is_empty(), "once");

@@ -4,7 +4,7 @@ use crate::rig::Folder;
 use api::Role;
 use axum::http::{HeaderMap, HeaderName, HeaderValue};
 use control::Site;
-use daemon::tokens::{self, Rejected, Tokens};
+use daemon::tokens::{self, TokenRejection, Tokens};
 use daemon::{Caller, Failure, Gate, Peer};
 use std::net::SocketAddr;
 use std::os::unix::fs::PermissionsExt;
@@ -69,17 +69,17 @@ fn a_token_is_right_expired_revoked_or_wrong() {
     let right = tokens::add(&path, "panel", Role::Operate, Some(100)).expect("a token");
     let kept = Tokens::open(&path).expect("the file");
     assert_eq!(kept.verify(&right, 99).expect("it holds").role, Role::Operate);
-    assert_eq!(kept.verify(&right, 100).expect_err("its time is over"), Rejected::Expired);
-    assert_eq!(kept.verify(&right[..right.len() - 1], 1).expect_err("a part"), Rejected::Wrong);
-    assert_eq!(kept.verify("", 1).expect_err("nothing"), Rejected::Wrong);
+    assert_eq!(kept.verify(&right, 100).expect_err("its time is over"), TokenRejection::Expired);
+    assert_eq!(kept.verify(&right[..right.len() - 1], 1).expect_err("a part"), TokenRejection::Wrong);
+    assert_eq!(kept.verify("", 1).expect_err("nothing"), TokenRejection::Wrong);
     assert!(tokens::add(&path, "panel", Role::Observe, None).is_err(), "one name, one token");
     assert!(tokens::revoke(&path, "panel").expect("it is there") && !tokens::revoke(&path, "panel").expect("it is there"));
-    assert_eq!(kept.verify(&right, 1).expect_err("the file is read again"), Rejected::Revoked);
+    assert_eq!(kept.verify(&right, 1).expect_err("the file is read again"), TokenRejection::Revoked);
     let next = tokens::add(&path, "panel", Role::Observe, None).expect("a new one of that name");
     assert_eq!(kept.verify(&next, u64::MAX).expect("it never expires").role, Role::Observe);
     assert!(!std::fs::read_to_string(&path).expect("text").contains(&next), "the token itself is nowhere");
     std::fs::remove_file(&path).expect("it was there");
-    assert_eq!(kept.verify(&next, 1).expect_err("a file that is gone lets nobody in"), Rejected::Wrong);
+    assert_eq!(kept.verify(&next, 1).expect_err("a file that is gone lets nobody in"), TokenRejection::Wrong);
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn a_damaged_file_of_tokens_leaves_those_that_it_had_and_says_so_once() {
         assert!(kept.news(0)[0].ends_with("can be read again"));
     }
     std::fs::remove_file(&path).expect("ours");
-    assert_eq!(kept.verify(&right, 1).expect_err("it is gone"), Rejected::Wrong);
+    assert_eq!(kept.verify(&right, 1).expect_err("it is gone"), TokenRejection::Wrong);
     assert!(kept.news(0)[0].contains("nobody is let in by a token"));
 }
 

@@ -6,7 +6,7 @@ use serde_json::{Map, Value as Json};
 
 /// A line that counts, and its number in the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kept {
+pub struct LedgerEntry {
     pub at: usize,
     pub line: Line,
 }
@@ -14,7 +14,7 @@ pub struct Kept {
 /// The lines that count.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ledger {
-    kept: Vec<Kept>,
+    kept: Vec<LedgerEntry>,
     /// The next number of an instance.
     next: u64,
 }
@@ -36,12 +36,12 @@ impl Ledger {
     }
 
     /// Returns the lines that count, in order.
-    pub fn lines(&self) -> impl Iterator<Item = &Kept> {
+    pub fn lines(&self) -> impl Iterator<Item = &LedgerEntry> {
         self.kept.iter()
     }
 
     /// Keeps the lines for which `keep` returns true. It is called in the order of the lines.
-    pub(crate) fn retain(&mut self, keep: impl FnMut(&Kept) -> bool) {
+    pub(crate) fn retain(&mut self, keep: impl FnMut(&LedgerEntry) -> bool) {
         self.kept.retain(keep);
     }
 
@@ -79,7 +79,7 @@ impl Ledger {
                 self.kept.retain(|kept| !matches!(kept.line, Line::Stopped { .. }));
                 // It ends all that runs, whether or not the ends were written before the daemon died.
                 self.running().iter().for_each(|of| self.end(of));
-                self.kept.push(Kept { at, line });
+                self.kept.push(LedgerEntry { at, line });
             }
             Line::Closed { session } => self.close(&session),
             Line::Module { ref module, ref file, ref sha256, .. } => {
@@ -88,7 +88,7 @@ impl Ledger {
                     _ => None,
                 });
                 if before != Some((file, sha256)) {
-                    self.kept.push(Kept { at, line });
+                    self.kept.push(LedgerEntry { at, line });
                 }
             }
             Line::Call { ref call, ref of, .. } => match (effect(call), of.clone()) {
@@ -97,7 +97,7 @@ impl Ledger {
                         return Err(format!("it makes instance {number}, which a line before it has made"));
                     }
                     self.next = self.next.max(number);
-                    self.kept.push(Kept { at, line });
+                    self.kept.push(LedgerEntry { at, line });
                 }
                 (Effect::StartsInstance | Effect::EnablesDevice, Some(subject)) => {
                     if let Subject::Instance(number) = subject
@@ -106,7 +106,7 @@ impl Ledger {
                         return Err(format!("it starts instance {number}, which no line before it makes"));
                     }
                     self.end(&subject);
-                    self.kept.push(Kept { at, line });
+                    self.kept.push(LedgerEntry { at, line });
                 }
                 (Effect::TunesInstance, Some(subject)) => {
                     if !self.runs(&subject) {
@@ -127,7 +127,7 @@ impl Ledger {
     /// Leaves out instances of sessions that are gone with the daemon and that nothing is to run of: to a daemon that starts again every
     /// session of before is lost, and those of a lost session are deleted when they have ended. Returns the number of them.
     pub fn leave_lost(&mut self) -> usize {
-        let lost = |kept: &Kept| match &kept.line {
+        let lost = |kept: &LedgerEntry| match &kept.line {
             Line::Call { call, of: Some(of), by, .. } if creates(call) && !by.session.is_empty() => Some(of.clone()),
             _ => None,
         };
@@ -140,7 +140,7 @@ impl Ledger {
         self.kept.iter().any(|kept| matches!(&kept.line, Line::Call { call, of: Some(Subject::Instance(n)), .. } if creates(call) && *n == number))
     }
 
-    fn started(&self, subject: &Subject) -> Option<&Kept> {
+    fn started(&self, subject: &Subject) -> Option<&LedgerEntry> {
         self.kept.iter().find(|kept| starting(&kept.line) == Some(subject))
     }
 
@@ -151,7 +151,7 @@ impl Ledger {
             State::Running | State::Suspended => {
                 self.kept.retain(|kept| !matches!(&kept.line, Line::Became { of: about, .. } if *about == of));
                 if state == State::Suspended && self.runs(&of) {
-                    self.kept.push(Kept { at, line: Line::Became { of, state } });
+                    self.kept.push(LedgerEntry { at, line: Line::Became { of, state } });
                 }
             }
         }
@@ -181,7 +181,8 @@ impl Ledger {
 
     /// Merges new values into the ones that were set before.
     fn set(&mut self, at: usize, subject: &Subject, line: Line) {
-        let is_set = |kept: &&mut Kept| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if effect(call) == Effect::TunesInstance && of == subject);
+        let is_set =
+            |kept: &&mut LedgerEntry| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if effect(call) == Effect::TunesInstance && of == subject);
         let before = self.kept.iter_mut().find(is_set);
         match (before.map(|kept| &mut kept.line), line) {
             (Some(Line::Call { arguments: have, .. }), Line::Call { arguments, .. }) => {
@@ -192,7 +193,7 @@ impl Ledger {
                     }
                 }
             }
-            (_, line) => self.kept.push(Kept { at, line }),
+            (_, line) => self.kept.push(LedgerEntry { at, line }),
         }
     }
 
@@ -219,7 +220,7 @@ impl Ledger {
                 return;
             }
         }
-        self.kept.push(Kept { at, line });
+        self.kept.push(LedgerEntry { at, line });
     }
 }
 

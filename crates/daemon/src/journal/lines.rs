@@ -87,7 +87,7 @@ pub enum Line {
 
 /// A journal as it was read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Read {
+pub struct JournalText {
     pub head: Head,
     /// Lines, each with its number in the file, counted from 1.
     pub lines: Vec<(usize, Line)>,
@@ -104,7 +104,7 @@ pub struct Damage {
 }
 
 /// Reads a journal. Only a last line without its end may be broken: that is what a crash in the middle of a write leaves.
-pub fn read(bytes: &[u8]) -> Result<Read, Damage> {
+pub fn read(bytes: &[u8]) -> Result<JournalText, Damage> {
     let (whole, rest) = bytes.split_at(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1));
     let mut texts = whole.strip_suffix(b"\n").unwrap_or(whole).split(|byte| *byte == b'\n').enumerate().map(|(at, text)| (at + 1, text));
     let head: Head = parsed(1, texts.next().expect("what is split has one part at the least").1)?;
@@ -116,7 +116,7 @@ pub fn read(bytes: &[u8]) -> Result<Read, Damage> {
     }
     let lines = texts.map(|(number, text)| Ok((number, parsed(number, text)?))).collect::<Result<Vec<_>, Damage>>()?;
     let cut = (!rest.is_empty()).then_some(lines.len() + 2);
-    Ok(Read { head, lines, cut })
+    Ok(JournalText { head, lines, cut })
 }
 
 fn parsed<T: DeserializeOwned>(line: usize, text: &[u8]) -> Result<T, Damage> {

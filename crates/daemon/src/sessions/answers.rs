@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Answers to requests about sessions.
-use super::command::Settled;
+use super::command::SettledRequest;
 use api::Role;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -8,8 +8,7 @@ use supervisor::{InstanceState, Report};
 
 /// An end report that waits for its session.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-#[schemars(rename = "KeptReport")]
-pub struct Kept {
+pub struct KeptReport {
     /// Counts the ends of the system.
     pub number: u64,
     /// The verb instance.
@@ -22,8 +21,7 @@ pub struct Kept {
 
 /// Answer to an opened session.
 #[derive(Debug, Serialize, JsonSchema)]
-#[schemars(rename = "OpenedSession")]
-pub struct Opened {
+pub struct OpenedSession {
     /// Its ID, for the header `OpenGPAC-Session`.
     pub session: String,
     pub name: String,
@@ -44,8 +42,7 @@ pub struct Opened {
 
 /// One line of the list of sessions.
 #[derive(Debug, Serialize, JsonSchema)]
-#[schemars(rename = "SessionInfo")]
-pub struct Listed {
+pub struct SessionInfo {
     pub name: String,
     /// Its caller: a user, a token or a certificate.
     pub who: String,
@@ -64,16 +61,16 @@ pub struct Listed {
 
 /// An opened session with the instances that are still there of those that it has started.
 #[derive(Debug, Serialize, JsonSchema)]
-pub struct Returned {
+#[schemars(rename = "Returned")]
+pub struct SessionAnswer {
     #[serde(flatten)]
-    pub opened: Opened,
-    pub instances: Vec<Described>,
+    pub opened: OpenedSession,
+    pub instances: Vec<SessionInstance>,
 }
 
 /// A verb instance of a session.
 #[derive(Debug, Serialize, JsonSchema)]
-#[schemars(rename = "SessionInstance")]
-pub struct Described {
+pub struct SessionInstance {
     pub instance: u64,
     pub name: String,
     pub state: InstanceState,
@@ -91,7 +88,7 @@ pub struct Holder {
     /// Requests for command that wait, oldest first.
     pub requests: Vec<Asks>,
     /// The last requests that have ended, oldest first.
-    pub settled: Vec<Settled>,
+    pub settled: Vec<SettledRequest>,
 }
 
 /// A session that asks for command.
@@ -116,7 +113,7 @@ pub struct Asks {
 #[schemars(rename = "KeptReports")]
 pub struct Reports {
     /// Oldest first.
-    pub reports: Vec<Kept>,
+    pub reports: Vec<KeptReport>,
     /// Number of reports that are gone, because too many waited.
     pub lost: u64,
 }

@@ -36,7 +36,7 @@ impl Outcome {
     }
 }
 
-impl Settled {
+impl SettledRequest {
     /// Returns one line of the log.
     pub fn line(&self) -> String {
         let by = self.by.as_ref().filter(|by| **by != self.name).map(|by| format!(" by session '{by}'")).unwrap_or_default();
@@ -48,8 +48,7 @@ impl Settled {
 
 /// A request for command that has ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
-#[schemars(rename = "SettledRequest")]
-pub struct Settled {
+pub struct SettledRequest {
     /// Counts the requests of the system.
     pub number: u64,
     /// The session that asked.
@@ -74,9 +73,9 @@ pub(super) struct Request {
 pub(super) struct Command {
     holder: Option<String>,
     waiting: Vec<Request>,
-    settled: VecDeque<Settled>,
+    settled: VecDeque<SettledRequest>,
     /// Outcomes that the log has not got yet.
-    untold: Vec<Settled>,
+    untold: Vec<SettledRequest>,
     last: u64,
 }
 
@@ -91,12 +90,12 @@ impl Command {
     }
 
     /// Requests that have ended, oldest first.
-    pub fn settled(&self) -> impl Iterator<Item = &Settled> {
+    pub fn settled(&self) -> impl Iterator<Item = &SettledRequest> {
         self.settled.iter()
     }
 
     /// Requests that have ended since this was asked last.
-    pub fn untold(&mut self) -> Vec<Settled> {
+    pub fn untold(&mut self) -> Vec<SettledRequest> {
         std::mem::take(&mut self.untold)
     }
 
@@ -156,7 +155,7 @@ impl Command {
             if self.settled.len() == SETTLED_MAX {
                 self.settled.pop_front();
             }
-            let settled = Settled { number, name, outcome, by: by.map(str::to_owned), reason: reason.to_owned() };
+            let settled = SettledRequest { number, name, outcome, by: by.map(str::to_owned), reason: reason.to_owned() };
             self.untold.push(settled.clone());
             self.settled.push_back(settled);
         }

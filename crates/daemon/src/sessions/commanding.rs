@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Taking command, asking for it, handing it over: what the table of sessions adds is who is there and what its role allows.
 use super::answers::{Asks, Holder};
-use super::command::{Outcome, Request, Settled};
+use super::command::{Outcome, Request, SettledRequest};
 use super::{Session, Sessions, State};
 use crate::failure::Failure;
 use api::Role;
@@ -134,7 +134,7 @@ impl Sessions {
     }
 
     /// Ends the requests whose time has passed. Returns all that have ended since this was asked last.
-    pub fn settle(&self, now: Instant) -> Vec<Settled> {
+    pub fn settle(&self, now: Instant) -> Vec<SettledRequest> {
         let mut state = self.locked();
         state.command.expire(now);
         state.command.untold()
