@@ -27,7 +27,7 @@ TOP = HERE.parents[1]
 PLACE = TOP / "out" / "robots"
 PAGE = TOP / "docs" / "robots.md"
 PICTURES = TOP / "docs" / "robots"
-SECONDS = 600
+SECONDS = 1800
 """How long one file may take."""
 
 
