@@ -98,6 +98,31 @@ class Pose:
         numbers = _numbers(given, "", "a pose", 7)
         return cls(numbers[:3], quaternion=numbers[3:])
 
+    @classmethod
+    def by_points(
+        cls, origin: Pose | Sequence[Any] | np.ndarray, on_x: Pose | Sequence[Any] | np.ndarray, in_xy: Pose | Sequence[Any] | np.ndarray
+    ) -> Pose:
+        """The frame with this origin, its x axis through the second place, its xy plane through the third, on the side of y.
+
+        Places are x y z (m or text with a unit) or poses, whose orientation does not count:
+        `Frame.by_points(*[arm.forward(points[name].array) for name in ("corner", "along", "beside")])`. Raises `ValueRefused` where the
+        second is nearer than 1 mm to the origin, or the third to the x axis.
+        """
+        places = [
+            place.position if isinstance(place, Pose) else np.array(_numbers(place, "m", "a place", 3)) for place in (origin, on_x, in_xy)
+        ]
+        x, other = places[1] - places[0], places[2] - places[0]
+        length = float(np.linalg.norm(x))
+        if length < _APART:
+            refuse(ValueRefused, f"the place on x is {length:.3g} m from the origin", "give one further away: its error turns the frame")
+        x /= length
+        y = other - (other @ x) * x
+        beside = float(np.linalg.norm(y))
+        if beside < _APART:
+            refuse(ValueRefused, f"the place in xy is {beside:.3g} m from the x axis", "give one beside the axis, further away")
+        y /= beside
+        return cls(tuple(places[0]), quaternion=_quaternion(np.column_stack([x, y, np.cross(x, y)])))
+
     @property
     def position(self) -> np.ndarray:
         """x, y, z in m."""
@@ -163,6 +188,26 @@ class Pose:
 
 Frame = Pose
 """A frame is given by the pose that it has: `arm.tool = gpac.Frame((0, 0, "120 mm"))`."""
+
+
+_APART = 1e-3
+"""Places of a frame that are nearer than this, m, tell no direction."""
+
+
+def _quaternion(turn: np.ndarray) -> tuple[float, ...]:
+    """Returns the unit quaternion of a rotation matrix, by its largest component."""
+    (a, b, c), (d, e, f), (g, h, i) = turn
+    squares = np.array([1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i])
+    rows = np.array(
+        [
+            [squares[0], h - f, c - g, d - b],
+            [h - f, squares[1], b + d, c + g],
+            [c - g, b + d, squares[2], f + h],
+            [d - b, c + g, f + h, squares[3]],
+        ]
+    )
+    found = rows[squares.argmax()]
+    return tuple(found / np.linalg.norm(found))
 
 
 def _short(x: float) -> str:

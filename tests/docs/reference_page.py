@@ -68,15 +68,15 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Motions": (
         "opengpac.motion",
-        "move_absolute move_relative move_velocity stop jog home home_here gear move_linear follow_linear follow carry "
+        "move_absolute move_relative move_velocity stop jog home home_here gear move_linear move_circular follow_linear follow carry "
         "follow_long follow_linear_long speeds return_to_range "
-        "Moved Stopped Homed MoveTimeout LimitReached TimeLost HomingFailed LineRefused PathRefused",
+        "Moved Stopped Homed MoveTimeout LimitReached TimeLost HomingFailed LineRefused ArcRefused PathRefused",
     ),
     "Arms and grippers": (
         "opengpac.robots",
         "load Arm Joint joint_servo joint_decoupled_servo joint_follower "
         "move Moved MotionTimeout FollowingError ServoUnstable Payload Kinematics Axis Interfaces gripper Finger "
-        "finger_servo finger_follower",
+        "finger_servo finger_follower tool_by_touching TouchedTool",
     ),
     "Signals of a cell": (
         "opengpac.cell",

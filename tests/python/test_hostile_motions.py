@@ -89,6 +89,7 @@ CALLS: dict[str, Callable[[Machine], Case]] = {
     "follow": lambda m: Case(moving(motion.follow, m.axes), {"points": [[0.1, 0.1], [0.2, 0.0]], "blend": 0.05, "speed": 0.5, "tolerance": 0.002}),
     "follow a point": lambda m: Case(lambda point: motion.follow(m.axes, [[0.1, 0.1], point], time_limit=BRIEFLY), {"point": [0.2, 0.0]}),
     "move_linear": lambda m: Case(moving(motion.move_linear, m.axes), {"pose": gpac.Pose((0.4, 0.0, 0.3)), "speed": 0.25, "angular_speed": 1.0, "acceleration": 1.0, "tolerance": 0.002, "chain": None}),
+    "move_circular": lambda m: Case(moving(motion.move_circular, m.axes), {"via": gpac.Pose((0.4, 0.1, 0.3)), "goal": gpac.Pose((0.4, 0.0, 0.3)), "speed": 0.25, "angular_speed": 1.0, "acceleration": 1.0, "angle": 1.0, "orientation": "path", "tolerance": 0.002, "chain": None}),
     "follow_linear": lambda m: Case(moving(motion.follow_linear, m.axes), {"poses": [gpac.Pose((0.4, 0.0, 0.3))], "blend": 0.01, "speed": 0.25, "angular_speed": 1.0, "acceleration": 1.0, "tolerance": 0.002, "chain": None}),
     "carry": lambda m: Case(moving(motion.carry, m.axes), {"mass": 1.0, "centre": (0.0, 0.0, 0.0), "chain": None}),
     "Pose": lambda m: Case(gpac.Pose, {"position": (0.0, 0.0, 0.0), "rpy": (0.0, 0.0, 0.0)}),

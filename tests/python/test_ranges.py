@@ -244,6 +244,7 @@ INPUTS: Calls = {
     "move_linear angular_speed": lambda arm, x: motion.move_linear(arm, _pose(arm), angular_speed=x),
     "move_linear acceleration": lambda arm, x: motion.move_linear(arm, _pose(arm), acceleration=x),
     "move_linear tolerance": lambda arm, x: motion.move_linear(arm, _pose(arm), tolerance=x),
+    "move_circular speed": lambda arm, x: motion.move_circular(arm, _pose(arm), _pose(arm), speed=x),
     "move_linear x": lambda arm, x: motion.move_linear(arm, [x, *list(_pose(arm))[1:]]),
     "follow_linear speed": lambda arm, x: motion.follow_linear(arm, [_pose(arm)], speed=[x]),
     "follow_linear angular_speed": lambda arm, x: motion.follow_linear(arm, [_pose(arm)], angular_speed=x),

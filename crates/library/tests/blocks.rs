@@ -101,6 +101,11 @@ fn the_names_of_the_interface_stay() {
         ),
         ("differential_kinematics", "n pose start speed_max position_min position_max setpoint behind turned chain slowed lost"),
         (
+            "arc_planner",
+            "n start start_velocity last_velocity last_acceleration last_time braking goal speed angular_speed speed_max acceleration_max position_min position_max \
+             line target duration chain acceleration jerk angular_acceleration via angle orientation no_arc slowest lead waits unreachable limit singular",
+        ),
+        (
             "line_planner",
             "n start start_velocity last_velocity last_acceleration last_time braking goal speed angular_speed speed_max acceleration_max position_min position_max \
              line target duration chain acceleration jerk angular_acceleration angular_jerk slowest lead waits unreachable limit singular",

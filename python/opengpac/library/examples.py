@@ -16,6 +16,7 @@ from .components import Component, items_of
 
 _ARM = 'arm = gpac.robots.load("two_joint")'
 _TOOL = "tool = lib.forward_kinematics.run(chain=arm.chain, q=[0.5, 0.7])"
+_VIA = "via = lib.forward_kinematics.run(chain=arm.chain, q=[0.5, 0.6])"
 _PATH = "planned = lib.path_planner.run(start=[0.0, 0.0], points=np.ones((64, 16)))"
 _LINE = "planned = lib.line_planner.run(chain=arm.chain, start=[0.5, 0.5], goal=tool.pose[0])"
 _POLYLINE = "planned = lib.polyline_planner.run(chain=arm.chain, start=[0.5, 0.5], poses=np.tile(tool.pose[0], (64, 1)))"
@@ -33,6 +34,7 @@ _WRITTEN = {
     "payload_effort": [_ARM, "lib.payload_effort.run(chain=arm.chain, q=[0.5, 0.7], mass=2.0)"],
     "inverse_kinematics": [_ARM, _TOOL, "lib.inverse_kinematics.run(chain=arm.chain, goal=tool.pose[0], near=[0.4, 0.4])"],
     "differential_kinematics": [_ARM, _TOOL, "lib.differential_kinematics.run(chain=arm.chain, pose=tool.pose[0], start=[0.5, 0.5])"],
+    "arc_planner": [_ARM, _TOOL, _VIA, "lib.arc_planner.run(chain=arm.chain, start=[0.5, 0.5], via=via.pose[0], goal=tool.pose[0])"],
     "line_planner": [_ARM, _TOOL, _LINE.removeprefix("planned = ")],
     "line_generator": [_ARM, _TOOL, _LINE, "lib.line_generator.run(n=2, chain=arm.chain, line=planned.line[0])"],
     "path_planner": [_PATH.removeprefix("planned = ")],

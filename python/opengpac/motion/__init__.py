@@ -8,6 +8,7 @@ brake first), and when they are halted or their time is up they slow down within
 """
 
 from ..robots.generators import TimeLost
+from .arc import ArcRefused, move_circular
 from .coupled import gear
 from .home import Homed, HomingFailed, home, home_here
 from .inside import return_to_range
@@ -19,7 +20,7 @@ from .tables import speeds
 from .velocity import LimitReached, Stopped, jog, move_velocity, stop
 
 __all__ = [
-    "Homed", "HomingFailed", "LimitReached", "LineRefused", "MoveTimeout", "Moved", "PathRefused", "Stopped", "TimeLost", "carry", "follow",
-    "follow_linear", "follow_linear_long", "follow_long", "gear", "home", "home_here", "jog", "move_absolute", "move_linear",
-    "move_relative", "move_velocity", "return_to_range", "speeds", "stop",
+    "ArcRefused", "Homed", "HomingFailed", "LimitReached", "LineRefused", "MoveTimeout", "Moved", "PathRefused", "Stopped", "TimeLost",
+    "carry", "follow", "follow_linear", "follow_linear_long", "follow_long", "gear", "home", "home_here", "jog", "move_absolute",
+    "move_circular", "move_linear", "move_relative", "move_velocity", "return_to_range", "speeds", "stop",
 ]  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tool of an arm moves along a straight line."""
+"""The tool of an arm moves along straight lines and arcs."""
 
 from __future__ import annotations
 

@@ -12,9 +12,11 @@ from .joints import Joint
 from .kinematics import Axis, Kinematics
 from .motion import MotionTimeout, Moved, move
 from .servos import FollowingError, ServoUnstable, joint_decoupled_servo, joint_follower, joint_servo
+from .tool_frame import TouchedTool, tool_by_touching
 from .urdf import Interfaces
 
 __all__ = [
     "Arm", "Axis", "Finger", "FollowingError", "Interfaces", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "ServoUnstable",
-    "finger_follower", "finger_servo", "gripper", "joint_decoupled_servo", "joint_follower", "joint_servo", "load", "move",
+    "TouchedTool", "finger_follower", "finger_servo", "gripper", "joint_decoupled_servo", "joint_follower", "joint_servo", "load", "move",
+    "tool_by_touching",
 ]  # fmt: skip

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A straight line of the tool, planned whole before anything moves.
+//! A straight line or an arc of the tool, planned whole before anything moves.
 //!
-//! The tool goes from its pose at `from` to a goal along a straight line and turns evenly about one axis, a jerk-limited profile s(t)
-//! along both. The plan follows the line by inverse kinematics at [`SAMPLES`] points. So a line that leaves a joint's range or the
+//! The tool goes from its pose at `from` along a [`Course`], with a jerk-limited profile s(t). The plan follows it by inverse kinematics at [`SAMPLES`] points. So a line that leaves a joint's range or the
 //! reach of the arm is known before it begins, and its speed is what the joints can do at their worst point: with q' = dq/ds and
 //! q'' = d²q/ds² there, ṡ ≤ v/|q'|, ṡ² ≤ a/(2 |q''|), s̈ ≤ a/(2 |q'|) keep every joint within its speed v and acceleration a.
+pub(crate) mod planner;
+
 use super::JOINTS_MAX;
 use super::chain::Arm;
+use super::course::Course;
 use super::inverse::{Found, Ranges, Tolerance, in_the_way, inverse, inverse_anywhere};
-use super::pose::{Numbers, Pose, length};
+use super::pose::{Pose, length, scale, subtract};
 use crate::profile::{Coefficients, Limits, plan};
 use opengpac::{ConditionOf, Type};
 
-/// Points of a line at which a plan looks.
+/// Points of a line, or of half a circle, at which a plan looks.
 pub const SAMPLES: usize = 128;
 /// Tolerance within which the tool must be able to come to the line, m and rad.
 pub const ON_THE_LINE: Tolerance = Tolerance { position: 1e-7, angle: 1e-7, orientation: true };
@@ -21,7 +23,7 @@ const LEAP: f64 = 0.5;
 /// Positions from which the goal of a line that cannot be gone is tried, to say why.
 const ATTEMPTS: u32 = 4;
 
-/// A planned line. Poses are x y z (m), then the quaternion w x y z.
+/// A planned line or arc. Poses are x y z (m), then the quaternion w x y z.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Line {
@@ -33,10 +35,8 @@ pub struct Line {
     pub from: [f64; JOINTS_MAX],
     /// Joint positions at its end.
     pub to: [f64; JOINTS_MAX],
-    /// Pose of the tool at its beginning.
-    pub start: Numbers,
-    /// Pose of the tool at its end.
-    pub goal: Numbers,
+    /// Course of the tool.
+    pub course: Course,
     /// Maximum acceleration of s, 1/s².
     pub slope: f64,
     /// The profile of s, from 0 to 1.
@@ -81,13 +81,12 @@ impl Obstacle {
     }
 }
 
-/// Plans line number `number` (from 1). The caller has checked that numbers are finite and limits positive.
-pub fn plan_line(number: f64, arm: &Arm, wish: &Wish) -> Result<Line, Obstacle> {
+/// Plans line number `number` (from 1) along a course from where the tool is. The caller has checked that numbers are finite and limits positive.
+pub fn plan_line(number: f64, arm: &Arm, course: &Course, wish: &Wish) -> Result<Line, Obstacle> {
     let n = arm.joints();
     let start = arm.posture(wish.from).tool;
-    let way = start.to(&wish.goal);
-    let (distance, angle) = (length(way.0), length(way.1));
-    let mut line = Line { plan: number, joints: n as i32, start: start.numbers(), goal: wish.goal.numbers(), slope: 1.0, ..<Line as Type>::zero() };
+    let (distance, angle) = course.lengths();
+    let mut line = Line { plan: number, joints: n as i32, course: *course, slope: 1.0, ..<Line as Type>::zero() };
     line.from[..n].copy_from_slice(wish.from);
     line.to = line.from;
     // Below what the arm can tell, there is nothing to go.
@@ -95,13 +94,16 @@ pub fn plan_line(number: f64, arm: &Arm, wish: &Wish) -> Result<Line, Obstacle> 
         line.profile = plan(number, &[1.0], &[1.0], &[wish.linear]);
         return Ok(line);
     }
-    let asked = part_of(&wish.linear, distance, &part_of(&wish.angular, angle, &UNBOUNDED));
+    let turning = if course.turns_unevenly() { uneven(course, &start, &wish.angular) } else { part_of(&wish.angular, angle, &UNBOUNDED) };
+    let asked = part_of(&course.along_it(wish.linear), distance, &turning);
     let mut most = asked;
     let (mut before, mut here) = (line.from, line.from);
-    let pace = 1.0 / SAMPLES as f64;
-    for k in 1..=SAMPLES {
-        let goal = start.along(way, k as f64 * pace);
-        let ahead = next(arm, &goal, &here, wish)?;
+    let (samples, pace) = samples(course);
+    for k in 1..=samples {
+        let place = course.at(&start, k as f64 * pace);
+        // Of an arc the goal says nothing about the way: the place itself may be out of reach.
+        let goal = if course.is_bent() { place } else { wish.goal };
+        let ahead = next(arm, &place, &here, &Wish { goal, ..*wish })?;
         for (i, limit) in wish.joints.iter().enumerate() {
             let rate = (ahead[i] - here[i]).abs() / pace;
             let bend = if k == 1 { 0.0 } else { (ahead[i] - 2.0 * here[i] + before[i]).abs() / (pace * pace) };
@@ -116,6 +118,29 @@ pub fn plan_line(number: f64, arm: &Arm, wish: &Wish) -> Result<Line, Obstacle> 
     (line.to, line.slope) = (here, most.acceleration);
     line.profile = plan(number, &[0.0], &[1.0], &[most]);
     Ok(line)
+}
+
+/// Number of points of a course at which a plan looks, and how far they are apart.
+fn samples(course: &Course) -> (usize, f64) {
+    let samples = SAMPLES * ((course.angle / std::f64::consts::PI).ceil() as usize).max(1);
+    (samples, 1.0 / samples as f64)
+}
+
+/// Limits of s that keep a turn about a changing axis within those of the orientation, at every point, as the joints' are.
+fn uneven(course: &Course, start: &Pose, angular: &Limits) -> Limits {
+    let (samples, pace) = samples(course);
+    let (mut here, mut before) = (*start, [0.0; 3]);
+    let mut most = UNBOUNDED;
+    for k in 1..=samples {
+        let ahead = course.at(start, k as f64 * pace);
+        let rate = scale(here.to(&ahead).1, 1.0 / pace);
+        let bend = if k == 1 { 0.0 } else { length(subtract(rate, before)) / pace };
+        most.speed = most.speed.min(angular.speed / length(rate)).min((0.5 * angular.acceleration / bend).sqrt());
+        most.acceleration = most.acceleration.min(0.5 * angular.acceleration / length(rate));
+        most.jerk = most.jerk.min(angular.jerk / length(rate));
+        (here, before) = (ahead, rate);
+    }
+    most
 }
 
 const UNBOUNDED: Limits = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };

@@ -3,6 +3,7 @@
 //!
 //! Everything here is plain numbers of a fixed size: nothing allocates, so blocks on the real-time path call it.
 pub mod chain;
+pub mod course;
 pub mod follower;
 pub mod inverse;
 pub mod line;

@@ -146,7 +146,8 @@ pub fn of_rotation_vector(v: [f64; 3]) -> [f64; 4] {
     if angle < 1e-12 { unit([1.0, v[0] / 2.0, v[1] / 2.0, v[2] / 2.0]) } else { turn(scale(v, 1.0 / angle), angle) }
 }
 
-fn unit(q: [f64; 4]) -> [f64; 4] {
+/// A quaternion of length 1 in the direction of another.
+pub fn unit(q: [f64; 4]) -> [f64; 4] {
     let length = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
     [q[0] / length, q[1] / length, q[2] / length, q[3] / length]
 }

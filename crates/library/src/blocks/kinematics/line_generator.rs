@@ -9,20 +9,20 @@ use crate::profile::{duration_s, evaluate};
 use crate::takeover::{Brake, Last};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line, τ being running time at the pace of the override.
+/// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line or arc, τ being running time at the pace of the override.
 ///
 /// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
 /// above its maximum speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
 /// stays. Joints that move when it begins are braked first, each by itself, and the planner plans from where they rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
 /// than the line's acceleration allows. The last set-point is the planned end exactly. Time that is lost, because releases were
 /// skipped, is not made up for; where more than `gap_max` was lost at once, it comes to rest and `gap` is reported.
-/// Faults: 1 the chain is not one for n joints, or the line is for others; 2 the line has no poses; 3 an override is not within 0 and 1; 4 there is no line.
+/// Faults: 1 the chain is not one for n joints, or the line is for others; 2 the line has no start; 3 an override is not within 0 and 1; 4 there is no line.
 #[derive(FunctionBlock)]
 pub struct LineGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// the planned line
+    /// the planned line or arc
     #[input(asynchronous)]
     line: Line,
     /// where the joints are commanded to be now, rad or m
@@ -155,18 +155,16 @@ impl Step for LineGenerator {
     }
 }
 
-/// A line with what its poses give.
+/// A line with its start read.
 struct DrawnLine<'a> {
     line: &'a Line,
     start: Pose,
-    way: ([f64; 3], [f64; 3]),
 }
 
 impl DrawnLine<'_> {
-    /// `None` where a pose of the line has no unit quaternion.
+    /// `None` where the start of the line has no unit quaternion.
     fn of(line: &Line) -> Option<DrawnLine<'_>> {
-        let (start, goal) = (Pose::of(&line.start)?, Pose::of(&line.goal)?);
-        Some(DrawnLine { line, start, way: start.to(&goal) })
+        Some(DrawnLine { line, start: Pose::of(&line.course.start)? })
     }
 
     /// s and its rate.
@@ -195,7 +193,7 @@ impl Way for DrawnLine<'_> {
     }
 
     fn pose(&self, time_s: f64) -> Pose {
-        self.start.along(self.way, self.along(time_s).0)
+        self.line.course.at(&self.start, self.along(time_s).0)
     }
 
     fn allows(&self, stretch: Stretch) -> bool {
@@ -207,25 +205,27 @@ impl Way for DrawnLine<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::kinematics::NO_PLAN;
     use crate::kinematics::chain::samples::{HOME, six_joints};
+    use crate::kinematics::course::Course;
     use crate::kinematics::inverse::Ranges;
     use crate::kinematics::line::{Obstacle, Wish, plan_line};
-    use crate::kinematics::pose::{length, product, turn};
+    use crate::kinematics::pose::{cross, length, product, subtract, turn};
     use crate::path::samples::numbers;
     use crate::profile::Limits;
     use std::f64::consts::FRAC_PI_2;
 
     const LINEAR: Limits = Limits { speed: 0.25, acceleration: 1.0, jerk: 10.0 };
     const ANGULAR: Limits = Limits { speed: 1.0, acceleration: 5.0, jerk: 50.0 };
-    const JOINT: Limits = Limits { speed: 3.0, acceleration: 5.0, jerk: 1.0 };
+    pub(crate) const JOINT: Limits = Limits { speed: 3.0, acceleration: 5.0, jerk: 1.0 };
 
     fn planned(chain: &Chain, from: &[f64; 6], goal: Pose, most: f64) -> Result<Line, Obstacle> {
         let arm = chain.read(6).expect("a chain");
         let ranges = Ranges { min: &[-6.3; 6], max: &[most; 6] };
-        plan_line(1.0, &arm, &Wish { from, goal, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, slowest: 0.02 })
+        let course = Course::straight(&arm.posture(from).tool, &goal);
+        plan_line(1.0, &arm, &course, &Wish { from, goal, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, slowest: 0.02 })
     }
 
     fn generator(line: Line) -> LineGenerator {
@@ -237,19 +237,20 @@ mod tests {
         }
     }
 
-    /// Runs a line to its end, checking that the tool is on it and that no joint is too fast. How many invocations it took.
-    fn run(line: Line, mut change: impl FnMut(i64, &mut LineGenerator)) -> i64 {
+    /// Runs a line to its end, checking that the tool is on it and that no joint is too fast. Gives the poses of the tool.
+    fn run(line: Line, mut change: impl FnMut(i64, &mut LineGenerator)) -> Vec<Pose> {
         let chain = six_joints();
         let arm = chain.read(6).expect("a chain");
-        let (start, goal) = (Pose::of(&line.start).expect("a pose"), Pose::of(&line.goal).expect("a pose"));
+        let start = Pose::of(&line.course.start).expect("a pose");
         let mut block = generator(line);
+        let mut poses = Vec::new();
         let (mut before, mut speed) = ([0.0; 16], [0.0; 16]);
         for k in 0..5000 {
             change(k, &mut block);
             (block.finished, block.held) = (Condition::new(), Condition::new());
             assert_eq!(block.step(&Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }), Outcome::Done);
-            let on_line = start.along(start.to(&goal), block.progress);
-            let (off, turned) = arm.posture(&block.setpoint[..6]).tool.to(&on_line);
+            poses.push(arm.posture(&block.setpoint[..6]).tool);
+            let (off, turned) = poses[poses.len() - 1].to(&line.course.at(&start, block.progress));
             assert!(length(off) < 1e-6 && length(turned) < 1e-6, "{k}: {off:?} {turned:?}");
             for i in 0..6 {
                 let rate = if k == 0 { 0.0 } else { (block.setpoint[i] - before[i]) / 0.02 };
@@ -260,10 +261,19 @@ mod tests {
             assert!(!block.singular.is_reported());
             if block.complete {
                 assert!(block.finished.is_reported() && block.setpoint == block.line.to);
-                return k;
+                return poses;
             }
         }
         panic!("it does not end");
+    }
+
+    /// As `run`, with overrides and holds at random.
+    pub(crate) fn disturbed(line: Line, number: &mut impl FnMut(f64, f64) -> f64) -> Vec<Pose> {
+        run(line, |k, block| {
+            if k % 9 == 0 {
+                (block.r#override, block.holding) = ([number(0.0, 1.0); 16], number(0.0, 1.0) < 0.3);
+            }
+        })
     }
 
     fn goal_from(way: [f64; 3], angle: f64) -> Pose {
@@ -280,7 +290,13 @@ mod tests {
         // way/v + v/a + a/j: the textbook's motion that reaches its speed and acceleration.
         let time = way / 0.25 + 0.25 / 1.0 + 1.0 / 10.0;
         assert!((duration_s(&line.profile) - time).abs() < 1e-9);
-        assert_eq!(run(line, |_, _| ()), (time / 0.02).ceil() as i64);
+        let poses = run(line, |_, _| ());
+        assert_eq!(poses.len() - 1, (time / 0.02).ceil() as usize);
+        let (start, goal) = (poses[0], poses[poses.len() - 1]);
+        for pose in poses {
+            let off = cross(subtract(pose.position, start.position), subtract(goal.position, start.position));
+            assert!(length(off) / way < 1e-6);
+        }
     }
 
     #[test]
@@ -288,11 +304,7 @@ mod tests {
         let line = planned(&six_joints(), &HOME, goal_from([0.1, -0.25, -0.2], -1.0), 6.3).expect("a line");
         for seed in 1..20 {
             let mut number = numbers(seed);
-            run(line, |k, block| {
-                if k % 9 == 0 {
-                    (block.r#override, block.holding) = ([number(0.0, 1.0); 16], number(0.0, 1.0) < 0.3);
-                }
-            });
+            disturbed(line, &mut number);
         }
     }
 

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The planner of a line or an arc of the tool as a block.
+
+/// Declares the block, with items of its own. Its method `course` gives the course from where the tool is to the goal: the error is the
+/// code of a fault, or none where a condition says why there is no course. `angular_jerk` is the maximum jerk of the orientation.
+macro_rules! line_planner {
+    ($(#[$about:meta])* $name:ident { $($items:tt)* }) => {
+        $(#[$about])*
+        #[derive(FunctionBlock)]
+        pub struct $name {
+            /// number of joints
+            #[size(1, 16)]
+            n: u32,
+            /// where the joints are commanded to be now, rad or m
+            #[input(asynchronous, sized)]
+            start: [f64; 16],
+            /// speed at which their servos move them now
+            #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
+            start_velocity: [f64; 16],
+            /// speed of the last set-points, of whatever motion stored them
+            #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
+            last_velocity: [f64; 16],
+            /// acceleration of the last set-points
+            #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
+            last_acceleration: [f64; 16],
+            /// when they were stored, ns of the system's clock
+            #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
+            last_time: [i64; 16],
+            /// lead of their servos by themselves, because no set-points came in their time: see `joint_servo`
+            #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
+            braking: [[f64; 4]; 16],
+            /// where the tool is to go: x y z in m, quaternion w x y z
+            #[input(asynchronous, range = "[pose]")]
+            goal: [f64; 7],
+            /// maximum speed of the tool
+            #[input(asynchronous, default = 0.25, unit = "m/s", range = "(0, 10]")]
+            speed: f64,
+            /// maximum speed of its orientation
+            #[input(asynchronous, default = 1.0, unit = "rad/s", range = "(0, 100]")]
+            angular_speed: f64,
+            /// maximum speed of each joint
+            #[input(asynchronous, default = [PI; 16], sized, range = "(0, inf)")]
+            speed_max: [f64; 16],
+            /// maximum acceleration of each joint
+            #[input(asynchronous, default = [5.0; 16], sized, range = "(0, inf)")]
+            acceleration_max: [f64; 16],
+            /// minimum position of each joint
+            #[input(asynchronous, default = [-1e6; 16], sized, range = "[-inf, inf)")]
+            position_min: [f64; 16],
+            /// maximum position of each joint
+            #[input(asynchronous, default = [1e6; 16], sized, range = "[-inf, inf)")]
+            position_max: [f64; 16],
+            /// the planned line
+            #[output]
+            line: Line,
+            /// joint positions at its end, for those that compare
+            #[output(sized)]
+            target: [f64; 16],
+            /// planned duration
+            #[output(unit = "s")]
+            duration: f64,
+            /// the arm
+            #[param(default = Chain::NOTHING)]
+            chain: Chain,
+            /// maximum acceleration of the tool
+            #[param(default = 1.0, unit = "m/s^2", range = "(0, 1000]")]
+            acceleration: f64,
+            /// maximum jerk of the tool
+            #[param(default = 10.0, range = "(0, 100000]")]
+            jerk: f64,
+            /// maximum acceleration of its orientation
+            #[param(default = 5.0, unit = "rad/s^2", range = "(0, 10000]")]
+            angular_acceleration: f64,
+            $($items)*
+            /// minimum part of the speed asked for that is worth going, 0 to 1
+            #[param(default = 0.02, range = "[0, 1]")]
+            slowest: f64,
+            /// time between two set-points
+            #[param(default = 0.02, unit = "s", range = "[0, inf)")]
+            lead: f64,
+            /// joints that move are waited for, and there is one plan for a start: for a planner that stays active until its generator has braked them
+            #[param(default = false)]
+            waits: bool,
+            /// the goal is out of reach; the value is how far, m
+            #[condition]
+            unreachable: ConditionOf<f64>,
+            /// the range of a joint ends on the way; the value is which, from 0
+            #[condition]
+            limit: ConditionOf<i32>,
+            /// a singularity is on the way; the value is the part of the speed that would be possible
+            #[condition]
+            singular: ConditionOf<f64>,
+            /// true after it has planned
+            #[state]
+            has_planned: bool,
+        }
+
+        impl $name {
+            /// Of the tool's position and of its orientation; `None` where one is not positive.
+            fn limits(&self) -> Option<(Limits, Limits)> {
+                let linear = Limits { speed: self.speed, acceleration: self.acceleration, jerk: self.jerk };
+                let angular = Limits { speed: self.angular_speed, acceleration: self.angular_acceleration, jerk: self.angular_jerk() };
+                (linear.are_positive() && angular.are_positive()).then_some((linear, angular))
+            }
+        }
+
+        impl Step for $name {
+            fn step(&mut self, invocation: &Invocation) -> Outcome {
+                let n = self.n as usize;
+                let last = Last {
+                    position: &self.start[..n],
+                    servo_velocity: &self.start_velocity[..n],
+                    velocity: &self.last_velocity[..n],
+                    acceleration: &self.last_acceleration[..n],
+                    time_ns: &self.last_time[..n],
+                    braking: &self.braking[..n],
+                };
+                if self.waits && (self.has_planned || last.is_moving(invocation.now_ns, self.lead)) {
+                    return Outcome::Done;
+                }
+                self.has_planned = true;
+                let chain = self.chain;
+                let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
+                let (Some(goal), true) = (Pose::of(&self.goal), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
+                let joints = Limits::of_joints(&self.speed_max[..n], &self.acceleration_max[..n]);
+                let (Some(joints), Some((linear, angular))) = (joints, self.limits()) else { return Outcome::Fault(BAD_LIMIT) };
+                let course = match self.course(&arm.posture(&self.start[..n]).tool, &goal) {
+                    Ok(course) => course,
+                    Err(Some(code)) => return Outcome::Fault(code),
+                    Err(None) => {
+                        (self.line.plan, self.target, self.duration) = (0.0, self.start, 0.0);
+                        return Outcome::Done;
+                    }
+                };
+                let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
+                let wish = Wish { from: &self.start[..n], goal, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
+                match plan_line((invocation.number + 1) as f64, &arm, &course, &wish) {
+                    Ok(line) => {
+                        (self.line, self.target) = (line, line.to);
+                        self.duration = duration_s(&line.profile);
+                        return Outcome::Done;
+                    }
+                    Err(obstacle) => obstacle.report(&mut self.unreachable, &mut self.limit, &mut self.singular),
+                }
+                // No line: a generator bound to this one does not move.
+                (self.line.plan, self.target, self.duration) = (0.0, self.start, 0.0);
+                Outcome::Done
+            }
+        }
+    };
+}
+pub(crate) use line_planner;

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tool of an arm moves along an arc of a circle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from .. import library as lib
+from ..conditions import on
+from ..decorated import verb
+from ..errors import CallError, refuse
+from ..frames import Pose
+from ..groups import Group
+from ..parameters import each, input
+from ..robots.generators import HOMED, suspended
+from ..robots.joints import Joint
+from ..robots.motion import Moved
+from .line import LineRefused
+from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
+
+ORIENTATIONS = ("via", "goal", "path")
+"""The tool's orientations along an arc, by the numbers that the planner has for them."""
+
+_NO_ARC = {
+    1: "'via' is where the tool is; give a pose between it and the goal",
+    2: "'via' is where the goal is; give a pose between it and the tool",
+    3: "the goal is where the tool is; for a whole circle give another place on it as the goal, and angle='360 deg'",
+    4: "tool, 'via' and goal are on a straight line, and 'via' is not between the other two; give a 'via' beside it, or use move_linear",
+    5: "tool, 'via' and goal are on a straight line, which has no angle; give a 'via' beside the line, or leave out 'angle'",
+    6: "the angle ends before 'via', whose orientation is asked for; give a larger angle, or orientation='goal' or 'path'",
+}
+"""What is wrong with three poses, and what to give, by the value of `no_arc`."""
+
+
+class ArcRefused(LineRefused):
+    """An arc that the arm cannot go: `condition` is `no_arc`, `unreachable`, `limit` or `singular`; nothing has moved.
+
+    `no_arc`: the poses are on no circle, and the message says what to give; `joint` names the joint whose range ends on the way.
+    """
+
+    def _why(self) -> str:
+        if self.condition == "no_arc":
+            return _NO_ARC[int(self.value)]
+        if self.condition == "unreachable":
+            return f"a place of the arc is {self.value:.4g} m out of reach; the arc goes from the tool through 'via' to the goal"
+        return super()._why().replace("of the line", "of the arc").replace("on the line", "on the arc")
+
+
+def _orientation(given: Any, objects: Mapping[str, Any]) -> int:
+    """Gives the planner's number of an orientation."""
+    if isinstance(given, str) and given in ORIENTATIONS:
+        return ORIENTATIONS.index(given)
+    if isinstance(given, int) and not isinstance(given, bool) and 0 <= given < len(ORIENTATIONS):
+        return given
+    refuse(CallError, f"'orientation' is {given!r:.80}", "give 'via', 'goal' or 'path'")
+
+
+@verb(
+    name="move_circular",
+    blocks={
+        "planner": lib.block("arc_planner")(waits=True),
+        "generator": lib.block("line_generator"),
+        **ENDS,
+    },
+    objects={"arm": each(Joint)},
+    instantiation_parameters=FOLLOWED,
+    cells={"line": ["planner.line", "generator.line"], "complete": ["generator.complete", "near.complete"], **HOLDING},
+    input_parameters={
+        "via": "planner.via",
+        "goal": "planner.goal",
+        "speed": "planner.speed",
+        "angular_speed": "planner.angular_speed",
+        "acceleration": "planner.acceleration",
+        "angle": "planner.angle",
+        "orientation": input("planner.orientation", form=_orientation),
+        "tolerance": "near.tolerance",
+        "chain": input(["planner.chain", "generator.chain"], member="arm.chain"),
+        "arm.max_speed": ["planner.speed_max", "generator.speed_max"],
+        **BOUNDS,
+    },
+    output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration"},
+    command_lists=LISTS,
+    initial="start",
+    transitions=TRANSITIONS,
+    requires={"arm.homed": HOMED},
+    suspend=suspended("generator"),
+    conditions={
+        "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
+        "no_arc": on("planner.no_arc", raises=ArcRefused),
+        "unreachable": on("planner.unreachable", raises=ArcRefused),
+        "limit": on("planner.limit", raises=ArcRefused),
+        "singular": on(["planner.singular", "generator.singular"], raises=ArcRefused),
+        **RESTED,
+    },
+)
+def move_circular(
+    arm: Group[Joint],
+    /,
+    via: Pose | Sequence[float] | np.ndarray,
+    goal: Pose | Sequence[float] | np.ndarray,
+    speed: float = 0.25,
+    angular_speed: float = 1.0,
+    acceleration: float = 1.0,
+    angle: float = 0.0,
+    orientation: Literal["via", "goal", "path"] = "via",
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves the tool of an arm along an arc of the circle through its place, a pose on the way and a goal. It begins from rest.
+
+    via, goal: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration of the tool, the way
+    round the circle included: m/s²; angle: of an arc that ends elsewhere than at the goal, up to two circles (`"360 deg"`), 0: at the
+    goal; tolerance of each joint at the end: rad. `orientation="via"` has that of start, via and goal at their places, `"goal"` turns
+    evenly from the start's to the goal's, `"path"` keeps it relative to the path, whatever via and goal have. Slower where the joints
+    ask for it. Three poses on a line are gone straight where via is between the others. An arm that moves is braked first. An arc that
+    the arm cannot go raises `ArcRefused` before it moves.
+    """
+    ...

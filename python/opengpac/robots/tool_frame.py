@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frame of a tool from places at which its tip touches one point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import CallError, ValueRefused, refuse
+from ..frames import Pose
+from .arm import Arm
+
+LEAST = 4
+"""The minimum number of places: three would leave the residual of a wrong one unseen."""
+
+SPREAD = 0.1
+"""The minimum of the smallest singular value of the turns: about 20 degrees between the places about the axis with the least of them."""
+
+
+@dataclass(frozen=True)
+class TouchedTool:
+    """Tool centre point found by `tool_by_touching`, and how well the places agree.
+
+    `frame`: the tool in the flange's frame, its orientation the flange's; `tip`: the point touched, m; `residuals`: for each place the
+    distance of its tip from that point, m; `residual`: their root mean square; `spread`: 0 to 1, a measure of how differently the
+    tool is turned: an error of a place is about 1/spread of it in the frame.
+    """
+
+    frame: Pose
+    tip: np.ndarray
+    residuals: np.ndarray
+    residual: float
+    spread: float
+
+
+def tool_by_touching(
+    arm: Arm,
+    points: Iterable[Mapping[str, float] | Sequence[float] | np.ndarray],
+    *,
+    orientation: Sequence[Any] = (0.0, 0.0, 0.0),
+    residual_max: float = 0.002,
+) -> TouchedTool:
+    """Finds the tool centre point of an arm from 4 or more places at which the tip of the tool touches one point.
+
+    `points`: taught points, or the positions of all joints at each place; `orientation`: roll, pitch and yaw of the tool in the flange's
+    frame; `residual_max`: m. Least squares of place + turn · frame = tip; the tool that the arm has now does not count. Raises
+    `ValueRefused` where the places are turned too much alike to tell, and where the tip of one is further than `residual_max` from that
+    of all: the message names it. `arm.tool = tool_by_touching(arm, [points[name] for name in names]).frame`.
+    """
+    without = arm.tool.inverse()
+    poses = [arm.forward(_positions(arm, point)) @ without for point in points]
+    if len(poses) < LEAST:
+        what = f"{len(poses)} places are given"
+        refuse(CallError, what, f"give {LEAST} or more at which the tip touches one point, each with the tool turned differently")
+    turns, places = np.array([pose.matrix[:3, :3] for pose in poses]), np.array([pose.position for pose in poses])
+    # What is common to all poses is the tip's: differences from the mean leave the tool alone.
+    rows = (turns - turns.mean(axis=0)).reshape(-1, 3) / np.sqrt(len(poses))
+    spread = float(np.linalg.svd(rows, compute_uv=False)[-1])
+    if spread < SPREAD:
+        refuse(
+            ValueRefused,
+            f"the {len(poses)} places have the tool turned too much alike (spread {spread:.3f}, {SPREAD} is the minimum)",
+            "touch the point from directions that differ by 30 degrees or more, about two axes",
+        )
+    found = np.linalg.lstsq(rows, -(places - places.mean(axis=0)).ravel() / np.sqrt(len(poses)), rcond=None)[0]
+    tips = places + turns @ found
+    tip = tips.mean(axis=0)
+    residuals = np.linalg.norm(tips - tip, axis=1)
+    if residuals.max() > residual_max:
+        worst = int(residuals.argmax())
+        what = f"the tip at place {worst} (from 0) is {residuals[worst]:.3g} m from that of all; {residual_max:g} m is the maximum"
+        refuse(ValueRefused, what, "touch the point again there, or give a larger residual_max")
+    residual = float(np.sqrt((residuals**2).mean()))
+    return TouchedTool(Pose(tuple(found), rpy=tuple(orientation)), tip, residuals, residual, spread)
+
+
+def _positions(arm: Arm, point: Mapping[str, float] | Sequence[float] | np.ndarray) -> list[float]:
+    """Returns the positions of a point in the arm's order."""
+    return [float(point[joint.short_name]) for joint in arm] if isinstance(point, Mapping) else [float(q) for q in point]
