@@ -43,7 +43,7 @@ class Alarm:
     """One alarm as it is now: `code`, `source` (verb, device or channel), `block`, `text`, `remedy`, `severity`, when and how often.
 
     `active`: its cause is there. `time`, `returned` and `acknowledged_at` are s of the system's clock, `wall` is the date of `time`.
-    `shelvings`: when it was out of the list, by whom and why, the latest last.
+    `shelvable`: whether `shelve` takes it. `shelvings`: when it was out of the list, by whom and why, the latest last.
     """
 
     number: int
@@ -61,6 +61,7 @@ class Alarm:
     returned: float | None
     acknowledged_at: float | None
     shelvings: tuple[Shelving, ...] = ()
+    shelvable: bool = False
 
     @property
     def time(self) -> float:

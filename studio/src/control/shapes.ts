@@ -22,6 +22,8 @@ export interface Alarm {
   wall_ns: number;
   returned_ns: number | null;
   acknowledged_ns: number | null;
+  /** True if it can be shelved. An emergency stop, a loss and a critical alarm stay in the list; so does one of an earlier life. */
+  shelvable: boolean;
   /** Shelvings of it, the latest last. */
   shelvings: Shelving[];
 }
@@ -47,6 +49,8 @@ export interface AlarmRequest {
   wall_ns: number;
   returned_ns?: number | null;
   acknowledged_ns?: number | null;
+  /** True if it can be shelved. An emergency stop, a loss and a critical alarm stay in the list; so does one of an earlier life. */
+  shelvable?: boolean;
   /** Shelvings of it, the latest last. */
   shelvings?: ShelvingRequest[];
 }

@@ -17,18 +17,11 @@ const OFFERED: [number, string][] = [
 ];
 const MINUTE_NS = 60_000_000_000;
 
-/** Alarms that the system refuses to shelve: no button offers it. */
-const STAYS = new Set(["emergency_stop", "device_lost", "processor_lost"]);
-
-function mayShelve(alarm: Alarm): boolean {
-  return alarm.severity !== "critical" && !STAYS.has(alarm.code);
-}
-
 /** Shelves one alarm: opens a form for the reason and the time. */
 export function Shelve(props: { of: Alarm; from: Source }) {
   const { of, from } = props;
   const [isOpen, setOpen] = useState(false);
-  if (!from.may("operate") || !mayShelve(of)) return null;
+  if (!from.may("operate") || !of.shelvable) return null;
   const name = `${of.code}${of.source ? ` of ${of.source}` : ""}`;
   return (
     <>

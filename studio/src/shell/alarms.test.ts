@@ -20,6 +20,7 @@ const alarm = (code: string, severity: Alarm["severity"], active: boolean, time_
   wall_ns: 0,
   returned_ns: null,
   acknowledged_ns: null,
+  shelvable: true,
   shelvings: [],
 });
 

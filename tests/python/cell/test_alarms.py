@@ -327,13 +327,17 @@ def test_what_is_about_safety_cannot_be_shelved(cell: gpac.System) -> None:
     for code, why in (("E1", "its severity is critical"), ("emergency_stop", "it is an emergency stop")):
         with pytest.raises(gpac.NotAllowed, match=why):
             alarms.shelve(alarms[code], "it is loud", "1 h")
+        assert not alarms[code].shelvable
     alarms.define("E2", "the fan is loud")
     alarms.trip("E2")
     wrong = (("", "1 h", gpac.CallError), (" ", "1 h", gpac.CallError), ("x", "25 h", gpac.OutOfRange), ("x", 0.0, gpac.OutOfRange))
     for reason, time, error in wrong:
         with pytest.raises(error):
             alarms.shelve(alarms["E2"], reason, time)
+    assert alarms["E2"].shelvable
     alarms.shelve(alarms["E2"], "known", "1 h")
+    assert alarms.shelved[0].shelvable, "the time and the reason can be changed"
     alarms.define("E2", "the fan burns", severity="critical")
     alarms.trip("E2")
+    assert not alarms["E2"].shelvable
     assert alarms["E2"].shelvings[-1].ended is not None, "one that comes again as critical is back in the list"

@@ -57,6 +57,9 @@ pub struct Alarm {
     pub wall_ns: i64,
     pub returned_ns: Option<i64>,
     pub acknowledged_ns: Option<i64>,
+    /// True if it can be shelved. An emergency stop, a loss and a critical alarm stay in the list; so does one of an earlier life.
+    #[serde(default)]
+    pub shelvable: bool,
     /// Shelvings of it, the latest last.
     #[serde(default)]
     pub shelvings: Vec<Shelving>,
@@ -159,12 +162,12 @@ impl Alarms {
             (known.active, known.acknowledged, known.cause) = (true, false, raised.cause);
             (known.time_ns, known.wall_ns, known.returned_ns, known.acknowledged_ns) = (now_ns, wall_ns, None, None);
             (known.text, known.block, known.remedy, known.severity) = (text, block, remedy, severity);
-            known.unshelve_if_urgent(now_ns);
+            known.judge_shelvable(now_ns);
             return None;
         }
         let dropped = (self.current.len() == CURRENT_MAX).then(|| self.drop_one(now_ns)).flatten();
         self.last += 1;
-        self.current.push(Alarm {
+        let mut alarm = Alarm {
             number: self.last,
             code: raised.code.to_owned(),
             source: printable(raised.source),
@@ -179,9 +182,12 @@ impl Alarms {
             wall_ns,
             returned_ns: None,
             acknowledged_ns: None,
+            shelvable: false,
             shelvings: Vec::new(),
             cause: raised.cause,
-        });
+        };
+        alarm.judge_shelvable(now_ns);
+        self.current.push(alarm);
         dropped
     }
 

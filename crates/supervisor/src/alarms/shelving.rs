@@ -71,9 +71,10 @@ impl Alarm {
         }
     }
 
-    /// Puts it back where it has become one that cannot be shelved.
-    pub(crate) fn unshelve_if_urgent(&mut self, now_ns: i64) {
-        if self.unshelvable().is_some() {
+    /// Notes whether it can be shelved, and puts it back where it has become one that cannot.
+    pub(crate) fn judge_shelvable(&mut self, now_ns: i64) {
+        self.shelvable = self.unshelvable().is_none();
+        if !self.shelvable {
             self.unshelve(now_ns, "");
         }
     }

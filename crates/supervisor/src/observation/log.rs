@@ -3,7 +3,8 @@
 use crate::observation::commanded::{Announced, Commanded};
 use model::wording::printable;
 use serde::Serialize;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
 
 /// Entries kept. Of more, the oldest leave of that which has the most: jogging pushes out jogging, and not the fault before it.
 const ENTRIES_MAX: usize = 4096;
@@ -24,10 +25,14 @@ pub struct Entry {
     pub who: String,
 }
 
+/// Kind of an entry and what it is about: `jog` stands for all instances `jog#1`, `jog#2`, ….
+type Subject = Arc<(&'static str, String)>;
+
 #[derive(Default)]
 pub(crate) struct Log {
-    /// By kind and by what they are about: `jog` stands for all instances `jog#1`, `jog#2`, ….
-    entries: BTreeMap<(&'static str, String), VecDeque<Entry>>,
+    entries: BTreeMap<Subject, VecDeque<Entry>>,
+    /// Number of entries of each subject: the last is the one that makes room.
+    counts: BTreeSet<(usize, Subject)>,
     kept: usize,
     next: u64,
     commanded: Commanded,
@@ -53,28 +58,25 @@ impl Log {
             self.make_room();
         }
         let about = printable(about);
-        let key = (kind, about.split_once('#').map_or(about.as_str(), |(verb, _)| verb).to_owned());
-        self.entries.entry(key).or_default().push_back(Entry {
-            sequence: self.next,
-            time_s: time_ns as f64 * 1e-9,
-            kind,
-            about,
-            text: printable(text),
-            who: printable(who),
-        });
+        let subject = Arc::new((kind, about.split_once('#').map_or(about.as_str(), |(verb, _)| verb).to_owned()));
+        let of = self.entries.entry(Arc::clone(&subject)).or_default();
+        let counted = self.counts.take(&(of.len(), Arc::clone(&subject))).map_or(subject, |(_, known)| known);
+        self.counts.insert((of.len() + 1, counted));
+        of.push_back(Entry { sequence: self.next, time_s: time_ns as f64 * 1e-9, kind, about, text: printable(text), who: printable(who) });
         self.kept += 1;
         self.next += 1;
     }
 
     /// Drops the oldest entry of that which has the most.
     fn make_room(&mut self) {
-        let most = self.entries.iter().max_by_key(|(_, of)| of.len()).map(|(key, _)| key.clone());
-        let Some(key) = most else { return };
-        let Some(of) = self.entries.get_mut(&key) else { return };
+        let Some((count, subject)) = self.counts.pop_last() else { return };
+        let Some(of) = self.entries.get_mut(&subject) else { return };
         of.pop_front();
         self.kept -= 1;
         if of.is_empty() {
-            self.entries.remove(&key);
+            self.entries.remove(&subject);
+        } else {
+            self.counts.insert((count - 1, subject));
         }
     }
 
@@ -151,5 +153,7 @@ mod tests {
             log.add(0, "device", &format!("d{about}"), "");
         }
         assert_eq!((log.since(0).len(), log.kept), (ENTRIES_MAX, ENTRIES_MAX));
+        let counts: BTreeSet<(usize, Subject)> = log.entries.iter().map(|(subject, of)| (of.len(), Arc::clone(subject))).collect();
+        assert_eq!(log.counts, counts);
     }
 }
