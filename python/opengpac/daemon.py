@@ -39,7 +39,7 @@ def add_to(commands: Any) -> None:
         "--journal", metavar="FILE", help="the calls that made the system what it is, appended; a daemon that starts again makes them again"
     )
     rts.add_argument("--journal-strict", action="store_true", help="ends the start where a call of the journal fails")
-    rts.add_argument("--records", metavar="FOLDER", help="where remote programs may record, by names")
+    rts.add_argument("--records", metavar="FOLDER", help="where remote programs and pages may record, by names")
     rts.add_argument(
         "--trust", action="append", default=[], metavar="SHA256",
         help="code of this digest may run where a recording that is replayed brings it; modules that the system has had may anyway",
@@ -89,7 +89,7 @@ def _rts(given: argparse.Namespace) -> int:
     options = {
         "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key,
         "client_ca": given.client_ca, "tokens": given.tokens, "audit": given.audit,
-        "journal": given.journal, "journal_strict": given.journal_strict, "records": given.records, "trust": given.trust,
+        "journal": given.journal, "journal_strict": given.journal_strict, "records": _records(given), "trust": given.trust,
         "insecure_loopback": given.insecure_loopback, "hosts": given.host, "origins": given.origin,
         **_studio(given),
     }  # fmt: skip
@@ -126,6 +126,13 @@ def _studio(given: argparse.Namespace) -> dict[str, Any]:
         return {"listen": given.listen or "127.0.0.1:0", "page": str(studio.built(page)), "run_token": given.studio_role or "operate"}
     served = given.listen is not None and (page is not None or (studio.PAGE / "index.html").is_file())
     return {"page": str(studio.built(page))} if served else {}
+
+
+def _records(given: argparse.Namespace) -> str | None:
+    """Returns the folder for recordings: the one that is given; for a page that may record, one of the user's own."""
+    if given.records is not None or given.studio_role != "configure":
+        return given.records
+    return studio.records_of_user()
 
 
 def _of_words(given: argparse.Namespace) -> system.System:

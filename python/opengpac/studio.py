@@ -102,9 +102,23 @@ def serve(system: SystemObservation, port: int, role: str, audit: str | None = N
     options: dict[str, Any] = {"no_socket": True, "listen": f"127.0.0.1:{port}", "run_token": role, "page": str(built(page))}
     if audit is not None:
         options["audit"] = audit
+    if role == "configure" and (records := records_of_user()) is not None:
+        options["records"] = records
     with refusals:
         server = _native.Server(embedded, json.dumps(options))
     return Studio(system.name, server.studio() or "", role, server)
+
+
+def records_of_user() -> str | None:
+    """Makes and returns the folder into which a page that may record does so where none is named, in `$XDG_DATA_HOME` or
+    `~/.local/share`; None where it cannot be made."""
+    try:
+        folder = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share").absolute() / "opengpac" / "recordings"
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):
+        # A user without a home, or one that cannot be written.
+        return None
+    return str(folder)
 
 
 def built(page: Path | None = None) -> Path:

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A running system with its page, and a browser that looks at it.
 import { type ChildProcess, spawn } from "node:child_process";
-import { copyFileSync, existsSync, mkdirSync } from "node:fs";
+import { copyFileSync, existsSync, mkdirSync, mkdtempSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import axe from "axe-core";
 import { type Browser, type BrowserContext, chromium, type Locator, type Page } from "playwright-core";
@@ -12,7 +13,14 @@ export const OUT = join(ROOT, "out/studio");
 /** The page that is served. */
 export const BUILT = join(ROOT, "python/opengpac/studio_page");
 export const PYTHON = process.env.OPENGPAC_PYTHON ?? join(ROOT, ".venv/bin/python");
-export const SURROUNDINGS = { ...process.env, PYTHONPATH: process.env.PYTHONPATH ?? join(ROOT, "python"), PYTHONUNBUFFERED: "1" };
+/** Recordings that no folder is named for lie in one of the test's own. */
+const DATA = mkdtempSync(join(tmpdir(), "opengpac-studio-"));
+export const SURROUNDINGS = {
+  ...process.env,
+  PYTHONPATH: process.env.PYTHONPATH ?? join(ROOT, "python"),
+  PYTHONUNBUFFERED: "1",
+  XDG_DATA_HOME: DATA,
+};
 /** How long anything that is waited for may take, ms: the machines of tests are slow. */
 export const PATIENCE_MS = Number(process.env.OPENGPAC_PATIENCE_MS ?? 90_000);
 

@@ -40,6 +40,38 @@ test("the page opens with what runs and what to try", async () => {
   await page.setViewportSize({ width: 1440, height: 900 });
 });
 
+test("bars take at most 15 % of the height of a telephone and of a tablet, and what they have unfolds", async () => {
+  const { page } = studio;
+  for (const [width, height] of [
+    [390, 844],
+    [412, 915],
+    [800, 1000],
+  ] as const) {
+    await page.setViewportSize({ width, height });
+    const begins = (await page.getByRole("main").boundingBox())?.y ?? height;
+    expect(begins, `at ${width} by ${height}`).toBeLessThanOrEqual(0.15 * height);
+    await page.locator(".summary").getByText("nobody commands", { exact: true }).waitFor();
+    expect(await page.getByRole("combobox", { name: "Mode" }).isVisible()).toBe(false);
+    await page.getByRole("button", { name: "More: command, mode and clock" }).click();
+    await page.getByRole("combobox", { name: "Mode" }).waitFor();
+    await page.getByRole("button", { name: "Pause page" }).waitFor();
+    expect(await axeFindings(page), `unfolded at ${width}`).toEqual([]);
+    await page.getByRole("button", { name: "Less: command, mode and clock" }).click();
+    expect(
+      await page
+        .getByRole("main")
+        .boundingBox()
+        .then((box) => box?.y),
+    ).toBe(begins);
+    // Of more links than there is room for, the present one is in sight.
+    await goTo(page, "Workspaces");
+    const link = await page.getByRole("navigation", { name: "Views" }).getByRole("link", { name: "Workspaces" }).boundingBox();
+    expect((link?.x ?? width) + (link?.width ?? 0)).toBeLessThanOrEqual(width);
+    await goTo(page, "Start");
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+});
+
 test("what is offered works: a joint is jogged, and the arm moves to a position", async () => {
   const { page } = studio;
   await page.getByRole("link", { name: "Jog a joint" }).click();

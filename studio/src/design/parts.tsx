@@ -27,6 +27,12 @@ export function Tag(props: { tone?: Tone; children: ReactNode; title?: string })
   );
 }
 
+/** A name of a program, which is divided only where its words begin: after `_`, `.` and `/`. */
+export function Name(props: { of: string }) {
+  // biome-ignore lint/suspicious/noArrayIndexKey: a part is known by its place
+  return props.of.split(/(?<=[_./])/).map((part, index) => [index > 0 && <wbr key={index} />, part]);
+}
+
 /** Refusals of the system, in its words, each with its remedy. Read out by a screen reader when it appears. */
 export function Refusals(props: { of: Refusal[]; id?: string }) {
   if (props.of.length === 0) return null;

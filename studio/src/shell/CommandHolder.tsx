@@ -11,6 +11,12 @@ export function moving(now: Statistics | null): string[] {
   return (now?.instances ?? []).filter((one) => one.state === "running" && one.owner === null).map((one) => one.name);
 }
 
+/** Returns the name of the one that commands: this page, a person or session, a program, or nobody. */
+export function commanderOf(holder: string | null, person: string | null, own: string | null, now: Statistics | null): string {
+  if (holder === null) return moving(now).length > 0 ? "a program" : "nobody";
+  return holder === own ? "this page" : (person ?? holder);
+}
+
 /** Holder of command. It is taken by the first command; here it is given back, asked for, or taken from another one. */
 export function CommandHolder(props: { now: Statistics | null }) {
   const control = useLive();

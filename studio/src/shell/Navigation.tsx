@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
+import { useEffect, useRef } from "react";
 import { HelpButton } from "./HelpButton";
 import { Keys } from "./Keys";
 import { addressOf } from "./route";
 import { ThemeSwitch } from "./ThemeSwitch";
 import { views } from "./views";
 
+/** Links to the views. The present one is scrolled into sight where the window has no room for all. */
 export function Navigation(props: { present: string }) {
+  const links = useRef<HTMLUListElement>(null);
+  // biome-ignore lint/correctness/useExhaustiveDependencies: another view has another link
+  useEffect(() => {
+    links.current?.querySelector('[aria-current="page"]')?.scrollIntoView({ block: "nearest", inline: "nearest" });
+  }, [props.present]);
   return (
     <nav className="navigation" aria-label="Views">
-      <ul>
+      <ul ref={links}>
         {views
           .filter((view) => !view.alone)
           .map((view) => (

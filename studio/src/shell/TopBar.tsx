@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
+import type { Statistics } from "../control/shapes";
 import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
 import { ageText } from "../live/Age";
 import { AlarmBar } from "./AlarmBar";
-import { CommandHolder } from "./CommandHolder";
+import { CommandHolder, commanderOf } from "./CommandHolder";
 import { CommandRequests } from "./CommandRequests";
 import { useLive, useTopic, useWatched } from "./context";
 import { EmergencyStop, Stopped, StopUnheard, useEmergencyStop } from "./EmergencyStop";
@@ -12,15 +13,17 @@ import { ModeAndPause } from "./ModeAndPause";
 import { Aim, Notices } from "./Notices";
 import { TimeBar } from "./TimeBar";
 
-/** Always seen: which system, whether it is heard, who commands, mode and pause, what is raised, the emergency stop. */
+/** Always seen: which system, whether it is heard, who commands, mode and pause, what is raised, the emergency stop. In a narrow window
+ * who commands and the mode are one line, and their controls and those of the clock unfold. */
 export function TopBar() {
   const control = useLive();
   const now = useTopic(control.topics.statistics);
   const statisticsTrouble = useWatched(control.topics.statistics.trouble);
   const sessionTrouble = useWatched(control.session.trouble);
   const press = useEmergencyStop(now);
+  const [isUnfolded, setUnfolded] = useState(false);
   return (
-    <div className="top">
+    <div className="top" data-unfolded={isUnfolded ? "yes" : "no"}>
       <EmergencyStop press={press} />
       <StopUnheard press={press} />
       <header className="bar">
@@ -31,6 +34,16 @@ export function TopBar() {
             {control.version.clock === "virtual" ? "virtual " : ""}
             <span className="figures">{now ? seconds(now.now_s) : "–"}</span>
           </span>
+          <Summary now={now} />
+          <button
+            type="button"
+            className="fold"
+            aria-label={`${isUnfolded ? "Less" : "More"}: command, mode and clock`}
+            aria-expanded={isUnfolded}
+            onClick={() => setUnfolded(!isUnfolded)}
+          >
+            {isUnfolded ? "Less" : "More"}
+          </button>
         </div>
         <CommandHolder now={now} />
         <ModeAndPause now={now} />
@@ -48,6 +61,19 @@ export function TopBar() {
       <TimeBar />
     </div>
   );
+}
+
+/** Owner of command, after what is not as usual: all that a narrow window shows of command, mode and pause while they are folded. */
+function Summary(props: { now: Statistics | null }) {
+  const control = useLive();
+  const { holder, person } = useWatched(control.command.state);
+  const name = useWatched(control.session.name);
+  const { now } = props;
+  const isPaused = now?.paused === true || (Array.isArray(now?.paused) && now.paused.length > 0);
+  const mode = now?.mode ?? "automatic";
+  const commander = commanderOf(holder, person ?? null, name, now);
+  const said = [isPaused && "paused", mode !== "automatic" && mode, `${commander} commands`].filter(Boolean);
+  return <span className="summary small quiet">{said.join(" · ")}</span>;
 }
 
 const SAID = { connecting: "connecting", silent: "offline", broken: "offline", out: "not let in" };

@@ -62,6 +62,27 @@ def test_the_stream_of_a_page_has_values_and_the_scope(page: Path, clock: str) -
         stream.close()
 
 
+def test_a_page_that_may_record_has_a_folder_for_it(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    folder = tmp_path / "data" / "opengpac" / "recordings"
+    with gpac.System("cell", "virtual") as cell:
+        wave(cell)
+        cell.studio().stop()
+        assert not folder.exists(), "a page that may not record makes none"
+        browser = Browser(cell.studio(role="configure").url)
+        browser.command()
+        browser.call("record", path="run.mcap", svvs=["y"])
+        assert [*folder.iterdir()] == [folder / "run.mcap"]
+
+
+def test_where_no_folder_can_be_made_a_page_has_none(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "file"))
+    assert studio.records_of_user() is None
+    with gpac.System("cell", "virtual") as cell:
+        assert json.loads(Browser(cell.studio(role="configure").url).fetch("GET", "/v1/version")[1])["role"] == "configure"
+
+
 BUSY = """
 import sys
 from browser import Browser

@@ -40,13 +40,21 @@ export default function Devices() {
             <Machine key={name} device={name} lost={now.physical_devices[name]?.lost ?? null} />
           ))}
         </Suspense>
-        <PhysicalDevices configuration={configuration} now={now} />
+        <div className="physical stack">
+          <PhysicalDevices configuration={configuration} now={now} />
+        </div>
       </div>
       <div className="stack">
         {families.map((family) => (
-          <Family key={`${family.name} ${family.type.name}`} of={family} now={now} chosen={chosen} />
+          <div className="families" key={`${family.name} ${family.type.name}`}>
+            <Family of={family} now={now} chosen={chosen} />
+          </div>
         ))}
-        {chosen && <DeviceDetail key={chosen} name={chosen} configuration={configuration} now={now} />}
+        {chosen && (
+          <div className="detail">
+            <DeviceDetail key={chosen} name={chosen} configuration={configuration} now={now} />
+          </div>
+        )}
       </div>
     </div>
   );

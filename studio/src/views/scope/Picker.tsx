@@ -4,16 +4,17 @@ import { type Refusal, refusalsOf } from "../../control/refusals";
 import { found } from "../../design/fuzzy";
 import { Refusals } from "../../design/parts";
 import { useControl, useTopic, useWatched } from "../../shell/context";
+import { grouped, inside, NO_DEVICE } from "./groups";
 import type { Scope } from "./scope";
 import { withChannel } from "./setup";
 
 /** Names that the list shows at the most; more are found by typing. */
 const SHOWN_MAX = 120;
-const NO_DEVICE = "of the system";
 
 interface Choice {
   names: string[];
   groupOf: Map<string, string>;
+  devices: ReadonlySet<string>;
   trouble: Refusal[];
 }
 
@@ -21,13 +22,13 @@ interface Choice {
 export function Picker(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);
-  const { names, groupOf, trouble } = useChoice();
+  const { names, groupOf, devices, trouble } = useChoice();
   const [typed, setTyped] = useState("");
   const [at, setAt] = useState(0);
   const field = useRef<HTMLInputElement>(null);
   const list = useId();
   const hits = useMemo(() => found(typed, names, SHOWN_MAX), [typed, names]);
-  const groups = useMemo(() => grouped(hits, groupOf, typed !== ""), [hits, groupOf, typed]);
+  const groups = useMemo(() => grouped(hits, groupOf, typed !== "", devices), [hits, groupOf, typed, devices]);
   const order = groups.flatMap((group) => group.names);
   const chosen = new Set(setup.traces.map((trace) => trace.channel));
   const toggle = (name: string) => {
@@ -113,7 +114,7 @@ export function Picker(props: { scope: Scope }) {
 function useChoice(): Choice {
   const control = useControl();
   const installed = useTopic(control.topics.installed);
-  const [choice, setChoice] = useState<Choice>({ names: [], groupOf: new Map(), trouble: [] });
+  const [choice, setChoice] = useState<Choice>({ names: [], groupOf: new Map(), devices: new Set(), trouble: [] });
   // Something was installed: there may be more to look at.
   useEffect(() => {
     const over = new AbortController();
@@ -122,9 +123,9 @@ function useChoice(): Choice {
         const groupOf = new Map<string, string>();
         for (const svv of names.svvs) groupOf.set(svv, deviceOf(svv, names.logical_devices));
         for (const instance of installed?.instances ?? []) {
-          for (const cell of instance.cells) if (cell.kind === "private") groupOf.set(cell.name, `inside ${instance.name}`);
+          for (const cell of instance.cells) if (cell.kind === "private") groupOf.set(cell.name, inside(instance.name));
         }
-        setChoice({ names: [...groupOf.keys()], groupOf, trouble: [] });
+        setChoice({ names: [...groupOf.keys()], groupOf, devices: new Set(names.logical_devices), trouble: [] });
       },
       (why) => {
         if (!over.signal.aborted) setChoice((before) => ({ ...before, trouble: refusalsOf(why) }));
@@ -143,20 +144,9 @@ function prefixOf(svv: string): string {
   return svv.includes(".") ? svv.slice(0, svv.lastIndexOf(".")) : NO_DEVICE;
 }
 
-// While nothing is typed: device by device. Else the best first, with those of the same device.
-function grouped(names: readonly string[], groupOf: ReadonlyMap<string, string>, typed: boolean): { title: string; names: string[] }[] {
-  const groups = new Map<string, string[]>();
-  for (const name of names) {
-    const title = groupOf.get(name) ?? NO_DEVICE;
-    groups.set(title, [...(groups.get(title) ?? []), name]);
-  }
-  const made = [...groups].map(([title, of]) => ({ title, names: of }));
-  return typed ? made : made.sort((a, b) => a.title.localeCompare(b.title, undefined, { numeric: true }));
-}
-
 function shortOf(name: string, group: string): string {
   if (name.startsWith(`${group}.`)) return name.slice(group.length + 1);
-  const instance = group.replace(/^inside /, "");
+  const instance = group.slice(inside("").length);
   return name.startsWith(`${instance}:`) ? name.slice(instance.length + 1) : name;
 }
 

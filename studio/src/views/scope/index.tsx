@@ -43,7 +43,7 @@ export default function View() {
           {none && (
             <div className="nothing">
               <Empty title="Nothing is looked at yet">
-                Find a value at the left: press <kbd>/</kbd>, type a few of its letters, Enter. Every value of it is shown, at its full
+                Find a value in the list: press <kbd>/</kbd>, type a few of its letters, Enter. Every value of it is shown, at its full
                 rate.
               </Empty>
             </div>

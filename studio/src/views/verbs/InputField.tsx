@@ -110,22 +110,15 @@ function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write:
   // Where the joints are now is of use where positions are asked for, and would be added twice to what is counted from there.
   const positions = isPosition(of.unit) && of.counted_from === null;
   return (
-    <>
+    <div className="fill row">
       {texts.length > 1 && (
-        <button
-          type="button"
-          className="plain"
-          title="the first one for all"
-          disabled={!texts[0]}
-          onClick={() => write(texts.map(() => texts[0] ?? ""))}
-        >
+        <button type="button" title="the first one for all" disabled={!texts[0]} onClick={() => write(texts.map(() => texts[0] ?? ""))}>
           All alike
         </button>
       )}
       {positions && (
         <button
           type="button"
-          className="plain"
           title="where the devices are now"
           onClick={() => {
             const names = devices.map((device) => `${device}.sensed`);
@@ -139,6 +132,6 @@ function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write:
           Present
         </button>
       )}
-    </>
+    </div>
   );
 }

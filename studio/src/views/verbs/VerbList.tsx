@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { InstalledInstance, VerbSummary } from "../../control/shapes";
-import { Tag } from "../../design/parts";
+import { Name, Tag } from "../../design/parts";
 import { addressOf } from "../../shell/route";
 import { stateTone } from "./stateTone";
 
-/** The verbs: first those that a person starts, then those that keep devices going. */
+/** The verbs: first those that a person starts, then those that keep devices going, by what they are for or by whose all their instances are. */
 export function VerbList(props: { verbs: VerbSummary[]; instances: InstalledInstance[]; chosen: string | null }) {
-  const actions = props.verbs.filter((verb) => verb.supports.length === 0);
-  const keeping = props.verbs.filter((verb) => verb.supports.length > 0);
+  const isKeeping = (verb: VerbSummary) => {
+    const instances = props.instances.filter((one) => one.verb === verb.name);
+    return verb.supports.length > 0 || (instances.length > 0 && instances.every((one) => one.owner !== null));
+  };
+  const actions = props.verbs.filter((verb) => !isKeeping(verb));
+  const keeping = props.verbs.filter(isKeeping);
   return (
     <nav className="panel verb-list" aria-label="Verbs">
       <Part title="Verbs" {...props} verbs={actions} />
@@ -33,7 +37,9 @@ function Part(props: { title: string; verbs: VerbSummary[]; instances: Installed
                 aria-current={verb.name === props.chosen ? "page" : undefined}
                 title={verb.doc.split("\n")[0]}
               >
-                <span className="name">{verb.name}</span>
+                <span className="name">
+                  <Name of={verb.name} />
+                </span>
                 {[...counts].map(([state, count]) => (
                   <Tag key={state} tone={stateTone(state)}>
                     {count > 1 ? `${count} ` : ""}
