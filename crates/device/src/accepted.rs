@@ -2,8 +2,8 @@
 //! The options that a driver accepts: those that it declares, and those of its class.
 use crate::class::Class;
 use crate::declaration::Declaration;
+use crate::option_word::OptionWord;
 use crate::watchdog::TIMEOUT;
-use crate::words::OptionWord;
 use crate::worker;
 
 /// Returns the options of a driver for a manual: its own, and those that each of its class has.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Channels whose value is made of counts: value = counts × scale + offset, with the counts of an entry, a terminal or a register.
+use crate::option_word::{Kind, OptionWord};
 use crate::types::Number;
-use crate::words::{Kind, OptionWord};
 use serde::Deserialize;
 use serde_json::Value;
 

@@ -5,10 +5,10 @@ use crate::counters::CounterWord;
 use crate::error::DriverError;
 use crate::life::{Life, SafeState};
 use crate::opening::{Loaded, Opened};
+use crate::option_word::OptionWord;
 use crate::options::Given;
 use crate::services::{Scan, ServiceWord};
 use crate::shapes::Geometry;
-use crate::words::OptionWord;
 use serde_json::Value;
 
 /// Function of a driver that takes its checked options and needs no open driver: it makes one, draws its machine, tries its files.

@@ -4,8 +4,8 @@ use crate::accepted::options_of;
 use crate::counters::CounterWord;
 use crate::declaration::Declaration;
 use crate::life::SafeState;
+use crate::option_word::OptionWord;
 use crate::services::ServiceWord;
-use crate::words::OptionWord;
 use interval::Interval;
 use serde::{Deserialize, Serialize};
 

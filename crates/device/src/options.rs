@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options that a driver is given, checked against those that it declares.
 use crate::error::DriverError;
+use crate::option_word::{Kind, OptionWord};
 use crate::ranges::{Outside, outside};
-use crate::words::{Kind, OptionWord};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 

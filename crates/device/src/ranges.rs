@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks the numbers in options against the ranges that drivers declare, at every depth, before a driver looks at them.
 use crate::accepted::accepted;
+use crate::option_word::{Inside, Kind, OptionWord, Reach};
 use crate::registry::find;
-use crate::words::{Inside, Kind, OptionWord, Reach};
 use interval::{Interval, short};
 use serde_json::Value;
 

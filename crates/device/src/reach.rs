@@ -2,8 +2,8 @@
 //! Values in the options of a driver that reach beyond its device: files, code, other drivers. They are found at every depth, by what
 //! drivers declare, before any driver looks at them.
 use crate::accepted::accepted;
+use crate::option_word::{OptionWord, Reach};
 use crate::registry::find;
-use crate::words::{OptionWord, Reach};
 use serde_json::Value;
 
 /// A value that reaches beyond its device.

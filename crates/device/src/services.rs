@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Services of a driver beside its cycle: commands with typed arguments, and the search for devices.
 use crate::error::{DeviceError, DriverError};
+use crate::option_word::{Kind, OptionWord};
 use crate::options::Given;
-use crate::words::{Kind, OptionWord};
 use serde_json::Value;
 
 /// A service of a driver: a command off the cycle, as reading an object of a drive or homing it.

@@ -10,10 +10,10 @@ use crate::declaration::Declaration;
 use crate::driver::Driver;
 use crate::error::{DeviceError, DriverError};
 use crate::opening::Opened;
+use crate::option_word::{Kind, OptionWord};
 use crate::options::Given;
 use crate::safe_handle::SafeHandle;
 use crate::services::Services;
-use crate::words::{Kind, OptionWord};
 use std::sync::Arc;
 
 /// Range of the timeout: no source can keep a shorter one, and a longer one guards nobody.

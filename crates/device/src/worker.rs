@@ -3,8 +3,8 @@
 use crate::driver::Driver;
 use crate::error::DriverError;
 use crate::life::Life;
+use crate::option_word::{Kind, OptionWord};
 use crate::options::Given;
-use crate::words::{Kind, OptionWord};
 use std::sync::OnceLock;
 
 /// Default period of a worker's exchange, ns.

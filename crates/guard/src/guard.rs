@@ -2,11 +2,11 @@
 //! The supervisor's side of the guard: two guard processes that are told the same and act alike. While one of them is dead, stands still or is
 //! being replaced, the other one guards, whatever becomes of the supervisor meanwhile.
 use crate::canary;
+use crate::guard_event::{Found, GuardCommand, GuardError, GuardEvent};
 use crate::member::{Member, Tells};
 use crate::messages::WardText;
 use crate::registry::{Registry, Request, Ward, copied};
 use crate::reports::Reports;
-use crate::told::{Found, GuardCommand, GuardError, GuardEvent};
 use crate::watch::Bounds;
 use device::SafeHandle;
 use process_kit::Heartbeat;

@@ -14,6 +14,7 @@
 //! handles of crate `device` and the processes of crate `process_kit`; no kernel, verb or driver.
 pub mod canary;
 mod guard;
+mod guard_event;
 mod handles;
 mod member;
 mod messages;
@@ -24,16 +25,15 @@ mod safe;
 pub mod serve;
 mod starting;
 mod stopped;
-mod told;
 mod ward;
 mod wards;
 pub mod watch;
 mod watcher;
 
 pub use guard::Guard;
+pub use guard_event::{Found, GuardCommand, GuardError, GuardEvent};
 pub use handles::{receive_handles, send_handles};
 pub use messages::Loss;
 pub use safe::make_safe;
 pub use serve::{Hearts, run};
-pub use told::{Found, GuardCommand, GuardError, GuardEvent};
 pub use watch::{Bounds, Cause};

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One of the two guard processes, as the supervisor has it: started, told what to guard, and replaced by another one with everything that was
 //! registered when it is gone.
+use crate::guard_event::{GuardCommand, GuardError, GuardEvent};
 use crate::messages::{Loss, Tell};
 use crate::registry::{Registry, Request};
 use crate::serve::Hearts;
 use crate::starting::{ANSWER, launch, send, tale};
-use crate::told::{GuardCommand, GuardError, GuardEvent};
 use crate::watcher::{self, Watcher};
 use interconnect::{Closed, Link};
 use process_kit::{Child, Heartbeat, Restarts, UnixLink, connect, now_ns};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Registrations of a supervisor with its guard: kept, so that another guard can be told all of them.
+use crate::guard_event::Found;
 use crate::messages::{Ask, HandleText, Loss, WardText};
-use crate::told::Found;
 use device::SafeHandle;
 use process_kit::{Child, Heartbeat};
 use std::collections::BTreeMap;

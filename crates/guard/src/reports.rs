@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Two guards see the same and say so, each for itself; this tells it once.
-use crate::told::GuardEvent;
+use crate::guard_event::GuardEvent;
 use process_kit::now_ns;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The first words with a guard process: it is started, or one that runs is taken over.
+use crate::guard_event::{GuardCommand, GuardError};
 use crate::messages::{Ask, Asked, Tell, encode};
 use crate::registry::Registry;
 use crate::serve::{HEART, Hearts, LINK, PATH, SUPERVISOR};
-use crate::told::{GuardCommand, GuardError};
 use interconnect::Closed;
 use process_kit::{Child, Heartbeat, Launch, UnixLink};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};

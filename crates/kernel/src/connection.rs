@@ -3,10 +3,10 @@
 //!
 //! A row of a queue starts with [`row_prefix`] bytes: one bit for each member that is in the row, then the number of each
 //! member's update. The members' values follow, where `QueueMember::offset` says.
+use crate::connection_identity::{Nowhere, Way};
 use crate::memory::{Cell, Span, spans};
 use crate::phase::{Paced, State, stores};
 use crate::source::SourceId;
-use crate::way::{Nowhere, Way};
 use interconnect::{Full, Sender};
 use std::cell::UnsafeCell;
 use std::sync::Arc;

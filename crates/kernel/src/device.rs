@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
 use crate::block::Block;
+use crate::device_state::{AT_ZERO, Ask, DeviceCall, OFF, STOP, Standing, TELL};
 use crate::memory::{Cell, Extent};
 use crate::service::{Seen, Service};
-use crate::standing::{AT_ZERO, Ask, DeviceCall, OFF, STOP, Standing, TELL};
 use crate::tape::Tape;
 use device::{Channel, DeviceError, Direction, Driver, SafeHandle};
 use std::cell::UnsafeCell;

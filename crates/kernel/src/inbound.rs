@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The reading end of a connection: what a latch fills, and the values that wait for the readers of a queue.
 use crate::connection::{End, QueueMember, WORD};
+use crate::connection_identity::{Nowhere, Way};
 use crate::memory::{Cell, Span, spans};
 use crate::phase::{Paced, State};
-use crate::way::{Nowhere, Way};
 use interconnect::Receiver;
 use std::cell::UnsafeCell;
 use std::sync::Arc;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Processes: whose step a step is, and what answers its conditions.
 use crate::block::BlockId;
+use crate::process_word::{CLAIMED, ENDED, FROZEN, Word};
 use crate::running_time::{RunningTime, RunningTimes};
 use crate::source::SourceId;
-use crate::word::{CLAIMED, ENDED, FROZEN, Word};
 use std::any::Any;
 use std::cmp::Reverse;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};

@@ -4,8 +4,8 @@
 use crate::block::BlockId;
 use crate::event::{Event, Fault};
 use crate::process::{Process, Reaction, Response, Watch};
+use crate::process_word::Word;
 use crate::source::SourceId;
-use crate::word::Word;
 
 /// Serves conditions: the kernel in whose firing one came, or the host, where no kernel has the word of the process.
 pub trait Server {

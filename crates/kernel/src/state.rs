@@ -4,10 +4,10 @@ use crate::counters::add;
 use crate::event::{Event, Teller};
 use crate::memory::Span;
 use crate::process::{CAPTURED_MAX, Process};
+use crate::process_word::Word;
 use crate::shared::{Shared, Source};
 use crate::table::Table;
 use crate::tape::{Occasion, digest};
-use crate::word::Word;
 use std::sync::Arc;
 
 /// The kernel of one source. Its own thread alone touches it; under the virtual clock, the one thread.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Table of the steps that one interrupt source runs.
-use crate::aside::{Appends, Aside, Copies, append, copy};
 use crate::bank::{Stretch, Strip, stretches};
 use crate::block::{Block, BlockId};
 use crate::clock::monotonic_ns;
 use crate::containment::{Call, OUTSIDE};
+use crate::copies::{Appends, Aside, Copies, append, copy};
 use crate::device::Device;
 use crate::edge::Edge;
 use crate::floats::{self, Watched};

@@ -12,7 +12,6 @@
 //! 64 channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and whole when they reach
 //! the file: of a process that was killed everything up to its last chunk, a second at most, can be read.
 mod about;
-mod again;
 mod archive;
 mod digest;
 mod file;
@@ -23,6 +22,7 @@ mod numbers;
 mod page;
 mod reader;
 mod recorder;
+mod rerun;
 mod room;
 mod shapes;
 mod shelf;
@@ -32,13 +32,13 @@ mod state;
 mod values;
 
 pub use about::{Recorded, RecordedChannel, RecordedEnd};
-pub use again::Again;
 pub use archive::{Archive, RecordedMessage};
 pub use digest::{Samples, Sums};
 pub use folder::{Folder, Sink, Space, next_beside};
 pub use reader::{Damaged, Recording, Series};
 pub use recorder::{Options, Recorder, Summary};
 pub use replay::Replaying;
+pub use rerun::Again;
 pub use shelf::{RecordingFile, opened, recordings};
 pub use span::{Span, Trace};
 

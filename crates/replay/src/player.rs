@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Runs the items of a record again, one after the other.
-use crate::ground::{Codes, Recorded};
+use crate::recorded_script::{Codes, Recorded};
 use crate::recording::Item;
 use device::{Channel, Direction};
 use kernel::{Cell, Event, Occasion, Script, SourceId, SourceKind};

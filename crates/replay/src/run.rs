@@ -68,7 +68,7 @@ impl Run {
         let runner = if others.is_empty() {
             Runner::One(Box::new(Player::new(Box::new(rtp::Code::new(probe)))))
         } else {
-            let mut other = crate::ground::Exchanged::new(rtp::Code::new(probe.clone()));
+            let mut other = crate::recorded_script::Exchanged::new(rtp::Code::new(probe.clone()));
             for (name, bytes) in others {
                 other.exchange(&name, bytes);
             }

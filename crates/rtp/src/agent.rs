@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The processor's own side: it does what it is told.
-use crate::ground::Grounds;
 use crate::heart;
 use crate::protocol::{Answer, News, Order, VERSION, frame, opened};
+use crate::script_context::Grounds;
 use crate::service::{Admitted, BlackBox, Caller, Door, Terms};
 use crate::shared::{LOOK, Shared, locked};
 use crate::silence::Silence;

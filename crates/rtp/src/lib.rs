@@ -15,13 +15,13 @@
 //! It knows no verb, no supervisor and no Python.
 mod agent;
 mod code;
-mod ground;
 mod heart;
 mod module;
 mod places;
 mod processor;
 pub mod protocol;
 mod reopening;
+mod script_context;
 mod serve;
 mod service;
 mod shared;

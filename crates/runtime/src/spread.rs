@@ -2,8 +2,8 @@
 //! Processes that span several places: conditions that no kernel can serve are served here, and the word of a process here follows the one
 //! that is remote.
 use crate::remote_sources::RemoteSources;
+use kernel::process_word::Word;
 use kernel::serving::{self, Moved, Occurrence, Server};
-use kernel::word::Word;
 use kernel::{Event, Home, Op, Process, Reaction, Script, SourceId};
 use std::sync::Arc;
 

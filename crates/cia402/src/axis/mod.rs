@@ -8,8 +8,8 @@
 //! | [`Homes`], [`Asked`] | homing: what the service asks of the cycle, and how it waits |
 //! | [`Shared`], [`Reach`] | services beside the cycle: objects, faults, homing |
 //! | [`held`] | objects that are not written while an emergency stop is latched |
-mod asked;
 mod channels;
+mod homing;
 mod moved;
 mod options;
 #[cfg(test)]
@@ -17,8 +17,8 @@ mod overtaken;
 mod services;
 mod stopped;
 
-pub use asked::{Asked, Begun, HOME, Homes};
 pub use channels::part;
+pub use homing::{Asked, Begun, HOME, Homes};
 pub use moved::{Axis, Measured};
 pub use options::{AxisOptions, Commanded, FIELDS, IDENTITY, Unit, check, unknown};
 pub use services::{AXIS, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, entry, is_told_of_stops};

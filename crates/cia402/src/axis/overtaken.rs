@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A homing that a stop overtakes: its drive takes its time for the objects that it is sent, and the stop comes meanwhile.
-use super::asked::Asked;
+use super::homing::Asked;
 use super::services::{Reach, Shared};
 use crate::commander::{Commander, Scale};
 use crate::homing::Homed;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Services of a driver of axes, beside its cycle: objects of its drives, faults, homing.
-use super::asked::Homes;
+use super::homing::Homes;
 use super::stopped::held;
 use crate::commander::Scale;
 use crate::objects::Entry;

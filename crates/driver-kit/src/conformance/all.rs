@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Every check that runs in the process of the driver.
 use super::check::Check;
-use super::{channels, cost, declaration, driven, exchange, life, options, promises, rest, services};
+use super::{channels, cost, declaration, driven, exchange, life, options, promises, safe_state, services};
 
 /// In their order.
 pub(super) fn checks() -> Vec<&'static Check> {
@@ -15,7 +15,7 @@ pub(super) fn checks() -> Vec<&'static Check> {
         exchange::CHECKS,
         driven::CHECKS,
         cost::CHECKS,
-        rest::CHECKS,
+        safe_state::CHECKS,
     ];
     groups.into_iter().flatten().collect()
 }

@@ -4,7 +4,7 @@ use super::check::{Passed, Tried};
 use super::orders::{LIMIT, LINK, tell};
 use super::phases::{PHASES, Phase};
 use super::report::{Outcome, Verdict};
-use super::rest::write;
+use super::safe_state::write;
 use super::settings::Settings;
 use device::SafeHandle;
 use process_kit::{Launch, UnixLink};

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Loading a file of drivers. It is never unloaded: a driver stays known for the life of its process, and what it declares with it.
 use super::abi::{self, ABI, Driver, Module, SYMBOL};
-use super::declared::Foreign;
-use super::words;
+use super::c_declaration;
+use super::loaded_driver::Foreign;
 use device::{Declaration, DriverError};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use std::collections::BTreeMap;
@@ -77,7 +77,7 @@ fn declaration(driver: *const Driver) -> Result<&'static Declaration, String> {
     };
     // SAFETY: texts of a library that stays.
     let name = unsafe { abi::text(driver.name) };
-    let words = words::read(driver).map_err(|what| format!("driver '{name}': {what}"))?;
+    let words = c_declaration::read(driver).map_err(|what| format!("driver '{name}': {what}"))?;
     for (function, is_there) in [("make", driver.make.is_some()), ("read", driver.read.is_some() || driver.write.is_some())] {
         if !is_there {
             return Err(format!("driver '{name}' has no function {name}_{function}"));

@@ -15,12 +15,12 @@
 #[doc(hidden)]
 #[path = "../../../../python/opengpac/drivers/rust/abi.rs"]
 pub mod abi;
-mod declared;
+mod c_declaration;
 mod driver;
 mod host;
 mod instance;
 mod load;
+mod loaded_driver;
 mod services;
-mod words;
 
 pub(crate) use load::load;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver of a plant that runs in a process of its own.
-use super::asking::{ask_with, ask_within};
+use super::plant_link::{ask_with, ask_within};
+use super::plant_messages::{Answer, Ask, age_of};
 use super::region::{Region, Shape, Shared};
 use super::services::Asked;
-use super::words::{Answer, Ask, age_of};
 use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services, Slot, Told};
 use interconnect::{TripleReader, TripleWriter};
 use process_kit::{Child, UnixLink, connect, now_ns};

@@ -10,22 +10,23 @@
 //! its next step on, until a driver opens it again.
 //!
 //! Time runs as it does on the wall; under the virtual clock the driver runs in place.
-mod asking;
 mod driver;
+mod plant_link;
+mod plant_messages;
 mod python;
 mod region;
 mod serve;
 mod services;
 mod starting;
-mod words;
 
+pub use plant_messages::PlantState;
 pub(crate) use python::DRIVER as PYTHON;
 pub(crate) use serve::run;
-pub use words::PlantState;
 
-use asking::{SOCKET, ask, place};
 use device::{Declaration, DriverError, Found, Geometry, Given, Kind, Opened, OptionWord, Reach, SafeBy, SafeState};
 use driver::Bounds;
+use plant_link::{SOCKET, ask, place};
+use plant_messages::{Answer, Ask, Described, Made};
 use process_kit::{connect, is_abandoned, run_folder};
 use serde::Deserialize;
 use serde_json::Value;
@@ -33,7 +34,6 @@ use starting::opened;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
-use words::{Answer, Ask, Described, Made};
 
 const LINGER_NS: i64 = 10_000_000_000;
 const SILENT_NS: i64 = 500_000_000;

@@ -2,8 +2,8 @@
 //! A driver in Python, in a process of its own. What runs there is the driver [`OBJECT`], which the program that embeds Python registers; the process, its
 //! memory and its life are those of a plant, but that it ends with its commander, its outputs safe.
 use super::driver::Bounds;
+use super::plant_messages::Made;
 use super::starting::opened;
-use super::words::Made;
 use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, Reach, SafeBy, SafeState, interpreter};
 use serde::Deserialize;
 use serde_json::Value;

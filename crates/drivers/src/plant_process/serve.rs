@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plant process: one thread that makes steps at its own pace and, between two of them, hears who talks to it.
-use super::asking::{ANSWER, LINK, SERVICES, place};
+use super::plant_link::{ANSWER, LINK, SERVICES, place};
+use super::plant_messages::{Answer, Ask, ChannelText, Described, Made, PlantState, age_of};
 use super::region::{Region, Shape, Shared};
-use super::words::{Answer, Ask, ChannelText, Described, Made, PlantState, age_of};
 use device::{Driver, Slot};
 use interconnect::{Closed, TripleReader, TripleWriter};
 use process_kit::{Listener, UnixLink, inherited, now_ns};

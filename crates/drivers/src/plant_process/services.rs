@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The services of a driver that runs in a process of its own, over a link of their own.
-use super::words::{Answer, Ask};
+use super::plant_messages::{Answer, Ask};
 use device::{DeviceError, ServiceWord, Services, under_a_stop};
 use process_kit::UnixLink;
 use serde_json::Value;

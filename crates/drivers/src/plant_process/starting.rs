@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver of a plant, over the process that runs it.
-use super::asking::{LINK, SERVICES, ask};
 use super::driver;
-use super::words::{Answer, Ask, Described, Made};
+use super::plant_link::{LINK, SERVICES, ask};
+use super::plant_messages::{Answer, Ask, Described, Made};
 use device::{DriverError, Given, Opened, Told};
 use process_kit::{Child, Launch, UnixLink, connect};
 use std::ffi::OsString;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! C and C++ sources, which are built into a shared object first.
 pub(crate) mod build;
+mod c_words;
 mod diagnosis;
 pub mod fused;
 mod text;
-mod words;
 
 pub use build::{BuildError, BuildOptions, build, compiler, write_header};
-pub(crate) use words::is_taken_in_c;
-pub use words::is_word_of_c;
+pub(crate) use c_words::is_taken_in_c;
+pub use c_words::is_word_of_c;
 
 use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
 use crate::error::LoadError;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Receives the messages of a remote processor, until it is lost.
 use super::{LOOK, Processor, Wire};
-use crate::ground::unconnected;
 use crate::protocol::{Beat, News, opened};
+use crate::script_context::unconnected;
 use crate::shared::locked;
 use crate::silence::Silence;
 use interconnect::Link;

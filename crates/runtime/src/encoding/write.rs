@@ -2,7 +2,7 @@
 //! The writing side: objects get their numbers.
 use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
 use kernel::QueueMember;
-use kernel::aside::Aside;
+use kernel::copies::Aside;
 use kernel::{Activation, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Response, RowsEnd, Script, Table};
 use std::collections::{HashMap, HashSet};
 use std::mem;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Finding and asking a plant: its socket by its name, one answer to one question.
-use super::words::{Answer, Ask};
+use super::plant_messages::{Answer, Ask};
 use process_kit::{UnixLink, run_folder};
 use std::os::fd::OwnedFd;
 use std::path::PathBuf;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A declaration that was loaded: it makes drivers and looks for devices.
 use super::abi;
+use super::c_declaration::Words;
 use super::driver;
 use super::host::{Host, filled};
 use super::instance::Instance;
 use super::services::Calls;
-use super::words::Words;
 use device::{Counters, Declaration, DriverError, Found, Given, Loaded, Opened};
 use std::sync::Arc;
 

@@ -4,8 +4,8 @@
 use crate::counters::CounterWord;
 use crate::declaration::Declaration;
 use crate::manual::{CounterAbout, OptionAbout, ServiceAbout};
+use crate::option_word::{Kind, OptionWord};
 use crate::services::ServiceWord;
-use crate::words::{Kind, OptionWord};
 use serde::Deserialize;
 use serde_json::Value;
 use std::sync::{Mutex, PoisonError};
