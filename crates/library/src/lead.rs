@@ -5,6 +5,9 @@
 //! has a fault. Its last set-point says how fast it moved and how that changed. From that state the servo makes set-points itself, at the pace
 //! at which they came, until they rest: within the acceleration and jerk of the joint. They are part of one function with those that came
 //! before, so the reference has no step. A set-point that says nothing about its speed is a place to be at: there the reference rests.
+//!
+//! After a gap that is longer than allowed the servo brakes from the present position of the joint and passes over the set-points of motions
+//! from before the gap. When the joint rests, a motion that begins from there is followed at once, any other set-point only after a while.
 use crate::online::{State, towards};
 use crate::profile::Limits;
 use crate::reference::Led;
@@ -43,6 +46,17 @@ pub struct Lead {
     left: u32,
     /// Time at which the servo formed the set-point `now` itself.
     braked_ns: Option<i64>,
+    /// Set where it leads itself because of a gap.
+    alone: Option<Alone>,
+}
+
+/// A servo that leads itself because too much time was lost.
+#[derive(Clone, Copy, Debug)]
+struct Alone {
+    lost_s: f64,
+    /// Time for which it has rested.
+    rested_s: f64,
+    is_told: bool,
 }
 
 /// A set-point for the reference.
@@ -55,6 +69,8 @@ pub struct Next {
 
 /// Cycles by whose change of speed a declared speed may differ from the reference's, which lags one and a half cycles behind.
 const LAG: f64 = 3.0;
+/// Time for which a joint that came to rest after a gap passes over set-points that lead elsewhere, s: what stored them ends meanwhile.
+const REST_S: f64 = 0.5;
 
 impl Lead {
     /// Begins with the set-point that is stored, which is a place to be at.
@@ -72,17 +88,71 @@ impl Lead {
     /// reference moves at `velocity`.
     pub fn next(&mut self, led: &Led, interpolation: u32, cycle_s: f64, velocity: f64, now_ns: i64) -> Next {
         let mut is_return = false;
-        if led.setpoint != self.seen || led.time_ns != self.seen_ns {
-            let span_s = f64::from(interpolation) * cycle_s;
+        let span_s = f64::from(interpolation) * cycle_s;
+        let is_new = led.setpoint != self.seen || led.time_ns != self.seen_ns;
+        if is_new && self.passes_over(led, span_s) {
+            // Passed over. What the servo leads to stays the newer of the two.
+            (self.seen, self.seen_ns) = (led.setpoint, led.time_ns);
+            self.braked_ns = Some(now_ns.max(led.time_ns.saturating_add(1)));
+        } else if is_new {
+            self.alone = None;
             is_return = self.braked_ns.is_some();
             self.now = declared(led, velocity, LAG * span_s * led.acceleration_max, led.time_ns != self.seen_ns);
             (self.seen, self.seen_ns, self.left, self.braked_ns) = (led.setpoint, led.time_ns, interpolation, None);
-        } else if self.left == 0 && !self.now.is_at_rest() {
-            self.brake(led, f64::from(interpolation) * cycle_s);
-            (self.left, self.braked_ns) = (interpolation, Some(now_ns));
+        }
+        if self.left == 0 && !self.now.is_at_rest() {
+            self.brake(led, span_s);
+            (self.left, self.braked_ns) = (interpolation, Some(now_ns.max(self.seen_ns.saturating_add(1))));
+        } else if self.left == 0
+            && let Some(alone) = &mut self.alone
+        {
+            alone.rested_s += cycle_s;
         }
         self.left = self.left.saturating_sub(1);
         Next { position: self.now.position, is_return }
+    }
+
+    /// Begins to lead itself from a state, because `lost_s` was lost: it brakes from there.
+    pub fn leave(&mut self, led: &Led, from: State, interpolation: u32, lost_s: f64, now_ns: i64) {
+        *self = Lead {
+            seen: led.setpoint,
+            seen_ns: led.time_ns,
+            now: from,
+            left: interpolation,
+            braked_ns: Some(now_ns.max(led.time_ns.saturating_add(1))),
+            alone: Some(Alone { lost_s, rested_s: 0.0, is_told: false }),
+        };
+    }
+
+    /// Returns true if it leads to a place to rest at.
+    pub fn is_at_rest(&self) -> bool {
+        self.now.is_at_rest()
+    }
+
+    /// Returns true if it leads itself because of a gap.
+    pub fn is_alone(&self) -> bool {
+        self.alone.is_some()
+    }
+
+    /// Returns the time that was lost, s, once: as soon as it rests after the gap and the joint stands still, or does not come to that.
+    pub fn rested(&mut self, stands_still: bool) -> Option<f64> {
+        let is_due = |alone: &&mut Alone| alone.rested_s > 0.0 && (stands_still || alone.rested_s >= REST_S) && !alone.is_told;
+        let alone = self.alone.as_mut().filter(is_due)?;
+        alone.is_told = true;
+        Some(alone.lost_s)
+    }
+
+    /// Returns true if a set-point is not followed, because it may be that of a motion from before the gap: until the joint has rested, and for
+    /// a while then if it leads elsewhere.
+    fn passes_over(&self, led: &Led, span_s: f64) -> bool {
+        self.alone.is_some_and(|alone| alone.rested_s < REST_S && !(alone.is_told && self.is_near(led, span_s)))
+    }
+
+    /// Returns true if a set-point continues the servo's own: it lies on the way of the next `span_s`, or as near as the acceleration allows.
+    fn is_near(&self, led: &Led, span_s: f64) -> bool {
+        let (from, to) = (self.now.position, self.now.position + self.now.velocity * span_s);
+        let room = led.acceleration_max * span_s * span_s;
+        (from.min(to) - room..=from.max(to) + room).contains(&led.setpoint)
     }
 
     /// Returns the state from which a motion that takes over begins.
@@ -132,6 +202,7 @@ mod tests {
             speed_max: 3.0,
             acceleration_max: 5.0,
             jerk_max: 50.0,
+            ..Led::default()
         }
     }
 
@@ -185,5 +256,27 @@ mod tests {
         assert!((lead.braking().distance - (end - 0.2)).abs() < 1e-15);
         assert_eq!(lead.next(&led(0.6, 0.0, 0.0, 1), 20, 1e-3, 0.0, 10), Next { position: 0.6, is_return: true });
         assert_eq!(lead.braking(), Braking::default());
+    }
+
+    #[test]
+    fn after_a_gap_it_passes_over_setpoints_that_lead_elsewhere_until_it_has_rested() {
+        let mut lead = Lead::default();
+        lead.begin(&led(0.0, 0.3, 0.0, 1));
+        lead.leave(&led(0.0, 0.3, 0.0, 1), State { position: 0.4, velocity: 0.3, acceleration: 0.0 }, 20, 0.7, 1_000);
+        let mut told = Vec::new();
+        for k in 0..300i64 {
+            let others = led(1e-3 * k as f64, 0.3, 0.0, 1_000 + k);
+            assert!(lead.next(&others, 20, 1e-3, 0.3, 1_000 + k).position > 0.399, "it goes on from where the joint was");
+            let braking = lead.braking();
+            assert!(braking.time_ns > others.time_ns && braking.distance + others.setpoint > 0.399, "a motion that begins takes over from the servo");
+            told.extend(lead.rested(k > 250));
+        }
+        assert_eq!(told, [0.7], "once, when the joint stands still");
+        let near = led(lead.now.position + 1e-3, 0.05, 0.0, 2_000);
+        assert_eq!(lead.next(&near, 20, 1e-3, 0.0, 2_001), Next { position: near.setpoint, is_return: true }, "a motion that begins there leads");
+        lead.leave(&near, State { position: 0.4, ..State::default() }, 20, 0.7, 3_000);
+        let far = |k: i64| led(0.1, 0.0, 0.0, 3_000 + k);
+        assert!((0..500).all(|k| lead.next(&far(k), 20, 1e-3, 0.0, 3_000 + k).position == 0.4));
+        assert_eq!((500..600).map(|k| lead.next(&far(k), 20, 1e-3, 0.0, 3_000 + k).position).last(), Some(0.1), "what goes on for so long leads again");
     }
 }

@@ -5,9 +5,9 @@
 //! `interpolation` 20, a new set-point is reached after 20 invocations, in equal steps, and the step gives the rate at which it moves
 //! (the *interpolated position mode* of drives). It costs that many invocations of delay.
 
-use crate::lead::{Braking, Lead};
-use crate::span::{Passed, Span};
-use opengpac::Invocation;
+mod approach;
+
+pub use approach::{Approach, Led};
 
 /// Position and speed of a reference, and its way to a goal.
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,105 +79,6 @@ struct CatchingUp {
     speed: f64,
     /// Invocations that were lost and that the next set-point has gone on for.
     lost: f64,
-}
-
-/// The reference of a joint: its set-points, smoothed, within its range and its maximum speed, wherever its zero is found to be.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Approach {
-    spline: Spline,
-    lead: Lead,
-    offset_before: f64,
-    span: Span,
-    gap: Gap,
-}
-
-/// The last gap, for as long after it as it was: an error that is found then is one of that gap.
-#[derive(Clone, Copy, Debug, Default)]
-struct Gap {
-    lost_s: f64,
-    left_s: f64,
-}
-
-/// Inputs of a reference in one invocation.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Led {
-    pub setpoint: f64,
-    /// Speed and acceleration of the set-point, and the time at which it was stored, ns; 0 if it declares none.
-    pub velocity: f64,
-    pub acceleration: f64,
-    pub time_ns: i64,
-    /// Position of the joint.
-    pub position: f64,
-    /// Addition to its readings.
-    pub offset: f64,
-    /// None where its zero is not known: then its numbers mean nothing.
-    pub range: Option<(f64, f64)>,
-    pub speed_max: f64,
-    /// Maximum acceleration while it catches up after lost time, or brakes because set-points no longer come.
-    pub acceleration_max: f64,
-    /// Maximum jerk while it brakes.
-    pub jerk_max: f64,
-}
-
-/// Result of one approach of a reference.
-#[derive(Clone, Copy, Debug)]
-pub struct Approached {
-    pub reference: f64,
-    /// Per second; 0 without interpolation.
-    pub velocity: f64,
-    /// A bound held it back.
-    pub limited: bool,
-    /// Time of one cycle, s; 0 in the first.
-    pub span_s: f64,
-    /// Time lost in a gap that is no longer ago than it was long, s; 0 if there was none.
-    pub lost_s: f64,
-    /// Distance and motion beyond the last set-point, if the servo brakes because no new one came in its time.
-    pub braking: Braking,
-}
-
-impl Approach {
-    /// Advances by one cycle, whatever time was lost before. In the first invocation it begins where the joint is, whatever is commanded. `interpolation` says over how many
-    /// invocations a new set-point is approached, of the time between two of them.
-    pub fn advance(&mut self, invocation: &Invocation, led: Led, interpolation: impl FnOnce(f64) -> u32) -> Approached {
-        let first = !self.span.begun();
-        let passed = self.span.pass(invocation);
-        let span_s = passed.used_s();
-        if passed.is_gap() {
-            self.spline.catch_up((passed.lost_ns / passed.cycle_ns.max(1)) as f64);
-        }
-        if first {
-            self.spline = Spline::at(led.position);
-            self.lead.begin(&led);
-        } else if led.offset != self.offset_before {
-            self.spline.shift(led.offset - self.offset_before);
-            self.lead.shift(led.offset - self.offset_before, &led);
-        }
-        self.offset_before = led.offset;
-        let (position_min, position_max) = led.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        let bounds = Bounds { position_min, position_max, step_max: led.speed_max * span_s, change_max: led.acceleration_max * span_s * span_s };
-        let interpolation = interpolation(span_s);
-        let velocity = if span_s > 0.0 { self.spline.speed / span_s } else { 0.0 };
-        let next = self.lead.next(&led, interpolation, passed.cycle_s(), velocity, invocation.now_ns);
-        if next.is_return {
-            self.spline.wary = WARY;
-        }
-        let (reference, step, limited) = self.spline.advance(next.position, interpolation, bounds);
-        let moving = interpolation > 1 && span_s > 0.0;
-        let lost_s = self.gap.pass(passed);
-        Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, lost_s, braking: self.lead.braking() }
-    }
-}
-
-impl Gap {
-    /// Lets a cycle pass. Returns the time lost in the last gap, s; 0 if that is longer ago than it was long.
-    fn pass(&mut self, passed: Passed) -> f64 {
-        if passed.is_gap() {
-            *self = Gap { lost_s: passed.lost_s(), left_s: passed.lost_s() };
-        } else if self.left_s > 0.0 {
-            self.left_s -= passed.used_s();
-        }
-        if self.left_s > 0.0 { self.lost_s } else { 0.0 }
-    }
 }
 
 impl CatchingUp {
@@ -365,68 +266,6 @@ mod tests {
         spline.shift(-0.25);
         assert_eq!(spline.advance(0.75, 20, WIDE), (0.75, 0.0, false));
         assert_eq!(spline.advance(1.0, 1, WIDE).0, 1.0, "without interpolation it is the set-point");
-    }
-
-    /// A servo at 1 ms that stands still from `at` for `lost` ms, while its set-points go on at 0.3 rad/s and end at 0.6 rad: maximum speed, acceleration, and the end.
-    fn stalled(at: u64, lost: u64) -> (f64, f64, f64) {
-        let mut approach = Approach::default();
-        let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
-        for k in 0..8000u64 {
-            let number = if k > at { k + lost } else { k };
-            // Every 20 ms: 0.6 s at 0.5 rad/s² up to 0.3 rad/s, and the same at the end.
-            let t = (number / 20 * 20) as f64 * 1e-3;
-            let setpoint = if t < 0.6 {
-                0.25 * t * t
-            } else if t < 2.0 {
-                0.09 + 0.3 * (t - 0.6)
-            } else {
-                0.6 - 0.25 * (2.6 - t.min(2.6)).powi(2)
-            };
-            let led = Led { setpoint, range: None, speed_max: 3.0, acceleration_max: 5.0, ..Led::default() };
-            let now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 20).reference;
-            let speed = (now - before) / 1e-3;
-            (fastest, hardest) = (fastest.max(speed), hardest.max((speed - rate).abs() / 1e-3));
-            (before, rate) = (now, speed);
-        }
-        (fastest, hardest, before)
-    }
-
-    #[test]
-    fn a_servo_that_stood_still_catches_up_at_the_speed_asked_for() {
-        for lost in [0, 5, 17, 50, 100, 300, 1000, 3000] {
-            for at in [30, 200, 700, 1210, 1900, 2300] {
-                let (fastest, hardest, end) = stalled(at, lost);
-                assert!(fastest <= 0.3 * (1.0 + 1e-6), "{fastest} rad/s after {lost} ms at {at} ms");
-                assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s² after {lost} ms at {at} ms");
-                assert!((end - 0.6).abs() < 1e-9, "{end} rad after {lost} ms at {at} ms");
-            }
-        }
-    }
-
-    #[test]
-    fn lost_time_is_told_for_as_long_as_it_was() {
-        let mut approach = Approach::default();
-        let mut at = |number: u64| {
-            let invocation = Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 };
-            approach.advance(&invocation, Led { speed_max: 3.0, acceleration_max: 5.0, ..Led::default() }, |_| 20).lost_s
-        };
-        assert_eq!((at(0), at(1), at(3)), (0.0, 0.0, 0.0), "a cycle too late is no gap");
-        let told: Vec<f64> = (54..110).map(&mut at).collect();
-        let (during, after) = told.split_at(50);
-        assert!(during.iter().all(|lost| (lost - 0.05).abs() < 1e-12), "{during:?}");
-        assert!(after[1..].iter().all(|lost| *lost == 0.0), "{after:?}");
-    }
-
-    #[test]
-    fn a_servo_that_is_always_a_little_late_follows_as_before() {
-        let mut approach = Approach::default();
-        let mut now = 0.0;
-        for k in 0..2000u64 {
-            let number = 2 * k;
-            let led = Led { setpoint: (number / 20) as f64 * 0.006, speed_max: 3.0, acceleration_max: 5.0, ..Led::default() };
-            now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 10).reference;
-        }
-        assert!((now - 0.3 * 3.97).abs() < 0.01, "{now}");
     }
 
     #[test]

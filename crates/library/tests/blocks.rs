@@ -56,13 +56,13 @@ fn the_names_of_the_interface_stay() {
         ),
         (
             "joint_servo",
-            "setpoint setpoint_velocity setpoint_acceleration setpoint_time position velocity bias offset homed effort error reference reference_velocity limited braking lost error_max kp ki kd limit interpolation position_min \
-             position_max speed_max acceleration_max jerk_max needs_home ripple_max following_error unstable",
+            "setpoint setpoint_velocity setpoint_acceleration setpoint_time position velocity bias offset homed effort reference reference_velocity limited braking lost error_max kp ki kd limit interpolation position_min \
+             position_max speed_max acceleration_max jerk_max needs_home ripple_max following_error unstable gap",
         ),
         (
             "joint_reference",
-            "setpoint setpoint_velocity setpoint_acceleration setpoint_time position offset homed goal error reference reference_velocity limited braking lost error_max period position_min position_max speed_max acceleration_max jerk_max \
-             needs_home following_error",
+            "setpoint setpoint_velocity setpoint_acceleration setpoint_time position velocity offset homed goal error reference reference_velocity limited braking lost error_max period position_min position_max speed_max acceleration_max jerk_max \
+             needs_home following_error gap",
         ),
         (
             "motion_generator",

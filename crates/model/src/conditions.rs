@@ -35,6 +35,8 @@ pub enum SystemCondition {
     Late,
     /// Nothing has come from another source for too long.
     LinkLost,
+    /// A joint that it uses has lost more time at once than it may.
+    TimeLost,
 }
 
 impl SystemCondition {
@@ -53,6 +55,7 @@ impl SystemCondition {
             Self::Overrun => "overrun",
             Self::Late => "late",
             Self::LinkLost => "link_lost",
+            Self::TimeLost => "time_lost",
         }
     }
 }
@@ -82,9 +85,14 @@ pub const ENDS: [&str; 6] = [
     SystemCondition::ProcessorLost.name(),
 ];
 
-/// Conditions that come where a start declares a limit.
-pub const LIMITS: [&str; 4] =
-    [SystemCondition::TimeLimit.name(), SystemCondition::Overrun.name(), SystemCondition::Late.name(), SystemCondition::LinkLost.name()];
+/// Conditions that come where a start, or a joint, declares a limit.
+pub const LIMITS: [&str; 5] = [
+    SystemCondition::TimeLimit.name(),
+    SystemCondition::Overrun.name(),
+    SystemCondition::Late.name(),
+    SystemCondition::LinkLost.name(),
+    SystemCondition::TimeLost.name(),
+];
 
 /// A termination condition with τ.
 #[derive(Clone, Debug)]

@@ -80,7 +80,7 @@ pub(crate) struct LogicalRecord {
     pub state: DeviceState,
     /// (SVV that is set, SVV it is set from) when it is enabled.
     pub copies: Vec<(String, String)>,
-    /// Most time that may be lost at once while it moves, s: its parameter `max_gap` when it was enabled.
+    /// Most time that may be lost at once while it moves, s: its parameter `max_gap`.
     pub gap_max_s: Option<f64>,
 }
 

@@ -13,7 +13,7 @@ from ..errors import Terminated
 from ..groups import Group
 from ..parameters import each, input
 from ..reports import Report
-from ..robots.generators import PERIOD, TimeLost, Values, brake, handed, slowing, suspended
+from ..robots.generators import PERIOD, TimeLost, Values, brake, gaps, handed, slowing, suspended
 from ..robots.joints import Joint
 from ..svvs import SVV
 
@@ -85,7 +85,7 @@ _MOVES = ("seek", "back", "creep", "brake")
         "position": _POSITION,
         "arm.max_acceleration": [f"{label}.acceleration" for label in _MOVES],
         "arm.max_jerk": [f"{label}.jerk" for label in _MOVES],
-        "arm.max_gap": [f"{label}.gap_max" for label in _MOVES],
+        **gaps(*(f"{label}.gap_max" for label in _MOVES)),
     },
     output_values={"shift": "set.shift"},
     command_lists={

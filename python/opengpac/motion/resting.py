@@ -12,7 +12,7 @@ from typing import Any
 from .. import library as lib
 from ..commands import Command, activate, execute
 from ..conditions import on
-from ..robots.generators import PERIOD, TimeLost, handed, slowing
+from ..robots.generators import PERIOD, TimeLost, gaps, handed, slowing
 from ..robots.motion import MotionTimeout
 
 ENDS: dict[str, Any] = {"near": lib.block("in_position"), "hold": lib.block("flag")}
@@ -28,10 +28,10 @@ FOLLOWED: dict[str, str | list[str]] = {
 }
 """χ of a motion that is planned whole and then followed: where it begins, where it leads, and how fast its time passes."""
 
-BOUNDS: dict[str, str | list[str]] = {
+BOUNDS: dict[str, Any] = {
     "arm.max_acceleration": ["planner.acceleration_max", "generator.acceleration_max"],
     "arm.max_jerk": "generator.jerk_max",
-    "arm.max_gap": "generator.gap_max",
+    **gaps("generator.gap_max"),
     "arm.position_min": "planner.position_min",
     "arm.position_max": "planner.position_max",
 }

@@ -30,7 +30,8 @@ HOMED = required(NotHomed, when="arm.needs_home", remedy="find its zero first: g
 
 
 class TimeLost(Terminated):
-    """More time was lost at once than the joints' `max_gap`: releases were skipped. The joints have come to rest where they were.
+    """More time was lost at once than the joints' `max_gap`: releases were skipped. The joints have come to rest
+    from where they were by then.
 
     `value` is the time that was lost, s.
     """
@@ -78,15 +79,18 @@ def bound(*generators: str, overridden: Sequence[str] = (), velocity: Mapping[st
     return found
 
 
-def limited(*generators: str) -> dict[str, list[str]]:
+def limited(*generators: str) -> dict[str, Any]:
     """ψ of generators: the jerk and the range of the joints, and how much time may be lost."""
-    ports = {
-        "arm.max_jerk": "jerk",
-        "arm.position_min": "position_min",
-        "arm.position_max": "position_max",
-        "arm.max_gap": "gap_max",
+    ports = {"arm.max_jerk": "jerk", "arm.position_min": "position_min", "arm.position_max": "position_max"}
+    return {
+        **{parameter: [f"{label}.{port}" for label in generators] for parameter, port in ports.items()},
+        **gaps(*(f"{label}.gap_max" for label in generators)),
     }
-    return {parameter: [f"{label}.{port}" for label in generators] for parameter, port in ports.items()}
+
+
+def gaps(*ports: str) -> dict[str, Any]:
+    """ψ of the time that may be lost at once: what is changed counts at once."""
+    return {"arm.max_gap": input(list(ports), tunable=True)}
 
 
 def share(targets: str | list[str], most: str) -> Any:

@@ -17,7 +17,7 @@ from ..svvs import SVV
 from ..system import System
 from ..verbs import Verb
 from .drives import JOG_SPEED, MAX_RIPPLE, suited
-from .servos import HISTORY, joint_servo
+from .servos import HISTORY, MAX_GAP, joint_servo
 
 _logger = logging.getLogger("opengpac")
 
@@ -34,8 +34,9 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     belong to the last set-point: a motion that takes over goes on from there. If no motion leads a joint that moves, its servo
     brakes it within `max_acceleration` and `max_jerk`, beyond `commanded`, and the next motion begins there: `braking` is by how far, how
     fast, how that changes, and since when (ns); all 0 where set-points lead. Where more than `max_gap` is lost at once, because
-    releases were skipped, a motion comes to rest. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is
-    that of the whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
+    releases were skipped, the joint comes to rest from where it is by then, stays enabled, and what used it ends as `TimeLost`. `override`
+    (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that of the whole cell. A joint with
+    `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
 
     `Joint("lift", drive=line["lift"])` is a joint by itself. What the driver says of the part holds unless the program says otherwise: its
     unit, range, speed, effort and gains, and the source that exchanges with it. A part that takes positions (axes on EtherCAT, serial
@@ -68,7 +69,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     jog_speed: float = parameter(JOG_SPEED, unit="rad/s", within="(0, inf)")
     max_acceleration: float = parameter(5.0, unit="rad/s^2", within="(0, inf)")
     max_jerk: float = parameter(50.0, unit="rad/s^3", within="(0, inf)")
-    max_gap: float = parameter(0.5, unit="s", within="(0, inf)")
+    max_gap: float = parameter(MAX_GAP, unit="s", tunable=True, within="(0, inf)")
     max_effort: float = parameter(150.0, unit="N.m", within="[0, inf)")
     max_following_error: float = parameter(0.1, unit="rad", within="[0, inf)")
     unstable_from: float = parameter(5.0, unit="Hz", within="[0, inf)")

@@ -35,6 +35,9 @@ class ServoUnstable(Terminated):
 SERVO_PERIOD = "1 ms"
 """How often the servo runs."""
 
+MAX_GAP = 0.5
+"""Time that may be lost at once, s: beyond it a joint that moves is braked from where it is by then."""
+
 HISTORY = 10_000
 """How many values of `sensed`, `commanded` and `reference` are kept: ten seconds of the servo."""
 
@@ -115,6 +118,7 @@ joint_servo = Verb(
         "max_following_error": "servo.following_error",
         "unstable_from": input("servo.unstable", default=5.0),
         "max_ripple": input("servo.ripple_max", default=0.0),
+        "max_gap": input("servo.gap", default=MAX_GAP, tunable=True),
     },
     command_lists={
         "start": [
@@ -200,7 +204,7 @@ joint_follower = Verb(
         "drive.position": "position.read.channel",
         "drive.velocity": "speed.channel",
         "drive.goal": "write.channel",
-        **_kept("follow", "speed.y"),
+        **_kept("follow", ["speed.y", "follow.velocity"]),
     },
     cells={"goal": ["follow.goal", "write.u"]},
     input_parameters={
@@ -211,6 +215,7 @@ joint_follower = Verb(
         "position_max": "follow.position_max",
         "needs_home": "follow.needs_home",
         "max_following_error": "follow.following_error",
+        "max_gap": input("follow.gap", default=MAX_GAP, tunable=True),
     },
     command_lists={
         "start": [

@@ -68,7 +68,7 @@ def test_a_sliding_joint_speaks_of_metres(cell: gpac.System) -> None:
     assert re.search(r"is 0\.05\d* m from where .* max_following_error is 0\.05 m; its servo's effort is 0 of max_effort 150 N \(", said)
 
 
-def test_time_that_was_lost_is_named(cell: gpac.System) -> None:
+def test_a_joint_that_strayed_in_a_gap_that_is_allowed_is_brought_to_rest_too(cell: gpac.System) -> None:
     """The plant goes on under its last effort while the servo stands still."""
     rtp = cell.processor("rtp0")
     axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 300)
@@ -76,40 +76,49 @@ def test_time_that_was_lost_is_named(cell: gpac.System) -> None:
     cell.advance("700 ms")
     keep()
     cell.advance("1 s")
-    with pytest.raises(gpac.Terminated, match=r"; 0\.(29\d|3)\d* s had been lost at once just before.*: find what delayed the servo"):
+    words = r"0\.(29\d|3)\d* s were lost at once, and 'axes\.[xy]' moved on by more than max_following_error"
+    with pytest.raises(gpac.motion.TimeLost, match=words):
         moving.wait()
+    assert {joint.state for joint in axes} == {"standstill"}
 
 
-def test_a_gap_beyond_its_bound_is_the_end_of_the_motion_wherever_the_joint_went_meanwhile(cell: gpac.System) -> None:
+def test_a_joint_that_cannot_be_held_after_a_gap_is_made_safe_and_the_motion_has_lost_time(cell: gpac.System) -> None:
+    """Its drive takes no effort that changes faster than it may, so it slows down far less than its reference."""
     rtp = cell.processor("rtp0")
-    axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 700)
-    moving = gpac.motion.move_velocity.asynch(axes, 0.3, time_limit="3 s")
-    cell.advance("700 ms")
+    fast = rtp.timer("fast", period="1 ms", priority=80)
+    rtp.timer("slow", period="20 ms", priority=60)
+    plant = rtp.physical_device("plant", gpac.drivers.loopback("x", "y", slew=0.2), exchange=fast)
+    about: dict[str, Any] = {"max_acceleration": 4.0, "kp": 50.0, "kd": 0.0, "max_following_error": 0.05}
+    axes = gpac.Group("axes", *(gpac.robots.Joint(f"axes.{name}", drive=plant[name], on=fast, **about) for name in "xy")).enable()
+    keep = late(rtp, 700)
+    moving = gpac.motion.move_velocity.asynch(axes, 0.3, acceleration=0.1, time_limit="9 s")
+    cell.advance("4 s")
     keep()
     cell.advance("2 s")
     with pytest.raises(gpac.motion.TimeLost) as ended:
         moving.wait()
-    assert ended.value.condition == "time_lost"
     assert ended.value.value == pytest.approx(0.7, abs=0.02)
     said = str(ended.value)
-    words = r"'following_error': joint 'axes\.[xy]' is 0\.2\d* rad from where .*; 0\.(69|7)\d* s had been lost at once"
+    words = r"'following_error': joint 'axes\.[xy]' is 0\.05\d* rad from where .*; 0\.(69|7)\d* s had been lost at once"
     assert re.search(words, said), said
     assert "have come to rest" not in said
-    assert {joint.state for joint in axes} == {"fault"}
+    assert "fault" in {joint.state for joint in axes}
     assert "time_lost" not in cell.alarms and "following_error" in cell.alarms
 
 
 @pytest.mark.parametrize("max_gap", [0.2, 2.0])
 def test_the_bound_of_a_gap_is_the_joints(cell: gpac.System, max_gap: float) -> None:
     rtp = cell.processor("rtp0")
-    axes, keep = machine(cell, on=rtp, max_following_error=0.05, max_gap=max_gap), late(rtp, 700)
+    axes, keep = machine(cell, on=rtp, max_following_error=0.5, max_gap=max_gap), late(rtp, 700)
     moving = gpac.motion.move_absolute.asynch(axes, 1.0, speed=0.3)
     cell.advance("700 ms")
     keep()
-    cell.advance("2 s")
-    with pytest.raises(gpac.Terminated) as ended:
-        moving.wait()
-    assert ended.value.condition == ("time_lost" if max_gap < 0.7 else "device_lost")
+    cell.advance("5 s")
+    if max_gap > 0.7:
+        assert moving.wait().condition == "arrived"
+    else:
+        with pytest.raises(gpac.motion.TimeLost):
+            moving.wait()
 
 
 def test_a_drive_that_closes_the_loop_has_no_effort_to_tell(cell: gpac.System) -> None:

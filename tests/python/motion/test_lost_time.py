@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
-from axes import late, machine
+from axes import ACCELERATION, SPEED, late, machine
 from opengpac import activate, motion
 from opengpac.robots import Joint
 
@@ -24,6 +24,7 @@ MOTIONS: dict[str, Callable[[Axes], gpac.VerbInstance[Any]]] = {
     "robots.move": lambda axes: gpac.robots.move.asynch(axes, [0.6, 0.6], speed=ASKED),
     "gear": lambda axes: motion.gear.asynch(axes[0], axes[1].commanded, time_limit="3 s"),
 }
+
 
 @pytest.fixture(params=[50, 100, 300, 480])
 def bounded(request: pytest.FixtureRequest) -> Iterator[tuple[Axes, Callable[[], None]]]:
@@ -67,6 +68,140 @@ def test_a_gap_beyond_the_bound_brings_the_joints_to_rest_and_tells_its_length(o
         assert 1.9 < lost.value.value <= 2.0
         assert axes[0].commanded_velocity.value == 0.0
         assert axes[0].commanded.value < 0.3, "it has not gone on"
+
+
+def keeps_its_limits(joint: Joint) -> None:
+    """The reference has kept speed and acceleration in every ms but those of gaps."""
+    rows = joint.reference.history[:]
+    step, whole = np.diff(rows["value"]), np.diff(rows["number"]) == 1
+    change = np.diff(step)[whole[:-1] & whole[1:]]
+    assert np.abs(step[whole]).max() <= SPEED * 1e-3 * (1 + 1e-6)
+    assert np.abs(change).max() <= ACCELERATION * 1e-6 * (1 + 1e-6), f"{np.abs(change).max() / 1e-6} rad/s²"
+
+
+@pytest.mark.parametrize("of", MOTIONS)
+def test_a_joint_that_ran_on_in_a_gap_brakes_from_where_it_is_and_stays_enabled(of: str) -> None:
+    """The plant goes on under its last effort while its servo stands still, 0.21 rad here."""
+    with gpac.System("late", clock="virtual", seed=1) as cell:
+        rtp = cell.processor("rtp0")
+        axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 700)
+        if of == "gear":
+            motion.move_velocity.asynch(axes[1], ASKED, time_limit="3 s")
+        moving = MOTIONS[of](axes)
+        cell.advance("700 ms")
+        keep()
+        cell.advance("5 s")
+        with pytest.raises(motion.TimeLost) as ended:
+            moving.wait()
+        assert ended.value.value == pytest.approx(0.7, abs=0.03)
+        rows = axes[0].sensed.history[:]
+        gap = int(np.diff(rows["number"]).argmax())
+        assert rows["value"][gap + 1] - rows["value"][gap] > 0.15, "it ran on"
+        assert np.diff(rows["value"][gap + 1 :]).min() >= -1e-9, "it does not go back"
+        assert rows["value"][-1] - rows["value"][gap + 1] < 0.03, "and comes to rest within its limits"
+        assert {joint.state for joint in axes} == {"standstill"}
+        assert "following_error" not in cell.alarms
+        assert motion.move_absolute(axes, 0.0).condition == "arrived", "the next motion begins where they stand"
+        keeps_its_limits(axes[0])
+
+
+def test_a_joint_at_rest_that_is_where_it_was_has_lost_nothing() -> None:
+    with gpac.System("late", clock="virtual", seed=1) as cell:
+        rtp = cell.processor("rtp0")
+        axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 700)
+        cell.advance("100 ms")
+        keep()
+        cell.advance("1 s")
+        assert [list(joint.braking.value) for joint in axes] == [[0.0] * 4] * 2
+        assert motion.move_absolute(axes, 0.1).condition == "arrived"
+
+
+def a_velocity(name: str) -> Any:
+    """A verb that is no motion of the package, and has no end for lost time."""
+    return gpac.Verb(
+        name,
+        blocks={"go": gpac.library.velocity_generator},
+        objects={"arm": gpac.each(Joint)},
+        instantiation_parameters={"arm.commanded": ["go.start", "go.setpoint"]},
+        input_parameters={"velocity": "go.velocity"},
+        command_lists={"start": [activate("go", every="20 ms")]},
+    )
+
+
+def chain(axes: Axes, on: Any) -> Any:
+    parts = {"a": motion.move_relative, "b": a_velocity("b")}
+    verb = gpac.compose("chain", parts, transitions={("a", None): "b"}, rename={"a.speed": "pace"})
+    return verb.on(on).asynch(axes, goal=[0.05, 0.05], pace=ASKED, velocity=[ASKED, ASKED])
+
+
+def loop(axes: Axes, on: Any) -> Any:
+    parts = {"there": motion.move_absolute, "back": motion.move_absolute}
+    again: dict[tuple[Any, str | None], str] = {("there", None): "back", ("back", None): "there"}
+    verb = gpac.compose("round", parts, transitions=again, rename={"back.goal": "home"})
+    return verb.on(on).asynch(axes, goal=0.6, home=-0.6, speed=ASKED)
+
+
+def recovery(axes: Axes, on: Any) -> Any:
+    parts = {"short": motion.move_absolute, "instead": a_velocity("instead")}
+    verb = gpac.compose("recovering", parts, transitions={("short.give_up", "timed_out"): "instead"})
+    return verb.on(on).asynch(axes, goal=1.0, speed=0.1, velocity=[ASKED, ASKED], time_limit="300 ms")
+
+
+def two_at_once(axes: Axes, on: Any) -> Any:
+    own = {f"y.{name}": f"y_{name}" for name in ("goal", "speed", "acceleration", "position", "error", "duration")}
+    parts = {"x": motion.move_absolute, "y": motion.move_absolute}
+    verb = gpac.together(parts, name="two", rename={"x.arm": "x", "y.arm": "y"} | own, until="all")
+    return verb.on(on).asynch(axes[0], axes[1], goal=1.0, speed=ASKED, y_goal=1.0, y_speed=ASKED)
+
+
+PLACES: dict[str, Callable[[Axes, Any], Any]] = {
+    "a verb without an end for it": lambda axes, on: a_velocity("alone").on(on).asynch(axes, velocity=[ASKED, ASKED]),
+    "a part of a chain": chain,
+    "a loop": loop,
+    "a recovery": recovery,
+    "two at once": two_at_once,
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_lost_time_ends_whatever_moves_the_joint_wherever_it_is(place: str) -> None:
+    """The servo stood still alone: its generators, on another processor, lost nothing."""
+    with gpac.System("late", clock="virtual", seed=1) as cell:
+        rtp, other = cell.processor("rtp0"), cell.processor("rtp1")
+        axes, keep = machine(cell, on=rtp, max_following_error=0.05), late(rtp, 700)
+        moving = PLACES[place](axes, other.timer("slow", period="20 ms", priority=60))
+        cell.advance("1 s")
+        keep()
+        cell.advance("2 s")
+        assert moving.done, "nothing else ends it"
+        words = r"0\.(69|7)\d* s were lost at once, more than max_gap \(0\.5 s\) of 'axes\.[xy]' allows"
+        with pytest.raises(motion.TimeLost, match=words) as ended:
+            moving.wait()
+        assert (ended.value.condition, ended.value.value) == ("time_lost", pytest.approx(0.7, abs=0.02))
+        assert {joint.state for joint in axes} == {"standstill"}
+        assert {joint.commanded_velocity.value for joint in axes} == {0.0}
+        keeps_its_limits(axes[0])
+        assert "time_lost" in cell.alarms
+        assert motion.move_absolute(axes, 0.0).condition == "arrived"
+        keeps_its_limits(axes[0])
+
+
+@pytest.mark.parametrize(("before", "after", "is_lost"), [(0.5, 2.0, False), (2.0, 0.5, True)])
+def test_a_bound_that_is_changed_counts_at_once(before: float, after: float, is_lost: bool) -> None:
+    with gpac.System("late", clock="virtual", seed=1) as cell:
+        rtp = cell.processor("rtp0")
+        axes, keep = machine(cell, on=rtp, max_gap=before), late(rtp, 700)
+        moving = motion.move_absolute.asynch(axes, 0.6, speed=ASKED)
+        cell.advance("300 ms")
+        for joint in axes:
+            joint.max_gap = after
+        cell.advance("100 ms")
+        keep()
+        if is_lost:
+            with pytest.raises(motion.TimeLost):
+                moving.wait()
+        else:
+            assert moving.wait().condition == "arrived"
 
 
 def test_the_bound_is_declared_for_each_joint() -> None:

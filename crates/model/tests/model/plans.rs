@@ -30,7 +30,7 @@ fn the_servo_is_one_activation_in_its_devices_source() {
     assert_eq!(kp.origin, InputOrigin::DeviceParameter { devices: vec!["j1".into()], parameter: "kp".into() });
     assert_eq!(kp.targets, [Target::Item { block: 1, item: 3 }]);
     assert!(plan.conditions[0].on == [(1, 5)] && !plan.conditions[0].normal);
-    assert_eq!(plan.conditions.len(), 1 + 8 + 4);
+    assert_eq!(plan.conditions.len(), 1 + 8 + 5);
     assert!(plan.devices.is_empty());
 }
 

@@ -74,7 +74,7 @@ fn names_that_are_not_there() {
 fn conditions_and_transitions() {
     check(
         two(json!({"conditions": {"done": {}}})),
-        "UnknownName: the condition 'done' stands for no block condition and is no system condition; say on('label.condition'), or name one of completed, halted, fault, processor_lost, device_lost, device_disabled, aborted, emergency_stop, time_limit, overrun, late, link_lost",
+        "UnknownName: the condition 'done' stands for no block condition and is no system condition; say on('label.condition'), or name one of completed, halted, fault, processor_lost, device_lost, device_disabled, aborted, emergency_stop, time_limit, overrun, late, link_lost, time_lost",
     );
     check(two(json!({"conditions": {"done": {"on": ["s.y"]}}})), "UnknownName: 's.y' is no condition: it is output 's.y' (double); there is only above");
     check(

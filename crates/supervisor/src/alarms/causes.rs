@@ -6,7 +6,6 @@
 use crate::alarms::list::{CURRENT_MAX, Cause, Raised, Severity};
 use crate::core::Core;
 use crate::ending::report::Report;
-use crate::instances::following_errors::TIME_LOST;
 use crate::refuse::unknown;
 use model::plan::Plan;
 use model::refusal::Refusals;
@@ -110,16 +109,11 @@ pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>
             let remedy = "remove the cause, then enable the device again";
             raise(core, Raised { code: &report.condition, source: device, block, text, remedy, severity: Severity::High, cause: Cause::Fault });
         }
-    } else if !report.normal && !has_own && !FOLLOWS.contains(&report.condition.as_str()) && !is_of_a_gap(report) {
+    } else if !report.normal && !has_own && !FOLLOWS.contains(&report.condition.as_str()) {
         raise(core, Raised { code: &report.condition, source: &report.verb, block, text, remedy: "", severity: Severity::Medium, cause: Cause::Event });
         // The end is the event: what is left is to be seen by a person.
         alarm_returns(core, &report.condition, &report.verb);
     }
-}
-
-/// Returns true if the supervisor ended a motion with what it declares of lost time: the fault of the joint's servo has the alarm.
-fn is_of_a_gap(report: &Report) -> bool {
-    report.condition == TIME_LOST && report.block.is_none()
 }
 
 /// Checks that the alarms which a verb's conditions name have texts.

@@ -7,6 +7,7 @@ use crate::instances::instance::{Limits, State};
 use crate::refuse::invalid_state;
 use crate::registry::DeviceState;
 use crate::starting::opening::store_target;
+use crate::starting::psi::{device_values, encode, named};
 use indexmap::IndexMap;
 use model::SystemCondition;
 use model::configuration::Configuration;
@@ -28,9 +29,7 @@ impl Core {
         };
         let before = record.state;
         self.registry.set_device(device, DeviceState::Enabling);
-        if let Some(record) = self.registry.logical.get_mut(device) {
-            record.gap_max_s = configuration.logical_devices.get(device).and_then(|of| number(of.parameters.get(GAP_MAX)?));
-        }
+        self.keep_gap_max(device, configuration);
         if let Err(refusals) = self.course(instance).start(&IndexMap::new(), Limits::default(), configuration) {
             self.registry.set_device(device, before);
             return Err(refusals);
@@ -138,20 +137,24 @@ impl Core {
 }
 
 impl Core {
-    /// Sets a tunable parameter of a device, in every running instance whose ψ takes it.
-    pub fn tune(&mut self, device: &str, parameter: &str, value: &model::value::Value) -> Result<(), Refusals> {
+    /// Sets a tunable parameter of a device, in every running instance whose ψ takes it, alone or with those of other devices.
+    pub fn tune(&mut self, device: &str, parameter: &str, configuration: &Configuration) -> Result<(), Refusals> {
         use model::plan::InputOrigin;
         let mut stores = Vec::new();
         for instance in self.instances.values().filter(|i| i.is_busy()) {
             for input in &instance.plan.inputs {
                 let InputOrigin::DeviceParameter { devices, parameter: name } = &input.origin else { continue };
-                if name == parameter && input.tunable && devices.as_slice() == [device] {
-                    let bytes =
-                        crate::starting::psi::encode(&input.type_text, &input.unit, value).map_err(|r| vec![crate::starting::psi::named(r, parameter)])?;
+                if name == parameter
+                    && input.tunable
+                    && devices.iter().any(|of| of == device)
+                    && let Some(value) = device_values(configuration, devices, parameter, &input.type_text)
+                {
+                    let bytes = encode(&input.type_text, &input.unit, &value).map_err(|r| vec![named(r, parameter)])?;
                     stores.extend(input.targets.iter().map(|t| (instance.id, t.clone(), bytes.clone())));
                 }
             }
         }
+        self.keep_gap_max(device, configuration);
         for (id, target, bytes) in stores {
             if let Some(request) = self.instances.queue.iter_mut().find(|request| request.id == id) {
                 request.stores.iter_mut().filter(|(to, _)| *to == target).for_each(|(_, stored)| stored.clone_from(&bytes));
@@ -162,5 +165,12 @@ impl Core {
             self.course(id).append_sequence(builder.finish());
         }
         Ok(())
+    }
+
+    /// Remembers how much time a device allows to be lost.
+    fn keep_gap_max(&mut self, device: &str, configuration: &Configuration) {
+        if let Some(record) = self.registry.logical.get_mut(device) {
+            record.gap_max_s = configuration.logical_devices.get(device).and_then(|of| number(of.parameters.get(GAP_MAX)?));
+        }
     }
 }

@@ -4,7 +4,7 @@ use crate::alarms::causes::{alarm_of_condition, alarm_of_end};
 use crate::core::Core;
 use crate::ending::report::Report;
 use crate::instances::course::Course;
-use crate::instances::following_errors::{TIME_LOST, lost_beyond, servo_text};
+use crate::instances::following_errors::{gap_text, lost_beyond, servo_text};
 use crate::instances::instance::{Cause, Instance, Life, State};
 use crate::instances::output_values::{decode, reported};
 use crate::movements::sequence::{Builder, Movement};
@@ -35,9 +35,21 @@ impl Core {
 impl Core {
     /// Ends the verbs that use a logical device whose own verb has ended; `lost_s`: the time that was lost, where that is why.
     fn end_users_of_lost(&mut self, device: &str, lost_s: Option<f64>, message: &str) {
-        let Some(lost_s) = lost_s else { return self.end_users(device, SystemCondition::DeviceLost, message) };
+        match lost_s {
+            Some(lost_s) => self.end_users_by_gap(device, lost_s, message),
+            None => self.end_users(device, SystemCondition::DeviceLost, message),
+        }
+    }
+
+    /// The servo of a joint has brought it to rest because more time was lost than may be: what used the joint ends, and the joint stays enabled.
+    pub fn gap_of(&mut self, device: &str, lost_s: f64) {
+        let gap_max_s = self.registry.logical.get(device).and_then(|record| record.gap_max_s);
+        self.end_users_by_gap(device, lost_s, &gap_text(device, lost_s, gap_max_s));
+    }
+
+    fn end_users_by_gap(&mut self, device: &str, lost_s: f64, message: &str) {
         for user in self.users(device) {
-            self.course(user).end_by_gap(lost_s, message.to_owned());
+            self.course(user).end_by_with(SystemCondition::TimeLost, Some(Value::Number(lost_s)), message.to_owned());
         }
     }
 
@@ -52,23 +64,14 @@ impl Core {
 impl Course<'_> {
     /// Ends an instance by a condition that no block reported. Nothing where it is ending or not running.
     pub fn end_by(&mut self, condition: SystemCondition, message: String) {
+        self.end_by_with(condition, None, message);
+    }
+
+    fn end_by_with(&mut self, condition: SystemCondition, value: Option<Value>, message: String) {
         let id = self.id;
         let Some(instance) = self.core.instances.get(&id) else { return };
         let Some(condition) = instance.system(condition) else { return };
-        self.come(condition, message, false);
-    }
-
-    /// Ends an instance because a joint lost more time than it allows: by its own condition for that, with the time as its value; where it
-    /// has none in its list, by the loss of the device.
-    fn end_by_gap(&mut self, lost_s: f64, message: String) {
-        let id = self.id;
-        let Some(instance) = self.core.instances.get(&id) else { return };
-        let is_own = |at: &usize| instance.plan.conditions[*at].holds_in(instance.position.list);
-        let own = instance.condition(TIME_LOST).filter(is_own).filter(|_| instance.state() != State::Queued);
-        match own {
-            Some(condition) => self.come_with(condition, Some(Value::Number(lost_s)), message, false),
-            None => self.end_by(SystemCondition::DeviceLost, message),
-        }
+        self.come_with(condition, value, message, false);
     }
 
     /// Takes a condition from outside the blocks: it leads to τ, or to the end. `asked_for`: by the waiter.
@@ -209,7 +212,11 @@ impl Course<'_> {
         let ended_as = report.condition.clone();
         let because = if report.message.is_empty() { String::new() } else { format!(": {}", report.message) };
         let unasked = owner.as_ref().filter(|o| self.core.registry.logical.get(*o).is_some_and(|l| l.state != DeviceState::Stopping));
-        let has_own = self.core.instances[&id].plan.conditions.iter().any(|c| c.name == ended_as && c.alarm.is_some());
+        let plan = &self.core.instances[&id].plan;
+        let is_in_fault = |device: &String| self.core.registry.logical.get(device).is_some_and(|record| record.state == DeviceState::Fault);
+        // Where the servo of a joint has failed after a gap, that has the alarm.
+        let is_told = ended_as == SystemCondition::TimeLost.name() && plan.devices.iter().any(is_in_fault);
+        let has_own = is_told || plan.conditions.iter().any(|c| c.name == ended_as && c.alarm.is_some());
         if owner.is_none() || unasked.is_some() {
             alarm_of_end(self.core, &report, unasked.map(String::as_str), has_own);
         }

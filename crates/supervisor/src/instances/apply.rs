@@ -305,13 +305,14 @@ impl System {
             }
             Ok(())
         })?;
-        if tunable {
-            self.shared.command(|core| core.tune(device, parameter, &value))?;
+        let before = definitions.configuration.logical_devices.get_mut(device).and_then(|record| record.parameters.insert(parameter.to_owned(), value));
+        let tuned = if tunable { self.shared.command(|core| core.tune(device, parameter, &definitions.configuration)) } else { Ok(()) };
+        if tuned.is_err()
+            && let (Some(record), Some(before)) = (definitions.configuration.logical_devices.get_mut(device), before)
+        {
+            record.parameters.insert(parameter.to_owned(), before);
         }
-        if let Some(record) = definitions.configuration.logical_devices.get_mut(device) {
-            record.parameters.insert(parameter.to_owned(), value);
-        }
-        Ok(())
+        tuned
     }
 
     pub fn device_parameter(&self, device: &str, parameter: &str) -> Result<Value, Refusals> {

@@ -80,8 +80,12 @@ impl Core {
             Event::Unwatched { process, block, item, fault, time_ns, value, .. } => {
                 let Some(instance) = self.instances.get(&process) else { return };
                 let kind = if fault.is_some() { "fault" } else { "condition" };
+                let gap = if fault.is_none() { instance.gap_of_owner(block, item, &value) } else { None };
                 let text = instance.unwatched(block, item, fault.map(|fault| (fault, value)));
                 self.observation.log.add(time_ns, kind, &instance.name, text);
+                if let Some((device, lost_s)) = gap {
+                    self.gap_of(&device, lost_s);
+                }
             }
             Event::Stopped { source, block, process, fault, time_ns } => self.stopped(source, block, process, &fault, time_ns),
             Event::Deaf { source, time_ns } => {

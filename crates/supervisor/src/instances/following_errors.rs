@@ -12,8 +12,10 @@ use model::value::Value;
 /// The conditions that these words are for.
 const FOLLOWING_ERROR: &str = "following_error";
 const SERVO_UNSTABLE: &str = "servo_unstable";
-/// The condition of a motion that has lost more time than a joint allows, and the output of a servo that says how much was lost.
-pub(crate) const TIME_LOST: &str = "time_lost";
+/// The output of a servo that says how much time was lost.
+const TIME_LOST: &str = "time_lost";
+/// The condition of a servo's block that has brought its joint to rest because more time was lost than may be.
+pub(crate) const GAP: &str = "gap";
 /// The parameter of a joint that says how much it allows, s.
 pub(crate) const GAP_MAX: &str = "max_gap";
 
@@ -58,6 +60,19 @@ pub(crate) fn servo_text(
 pub(crate) fn lost_beyond(report: &Report, gap_max_s: Option<f64>) -> Option<f64> {
     let lost_s = report.outputs.get(TIME_LOST)?.as_ref().and_then(number)?;
     (report.condition == FOLLOWING_ERROR && lost_s > gap_max_s?).then_some(lost_s)
+}
+
+/// Returns the message for verbs that used a joint whose servo has brought it to rest after a gap.
+pub(crate) fn gap_text(device: &str, lost_s: f64, gap_max_s: Option<f64>) -> String {
+    let moved = match gap_max_s {
+        Some(most) if lost_s > most => format!(", more than max_gap ({}) of '{device}' allows, and it moved on meanwhile", quantity(most, "s")),
+        _ => format!(", and '{device}' moved on by more than max_following_error meanwhile"),
+    };
+    format!(
+        "{} were lost at once{moved}: its servo has brought it to rest from where it was then, and it is enabled; find what delayed the servo \
+         (statistics), see where the joint stands and start again",
+        quantity(lost_s, "s")
+    )
 }
 
 fn unstable_text(owner: Option<&str>, frequency: f64) -> String {
@@ -200,6 +215,14 @@ mod tests {
     fn an_unstable_servo_is_named_with_its_frequency() {
         let said = unstable_text(Some("arm.x"), 124.96);
         assert!(said.starts_with("the servo of joint 'arm.x' is unstable: it swings at 125 Hz: lower kd= and kp="), "{said}");
+    }
+
+    #[test]
+    fn a_gap_is_told_with_its_bound_and_what_became_of_the_joint() {
+        let said = gap_text("arm.x", 0.7004, Some(0.5));
+        assert!(said.starts_with("0.7004 s were lost at once, more than max_gap (0.5 s) of 'arm.x' allows, and it moved on meanwhile: "), "{said}");
+        let said = gap_text("arm.x", 0.3, Some(0.5));
+        assert!(said.starts_with("0.3 s were lost at once, and 'arm.x' moved on by more than max_following_error meanwhile: "), "{said}");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Faults and what conditions report, in words and values for people.
 use crate::instances::floating_point::floats_text;
+use crate::instances::following_errors::{GAP, number};
 use crate::instances::instance::Instance;
 use crate::instances::table::Instances;
 use crate::registry::Registry;
@@ -29,6 +30,17 @@ impl Instance {
                 format!("'{label}' reported '{item}', which no termination condition stands for now")
             }
         }
+    }
+}
+
+impl Instance {
+    /// Returns the logical device that it keeps going and the time that was lost, s, if its block has reported the condition `gap`: its
+    /// servo has brought the joint to rest.
+    pub fn gap_of_owner(&self, block: BlockId, item: u8, value: &[u8]) -> Option<(String, f64)> {
+        let owner = self.owner.as_ref()?;
+        let index = self.installed.blocks.iter().position(|b| b.id() == block)?;
+        let lost_s = self.reported_value(Some(index), item, value).as_ref().and_then(number)?;
+        (item_name(self, index, item)? == GAP).then(|| (owner.clone(), lost_s))
     }
 }
 

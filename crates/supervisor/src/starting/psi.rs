@@ -85,7 +85,7 @@ pub(crate) fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -
 }
 
 /// Returns the present values of a parameter of logical devices: one alone as it is, several as a list.
-fn device_values(configuration: &Configuration, devices: &[String], parameter: &str, type_text: &str) -> Option<Value> {
+pub(crate) fn device_values(configuration: &Configuration, devices: &[String], parameter: &str, type_text: &str) -> Option<Value> {
     let values: Vec<Value> = devices.iter().map(|d| configuration.logical_devices.get(d)?.parameters.get(parameter).cloned()).collect::<Option<_>>()?;
     let is_array = type_text.ends_with(']');
     if values.len() == 1 && !is_array { values.into_iter().next() } else { Some(Value::List(values)) }

@@ -31,6 +31,9 @@ pub struct JointReference {
     /// position q
     #[input(unit = "rad|m")]
     position: f64,
+    /// velocity q'
+    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
+    velocity: f64,
     /// addition to the readings of the joint, which gives q
     #[input(asynchronous, default = 0.0, unit = "rad|m", range = "[-inf, inf)")]
     offset: f64,
@@ -86,6 +89,10 @@ pub struct JointReference {
     /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
+    /// more time was lost at once than the preset, s, and the joint has come to rest from its position at that time; the value is the
+    /// time lost, s; off where the preset is 0
+    #[condition(preset = 0.0, unit = "s", range = "[0, inf)")]
+    gap: ConditionOf<f64>,
     /// state of the reference
     #[state(opaque)]
     approach: Approach,
@@ -108,6 +115,9 @@ impl Step for JointReference {
             speed_max: self.speed_max,
             acceleration_max: self.acceleration_max,
             jerk_max: self.jerk_max,
+            joint_velocity: self.velocity,
+            error_max: self.following_error.preset,
+            gap_max_s: self.gap.preset,
         };
         let invocations = |span_s: f64| if span_s > 0.0 { (self.period / span_s).round().clamp(1.0, INTERPOLATION_MAX) as u32 } else { 1 };
         let now = self.approach.advance(invocation, led, invocations);
@@ -117,6 +127,9 @@ impl Step for JointReference {
         self.lost = now.lost_s;
         self.error = now.reference - self.position;
         self.error_max = self.following_error.preset;
+        if let Some(lost_s) = now.rested_s {
+            self.gap.report(lost_s);
+        }
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
         }
@@ -131,7 +144,7 @@ mod tests {
     fn reference() -> JointReference {
         JointReference {
             setpoint: 0.7, position: 0.7, offset: 0.0, homed: true, goal: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], lost: 0.0, error_max: 0.0, jerk_max: 1e9, period: 0.02,
-            position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false, following_error: ConditionOf::new(0.0), approach: Approach::default(),
+            position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false, following_error: ConditionOf::new(0.0), velocity: 0.0, gap: ConditionOf::new(0.0), approach: Approach::default(),
         }
     }
 

@@ -60,9 +60,6 @@ pub struct JointServo {
     /// effort at the joint
     #[output(unit = "N.m|N")]
     effort: f64,
-    /// q_r - q
-    #[output(unit = "rad|m")]
-    error: f64,
     /// q_r: commanded position of the joint now
     #[output(unit = "rad|m")]
     reference: f64,
@@ -125,6 +122,10 @@ pub struct JointServo {
     /// a row, without being led to, or an error that ripples by `ripple_max` while the reference stands still: the servo is unstable. The value is the frequency in Hz, the preset the lowest that counts; off where it is 0
     #[condition(preset = 0.0, unit = "Hz", range = "[0, inf)")]
     unstable: ConditionOf<f64>,
+    /// more time was lost at once than the preset, s, and the joint has come to rest from its position at that time; the value is the
+    /// time lost, s; off where the preset is 0
+    #[condition(preset = 0.0, unit = "s", range = "[0, inf)")]
+    gap: ConditionOf<f64>,
     /// where the reference is, the swings, and the integral
     #[state(opaque)]
     memory: Memory,
@@ -149,27 +150,33 @@ impl Step for JointServo {
             speed_max: self.speed_max,
             acceleration_max: self.acceleration_max,
             jerk_max: self.jerk_max,
+            joint_velocity: self.velocity,
+            error_max: self.following_error.preset,
+            gap_max_s: self.gap.preset,
         };
         let now = self.memory.approach.advance(invocation, led, |_| self.interpolation);
         (self.reference, self.reference_velocity) = (now.reference, now.velocity);
         self.limited += i64::from(now.limited);
         self.braking = now.braking.numbers();
         self.lost = now.lost_s;
-        self.error = now.reference - self.position;
+        let error = now.reference - self.position;
         let law = Law { kp: self.kp, ki: self.ki, kd: self.kd, limit: self.limit };
-        self.effort = law.effort(self.error, self.reference_velocity - self.velocity, self.bias, now.span_s, &mut self.memory.integral);
+        self.effort = law.effort(error, self.reference_velocity - self.velocity, self.bias, now.span_s, &mut self.memory.integral);
         self.error_max = self.following_error.preset;
-        if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
-            self.following_error.report(self.error);
+        if let Some(lost_s) = now.rested_s {
+            self.gap.report(lost_s);
         }
-        let swings = [(self.effort, self.limit), (self.error, 0.5 * self.following_error.preset)];
+        if self.following_error.preset > 0.0 && error.abs() > self.following_error.preset {
+            self.following_error.report(error);
+        }
+        let swings = [(self.effort, self.limit), (error, 0.5 * self.following_error.preset)];
         for (chatter, (value, bound)) in self.memory.swings.iter_mut().zip(swings) {
             if let Some(frequency) = chatter.look(value, bound, self.unstable.preset, self.reference_velocity, invocation.time_ns) {
                 self.unstable.report(frequency);
             }
         }
         let is_still = self.reference_velocity == 0.0;
-        if let Some(frequency) = self.memory.ripple.look(self.error, self.ripple_max, self.unstable.preset, is_still, invocation.time_ns) {
+        if let Some(frequency) = self.memory.ripple.look(error, self.ripple_max, self.unstable.preset, is_still, invocation.time_ns) {
             self.unstable.report(frequency);
         }
         Outcome::Done
@@ -182,9 +189,9 @@ mod tests {
 
     fn servo() -> JointServo {
         JointServo {
-            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], lost: 0.0, error_max: 0.0, jerk_max: 1e9,
+            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, setpoint_velocity: 0.0, setpoint_acceleration: 0.0, setpoint_time: 0, braking: [0.0; 4], lost: 0.0, error_max: 0.0, jerk_max: 1e9,
             kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, acceleration_max: 1e6, needs_home: false, ripple_max: 0.0,
-            following_error: ConditionOf::new(0.0), unstable: ConditionOf::new(0.0), memory: Memory::default(),
+            following_error: ConditionOf::new(0.0), unstable: ConditionOf::new(0.0), gap: ConditionOf::new(0.0), memory: Memory::default(),
         }
     }
 
@@ -199,7 +206,7 @@ mod tests {
             (servo.position, servo.velocity, servo.bias) = (q, v, 9.0);
             assert_eq!(servo.step(&Invocation { number: k as u64, time_ns: k * 1_000_000, now_ns: 0 }), Outcome::Done);
             if k > 200 {
-                worst = worst.max(servo.error.abs());
+                worst = worst.max((servo.reference - q).abs());
             }
             v += (servo.effort - 9.0) * 1e-3;
             q += v * 1e-3;

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reference of a joint from invocation to invocation: its set-points, the time that was lost, and the braking after a gap.
+
+use super::{Bounds, Spline, WARY};
+use crate::lead::{Braking, Lead};
+use crate::online::State;
+use crate::span::{Passed, Span};
+use opengpac::Invocation;
+
+/// The reference of a joint: its set-points, smoothed, within its range and its maximum speed, wherever its zero is found to be.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Approach {
+    spline: Spline,
+    lead: Lead,
+    offset_before: f64,
+    /// Reference less position in the invocation before.
+    error_before: f64,
+    span: Span,
+    gap: Gap,
+}
+
+/// The last gap, for as long after it as it was: an error that is found then is one of that gap.
+#[derive(Clone, Copy, Debug, Default)]
+struct Gap {
+    lost_s: f64,
+    left_s: f64,
+    since_s: f64,
+}
+
+/// Inputs of a reference in one invocation.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Led {
+    pub setpoint: f64,
+    /// Speed and acceleration of the set-point, and the time at which it was stored, ns; 0 if it declares none.
+    pub velocity: f64,
+    pub acceleration: f64,
+    pub time_ns: i64,
+    /// Position of the joint.
+    pub position: f64,
+    /// Addition to its readings.
+    pub offset: f64,
+    /// None where its zero is not known: then its numbers mean nothing.
+    pub range: Option<(f64, f64)>,
+    pub speed_max: f64,
+    /// Maximum acceleration while it catches up after lost time, or brakes because set-points no longer come.
+    pub acceleration_max: f64,
+    /// Maximum jerk while it brakes.
+    pub jerk_max: f64,
+    /// Measured speed of the joint.
+    pub joint_velocity: f64,
+    /// Maximum distance between reference and joint, and time that may be lost at once, s; each 0 for no bound.
+    pub error_max: f64,
+    pub gap_max_s: f64,
+}
+
+/// Result of one approach of a reference.
+#[derive(Clone, Copy, Debug)]
+pub struct Approached {
+    pub reference: f64,
+    /// Per second; 0 without interpolation.
+    pub velocity: f64,
+    /// A bound held it back.
+    pub limited: bool,
+    /// Time of one cycle, s; 0 in the first.
+    pub span_s: f64,
+    /// Time lost in a gap that is no longer ago than it was long, s; 0 if there was none.
+    pub lost_s: f64,
+    /// Distance and motion beyond the last set-point, if the servo brakes because no new one came in its time.
+    pub braking: Braking,
+    /// Time lost at once, s, in the invocation in which the reference has come to rest because that was more than allowed.
+    pub rested_s: Option<f64>,
+}
+
+impl Approach {
+    /// Advances by one cycle, whatever time was lost before. In the first invocation it begins where the joint is, whatever is commanded. `interpolation` says over how many
+    /// invocations a new set-point is approached, of the time between two of them. Where more time was lost than `gap_max_s`, it brakes from
+    /// where the joint is by then.
+    pub fn advance(&mut self, invocation: &Invocation, led: Led, interpolation: impl FnOnce(f64) -> u32) -> Approached {
+        let first = !self.span.begun();
+        let passed = self.span.pass(invocation);
+        let span_s = passed.used_s();
+        if passed.is_gap() {
+            self.spline.catch_up((passed.lost_ns / passed.cycle_ns.max(1)) as f64);
+        }
+        if first {
+            self.spline = Spline::at(led.position);
+            self.lead.begin(&led);
+        } else if led.offset != self.offset_before {
+            self.spline.shift(led.offset - self.offset_before);
+            self.lead.shift(led.offset - self.offset_before, &led);
+        }
+        self.offset_before = led.offset;
+        let (position_min, position_max) = led.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let bounds = Bounds { position_min, position_max, step_max: led.speed_max * span_s, change_max: led.acceleration_max * span_s * span_s };
+        let interpolation = interpolation(span_s);
+        let lost_s = self.gap.pass(passed);
+        if !first && interpolation > 1 && self.is_left(passed, &led) {
+            self.leave(&led, passed.cycle_s(), interpolation, lost_s.max(passed.lost_s()), invocation.now_ns);
+        }
+        let velocity = if span_s > 0.0 { self.spline.speed / span_s } else { 0.0 };
+        let next = self.lead.next(&led, interpolation, passed.cycle_s(), velocity, invocation.now_ns);
+        if next.is_return {
+            self.spline.wary = WARY;
+        }
+        let (reference, step, limited) = self.spline.advance(next.position, interpolation, bounds);
+        self.error_before = reference - led.position;
+        let moving = interpolation > 1 && span_s > 0.0;
+        let stands_still = led.joint_velocity.abs() <= STILL_S * led.acceleration_max;
+        let rested_s = if self.spline.is_there() { self.lead.rested(stands_still) } else { None };
+        Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, lost_s, braking: self.lead.braking(), rested_s }
+    }
+
+    /// Returns true if more time was lost than allowed, or if the joint has strayed too far in a shorter gap. For a short time after a gap too:
+    /// the first readings may be from before it.
+    fn is_left(&self, passed: Passed, led: &Led) -> bool {
+        let is_beyond = passed.lost_s() > led.gap_max_s && !self.rests_in_place(led);
+        let is_recent = passed.is_gap() || (self.lead.is_alone() && self.gap.since_s < READING_S);
+        let is_astray = led.error_max > 0.0 && (self.spline.value - led.position).abs() > led.error_max;
+        led.gap_max_s > 0.0 && (is_beyond || (is_recent && is_astray))
+    }
+
+    /// Returns true if nothing moved before the gap and the joint is still in its place.
+    fn rests_in_place(&self, led: &Led) -> bool {
+        let moved = (self.spline.value - led.position - self.error_before).abs();
+        self.spline.is_there() && self.lead.is_at_rest() && (led.error_max == 0.0 || moved <= IN_PLACE * led.error_max)
+    }
+
+    /// Begins at the joint, as fast as it moves, and brakes. A distance that the reference had before stays as far as the joint still has it, so
+    /// the effort that holds the joint has no step.
+    fn leave(&mut self, led: &Led, cycle_s: f64, interpolation: u32, lost_s: f64, now_ns: i64) {
+        let before = if self.error_before.is_finite() { self.error_before } else { 0.0 };
+        let kept = (self.spline.value - led.position).clamp(before.min(0.0), before.max(0.0));
+        let velocity = if led.joint_velocity.is_finite() { led.joint_velocity.clamp(-led.speed_max, led.speed_max) } else { 0.0 };
+        self.spline = Spline { speed: velocity * cycle_s, ..Spline::at(led.position + kept) };
+        // The reference lags one and a half periods behind its set-points.
+        let ahead = velocity * cycle_s * f64::from(interpolation) * 1.5;
+        self.lead.leave(led, State { position: self.spline.value + ahead, velocity, acceleration: 0.0 }, interpolation, lost_s, now_ns);
+    }
+}
+
+/// Share of the maximum following error by which a joint at rest may be elsewhere after a gap: readings have noise.
+const IN_PLACE: f64 = 0.1;
+/// Time in which a joint that counts as still comes to rest within its acceleration, s: readings of its speed have noise.
+const STILL_S: f64 = 0.02;
+/// Time after a gap in which a device may still give a reading from before it, s.
+const READING_S: f64 = 0.1;
+
+impl Gap {
+    /// Lets a cycle pass. Returns the time lost in the last gap, s; 0 if that is longer ago than it was long.
+    fn pass(&mut self, passed: Passed) -> f64 {
+        if passed.is_gap() {
+            *self = Gap { lost_s: passed.lost_s(), left_s: passed.lost_s(), since_s: 0.0 };
+        } else if self.left_s > 0.0 {
+            self.left_s -= passed.used_s();
+            self.since_s += passed.used_s();
+        }
+        if self.left_s > 0.0 { self.lost_s } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A servo at 1 ms that stands still from `at` for `lost` ms, while its set-points go on at 0.3 rad/s and end at 0.6 rad: maximum speed, acceleration, and the end.
+    fn stalled(at: u64, lost: u64) -> (f64, f64, f64) {
+        let mut approach = Approach::default();
+        let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
+        for k in 0..8000u64 {
+            let number = if k > at { k + lost } else { k };
+            // Every 20 ms: 0.6 s at 0.5 rad/s² up to 0.3 rad/s, and the same at the end.
+            let t = (number / 20 * 20) as f64 * 1e-3;
+            let setpoint = if t < 0.6 {
+                0.25 * t * t
+            } else if t < 2.0 {
+                0.09 + 0.3 * (t - 0.6)
+            } else {
+                0.6 - 0.25 * (2.6 - t.min(2.6)).powi(2)
+            };
+            let led = Led { setpoint, range: None, speed_max: 3.0, acceleration_max: 5.0, ..Led::default() };
+            let now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 20).reference;
+            let speed = (now - before) / 1e-3;
+            (fastest, hardest) = (fastest.max(speed), hardest.max((speed - rate).abs() / 1e-3));
+            (before, rate) = (now, speed);
+        }
+        (fastest, hardest, before)
+    }
+
+    #[test]
+    fn a_servo_that_stood_still_catches_up_at_the_speed_asked_for() {
+        for lost in [0, 5, 17, 50, 100, 300, 1000, 3000] {
+            for at in [30, 200, 700, 1210, 1900, 2300] {
+                let (fastest, hardest, end) = stalled(at, lost);
+                assert!(fastest <= 0.3 * (1.0 + 1e-6), "{fastest} rad/s after {lost} ms at {at} ms");
+                assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s² after {lost} ms at {at} ms");
+                assert!((end - 0.6).abs() < 1e-9, "{end} rad after {lost} ms at {at} ms");
+            }
+        }
+    }
+
+    #[test]
+    fn lost_time_is_told_for_as_long_as_it_was() {
+        let mut approach = Approach::default();
+        let mut at = |number: u64| {
+            let invocation = Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 };
+            approach.advance(&invocation, Led { speed_max: 3.0, acceleration_max: 5.0, ..Led::default() }, |_| 20).lost_s
+        };
+        assert_eq!((at(0), at(1), at(3)), (0.0, 0.0, 0.0), "a cycle too late is no gap");
+        let told: Vec<f64> = (54..110).map(&mut at).collect();
+        let (during, after) = told.split_at(50);
+        assert!(during.iter().all(|lost| (lost - 0.05).abs() < 1e-12), "{during:?}");
+        assert!(after[1..].iter().all(|lost| *lost == 0.0), "{after:?}");
+    }
+
+    #[test]
+    fn a_servo_that_is_always_a_little_late_follows_as_before() {
+        let mut approach = Approach::default();
+        let mut now = 0.0;
+        for k in 0..2000u64 {
+            let number = 2 * k;
+            let led = Led { setpoint: (number / 20) as f64 * 0.006, speed_max: 3.0, acceleration_max: 5.0, ..Led::default() };
+            now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 10).reference;
+        }
+        assert!((now - 0.3 * 3.97).abs() < 0.01, "{now}");
+    }
+
+    /// A servo that leads a joint at 0.3 rad/s stands still for 0.7 s, and finds it at `position`, moving at `velocity`; from then on the joint
+    /// follows. Its references, and when it told that it rests.
+    fn left(position: f64, velocity: f64) -> (Vec<f64>, Vec<(u64, f64)>) {
+        let (mut approach, mut references, mut told) = (Approach::default(), Vec::new(), Vec::new());
+        let (mut joint, mut speed) = (0.0, velocity);
+        for k in 0..2000u64 {
+            let number = if k < 1000 { k } else { k + 700 };
+            let ms = |number: u64| number as i64 * 1_000_000;
+            let knot = number / 20 * 20;
+            let led = Led {
+                setpoint: knot as f64 * 3e-4,
+                velocity: 0.3,
+                time_ns: ms(knot) + 1,
+                position: if k == 1000 { position } else { joint },
+                speed_max: 3.0,
+                acceleration_max: 5.0,
+                jerk_max: 50.0,
+                joint_velocity: speed,
+                error_max: 0.05,
+                gap_max_s: 0.5,
+                ..Led::default()
+            };
+            let now = approach.advance(&Invocation { number, time_ns: ms(number), now_ns: ms(number) }, led, |_| 20);
+            joint = now.reference;
+            if k >= 1000 {
+                speed = now.velocity;
+                references.push(now.reference);
+                told.extend(now.rested_s.map(|lost_s| (k, lost_s)));
+            }
+        }
+        (references, told)
+    }
+
+    #[test]
+    fn after_a_gap_it_brakes_from_where_the_joint_is_whatever_setpoints_come() {
+        for (position, velocity) in [(0.8, 0.3), (0.8, 1.5), (-0.4, -0.5), (0.29, 0.0)] {
+            let (references, told) = left(position, velocity);
+            // The joint lagged a step of 0.3 mrad behind its reference before the gap.
+            assert!((references[0] - position - velocity * 1e-3).abs() <= 3e-4 + 1e-9, "{} rad", references[0]);
+            let told_at = told.first().map_or(0, |(k, _)| *k as usize - 1000);
+            assert!(matches!(told[..], [(_, lost_s)] if (lost_s - 0.7).abs() < 1e-9) && told_at < 500, "{told:?}");
+            let braking = &references[..=told_at];
+            let speeds: Vec<f64> = braking.windows(2).map(|two| (two[1] - two[0]) / 1e-3).collect();
+            let hardest = speeds.windows(2).map(|two| ((two[1] - two[0]) / 1e-3).abs()).fold(0.0, f64::max);
+            assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s²");
+            assert!(speeds.last().is_some_and(|speed| speed.abs() < 1e-3), "{:?} rad/s at the end", speeds.last());
+            assert!((braking[told_at] - position).abs() <= velocity * velocity / 5.0 + 0.1 * velocity.abs() + 3e-4 + 1e-9, "{} rad", braking[told_at]);
+        }
+    }
+}
