@@ -388,9 +388,9 @@ class Calls(Asking):
         there."""
         return self._ask_of("check_workspace", workspace)
 
-    def record(self, path: str, svvs: list[str] | None = None, cells: bool | None = None, replay: bool | None = None, split_bytes: int | None = None, keep: int | None = None) -> Any:
+    def record(self, path: str, svvs: list[str] | None = None, cells: bool | None = None, replay: bool | None = None, split_bytes: int | None = None, keep: int | None = None, identity: str | None = None, resumes: bool | None = None) -> Any:
         """Begins to record into a new MCAP file. Returns its number."""
-        return self._ask("record", {"path": path, "svvs": svvs, "cells": cells, "replay": replay, "split_bytes": split_bytes, "keep": keep})
+        return self._ask("record", {"path": path, "svvs": svvs, "cells": cells, "replay": replay, "split_bytes": split_bytes, "keep": keep, "identity": identity, "resumes": resumes})
 
     def recording(self, recording: int) -> Any:
         """Returns how a recording stands."""

@@ -91,7 +91,7 @@ impl Call {
     ) -> Call {
         let recorded = if matches!(role, Role::Configure | Role::Download) { Recorded::Call } else { Recorded::Nothing };
         let journal = Journalled { recorded, replaces: None, goes_with: None, watches: false, secret: &[] };
-        let records = RecordArguments { path: None, folder: None, trust: None };
+        let records = RecordArguments { path: None, folder: None, trust: None, identity: None, resumes: None };
         let (commands, whole) = (None, None);
         Call {
             name,
@@ -182,6 +182,11 @@ impl Call {
     /// Declares that this argument is the path of a recording: over the control interface a name in the daemon's folder.
     pub const fn record_path(self, argument: &'static str) -> Call {
         Call { records: RecordArguments { path: Some(argument), ..self.records }, ..self }
+    }
+
+    /// Declares the arguments by which a recording that begins is known to one that goes on behind it.
+    pub const fn record_resumes(self, identity: &'static str, resumes: &'static str) -> Call {
+        Call { records: RecordArguments { identity: Some(identity), resumes: Some(resumes), ..self.records }, ..self }
     }
 
     /// Has the control interface enter the daemon's folder of recordings into this argument.

@@ -52,4 +52,8 @@ pub struct RecordArguments {
     pub folder: Option<&'static str>,
     /// Argument into which the daemon enters the digests of code that may run, whatever was given.
     pub trust: Option<&'static str>,
+    /// Argument into which the daemon enters the identity of a recording that begins, whatever was given.
+    pub identity: Option<&'static str>,
+    /// Argument by which a daemon that was started again lets a recording go on behind its files; what was given is passed over.
+    pub resumes: Option<&'static str>,
 }

@@ -35,7 +35,6 @@ pub use role::Role;
 pub use values::{Reading, Snapshot, snapshot};
 
 pub use model::refusal::Refusals;
-pub use recorder::next_beside as next_recording;
 pub use supervisor::System;
 
 use model::refusal::{Class, Refusal};

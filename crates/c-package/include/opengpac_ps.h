@@ -301,7 +301,7 @@ void opengpac_close(opengpac_system *system);
  *       Returns all that is wrong with a workspace here and now: its form, and what it names and is not
  *       there.
  * recordings
- *   record(path, [svvs], [cells], [replay], [split_bytes], [keep]) -> RecordingBegun
+ *   record(path, [svvs], [cells], [replay], [split_bytes], [keep], [identity], [resumes]) -> RecordingBegun
  *       Begins to record into a new MCAP file. Returns its number.
  *         svvs: Names of SVVs, with * and ?; all where they are left out.
  *         cells: The private cells of all verb instances too.
@@ -309,6 +309,10 @@ void opengpac_close(opengpac_system *system);
  *         split_bytes: Bytes of a file, about, from which on the next one begins: run.mcap, run-2.mcap and so
  *         on. A recording for a replay has none.
  *         keep: Files that stay where the recording is split; the oldest goes. All where it is left out.
+ *         identity: Identity of the recording, which its files have in their metadata. Over the control
+ *         interface the daemon gives it one.
+ *         resumes: true: goes on behind the files of that path that are there, and those of this identity
+ *         count for `keep`. Over the control interface it is the daemon's own, and is left out.
  *   recording(recording) -> RecordingSummary
  *       Returns how a recording stands.
  *   stop_recording(recording) -> RecordingSummary

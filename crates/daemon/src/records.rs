@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where callers record, and what they read back and run again: by plain names, in the one folder that the daemon was started with for that.
 use crate::failure::Failure;
+use crate::requests::hex;
 use api::RecordArguments;
 use model::refusal::Class;
 use serde_json::{Map, Value as Json};
 use std::path::{Component, Path};
 
 /// Places the path of a recording in the folder, and enters the folder and the code that the daemon trusts where a call takes them.
-/// Errors: there is no folder, the name is no plain one.
+/// Whether a recording goes on behind files of another daemon is not the caller's to say. Errors: there is no folder, the name is no plain one.
 pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
     if let Some(argument) = takes.trust {
         arguments.insert(argument.to_owned(), trust.into());
+    }
+    if let Some(argument) = takes.resumes {
+        arguments.shift_remove(argument);
     }
     let path = takes.path.filter(|path| arguments.contains_key(*path));
     if path.is_none() && takes.folder.is_none() {
@@ -32,11 +36,21 @@ pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, a
     Ok(())
 }
 
-/// Makes a recording that was under way when its daemon died go on in a file beside those that it has: `run-2.mcap` after `run.mcap`.
+/// Gives a recording that begins an identity of its own, by which its files are known when a daemon that died is started again.
+pub fn identify(takes: &RecordArguments, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
+    if let Some(argument) = takes.identity {
+        let mut random = [0_u8; 8];
+        getrandom::fill(&mut random).map_err(|why| Failure::new(Class::InvalidState, format!("there is no random number: {why}"), "try again"))?;
+        arguments.insert(argument.to_owned(), hex(&random).into());
+    }
+    Ok(())
+}
+
+/// Makes a recording that was under way when its daemon died go on in a file beside those that it has left: `run-2.mcap` after `run.mcap`.
 pub fn go_on(takes: &RecordArguments, arguments: &mut Map<String, Json>) {
-    let Some((argument, path)) = takes.path.and_then(|name| Some((name, arguments.get(name)?.as_str()?))) else { return };
-    let next = api::next_recording(Path::new(path)).display().to_string();
-    arguments.insert(argument.to_owned(), Json::String(next));
+    if let Some(argument) = takes.resumes {
+        arguments.insert(argument.to_owned(), true.into());
+    }
 }
 
 #[cfg(test)]
@@ -66,6 +80,12 @@ mod tests {
     fn whose_code_runs_is_not_the_callers_to_say() {
         let asked = asked(Some("/var/records"), "replay", json!({ "path": "run.mcap", "trust": ["ab"] }));
         assert_eq!(asked.ok(), Some(json!({ "path": "/var/records/run.mcap", "trust": ["00ff"] })));
+    }
+
+    #[test]
+    fn behind_whose_files_a_recording_goes_on_is_not_the_callers_to_say() {
+        let asked = asked(Some("/var/records"), "record", json!({ "path": "run.mcap", "resumes": true }));
+        assert_eq!(asked.ok(), Some(json!({ "path": "/var/records/run.mcap" })));
     }
 
     #[test]

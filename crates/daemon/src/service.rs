@@ -141,7 +141,8 @@ impl Service {
     }
 
     /// Makes a call under the journal, where there is one: what configures is not made where its line would have no room.
-    fn kept(&self, call: &Call, asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+    fn kept(&self, call: &Call, mut asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+        crate::records::identify(&call.records, &mut asked.arguments)?;
         if call.effect == Effect::PerformsVerb {
             return self.perform(call, &asked, caller, presence);
         }

@@ -3,11 +3,12 @@
 use crate::ABOUT;
 use crate::file::Book;
 use crate::folder::{Folder, Space};
+use crate::left::{FOLLOWS, RESUMES};
 use crate::page::Page;
 use model::refusal::{Class, Refusal};
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Bytes of the smallest file: a chunk is not divided.
@@ -72,8 +73,26 @@ pub(crate) struct Rollover {
 }
 
 impl Files {
-    /// Begins the first file with what is said of the recording. Errors: it cannot be made, or its disk is full.
-    pub fn begin(mut folder: Box<dyn Folder>, bounds: Bounds, said: BTreeMap<String, String>, chunk_max: Duration) -> io::Result<Files> {
+    /// Begins the first file with what is said of the recording. `left`: files of it that a process which died has left, with their bytes, the
+    /// oldest first; they count for its bounds. Errors: the file cannot be made, or its disk is full.
+    pub fn begin(
+        mut folder: Box<dyn Folder>,
+        bounds: Bounds,
+        mut said: BTreeMap<String, String>,
+        left: Vec<(PathBuf, u64)>,
+        chunk_max: Duration,
+    ) -> io::Result<Files> {
+        let mut whole = VecDeque::from(left);
+        if let Some((last, _)) = whole.back() {
+            said.insert(RESUMES.to_owned(), name_of(last));
+        }
+        let fits = |whole: usize, folder: &dyn Folder| {
+            bounds.keep.is_none_or(|keep| whole < keep as usize && (whole == 0 || folder.space().and_then(too_full).is_none()))
+        };
+        while !fits(whole.len(), &*folder) {
+            // One that cannot be deleted is left where it is.
+            let _gone = whole.pop_front().map(|(oldest, _)| folder.remove(&oldest));
+        }
         let (path, sink) = folder.next()?;
         let space = folder.space();
         let begun = match space.and_then(too_full) {
@@ -81,7 +100,7 @@ impl Files {
             None => Book::new(sink, (ABOUT, &said), chunk_max, bounds.split.is_some()),
         };
         match begun {
-            Ok(book) => Ok(Files { folder, bounds, book, path, whole: VecDeque::new(), said, space, looked_at: 0 }),
+            Ok(book) => Ok(Files { folder, bounds, book, path, whole, said, space, looked_at: 0 }),
             Err(why) => {
                 // One that holds nothing; where it cannot be deleted it says so by being empty.
                 let _gone = folder.remove(&path);
@@ -166,7 +185,8 @@ impl Files {
         if let Some(time_ns) = page.entries.iter().map(|entry| entry.time_ns).max() {
             self.said.insert("begins_ns".to_owned(), time_ns.to_string());
         }
-        self.said.insert("follows".to_owned(), before.file_name().unwrap_or_default().to_string_lossy().into_owned());
+        self.said.remove(RESUMES);
+        self.said.insert(FOLLOWS.to_owned(), name_of(&before));
         // The end of a file is a summary: its size is known behind it.
         let bytes = self.book.go_on(sink, (ABOUT, &self.said));
         if self.book.failure.is_none() {
@@ -182,6 +202,10 @@ impl Files {
         let (path, _) = self.whole.pop_front()?;
         self.folder.remove(&path).err().map(|why| format!("'{}' cannot be deleted: {why}", path.display()))
     }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Returns the reason why nothing more may be written if the disk is too full.

@@ -29,7 +29,7 @@ pub struct Space {
 pub trait Folder: Send {
     /// Makes the next file, empty. Errors: it cannot be made; the first one, where something of that name is there.
     fn next(&mut self) -> io::Result<(PathBuf, Box<dyn Sink>)>;
-    /// Deletes a file that it made.
+    /// Deletes a file of the recording.
     fn remove(&mut self, path: &Path) -> io::Result<()>;
     /// Returns the free space of its disk; none where nobody can tell.
     fn space(&self) -> Option<Space>;
@@ -53,6 +53,11 @@ impl Disk {
     /// Files named after `path`, the first one `path` itself.
     pub fn new(path: &Path) -> Disk {
         Disk { path: path.to_owned(), begun: false }
+    }
+
+    /// Files behind those of that name that are there.
+    pub fn behind(path: &Path) -> Disk {
+        Disk { path: path.to_owned(), begun: true }
     }
 
     fn make(path: &Path) -> io::Result<Box<dyn Sink>> {
@@ -98,12 +103,26 @@ fn parent(path: &Path) -> &Path {
 ///
 /// A number that is free between others is not taken, so that the order of the numbers is that of the time.
 pub fn next_beside(path: &Path) -> PathBuf {
-    let part = |of: Option<&std::ffi::OsStr>| of.map(|of| of.to_string_lossy().into_owned()).unwrap_or_default();
-    let (stem, ending) = (part(path.file_stem()), path.extension().map(|of| format!(".{}", of.to_string_lossy())).unwrap_or_default());
+    let (stem, ending) = parts(path);
+    let last = series(path).pop().map(|(number, _)| number);
+    last.map_or_else(|| path.to_owned(), |last| path.with_file_name(format!("{stem}-{}{ending}", last.saturating_add(1).max(2))))
+}
+
+/// Returns the files of the series of `path` that are there, with their numbers, in that order; `path` itself is number 1.
+pub(crate) fn series(path: &Path) -> Vec<(u64, PathBuf)> {
+    let (stem, ending) = parts(path);
     let number = |name: &str| name.strip_prefix(&stem)?.strip_suffix(&ending)?.strip_prefix('-')?.parse::<u64>().ok();
     let names = std::fs::read_dir(parent(path)).into_iter().flatten().flatten().filter_map(|entry| entry.file_name().into_string().ok());
-    let last = names.filter_map(|name| number(&name)).chain(path.exists().then_some(1)).max();
-    last.map_or_else(|| path.to_owned(), |last| path.with_file_name(format!("{stem}-{}{ending}", last.saturating_add(1).max(2))))
+    let numbered = names.filter_map(|name| Some((number(&name)?, path.with_file_name(name))));
+    let mut found: Vec<_> = numbered.chain(path.exists().then(|| (1, path.to_owned()))).collect();
+    found.sort();
+    found
+}
+
+/// Returns the name of a file without its ending, and its ending with the dot.
+fn parts(path: &Path) -> (String, String) {
+    let part = |of: Option<&std::ffi::OsStr>| of.map(|of| of.to_string_lossy().into_owned()).unwrap_or_default();
+    (part(path.file_stem()), path.extension().map(|of| format!(".{}", of.to_string_lossy())).unwrap_or_default())
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ mod file;
 mod files;
 mod folder;
 mod json;
+mod left;
 mod numbers;
 mod page;
 mod reader;

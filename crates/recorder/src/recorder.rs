@@ -2,6 +2,7 @@
 //! A recording that is under way: the thread that drains, the thread that writes, and how both end.
 use crate::files::{Bounds, Files};
 use crate::folder::{Disk, Folder};
+use crate::left::{IDENTITY, left};
 use crate::page::Page;
 use crate::room::{ROOM, Room};
 use crate::sources::{Inputs, Numbered, Source, Timing};
@@ -35,11 +36,15 @@ pub struct Options {
     pub split_bytes: Option<u64>,
     /// Files that stay where the recording is split, the oldest goes; none: all.
     pub keep: Option<u32>,
+    /// Identity of the recording, by which its files are known to one that goes on behind them; none: nothing goes on behind them.
+    pub identity: Option<String>,
+    /// Goes on behind the files of that path that are there; those of this identity count for `keep`.
+    pub resumes: bool,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { svvs: vec!["*".to_owned()], cells: false, replay: false, split_bytes: None, keep: None }
+        Options { svvs: vec!["*".to_owned()], cells: false, replay: false, split_bytes: None, keep: None, identity: None, resumes: false }
     }
 }
 
@@ -96,7 +101,8 @@ impl Recorder {
     /// Refused where the file cannot be made or there is one already, where its disk is full, where a name without `*` is of nothing, and
     /// bounds that cannot be kept.
     pub fn start(system: &System, path: &Path, options: &Options) -> Result<(u64, Arc<Recorder>), Refusals> {
-        let recorder = Recorder::start_in(system, Box::new(Disk::new(path)), path, options, ROOM)?;
+        let disk = if options.resumes { Disk::behind(path) } else { Disk::new(path) };
+        let recorder = Recorder::start_in(system, Box::new(disk), path, options, ROOM)?;
         Ok((system.accompany(recorder.clone()), recorder))
     }
 
@@ -107,7 +113,10 @@ impl Recorder {
         let cannot =
             |why: String, remedy: &str| vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy(remedy)];
         let chunk_max = if options.replay { CHUNK_MAX_REPLAY } else { CHUNK_MAX };
-        let files = Files::begin(folder, bounds, about(system), chunk_max).map_err(|why| {
+        let mut said = about(system);
+        said.extend(options.identity.iter().map(|identity| (IDENTITY.to_owned(), identity.clone())));
+        let left = options.identity.as_deref().filter(|_| options.resumes).map_or_else(Vec::new, |identity| left(path, identity));
+        let files = Files::begin(folder, bounds, said, left, chunk_max).map_err(|why| {
             let remedy = match why.kind() {
                 ErrorKind::AlreadyExists => "give it another name, or delete that file",
                 ErrorKind::StorageFull => "make room on that disk, or record on another one",
@@ -116,7 +125,7 @@ impl Recorder {
             cannot(why.to_string(), remedy)
         })?;
         match Drain::new(system, options) {
-            Ok(drain) => Recorder::run(drain, files, path, room).map_err(|why| cannot(why, "does the machine run out of threads or of memory?")),
+            Ok(drain) => Recorder::run(drain, files, room).map_err(|why| cannot(why, "does the machine run out of threads or of memory?")),
             Err(refused) => {
                 files.give_up();
                 Err(refused)
@@ -125,8 +134,8 @@ impl Recorder {
     }
 
     /// Starts the thread that drains and the one that writes. Errors: why there is no thread.
-    fn run(drain: Drain, files: Files, path: &Path, room: usize) -> Result<Arc<Recorder>, String> {
-        let summary = Summary { path: path.to_owned(), files: files.paths(), free_bytes: files.free(), running: true, ..Summary::default() };
+    fn run(drain: Drain, files: Files, room: usize) -> Result<Arc<Recorder>, String> {
+        let summary = Summary { path: files.path().clone(), files: files.paths(), free_bytes: files.free(), running: true, ..Summary::default() };
         let recorder = Recorder {
             room: Arc::new(Room::new(room)),
             stops: Arc::default(),

@@ -3469,6 +3469,13 @@ export interface Calls {
       split_bytes?: number | null;
       /** Files that stay where the recording is split; the oldest goes. All where it is left out. */
       keep?: number | null;
+      /** Identity of the recording, which its files have in their metadata. Over the control interface the daemon gives it one. */
+      identity?: string | null;
+      /**
+       * true: goes on behind the files of that path that are there, and those of this identity count for `keep`. Over the control
+       * interface it is the daemon's own, and is left out.
+       */
+      resumes?: boolean;
     };
     result: RecordingBegun;
   };

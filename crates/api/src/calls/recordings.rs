@@ -45,9 +45,14 @@ crate::calls! {
             may split_bytes: Option<u64>,
             /// Files that stay where the recording is split; the oldest goes. All where it is left out.
             may keep: Option<u32>,
-        ) -> Begun: replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), effect(Effect::BeginsRecording)
+            /// Identity of the recording, which its files have in their metadata. Over the control interface the daemon gives it one.
+            may identity: Option<String>,
+            /// true: goes on behind the files of that path that are there, and those of this identity count for `keep`. Over the control
+            /// interface it is the daemon's own, and is left out.
+            may resumes: bool,
+        ) -> Begun: replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), record_resumes("identity", "resumes"), effect(Effect::BeginsRecording)
             => |system| {
-                let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay, split_bytes, keep };
+                let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay, split_bytes, keep, identity, resumes };
                 Recorder::start(system, &path, &options).map(|(recording, _)| Begun { recording })
             };
         /// Returns how a recording stands.

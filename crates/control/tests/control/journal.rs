@@ -4,6 +4,7 @@ use crate::rig::{Folder, Rig, Told, class, receive, send, system, wave};
 use control::{Options, Server};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::sync::Arc;
 
@@ -497,4 +498,22 @@ fn a_recording_goes_on_beside_its_file_until_it_is_stopped() {
     assert_eq!(count(&third.folder), 3, "{}", text(&third.folder));
     drop(go_on(killed(&third)));
     assert_eq!(names().len(), 4, "what was stopped does not go on");
+}
+
+#[test]
+fn a_recording_keeps_as_many_files_however_often_its_daemon_dies() {
+    let records = Folder::new();
+    let with = |left: &Folder| Options { records: Some(records.0.clone()), ..options(left) };
+    let rig = Rig::with("virtual", |of, folder| *of = with(folder));
+    let session = rig.commander("panel");
+    rig.call(&session, "record", json!({ "path": "run.mcap", "split_bytes": 1_000_000, "keep": 2 }));
+    let names = || std::fs::read_dir(&records.0).expect("ours").flatten().map(|entry| entry.file_name().into_string().expect("text")).collect::<BTreeSet<_>>();
+    let mut left = killed(&rig);
+    for last in 2..6 {
+        let with = with(&left);
+        let next = Rig::within(left, "virtual", &with, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"));
+        let before = if last == 2 { "run.mcap".to_owned() } else { format!("run-{}.mcap", last - 1) };
+        assert_eq!(names(), BTreeSet::from([before, format!("run-{last}.mcap")]));
+        left = killed(&next);
+    }
 }

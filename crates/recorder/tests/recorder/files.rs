@@ -3,6 +3,7 @@
 use crate::common::{MS, svv, system, values, wave};
 use recorder::{Archive, Folder, INSTALLED, Options, Recorder, Recording, Sink, Space, Summary};
 use serde_json::json;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -124,6 +125,49 @@ fn only_the_newest_files_stay() {
     assert_eq!(summary.bytes, folder.files().iter().map(|(_, bytes)| bytes).sum::<u64>());
     assert_eq!(last.last().map(|row| row.1), Some(120_000 * MS), "the newest ones");
     assert_eq!(summary.counts["y"], 120_001, "all were written");
+}
+
+/// Records a wave for 60 s into the folder as the recording of an identity that goes on where it has died; the names of its files at the end.
+fn resumed(folder: &Scratch, identity: &str, keep: u32) -> Vec<String> {
+    let system = system();
+    svv(&system, "y", json!({"type_text": "double"}));
+    let options = Options { resumes: true, identity: Some(identity.to_owned()), ..split(Some(keep)) };
+    let (_, recorder) = Recorder::start(&system, &folder.file("run.mcap"), &options).unwrap_or_else(|why| panic!("{}", why[0]));
+    assert!(recorder.summary().files.len() <= keep as usize, "{:?}", recorder.summary().files);
+    wave(&system, "y");
+    system.advance(60_000 * MS).unwrap();
+    recorder.stop().files.iter().map(|path| path.file_name().unwrap().to_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn files_that_a_process_has_left_count_among_those_that_stay() {
+    let folder = Scratch::new("left", u64::MAX);
+    let mut files = resumed(&folder, "a", 3);
+    assert_eq!(files.len(), 3, "as many as may stay: {files:?}");
+    for _ in 0..3 {
+        let last = files.pop().expect("a file");
+        // As a process leaves it that is killed: without its end.
+        let path = folder.file(&last);
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::write(&path, &bytes[..bytes.len() * 2 / 3]).unwrap();
+        files = resumed(&folder, "a", 3);
+        let there: BTreeSet<String> = folder.files().into_iter().map(|(name, _)| name).collect();
+        assert_eq!((files.len(), files.iter().cloned().collect()), (3, there), "no other is left");
+    }
+}
+
+#[test]
+fn files_of_other_recordings_do_not_count_among_those_that_stay() {
+    let folder = Scratch::new("others", u64::MAX);
+    let there = || folder.files().into_iter().map(|(name, _)| name).collect::<BTreeSet<String>>();
+    let system = system();
+    // One without an identity.
+    let first = Recorder::start(&system, &folder.file("run.mcap"), &Options::default()).unwrap_or_else(|why| panic!("{}", why[0])).1;
+    first.stop();
+    let other = resumed(&folder, "a", 2);
+    let own = resumed(&folder, "b", 2);
+    let again = resumed(&folder, "b", 2);
+    assert_eq!(there(), [&["run.mcap".to_owned()], &other[..], &again].concat().into_iter().collect(), "{own:?} went");
 }
 
 #[test]
