@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from .errors import Terminated, did_you_mean
+from .errors import Terminated, TimeLost, did_you_mean
 from .places import here, packaged
 from .tables import Shown, Table
 from .values import lively
@@ -114,17 +114,14 @@ class Report(Shown):
 R = TypeVar("R")
 
 
-def _kind(condition: str) -> type[Terminated]:
-    """The class of an end for which a verb names none."""
-    from .robots.generators import TimeLost
-
-    return TimeLost if condition == "time_lost" else Terminated
+_RAISED: dict[str, type[Terminated]] = {"time_lost": TimeLost}
+"""Classes of ends for which a verb need not name one."""
 
 
 def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] | None = None) -> Terminated:
     """The exception for an end that is not normal: the class that the verb gives this condition. `objects`: what it was applied to."""
     termination = verb.termination(report.condition, report.command_list)
-    kind = (termination.raises if termination else None) or _kind(report.condition)
+    kind = (termination.raises if termination else None) or _RAISED.get(report.condition, Terminated)
     where = f" in command list '{report.command_list}'" if report.command_list else ""
     block = f", reported by block '{report.block}'" if report.block else ""
     value = f" with value {report.value}" if report.value is not None else ""

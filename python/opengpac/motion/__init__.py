@@ -7,7 +7,7 @@ brake first), and when they are halted or their time is up they slow down within
 `cell.override` scale their speed.
 """
 
-from ..robots.generators import TimeLost
+from ..errors import TimeLost
 from .arc import ArcRefused, move_circular
 from .coupled import gear
 from .home import Homed, HomingFailed, home, home_here

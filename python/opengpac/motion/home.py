@@ -9,11 +9,11 @@ from .. import library as lib
 from ..commands import activate, execute
 from ..conditions import on
 from ..decorated import verb
-from ..errors import Terminated
+from ..errors import Terminated, TimeLost
 from ..groups import Group
 from ..parameters import each, input
 from ..reports import Report
-from ..robots.generators import PERIOD, TimeLost, Values, brake, gaps, handed, slowing, suspended
+from ..robots.generators import PERIOD, Values, brake, gaps, handed, slowing, suspended
 from ..robots.joints import Joint
 from ..svvs import SVV
 

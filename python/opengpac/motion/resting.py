@@ -12,7 +12,8 @@ from typing import Any
 from .. import library as lib
 from ..commands import Command, activate, execute
 from ..conditions import on
-from ..robots.generators import PERIOD, TimeLost, gaps, handed, slowing
+from ..errors import TimeLost
+from ..robots.generators import PERIOD, gaps, handed, slowing
 from ..robots.motion import MotionTimeout
 
 ENDS: dict[str, Any] = {"near": lib.block("in_position"), "hold": lib.block("flag")}

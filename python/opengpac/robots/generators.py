@@ -11,8 +11,7 @@ import numpy as np
 from .. import library as lib
 from ..commands import Command, activate
 from ..conditions import on
-from ..errors import NotHomed, Terminated
-from ..groups import Group
+from ..errors import NotHomed, TimeLost
 from ..parameters import input, required
 from ..suspension import Holding, holding
 
@@ -27,25 +26,6 @@ LEAST = 1e-6
 
 HOMED = required(NotHomed, when="arm.needs_home", remedy="find its zero first: gpac.motion.home(…) or home_here(…)")
 """A motion to a position needs a joint that knows where it is."""
-
-
-class TimeLost(Terminated):
-    """More time was lost at once than the joints' `max_gap`: releases were skipped. The joints have come to rest
-    from where they were by then.
-
-    `value` is the time that was lost, s.
-    """
-
-    def explanation(self) -> str:
-        """Returns how much time was lost, how much may be, why that happens, and what to do."""
-        bound = "max_gap"
-        if "arm" in self.objects:
-            arm = self.objects["arm"]
-            bound = f"max_gap ({min(joint.max_gap for joint in (arm if isinstance(arm, Group) else [arm])):.3g} s)"
-        return (
-            f"{self.value:.3g} s were lost at once, more than {bound} allows: a block ran for too long, or the machine stood still; "
-            "the joints have come to rest: start the motion again, or allow more by max_gap= of the joint"
-        )
 
 
 def handed(takes: Sequence[str], gives: Sequence[str], velocity: Mapping[str, str] | None = None) -> dict[str, list[str]]:
