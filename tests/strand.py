@@ -18,9 +18,11 @@ from pathlib import Path
 def run(notes: Path, name: str, command: list[str]) -> int:
     """Returns the command's exit status; 128 and the signal where one ended it."""
     began = time.time()
-    process = subprocess.Popen(command)
-    # Whoever ends this process means the command. Ctrl-C reaches the command by itself, which ends in its own way.
+    # Whoever ends this process means the command: a signal waits until there is one. Ctrl-C reaches the command by itself.
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
+    process = subprocess.Popen(command, preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM]))
     signal.signal(signal.SIGTERM, lambda *_: process.terminate())
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
     while True:
         try:
             status = process.wait()
