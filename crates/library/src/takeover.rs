@@ -28,6 +28,21 @@ pub struct Last<'a> {
     pub braking: &'a [[f64; 4]],
 }
 
+/// Gives the last set-points of the first `n` joints of a block with the inputs of a takeover, from `start` to `braking`.
+macro_rules! last_setpoints {
+    ($block:expr, $n:expr) => {
+        $crate::takeover::Last {
+            position: &$block.start[..$n],
+            servo_velocity: &$block.start_velocity[..$n],
+            velocity: &$block.last_velocity[..$n],
+            acceleration: &$block.last_acceleration[..$n],
+            time_ns: &$block.last_time[..$n],
+            braking: &$block.braking[..$n],
+        }
+    };
+}
+pub(crate) use last_setpoints;
+
 /// A servo that brakes and has not formed a set-point for so long stands still itself.
 const BRAKING_S: f64 = 0.1;
 

@@ -6,7 +6,7 @@ use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_POSE, JOINTS_MAX};
 use crate::pace;
 use crate::profile::{duration_s, evaluate};
-use crate::takeover::{Brake, Last};
+use crate::takeover::Brake;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line or arc, τ being running time at the pace of the override.
@@ -117,14 +117,7 @@ pub struct LineGenerator {
 impl Step for LineGenerator {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
-        let last = Last {
-            position: &self.start[..n],
-            servo_velocity: &self.start_velocity[..n],
-            velocity: &self.last_velocity[..n],
-            acceleration: &self.last_acceleration[..n],
-            time_ns: &self.last_time[..n],
-            braking: &self.braking[..n],
-        };
+        let last = crate::takeover::last_setpoints!(self, n);
         let (acceleration, jerk, has_plan) = (&self.acceleration_max[..n], &self.jerk_max[..n], self.line.plan >= 1.0);
         if let Some(now) = self.brake.step(&last, acceleration, jerk, self.lead, has_plan, invocation) {
             (self.setpoint, self.setpoint_velocity, self.setpoint_acceleration) = (now.setpoint, now.velocity, now.acceleration);

@@ -7,7 +7,6 @@ use crate::kinematics::line::{Line, Wish, plan_line};
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
 use crate::profile::{Limits, duration_s};
-use crate::takeover::Last;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 

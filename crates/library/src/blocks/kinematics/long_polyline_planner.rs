@@ -8,7 +8,6 @@ use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
 use crate::path::{LONG_BLEND_SHARE, LONG_POINTS_MAX, Passing};
 use crate::profile::Limits;
-use crate::takeover::Last;
 use opengpac::{ConditionOf, FunctionBlock, InPlace, InPlaceMut, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 

@@ -5,7 +5,7 @@ use crate::kinematics::follower::{Asked, Follower, check};
 use crate::kinematics::polyline::Polyline;
 use crate::kinematics::polyline::generator::polyline_generator;
 use crate::path::BEING_PLANNED;
-use crate::takeover::{Brake, Last};
+use crate::takeover::Brake;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 polyline_generator! {

@@ -3,7 +3,7 @@ use crate::pace;
 use crate::path::generator::{BAD_OVERRIDE, NO_PLAN, OTHER_SIZE, PLACES, path_generator};
 use crate::path::{BEING_PLANNED, LongPath};
 use crate::span::Span;
-use crate::takeover::{Brake, Last, Tail};
+use crate::takeover::{Brake, Tail};
 use opengpac::{Condition, ConditionOf, FunctionBlock, InPlace, Invocation, Outcome, Step};
 
 path_generator! {

@@ -2,7 +2,6 @@
 use crate::path::planner::{BAD_LIMIT, NOT_FINITE, path_planner};
 use crate::path::{LONG_BLEND_SHARE, LONG_POINTS_MAX, LongPath, Passing, Planning};
 use crate::profile::Limits;
-use crate::takeover::Last;
 use opengpac::{ConditionOf, FunctionBlock, InPlace, InPlaceMut, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 

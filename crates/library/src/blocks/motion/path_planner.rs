@@ -2,7 +2,6 @@
 use crate::path::planner::{BAD_LIMIT, NOT_FINITE, path_planner};
 use crate::path::{BLEND_SHARE, POINTS_MAX, Passing, Path, Planning};
 use crate::profile::Limits;
-use crate::takeover::Last;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 

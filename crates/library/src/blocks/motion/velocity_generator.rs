@@ -4,7 +4,6 @@ use crate::online::Profile;
 use crate::pace;
 use crate::profile::Limits;
 use crate::span::Span;
-use crate::takeover::Last;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// A start or velocity is not a finite number.
@@ -140,14 +139,7 @@ impl Step for VelocityGenerator {
         let first = !self.way.span.begun();
         let mut ahead_s = 0.0;
         if first {
-            let last = Last {
-                position: &self.start[..n],
-                servo_velocity: &self.start_velocity[..n],
-                velocity: &self.last_velocity[..n],
-                acceleration: &self.last_acceleration[..n],
-                time_ns: &self.last_time[..n],
-                braking: &self.braking[..n],
-            };
+            let last = crate::takeover::last_setpoints!(self, n);
             let Some(begun) = last.begin(invocation.now_ns, self.lead) else { return Outcome::Fault(NOT_FINITE) };
             (self.way.motion, ahead_s) = (begun.motion, begun.ahead_s);
         }

@@ -107,14 +107,7 @@ macro_rules! line_planner {
         impl Step for $name {
             fn step(&mut self, invocation: &Invocation) -> Outcome {
                 let n = self.n as usize;
-                let last = Last {
-                    position: &self.start[..n],
-                    servo_velocity: &self.start_velocity[..n],
-                    velocity: &self.last_velocity[..n],
-                    acceleration: &self.last_acceleration[..n],
-                    time_ns: &self.last_time[..n],
-                    braking: &self.braking[..n],
-                };
+                let last = crate::takeover::last_setpoints!(self, n);
                 if self.waits && (self.has_planned || last.is_moving(invocation.now_ns, self.lead)) {
                     return Outcome::Done;
                 }
@@ -124,26 +117,21 @@ macro_rules! line_planner {
                 let (Some(goal), true) = (Pose::of(&self.goal), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
                 let joints = Limits::of_joints(&self.speed_max[..n], &self.acceleration_max[..n]);
                 let (Some(joints), Some((linear, angular))) = (joints, self.limits()) else { return Outcome::Fault(BAD_LIMIT) };
-                let course = match self.course(&arm.posture(&self.start[..n]).tool, &goal) {
-                    Ok(course) => course,
+                let planned = match self.course(&arm.posture(&self.start[..n]).tool, &goal) {
+                    Ok(course) => {
+                        let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
+                        let wish = Wish { from: &self.start[..n], goal, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
+                        let planned = plan_line((invocation.number + 1) as f64, &arm, &course, &wish);
+                        planned.map_err(|obstacle| obstacle.report(&mut self.unreachable, &mut self.limit, &mut self.singular)).ok()
+                    }
                     Err(Some(code)) => return Outcome::Fault(code),
-                    Err(None) => {
-                        (self.line.plan, self.target, self.duration) = (0.0, self.start, 0.0);
-                        return Outcome::Done;
-                    }
+                    Err(None) => None,
                 };
-                let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
-                let wish = Wish { from: &self.start[..n], goal, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
-                match plan_line((invocation.number + 1) as f64, &arm, &course, &wish) {
-                    Ok(line) => {
-                        (self.line, self.target) = (line, line.to);
-                        self.duration = duration_s(&line.profile);
-                        return Outcome::Done;
-                    }
-                    Err(obstacle) => obstacle.report(&mut self.unreachable, &mut self.limit, &mut self.singular),
+                match planned {
+                    Some(line) => (self.line, self.target, self.duration) = (line, line.to, duration_s(&line.profile)),
+                    // A generator bound to this one does not move.
+                    None => (self.line.plan, self.target, self.duration) = (0.0, self.start, 0.0),
                 }
-                // No line: a generator bound to this one does not move.
-                (self.line.plan, self.target, self.duration) = (0.0, self.start, 0.0);
                 Outcome::Done
             }
         }

@@ -105,14 +105,7 @@ macro_rules! polyline_generator {
         impl Step for $name {
             fn step(&mut self, invocation: &Invocation) -> Outcome {
                 let n = self.n as usize;
-                let last = Last {
-                    position: &self.start[..n],
-                    servo_velocity: &self.start_velocity[..n],
-                    velocity: &self.last_velocity[..n],
-                    acceleration: &self.last_acceleration[..n],
-                    time_ns: &self.last_time[..n],
-                    braking: &self.braking[..n],
-                };
+                let last = crate::takeover::last_setpoints!(self, n);
                 let (acceleration, jerk, has_plan) = (&self.acceleration_max[..n], &self.jerk_max[..n], self.path.path.plan >= 1.0);
                 if let Some(now) = self.brake.step(&last, acceleration, jerk, self.lead, has_plan, invocation) {
                     (self.setpoint, self.setpoint_velocity, self.setpoint_acceleration) = (now.setpoint, now.velocity, now.acceleration);

@@ -118,14 +118,7 @@ macro_rules! polyline_planner {
         impl Step for $name {
             fn step(&mut self, invocation: &Invocation) -> Outcome {
                 let n = self.n as usize;
-                let last = Last {
-                    position: &self.start[..n],
-                    servo_velocity: &self.start_velocity[..n],
-                    velocity: &self.last_velocity[..n],
-                    acceleration: &self.last_acceleration[..n],
-                    time_ns: &self.last_time[..n],
-                    braking: &self.braking[..n],
-                };
+                let last = crate::takeover::last_setpoints!(self, n);
                 let begins = !self.planning.is_under_way();
                 if begins && self.waits && (self.has_planned || last.is_moving(invocation.now_ns, self.lead)) {
                     return Outcome::Done;
