@@ -69,7 +69,7 @@ pub struct Next {
 
 /// Cycles by whose change of speed a declared speed may differ from the reference's, which lags one and a half cycles behind.
 const LAG: f64 = 3.0;
-/// Time for which a joint that came to rest after a gap passes over set-points that lead elsewhere, s: what stored them ends meanwhile.
+/// Time for which a joint that rests after a gap passes over set-points that do not continue its own, s: what stored them ends meanwhile.
 const REST_S: f64 = 0.5;
 
 impl Lead {
@@ -143,7 +143,7 @@ impl Lead {
     }
 
     /// Returns true if a set-point is not followed, because it may be that of a motion from before the gap: until the joint has rested, and for
-    /// a while then if it leads elsewhere.
+    /// [`REST_S`] more if it does not continue the servo's own.
     fn passes_over(&self, led: &Led, span_s: f64) -> bool {
         self.alone.is_some_and(|alone| alone.rested_s < REST_S && !(alone.is_told && self.is_near(led, span_s)))
     }

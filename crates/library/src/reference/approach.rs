@@ -24,7 +24,6 @@ pub struct Approach {
 struct Gap {
     lost_s: f64,
     left_s: f64,
-    since_s: f64,
 }
 
 /// Inputs of a reference in one invocation.
@@ -114,7 +113,7 @@ impl Approach {
     /// the first readings may be from before it.
     fn is_left(&self, passed: Passed, led: &Led) -> bool {
         let is_beyond = passed.lost_s() > led.gap_max_s && !self.rests_in_place(led);
-        let is_recent = passed.is_gap() || (self.lead.is_alone() && self.gap.since_s < READING_S);
+        let is_recent = passed.is_gap() || (self.lead.is_alone() && self.gap.since_s() < READING_S);
         let is_astray = led.error_max > 0.0 && (self.spline.value - led.position).abs() > led.error_max;
         led.gap_max_s > 0.0 && (is_beyond || (is_recent && is_astray))
     }
@@ -138,7 +137,7 @@ impl Approach {
     }
 }
 
-/// Share of the maximum following error by which a joint at rest may be elsewhere after a gap: readings have noise.
+/// Share of the maximum following error by which a joint at rest may have moved in a gap: readings have noise.
 const IN_PLACE: f64 = 0.1;
 /// Time in which a joint that counts as still comes to rest within its acceleration, s: readings of its speed have noise.
 const STILL_S: f64 = 0.02;
@@ -149,12 +148,16 @@ impl Gap {
     /// Lets a cycle pass. Returns the time lost in the last gap, s; 0 if that is longer ago than it was long.
     fn pass(&mut self, passed: Passed) -> f64 {
         if passed.is_gap() {
-            *self = Gap { lost_s: passed.lost_s(), left_s: passed.lost_s(), since_s: 0.0 };
+            *self = Gap { lost_s: passed.lost_s(), left_s: passed.lost_s() };
         } else if self.left_s > 0.0 {
             self.left_s -= passed.used_s();
-            self.since_s += passed.used_s();
         }
         if self.left_s > 0.0 { self.lost_s } else { 0.0 }
+    }
+
+    /// Time since the last gap, s, until it is as long ago as it was.
+    fn since_s(&self) -> f64 {
+        self.lost_s - self.left_s
     }
 }
 
