@@ -36,6 +36,9 @@ const SUBJECTS: [&[Call]; 11] = [
 
 static BY_NAME: LazyLock<HashMap<&str, &Call>> = LazyLock::new(|| SUBJECTS.into_iter().flatten().map(|call| (call.name, call)).collect());
 
+/// Of several calls with one effect the first.
+static BY_EFFECT: LazyLock<HashMap<Effect, &Call>> = LazyLock::new(|| SUBJECTS.into_iter().flatten().rev().map(|call| (call.effect, call)).collect());
+
 /// Calls of a program that stands on this crate.
 static MORE: OnceLock<&[Call]> = OnceLock::new();
 
@@ -49,12 +52,12 @@ pub fn find(name: &str) -> Option<&'static Call> {
     BY_NAME.get(name).copied().or_else(|| MORE.get()?.iter().find(|call| call.name == name))
 }
 
-/// Returns the call that has this effect, the first one where several have.
+/// Returns the call of this crate that has this effect, the first one if several have.
 ///
 /// # Panics
-/// Where no call has it.
+/// If no call has it.
 pub fn with_effect(effect: Effect) -> &'static Call {
-    calls().find(|call| call.effect == effect).expect("each effect but none is that of a call")
+    BY_EFFECT.get(&effect).expect("each effect is that of a call of this crate")
 }
 
 /// Enters calls that are declared outside this crate, once in the life of the process, before anything is served.

@@ -4,7 +4,7 @@
 /// Effect of a call on a verb instance, a logical device or a recording: owners of instances, the journal and its replay follow it.
 ///
 /// An instance is that of the argument `instance` unless something else is said, a device that of the argument `name`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Effect {
     /// Leaves nothing that is followed.
     None,
