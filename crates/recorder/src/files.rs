@@ -86,10 +86,8 @@ impl Files {
         if let Some((last, _)) = whole.back() {
             said.insert(RESUMES.to_owned(), name_of(last));
         }
-        let fits = |whole: usize, folder: &dyn Folder| {
-            bounds.keep.is_none_or(|keep| whole < keep as usize && (whole == 0 || folder.space().and_then(too_full).is_none()))
-        };
-        while !fits(whole.len(), &*folder) {
+        let is_full = |folder: &dyn Folder| folder.space().and_then(too_full).is_some();
+        while bounds.keep.is_some_and(|keep| whole.len() >= keep as usize || !whole.is_empty() && is_full(&*folder)) {
             // One that cannot be deleted is left where it is.
             let _gone = whole.pop_front().map(|(oldest, _)| folder.remove(&oldest));
         }

@@ -4,11 +4,10 @@ use crate::rig::{Folder, Rig, Told, class, receive, send, system, wave};
 use control::{Options, Server};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
-use std::collections::BTreeSet;
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::sync::Arc;
 
-fn options(folder: &Folder) -> Options {
+pub fn options(folder: &Folder) -> Options {
     Options { socket: Some(folder.file("s")), journal: Some(folder.file("j")), ..Options::default() }
 }
 
@@ -17,7 +16,7 @@ fn kept() -> Rig {
 }
 
 /// A copy of what lies on the disk now: what is left when the daemon is killed in this moment.
-fn killed(rig: &Rig) -> Folder {
+pub fn killed(rig: &Rig) -> Folder {
     let left = Folder::new();
     std::fs::copy(rig.folder.file("j"), left.file("j")).expect("a journal");
     std::fs::DirBuilder::new().mode(0o700).create(left.file("j.files")).expect("a folder");
@@ -45,11 +44,11 @@ fn refused(left: &Folder, change: impl FnOnce(&mut Options), watcher: &mut Told)
     refusals.iter().map(ToString::to_string).collect()
 }
 
-fn text(folder: &Folder) -> String {
+pub fn text(folder: &Folder) -> String {
     std::fs::read_to_string(folder.file("j")).expect("text")
 }
 
-fn count(folder: &Folder) -> usize {
+pub fn count(folder: &Folder) -> usize {
     text(folder).lines().count()
 }
 
@@ -468,52 +467,5 @@ fn what_others_can_write_is_no_journal() {
         std::fs::set_permissions(left.file(name), std::fs::Permissions::from_mode(mode)).expect("ours");
         let refused = refused(&left, |_| {}, &mut Told::default());
         assert!(refused.contains("others may write") && refused.contains("chmod go-w"), "{refused}");
-    }
-}
-
-#[test]
-fn a_recording_goes_on_beside_its_file_until_it_is_stopped() {
-    let records = Folder::new();
-    let with = |left: &Folder| Options { records: Some(records.0.clone()), ..options(left) };
-    let rig = Rig::with("virtual", |of, folder| *of = with(folder));
-    let session = rig.commander("panel");
-    let number = rig.call(&session, "record", json!({ "path": "run.mcap" }))["recording"].clone();
-    rig.call(&session, "record", json!({ "path": "other.mcap" }));
-    rig.call(&session, "stop_recording", json!({ "recording": number }));
-    let go_on = |left: Folder| {
-        let with = with(&left);
-        Rig::within(left, "virtual", &with, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"))
-    };
-    let names = || {
-        let mut names: Vec<_> = std::fs::read_dir(&records.0).expect("ours").flatten().map(|entry| entry.file_name().into_string().expect("text")).collect();
-        names.sort();
-        names
-    };
-    let second = go_on(killed(&rig));
-    assert_eq!(names(), ["other-2.mcap", "other.mcap", "run.mcap"]);
-    let third = go_on(killed(&second));
-    assert_eq!(names(), ["other-2.mcap", "other-3.mcap", "other.mcap", "run.mcap"]);
-    let session = third.commander("panel");
-    third.call(&session, "stop_recording", json!({ "recording": 1 }));
-    assert_eq!(count(&third.folder), 3, "{}", text(&third.folder));
-    drop(go_on(killed(&third)));
-    assert_eq!(names().len(), 4, "what was stopped does not go on");
-}
-
-#[test]
-fn a_recording_keeps_as_many_files_however_often_its_daemon_dies() {
-    let records = Folder::new();
-    let with = |left: &Folder| Options { records: Some(records.0.clone()), ..options(left) };
-    let rig = Rig::with("virtual", |of, folder| *of = with(folder));
-    let session = rig.commander("panel");
-    rig.call(&session, "record", json!({ "path": "run.mcap", "split_bytes": 1_000_000, "keep": 2 }));
-    let names = || std::fs::read_dir(&records.0).expect("ours").flatten().map(|entry| entry.file_name().into_string().expect("text")).collect::<BTreeSet<_>>();
-    let mut left = killed(&rig);
-    for last in 2..6 {
-        let with = with(&left);
-        let next = Rig::within(left, "virtual", &with, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"));
-        let before = if last == 2 { "run.mcap".to_owned() } else { format!("run-{}.mcap", last - 1) };
-        assert_eq!(names(), BTreeSet::from([before, format!("run-{last}.mcap")]));
-        left = killed(&next);
     }
 }

@@ -10,6 +10,7 @@ mod journal;
 mod lanes;
 mod page;
 mod reach;
+mod recordings;
 mod rig;
 mod rights;
 mod schemas;

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Recordings of a daemon that dies and starts again.
+use crate::journal::{count, killed, options, text};
+use crate::rig::{Folder, Rig, Told};
+use control::Options;
+use serde_json::json;
+use std::collections::BTreeSet;
+
+fn recording(records: &Folder, left: &Folder) -> Options {
+    Options { records: Some(records.0.clone()), ..options(left) }
+}
+
+/// The daemon that starts on what is left.
+fn go_on(records: &Folder, left: Folder) -> Rig {
+    let with = recording(records, &left);
+    Rig::within(left, "virtual", &with, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"))
+}
+
+fn names(records: &Folder) -> BTreeSet<String> {
+    std::fs::read_dir(&records.0).expect("ours").flatten().map(|entry| entry.file_name().into_string().expect("text")).collect()
+}
+
+fn set<const N: usize>(names: [&str; N]) -> BTreeSet<String> {
+    names.map(str::to_owned).into()
+}
+
+#[test]
+fn a_recording_goes_on_beside_its_file_until_it_is_stopped() {
+    let records = Folder::new();
+    let rig = Rig::with("virtual", |of, folder| *of = recording(&records, folder));
+    let session = rig.commander("panel");
+    let number = rig.call(&session, "record", json!({ "path": "run.mcap" }))["recording"].clone();
+    rig.call(&session, "record", json!({ "path": "other.mcap" }));
+    rig.call(&session, "stop_recording", json!({ "recording": number }));
+    let second = go_on(&records, killed(&rig));
+    assert_eq!(names(&records), set(["other-2.mcap", "other.mcap", "run.mcap"]));
+    let third = go_on(&records, killed(&second));
+    assert_eq!(names(&records), set(["other-2.mcap", "other-3.mcap", "other.mcap", "run.mcap"]));
+    let session = third.commander("panel");
+    third.call(&session, "stop_recording", json!({ "recording": 1 }));
+    assert_eq!(count(&third.folder), 3, "{}", text(&third.folder));
+    drop(go_on(&records, killed(&third)));
+    assert_eq!(names(&records).len(), 4, "what was stopped does not go on");
+}
+
+#[test]
+fn a_recording_keeps_as_many_files_however_often_its_daemon_dies() {
+    let records = Folder::new();
+    let rig = Rig::with("virtual", |of, folder| *of = recording(&records, folder));
+    let session = rig.commander("panel");
+    rig.call(&session, "record", json!({ "path": "run.mcap", "split_bytes": 1_000_000, "keep": 2 }));
+    let mut left = killed(&rig);
+    for last in 2..6 {
+        let next = go_on(&records, left);
+        let before = if last == 2 { "run.mcap".to_owned() } else { format!("run-{}.mcap", last - 1) };
+        assert_eq!(names(&records), set([before.as_str(), format!("run-{last}.mcap").as_str()]));
+        left = killed(&next);
+    }
+}
