@@ -12,7 +12,16 @@ from .errors import ModuleError, refuse
 
 def user_cache() -> Path:
     """The package's part of the user's cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "opengpac"
+    return _of_user("XDG_CACHE_HOME", ".cache")
+
+
+def user_data() -> Path:
+    """The package's part of the user's data."""
+    return _of_user("XDG_DATA_HOME", ".local/share")
+
+
+def _of_user(variable: str, otherwise: str) -> Path:
+    return Path(os.environ.get(variable) or Path.home() / otherwise).absolute() / "opengpac"
 
 
 def put(file: Path, content: bytes) -> None:

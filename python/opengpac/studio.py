@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 from urllib.parse import urlsplit
 
 from . import _native, checking, opened, programs
+from .cache import user_data
 from .errors import CallError, FileFailed, NotAllowed, refusals, refuse
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ def records_of_user() -> str | None:
     """Makes and returns the folder into which a page that may record does so where none is named, in `$XDG_DATA_HOME` or
     `~/.local/share`; None where it cannot be made."""
     try:
-        folder = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local/share").absolute() / "opengpac" / "recordings"
+        folder = user_data() / "recordings"
         folder.mkdir(parents=True, exist_ok=True)
     except (OSError, RuntimeError):
         # A user without a home, or one that cannot be written.

@@ -98,10 +98,10 @@ class Arm(Group[Joint]):
         wanted = self.groups[group] if isinstance(group, str) else group
         models = {joint.name.removeprefix(f"{self.name}."): joint for joint in self}
         chosen = [models[name] if name in models else self[name] for name in wanted if name in models or not isinstance(group, str)]
-        joints = [joint for joint in self if joint in chosen]
+        names = [name for name, joint in models.items() if joint in chosen]
         name = f"{self.name}.{group}" if isinstance(group, str) else f"part of {self.name}"
         of = self._kinematics_of
-        names = [joint.name.removeprefix(f"{self.name}.") for joint in joints]
+        joints = [models[name] for name in names]
         part = Arm(
             name, *joints, kinematics=self._read if of is None else lambda: of(names), states=self.states, interfaces=self.interfaces
         )

@@ -51,7 +51,8 @@ def tool_by_touching(
     of all: the message names it. `arm.tool = tool_by_touching(arm, [points[name] for name in names]).frame`.
     """
     without = arm.tool.inverse()
-    poses = [arm.forward(_positions(arm, point)) @ without for point in points]
+    in_order = (tuple(point[joint.short_name] for joint in arm) if isinstance(point, Mapping) else point for point in points)
+    poses = [arm.forward(positions) @ without for positions in in_order]
     if len(poses) < LEAST:
         what = f"{len(poses)} places are given"
         refuse(CallError, what, f"give {LEAST} or more at which the tip touches one point, each with the tool turned differently")
@@ -75,8 +76,3 @@ def tool_by_touching(
         refuse(ValueRefused, what, "touch the point again there, or give a larger residual_max")
     residual = float(np.sqrt((residuals**2).mean()))
     return TouchedTool(Pose(tuple(found), rpy=tuple(orientation)), tip, residuals, residual, spread)
-
-
-def _positions(arm: Arm, point: Mapping[str, float] | Sequence[float] | np.ndarray) -> list[float]:
-    """Returns the positions of a point in the arm's order."""
-    return [float(point[joint.short_name]) for joint in arm] if isinstance(point, Mapping) else [float(q) for q in point]
