@@ -15,7 +15,7 @@ pub struct Failure {
 pub enum Ground {
     /// The class says it.
     OfClass,
-    /// It is not known who calls.
+    /// The caller is not known: its token, certificate or user is missing or wrong.
     UnknownCaller,
     /// There were too many requests, or too often: the caller may come again after this time, s.
     TooMany { again_in_s: u64 },

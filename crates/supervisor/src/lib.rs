@@ -5,7 +5,7 @@
 //! by the supervisor's thread (under the virtual clock: by the thread that advances time). Nothing here is on a real-time path: a
 //! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
 //!
-//! One folder a subject, its state and its acts side by side: `instances`, `starting`, `claims`, `transitions`, `movements`, `ending`, `suspension`;
+//! Each subject has a folder with its state and its acts: `instances`, `starting`, `claims`, `transitions`, `movements`, `ending`, `suspension`;
 //! `devices`, `processors`, `definitions`, `svvs`, `wiring`; `alarms`, `stopping`, `pausing`, `handover`; `observation`. `core` has the state of all
 //! of them under one lock, `system` what a programming system calls; files whose names end with `_calls` have its calls on their subject.
 mod alarms;

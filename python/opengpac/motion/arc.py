@@ -110,11 +110,11 @@ def move_circular(
 ) -> Moved:
     """Moves the tool of an arm along an arc of the circle through its place, a pose on the way and a goal. It begins from rest.
 
-    via, goal: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration of the tool, the way
-    round the circle included: m/s²; angle: of an arc that ends elsewhere than at the goal, up to two circles (`"360 deg"`), 0: at the
-    goal; tolerance of each joint at the end: rad. `orientation="via"` has that of start, via and goal at their places, `"goal"` turns
-    evenly from the start's to the goal's, `"path"` keeps it relative to the path, whatever via and goal have. Slower where the joints
-    ask for it. Three poses on a line are gone straight where via is between the others. An arm that moves is braked first. An arc that
-    the arm cannot go raises `ArcRefused` before it moves.
+    via, goal: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration of the tool, the way round
+    the circle included: m/s²; angle: of the whole arc, up to two circles (`"360 deg"`), 0: to the goal; tolerance of each joint at the
+    end: rad. `orientation="via"` has that of start, via and goal at their places, `"goal"` turns evenly from the start's to the goal's,
+    `"path"` keeps it relative to the path, whatever via and goal have. Slower where the joints ask for it. Three poses on a line are gone
+    straight where via is between the others. An arm that moves is braked first. An arc that the arm cannot go raises `ArcRefused` before
+    it moves.
     """
     ...

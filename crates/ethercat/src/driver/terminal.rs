@@ -166,7 +166,7 @@ impl Point {
     }
 }
 
-/// Returns `count` bits of process data from bit `at` on, the least significant bit first.
+/// Returns the number in `count` bits of process data, whose least significant bit is bit `at`.
 fn bits(process: &[u8], at: usize, count: usize) -> u64 {
     let mut value = 0;
     let mut done = 0;

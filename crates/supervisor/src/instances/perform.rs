@@ -28,7 +28,7 @@ impl StartedInstance {
 
 impl System {
     /// Starts an instance of [`System::create_to_start`] for a caller that waits for its end with [`System::complete`].
-    /// Where that is refused, the instance is deleted.
+    /// Deletes the instance if the start is refused.
     pub fn start_to_wait(&self, instance: u64, values: &IndexMap<String, Value>, limits: Limits) -> Result<StartedInstance, Refusals> {
         let attending = self.attending(instance);
         if let Err(refusals) = self.start(instance, values, limits) {
