@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from lines import Line, median, time
 
-from opengpac.realtime import EmbeddedSystem
+from opengpac.system.realtime import EmbeddedSystem
 
 SIZES = (1, 1_000, 10_000)
 

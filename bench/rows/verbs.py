@@ -13,7 +13,7 @@ from lines import Line, median, time
 
 import opengpac as gpac
 from opengpac import activate, execute, on
-from opengpac.realtime import EmbeddedSystem
+from opengpac.system.realtime import EmbeddedSystem
 from rows.kernel import C
 
 PACKAGE_NS = 100_000

@@ -13,8 +13,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
 from . import _native
-from .places import Place, here, packaged
-from .tracebacks import ShortTraceback
+from .refusals.source_location import Place, here, packaged
+from .refusals.tracebacks import ShortTraceback
 
 
 class End(NamedTuple):

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from .system import System
+    from .system.system import System
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> None:
     """Ends the traceback of a refusal at the test's own line; with `--full-trace` or `OPENGPAC_TRACEBACK=full` it stays whole."""
     from .errors import Error
-    from .tracebacks import shorten
+    from .refusals.tracebacks import shorten
 
     if call.excinfo is not None and isinstance(call.excinfo.value, Error) and not item.config.option.fulltrace:
         shorten(call.excinfo.value)
@@ -27,7 +27,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> 
 @pytest.fixture
 def cell(request: pytest.FixtureRequest) -> Iterator[System]:
     """A system of its own under the virtual clock."""
-    from .system import System
+    from .system.system import System
 
     with System(request.node.name, clock="virtual") as made:
         yield made
@@ -36,7 +36,7 @@ def cell(request: pytest.FixtureRequest) -> Iterator[System]:
 @pytest.fixture
 def real_cell(request: pytest.FixtureRequest) -> Iterator[System]:
     """A system of its own in real time."""
-    from .system import System
+    from .system.system import System
 
     with System(request.node.name, progress=False) as made:
         yield made

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from opengpac.blocks import Block
+from opengpac.definition.blocks import Block
 from opengpac.library.components import Component, items_of
 
 TRIED = [0.0] * 10 + [1.0] * 30 + [1.0 - (k + 1) / 20 for k in range(40)]

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from opengpac import opened
+from opengpac.system import open_systems
 
 ROOT = Path(__file__).parent.parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs" / "drivers").glob("*.md"))]
@@ -93,7 +93,7 @@ class Program:
     def close(self) -> None:
         """Ends the program: what a process does at its exit."""
         self.names = {}
-        for made in opened.systems():
+        for made in open_systems.systems():
             made.close()
 
     def check(self, listing: Listing) -> None:

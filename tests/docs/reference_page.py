@@ -20,7 +20,7 @@ from block_pictures import picture
 import opengpac as gpac
 from opengpac import cli, pytest_plugin
 from opengpac.cell.verbs import SignalVerb
-from opengpac.devices import ParameterMember, SvvMember
+from opengpac.devices.logical import ParameterMember, SvvMember
 from opengpac.library.components import Component
 from opengpac.library.manuals import manual
 from opengpac.library.origins import standard
@@ -35,7 +35,7 @@ MODULES = [
     "opengpac.cell",
     "opengpac.library",
     "opengpac.drivers",
-    "opengpac.alarms",
+    "opengpac.system.alarms",
     "opengpac.gym",
 ]
 """The modules whose public names the page has. Those without `__all__` have what they define themselves."""
@@ -82,8 +82,8 @@ GROUPS: dict[str, tuple[str, str]] = {
         "opengpac.cell",
         "DigitalInput DigitalOutput AnalogInput AnalogOutput set_output pulse wait_for_input InputTimeout",
     ),
-    "Alarms": ("opengpac.alarms", "Alarms Alarm Shelving"),
-    "Workspaces": ("opengpac.workspaces", "Workspaces"),
+    "Alarms": ("opengpac.system.alarms", "Alarms Alarm Shelving"),
+    "Workspaces": ("opengpac.studio.workspaces", "Workspaces"),
     "Sessions with a remote system": ("opengpac.remote.session", "Session Commanding CommandRequest"),
     "The component data base": (
         "opengpac.library",
@@ -118,7 +118,7 @@ MADE_BY_YOU = [
 ]
 """The classes that a program calls; others come from calls of the system."""
 
-ALIASES = {"Quantity": "opengpac.quantities", "Command": "opengpac.commands", "Frame": "opengpac.frames"}
+ALIASES = {"Quantity": "opengpac.values.quantities", "Command": "opengpac.definition.commands", "Frame": "opengpac.values.frames"}
 """Names of types that are written otherwise: name → the module that says so."""
 
 FOR_OPENGPAC = [

@@ -14,7 +14,8 @@ import pytest
 from listings import PAGES, ROOT, Listing, Program, assert_prints, listings
 
 from daemons import Daemon
-from opengpac import _native, system
+from opengpac import _native
+from opengpac.system import system
 
 
 @pytest.fixture(autouse=True)

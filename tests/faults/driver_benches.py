@@ -162,7 +162,7 @@ class _CanOpen(axis_benches.Axis, Bench):
 class _Python(Bench):
     """Its process is the counterpart: a furnace that writes down what happens to it."""
 
-    channel, host = "heater", "opengpac.driver_process"
+    channel, host = "heater", "opengpac.driver.process"
 
     def __init__(self) -> None:
         self.folder = tempfile.mkdtemp(prefix="furnace-")

@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 
 import opengpac as gpac
-from opengpac import studio
+from opengpac.studio import server
 
 sys.path.append(str(Path(__file__).parent.parent / "python"))
 from browser import Browser, Stream
@@ -23,7 +23,7 @@ class Scope:
 
     def __init__(self, cell: gpac.System, folder: Path) -> None:
         (folder / "index.html").write_text("<!doctype html><title>soak</title>\n")
-        self._served = studio.serve(cell, 0, "observe", None, folder)
+        self._served = server.serve(cell, 0, "observe", None, folder)
         self._stream: Stream = Browser(self._served.url).stream()
         self._stream.say(subscribe="scope", id="soak", names=["sent"], every_ms=50)
         self.frames = self.values = self.lost = self.missing = 0

@@ -10,8 +10,8 @@ import numpy as np
 
 import opengpac as gpac
 from opengpac import activate
-from opengpac.processors import Processor
 from opengpac.robots import Joint
+from opengpac.system.processors import Processor
 
 SPEED, ACCELERATION, JERK = 1.0, 4.0, 80.0
 RANGE = (-2.0, 2.0)

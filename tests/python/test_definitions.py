@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import opengpac as gpac
 from opengpac import activate, on
 from opengpac import library as lib
-from opengpac.quantities import duration_ns
-from opengpac.values import dtype_of, from_bytes, lively, plain
+from opengpac.values.encoding import dtype_of, from_bytes, lively, plain
+from opengpac.values.quantities import duration_ns
 from rig import Rig
 
 

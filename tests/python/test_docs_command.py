@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 import opengpac as gpac
-from opengpac import cli, docs
+from opengpac import cli
+from opengpac.cli import docs
 
 
 @pytest.fixture

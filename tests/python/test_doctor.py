@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from opengpac import cli, doctor
+from opengpac import cli
+from opengpac.cli import doctor
 
 
 def machine(root: Path, **texts: str) -> Path:

@@ -19,7 +19,7 @@ import pytest
 import opengpac as gpac
 from afar import until
 from opengpac.errors import End, several
-from opengpac.places import Place
+from opengpac.refusals.source_location import Place
 from orphans import lives
 from rig import Rig
 

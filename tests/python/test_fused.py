@@ -170,4 +170,3 @@ def test_a_module_that_comes_anew_is_fused_anew(rig: Rig, tmp_path: Path) -> Non
     second = ran(rig, rig.cell.download(path, "code"), "second", fuse=True)
     assert first.outputs["last"] != second.outputs["last"]
     assert second.outputs == ran(rig, rig.cell.download(path, "code"), "third", fuse=False).outputs
-

@@ -17,7 +17,8 @@ import opengpac as gpac
 from axes import machine
 from cell_rig import CHANNELS
 from opengpac import cell as signals
-from opengpac import motion, studio
+from opengpac import motion
+from opengpac.studio import server
 from test_hostile import HOSTILE, Case, sentence
 
 HERE: list[Any] = [
@@ -33,7 +34,7 @@ class Machine:
     def __init__(self, folder: Path) -> None:
         self.cell = gpac.System("cell", clock="virtual", seed=1)
         self.folder, self._files = folder, 0
-        self._served: studio.Studio | None = None
+        self._served: server.Studio | None = None
         self.axes = machine(self.cell)
         processor = self.cell.processor("io")
         self.fast = processor.timer("fast", period="1 ms", priority=80)
@@ -54,7 +55,7 @@ class Machine:
 
     def connect(self, **given: Any) -> None:
         """Connects to the system that this one serves."""
-        self._served = self._served or studio.serve(self.cell, 0, "operate", None, self.folder)
+        self._served = self._served or server.serve(self.cell, 0, "operate", None, self.folder)
         parts = urlsplit(self._served.url)
         sane = {"url": f"http://{parts.hostname}:{parts.port}", "token": parts.fragment.removeprefix("token="), "command": False}
         gpac.connect(**{**sane, **given}).close()

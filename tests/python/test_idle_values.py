@@ -124,7 +124,6 @@ def test_holding_an_effort_is_refused_unless_it_is_asked_for_by_name(cell: gpac.
     assert cell.read(cell.physical_devices["plant"]["x"].velocity)[0] == 2.0
 
 
-
 def test_a_payload_is_carried_while_the_program_is_paused() -> None:
     arm = gpac.robots.load("ur5e", clock="virtual")
     with arm.system as cell:

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 import opengpac
-from opengpac import face
+from opengpac import public
 
 ROOT = Path(opengpac.__file__).parent
 MODULES = {
@@ -75,12 +75,12 @@ def printed(program: str, *words: str) -> str:
     return subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, check=True).stdout.strip()
 
 
-PROCESS = "opengpac.driver_process"
+PROCESS = "opengpac.driver.process"
 """With this word a process is that of a driver in Python."""
 
 
 def test_the_process_of_a_driver_loads_neither_the_public_names_nor_numpy() -> None:
-    loaded = printed("import sys, opengpac.driver_process; print(*sys.modules)", PROCESS).split()
+    loaded = printed("import sys, opengpac.driver.process; print(*sys.modules)", PROCESS).split()
     assert {"opengpac.driver", "opengpac._native"} <= {*loaded}
     assert not {"opengpac.face", "opengpac.system", "numpy", "asyncio", "tomlkit"} & {*loaded}
 
@@ -88,7 +88,7 @@ def test_the_process_of_a_driver_loads_neither_the_public_names_nor_numpy() -> N
 @pytest.mark.parametrize("words", [(), (PROCESS,)], ids=["a program", "a driver"])
 def test_every_public_name_is_there(words: tuple[str, ...]) -> None:
     program = "import opengpac.driver, opengpac as gpac; print(*(name for name in gpac.__all__ if getattr(gpac, name) is not None))"
-    assert printed(program, *words).split() == face.__all__
+    assert printed(program, *words).split() == public.__all__
     assert printed("from opengpac import *; print(System.__name__, deg(180), cell.__name__)", *words) == f"System {math.pi} opengpac.cell"
     assert printed("from opengpac.robots import load; import opengpac; print(opengpac.Verb.then.__name__)", *words) == "then"
     assert printed("import opengpac; print(opengpac.quantities.deg(180))", *words) == str(math.pi)

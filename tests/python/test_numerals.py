@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
-from opengpac import values
-from opengpac.numerals import number
+from opengpac.values import encoding
+from opengpac.values.numbers import number
 from rig import Rig
 
 
@@ -91,12 +91,12 @@ def test_a_number_is_taken(of: Callable[[float], Any], rig: Rig) -> None:
 
 
 def test_arrays_tensors_and_tables_are_lists_of_numbers() -> None:
-    assert values.plain(Tensor([1.0, 2.0])) == [1.0, 2.0]
-    assert values.plain([Tensor(1.0), np.longdouble(2)]) == [1.0, 2.0]
-    assert values.plain(Frame()) == [[1.0, 2.0], [3.0, 4.0]]
-    assert values.plain(np.array([1, 2], dtype=np.longdouble)) == [1.0, 2.0]
+    assert encoding.plain(Tensor([1.0, 2.0])) == [1.0, 2.0]
+    assert encoding.plain([Tensor(1.0), np.longdouble(2)]) == [1.0, 2.0]
+    assert encoding.plain(Frame()) == [[1.0, 2.0], [3.0, 4.0]]
+    assert encoding.plain(np.array([1, 2], dtype=np.longdouble)) == [1.0, 2.0]
     record = np.array((1.0, 2), dtype=[("a", "<f8"), ("b", "<i4")])
-    assert values.plain(record) == values.plain(record[()]) == {"a": 1.0, "b": 2}
+    assert encoding.plain(record) == encoding.plain(record[()]) == {"a": 1.0, "b": 2}
 
 
 def test_what_is_no_single_number_is_refused_in_words() -> None:
@@ -106,4 +106,4 @@ def test_what_is_no_single_number_is_refused_in_words() -> None:
     assert number([1]) == [1] and number("1") == "1"
     assert number(np.datetime64("2026-01-01")) == np.datetime64("2026-01-01")
     with pytest.raises(gpac.Error):
-        values.plain(np.float64("nan"))
+        encoding.plain(np.float64("nan"))

@@ -18,8 +18,8 @@ import pytest
 import opengpac as gpac
 from opengpac import activate, motion
 from opengpac import library as lib
-from opengpac.blocks import Block, Item
 from opengpac.cell import AnalogOutput
+from opengpac.definition.blocks import Block, Item
 from opengpac.robots import Joint
 from opengpac.robots.gripper import Finger
 

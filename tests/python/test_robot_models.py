@@ -10,7 +10,7 @@ import pytest
 
 import opengpac as gpac
 from opengpac import robots
-from opengpac.cache import keep
+from opengpac.storage.cache import keep
 
 ARM = """<body name="{p}base" pos="0 {y} 0"><body name="{p}upper">
 <joint name="{p}turn" axis="0 0 1" range="-2 2"/><geom size="0.02" mass="1"/>

@@ -14,7 +14,7 @@ from rich.console import Console
 import opengpac as gpac
 from opengpac import activate
 from opengpac import library as lib
-from opengpac.tables import Table
+from opengpac.values.tables import Table
 
 
 @pytest.fixture

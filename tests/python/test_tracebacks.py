@@ -17,7 +17,7 @@ from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 
 import opengpac as gpac
-from opengpac import tracebacks
+from opengpac.refusals import tracebacks
 
 PACKAGE = str(Path(gpac.__file__).parent)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import opengpac as gpac
 from opengpac import library as lib
-from opengpac.commands import activate
+from opengpac.definition.commands import activate
 
 HISTORY = 40_000
 """Kept values of a motor's effort, 1 ms each: longer than a move may take."""

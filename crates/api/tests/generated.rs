@@ -26,7 +26,7 @@ fn the_page_of_the_calls_is_that_of_the_declarations() {
 
 #[test]
 fn the_calls_in_python_are_those_of_the_declarations() {
-    compare("python/opengpac/calls.py", &api::generate::python(api::calls()));
+    compare("python/opengpac/system/calls.py", &api::generate::python(api::calls()));
 }
 
 /// Crates that carry calls or what a call leaves behind, and names that are something else there: a file, and the word.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes that are started for one purpose: the guard, a plant. `python/opengpac/processes.py` has their command lines.
+//! Processes that are started for one purpose: the guard, a plant. `python/opengpac/system/processes.py` has their command lines.
 use pyo3::prelude::*;
 
 #[pyfunction]

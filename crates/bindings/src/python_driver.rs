@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver in Python on the thread of its source: what a process of driver `python` runs, and what stands for that where time is virtual.
-//! `python/opengpac/driver_process.py` has its other half, which packs and unpacks what its exchange reads and writes.
+//! `python/opengpac/driver/process.py` has its other half, which packs and unpacks what its exchange reads and writes.
 use crate::convert::to_json;
 use device::{
     Channel, Counters, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Reach, ServiceWord, Services, Slot,
@@ -77,7 +77,7 @@ impl Services for ObjectServices {
 /// Makes an object of its class; nothing is opened yet.
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let made = Python::attach(|py| {
-        let module = py.import("opengpac.driver_process")?;
+        let module = py.import("opengpac.driver.process")?;
         let exchange = module.getattr("Exchange")?.call1((to_json(given.value())?,))?;
         let text = |name| exchange.getattr(name)?.extract::<String>();
         Ok::<_, PyErr>((text("channels")?, text("beside")?, exchange.unbind()))

@@ -6,13 +6,13 @@ from __future__ import annotations
 from typing import Any
 
 from .. import library as lib
-from ..commands import activate, execute, ready
-from ..devices import LogicalDevice, parameter, svv
+from ..definition.commands import activate, execute, ready
+from ..definition.verbs import Verb
+from ..devices.logical import LogicalDevice, parameter, svv
+from ..devices.physical import Channel
 from ..errors import CallError, refuse
-from ..physical import Channel
-from ..sources import Source
-from ..svvs import SVV
-from ..verbs import Verb
+from ..system.sources import Source
+from ..system.svvs import SVV
 
 EXCHANGE = "1 ms"
 """How often a signal is read or written where its source does not say."""

@@ -8,17 +8,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 from .. import library as lib
-from ..commands import activate, execute
-from ..conditions import on
+from ..application.instances import VerbInstance
+from ..application.reports import Report
+from ..definition.commands import activate, execute
+from ..definition.conditions import on
+from ..definition.parameters import input
+from ..definition.verbs import Verb
+from ..devices.physical import Channel
 from ..errors import CallError, Terminated, did_you_mean, refuse
-from ..instances import VerbInstance
-from ..parameters import input
-from ..physical import Channel
-from ..quantities import Quantity
-from ..reports import Report
-from ..sources import Source
-from ..svvs import SVV
-from ..verbs import Verb
+from ..system.sources import Source
+from ..system.svvs import SVV
+from ..values.quantities import Quantity
 from .signals import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput
 
 R = TypeVar("R", bound=Report, covariant=True)

@@ -12,10 +12,10 @@ from typing import Any
 
 from .. import _native
 from .. import driver as written
-from ..driver_process import loaded
+from ..driver.process import loaded
 from ..errors import CallError, DeviceFailed, Error, UnknownName, did_you_mean, refusals, refuse
-from ..quantities import duration_text
-from ..tables import Shown, Table, Tables
+from ..values.quantities import duration_text
+from ..values.tables import Shown, Table, Tables
 from .in_python import where
 from .loading import load
 

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from ..driver import Channel, channels_of, place_of
-from ..driver_process import Exchange
+from ..driver.process import Exchange
 
 SENTENCES = {
     "class-life": "its class opens, exchanges, goes to its safe state and closes",

@@ -15,8 +15,9 @@ from typing import Any
 
 from rich.console import Console
 
-from .. import _native, processes
+from .. import _native
 from ..errors import CallError, Error, refusals, refuse
+from ..system import processes
 from . import class_checks
 from .driver import Driver
 from .in_python import python

@@ -10,9 +10,9 @@ from typing import Any
 
 from .. import driver as written
 from ..errors import CallError, refuse
-from ..given import taking
-from ..quantities import Quantity, optional_ns
-from ..values import plain
+from ..refusals.argument_types import taking
+from ..values.encoding import plain
+from ..values.quantities import Quantity, optional_ns
 from .driver import Driver, given
 
 

@@ -13,12 +13,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from .. import _native, processes
-from ..cache import put, user_cache
+from .. import _native
 from ..errors import CallError, ModuleError, did_you_mean, refusals, refuse
-from ..files import is_source
-from ..given import taking
-from ..quantities import duration_ns
+from ..refusals.argument_types import taking
+from ..storage.cache import put, user_cache
+from ..storage.files import is_source
+from ..system import processes
+from ..values.quantities import duration_ns
 from .driver import Driver
 
 _TRIAL_SECONDS = 60

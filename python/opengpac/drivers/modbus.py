@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..errors import CallError, refuse
-from ..given import taking
-from ..quantities import Quantity, optional_ns
+from ..refusals.argument_types import taking
+from ..values.quantities import Quantity, optional_ns
 from .driver import Driver, given
 
 

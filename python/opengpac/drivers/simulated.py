@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import processes
 from ..errors import CallError, DeviceFailed, refuse
-from ..given import taking
-from ..quantities import Quantity, duration_ns, optional_ns
+from ..refusals.argument_types import taking
+from ..system import processes
+from ..values.quantities import Quantity, duration_ns, optional_ns
 from .driver import Driver, given
 
 

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from ..given import taking
-from ..quantities import Quantity, optional_ns
+from ..refusals.argument_types import taking
+from ..values.quantities import Quantity, optional_ns
 from .driver import Driver, given
 
 

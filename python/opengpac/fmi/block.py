@@ -9,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from ..blocks import Block
-from ..cache import folder, keep
+from ..definition.blocks import Block
+from ..definition.generated_code import block_name, interface, kept
 from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
-from ..given import taking
-from ..kept import block_name, interface, kept
-from ..numerals import number
-from ..quantities import Quantity, optional_ns
+from ..refusals.argument_types import taking
+from ..storage.cache import folder, keep
+from ..values.numbers import number
+from ..values.quantities import Quantity, optional_ns
 from . import code
 from .archive import opened
 from .description import Description, described

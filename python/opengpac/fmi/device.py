@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..cache import folder, keep
 from ..drivers.driver import Driver
 from ..drivers.in_python import python
 from ..errors import CallError, ModuleError, refuse
-from ..given import taking
-from ..quantities import Quantity, duration_ns
+from ..refusals.argument_types import taking
+from ..storage.cache import folder, keep
+from ..values.quantities import Quantity, duration_ns
 from .block import Chosen, unpacked
 from .code import Port, Ports
 from .description import Description, described

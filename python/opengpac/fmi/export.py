@@ -20,14 +20,14 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from .. import __version__, _native
-from ..blocks import Block, Item
-from ..commands import activate
-from ..definitions.reading import load
+from ..definition.blocks import Block, Item
+from ..definition.commands import activate
+from ..definition.files.reading import load
+from ..definition.graphs import Graph
+from ..definition.verbs import Verb
 from ..errors import CallError, FileFailed, UnknownName, did_you_mean, refusals, refuse
-from ..graphs import Graph
 from ..python.items import WIDTHS
-from ..quantities import Quantity, duration_ns
-from ..verbs import Verb
+from ..values.quantities import Quantity, duration_ns
 
 CORE = Path(__file__).with_name("exported.h")
 _FMI = {"double": "Real", "float": "Real", "bool": "Boolean", "int8_t": "Integer", "int16_t": "Integer", "int32_t": "Integer"} | {

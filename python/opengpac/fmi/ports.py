@@ -14,7 +14,7 @@ from .. import _native
 from ..errors import DefinitionError, ModuleError, UnitMismatch, did_you_mean, refuse
 from ..python.items import WIDTHS, Item
 from ..python.words import Input, Output, Parameter
-from ..quantities import unknown_unit
+from ..values.quantities import unknown_unit
 from .code import Port, Ports
 from .description import Description, Variable
 

@@ -11,10 +11,10 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from ..enabling import enable
+from ..devices.enabling import enable
 from ..errors import CallError, DefinitionError, UnknownName, did_you_mean, refusals, refuse
-from ..quantities import Quantity, duration_ns
-from ..system import System
+from ..system.system import System
+from ..values.quantities import Quantity, duration_ns
 from .spaces import NetworkOutput, Observations, Terms
 from .task import Task
 from .values import Ports, Values

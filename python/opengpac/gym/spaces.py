@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from ..demands import check_names
+from ..definition.demands import check_names
 from ..errors import DefinitionError, TypeMismatch, UnitMismatch, refuse
 from ..policies.terms import Numbers, Term
 from .values import Ports

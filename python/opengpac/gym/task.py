@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..devices import LogicalDevice
-from ..instances import VerbInstance
+from ..application.instances import VerbInstance
+from ..devices.logical import LogicalDevice
 from .values import Variables
 
 Begin = Callable[[np.random.Generator], Mapping[str, Any]]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import CallError, DefinitionError, TypeMismatch, did_you_mean, refusals, refuse
-from ..svvs import SVV
-from ..system import System
-from ..values import plain
+from ..system.svvs import SVV
+from ..system.system import System
+from ..values.encoding import plain
 
 Variables = SVV[Any] | Sequence[SVV[Any]]
 

@@ -19,8 +19,8 @@ from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import Any
 
-from ..blocks import Block
-from ..given import taking
+from ..definition.blocks import Block
+from ..refusals.argument_types import taking
 from .catalogue import CATALOGUE
 from .components import Component, Found, Problem
 from .manuals import Manual, manual

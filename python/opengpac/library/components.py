@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
-from ..blocks import Block, Item
-from ..devices import LogicalDevice
-from ..graphs import Graph
-from ..tables import Shown, Table
-from ..verbs import Verb
+from ..definition.blocks import Block, Item
+from ..definition.graphs import Graph
+from ..definition.verbs import Verb
+from ..devices.logical import LogicalDevice
+from ..values.tables import Shown, Table
 
 Kind = Literal["block", "graph", "verb", "device type"]
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from .. import _native
-from ..blocks import Block, Item
+from ..definition.blocks import Block, Item
 from ..errors import refusals
-from ..values import dtype_of, from_bytes
+from ..values.encoding import dtype_of, from_bytes
 from .components import Component, items_of
 
 _ARM = 'arm = gpac.robots.load("two_joint")'

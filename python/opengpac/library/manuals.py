@@ -9,8 +9,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ..blocks import Block, Item
-from ..parameters import InputParameter
+from ..definition.blocks import Block, Item
+from ..definition.parameters import InputParameter
 from .components import Component, items_of
 from .examples import default_of, example
 

@@ -20,10 +20,10 @@ from types import ModuleType
 from typing import Any
 
 from .. import _native
-from ..blocks import Block
-from ..checks import without_system
+from ..definition.blocks import Block
+from ..definition.entering import without_system
 from ..errors import Error, refusals
-from ..files import is_source
+from ..storage.files import is_source
 from .components import Component, Problem, block_component, members
 
 GROUP = "opengpac.components"

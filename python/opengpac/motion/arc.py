@@ -9,15 +9,15 @@ from typing import Any, Literal
 import numpy as np
 
 from .. import library as lib
-from ..conditions import on
-from ..decorated import verb
+from ..definition.conditions import on
+from ..definition.parameters import each, input
+from ..definition.verb_decorator import verb
+from ..devices.groups import Group
 from ..errors import CallError, refuse
-from ..frames import Pose
-from ..groups import Group
-from ..parameters import each, input
 from ..robots.generators import HOMED, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved
+from ..values.frames import Pose
 from .line import LineRefused
 from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from .. import library as lib
-from ..commands import activate
-from ..conditions import on
-from ..decorated import verb
-from ..parameters import input
+from ..definition.commands import activate
+from ..definition.conditions import on
+from ..definition.parameters import input
+from ..definition.verb_decorator import verb
 from ..robots.generators import GAP, PERIOD, STOP, brake, handed, limited, share, slowing
 from ..robots.joints import Joint
-from ..svvs import SVV
+from ..system.svvs import SVV
 from .velocity import LimitReached, Stopped
 
 

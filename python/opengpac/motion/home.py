@@ -6,16 +6,16 @@ from __future__ import annotations
 import numpy as np
 
 from .. import library as lib
-from ..commands import activate, execute
-from ..conditions import on
-from ..decorated import verb
+from ..application.reports import Report
+from ..definition.commands import activate, execute
+from ..definition.conditions import on
+from ..definition.parameters import each, input
+from ..definition.verb_decorator import verb
+from ..devices.groups import Group
 from ..errors import Terminated, TimeLost
-from ..groups import Group
-from ..parameters import each, input
-from ..reports import Report
 from ..robots.generators import PERIOD, Values, brake, gaps, handed, slowing, suspended
 from ..robots.joints import Joint
-from ..svvs import SVV
+from ..system.svvs import SVV
 
 
 class HomingFailed(Terminated):

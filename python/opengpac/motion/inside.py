@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..groups import Group
+from ..devices.groups import Group
 from ..robots.generators import Values
 from ..robots.joints import Joint
 from .moves import Moved, move_absolute

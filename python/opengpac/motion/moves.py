@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from .. import library as lib
-from ..commands import activate
-from ..conditions import on
-from ..decorated import verb
+from ..application.reports import Report
+from ..definition.commands import activate
+from ..definition.conditions import on
+from ..definition.parameters import each, input
+from ..definition.verb_decorator import verb
+from ..devices.groups import Group
 from ..errors import Terminated
-from ..groups import Group
-from ..parameters import each, input
-from ..reports import Report
 from ..robots.generators import GAP, HOMED, PERIOD, STOP, Values, bound, brake, limited, share, slowing, suspended
 from ..robots.joints import Joint
 

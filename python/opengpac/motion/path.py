@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from .. import library as lib
-from ..conditions import on
-from ..decorated import verb
+from ..definition.conditions import on
+from ..definition.parameters import each, input
+from ..definition.verb_decorator import verb
+from ..devices.groups import Group
 from ..errors import Terminated, Unreachable
-from ..groups import Group
-from ..parameters import each, input
 from ..robots.generators import HOMED, handed, suspended
 from ..robots.joints import Joint
 from ..robots.motion import Moved

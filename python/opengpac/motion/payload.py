@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .. import library as lib
-from ..commands import activate
-from ..decorated import verb
-from ..groups import Group
-from ..parameters import each, input
-from ..reports import Report
+from ..application.reports import Report
+from ..definition.commands import activate
+from ..definition.parameters import each, input
+from ..definition.verb_decorator import verb
+from ..devices.groups import Group
 from ..robots.joints import Joint
 
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Any
 
 from .. import library as lib
-from ..commands import Command, activate, execute
-from ..conditions import on
+from ..definition.commands import Command, activate, execute
+from ..definition.conditions import on
 from ..errors import TimeLost
 from ..robots.generators import PERIOD, gaps, handed, slowing
 from ..robots.motion import MotionTimeout

@@ -10,8 +10,8 @@ import numpy as np
 
 from .. import library
 from ..errors import CallError, refuse
-from ..frames import Pose
-from ..numerals import number
+from ..values.frames import Pose
+from ..values.numbers import number
 
 Form: TypeAlias = Callable[[Any, Mapping[str, Any]], Any]
 """What turns what a call gives into the value that a port takes."""

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from .. import files
+from ..storage import files
 from .flow import graph_svg
 from .states import verb_svg
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..blocks import Block, BlockUse, Item
+from ..definition.blocks import Block, BlockUse, Item
 from .drawing import LINE, attribute, clip, rect, sheet, text, tooltip, wide, wire
 from .layers import Box, Edge, Layers, layered
 from .placing import Gaps, place, way
 
 if TYPE_CHECKING:
-    from ..graphs import Graph
+    from ..definition.graphs import Graph
 
 _IN = ("input", "device_read")
 _OUT = ("output", "device_write")

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..quantities import duration_text
+from ..values.quantities import duration_text
 from .drawing import LINE, attribute, clip, rect, sheet, text, tooltip, wide, wire
 from .layers import Box, Edge, Layers, layered
 from .placing import Gaps, place, way
 
 if TYPE_CHECKING:
-    from ..verbs import Verb
+    from ..definition.verbs import Verb
 
 _HEAD = 26.0
 _START = "\0start"

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from .. import _native
-from ..blocks import Block
-from ..checks import without_system
+from ..definition.blocks import Block
+from ..definition.entering import without_system
 from ..errors import CallError, DefinitionError, ModuleError, ValueRefused, refusals, refuse
-from ..quantities import Quantity, optional_ns
+from ..values.quantities import Quantity, optional_ns
 from .terms import Terms, terms_json
 
 _KEY = "opengpac.policy"

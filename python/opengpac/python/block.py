@@ -10,11 +10,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Generic, Literal, ParamSpec, overload
 
-from ..blocks import Block
+from ..definition.blocks import Block
+from ..definition.generated_code import interface, kept
 from ..errors import DefinitionError, ModuleError, UnitMismatch, refuse
-from ..kept import interface, kept
-from ..places import Place
-from ..quantities import Quantity, duration_ns
+from ..refusals.source_location import Place
+from ..values.quantities import Quantity, duration_ns
 from . import compiling, interpreted, shim
 from .checking import check_body
 from .items import Item, Refusing, items_of

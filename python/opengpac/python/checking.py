@@ -22,7 +22,7 @@ MATH = frozenset(_MATH.split())
 """Functions and numbers of `math` that are compiled."""
 
 _LOOP = "write a loop over the elements, for i in range(6)"
-_OWN_ITEM = "use numbers and arrays: declare an array as an item, State(type=\"double[6]\")"
+_OWN_ITEM = 'use numbers and arrays: declare an array as an item, State(type="double[6]")'
 
 STATEMENTS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Raise: ("it raises an exception", "set a condition, c: Annotated[bool, Condition(\"…\")], to True"),

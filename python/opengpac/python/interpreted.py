@@ -37,7 +37,7 @@ def source(name: str, doc: str, items: list[Item], function: Callable[..., Any],
     words = [declared(item) for item in items]
     if deadline_s is not None:
         text = "the function took longer than its deadline, by so many seconds in all"
-        words.append(f"condition_of_default(double, {LATE}, {deadline_s!r}, {quoted(text)}, \"s\")")
+        words.append(f'condition_of_default(double, {LATE}, {deadline_s!r}, {quoted(text)}, "s")')
     here = f"#line {line} {quoted(file)}"
     conditions = [i.name for i in items if isinstance(i.word, Condition)]
     given = ", ".join(f"&opengpac_reports_{i.name}" if i.name in conditions else f"(void *)&self->{i.name}" for i in items)

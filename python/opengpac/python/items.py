@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import _native
 from ..errors import DefinitionError, UnitMismatch, ValueRefused, refusals
-from ..places import Place
+from ..refusals.source_location import Place
 from .words import Condition, Input, Invocation, Output, State, Word
 
 PYTHON = {float: "double", int: "int64_t", bool: "bool"}
@@ -136,7 +136,7 @@ def _type_of(name: str, word: Word | Condition, python: Any, line: int, refusing
     if not text:
         refusing(line, f"the type of '{name}' is {getattr(python, '__name__', python)}, which no port has", remedy)
     if re.search(r"\[\s*[A-Za-z_]\w*\s*\]", text):
-        remedy = "give a number, type=\"double[6]\"; a block for any number of elements is written in C, with size(n, 1, 16)"
+        remedy = 'give a number, type="double[6]"; a block for any number of elements is written in C, with size(n, 1, 16)'
         refusing(line, f"the type of '{name}' is '{text}', whose length is no number", remedy)
     found = _TYPE.fullmatch(text)
     if found is None or found[1] not in WIDTHS:

@@ -9,8 +9,8 @@ import threading
 from typing import Any
 
 from .. import _native
-from ..calls import LASTING
-from ..realtime import RealTimeSystem
+from ..system.calls import LASTING
+from ..system.realtime import RealTimeSystem
 from . import files
 from .answers import Answer
 from .emptying import leave_empty

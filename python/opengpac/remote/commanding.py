@@ -11,7 +11,7 @@ from typing import Any
 
 from .. import _native
 from ..errors import CallError, ConnectionLost, NotCommanding, ValueRefused, refusals, refuse
-from ..quantities import Quantity, duration_ns, duration_text
+from ..values.quantities import Quantity, duration_ns, duration_text
 
 LOOK_S = 0.1
 """How often it is looked whether a request for command was answered."""

@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import os
 
-from .. import checking, opened
-from ..existing import fill
-from ..given import taking
-from ..quantities import Quantity
-from ..system import System
+from .. import checking
+from ..refusals.argument_types import taking
+from ..system import open_systems
+from ..system.existing import fill
+from ..system.system import System
+from ..values.quantities import Quantity
 from .address import address
 from .calls import Remote
 from .opening import open_session
@@ -49,7 +50,7 @@ def connect(
     session = open_session(url, name, token=token, ca=ca, certificate=certificate, command=command, lost_after=lost_after, person=person)
     system = System.__new__(System)
     system._begin(Remote(session), session.version["system"], session.version["clock"] == "virtual", progress, session)
-    opened.keep(system, f"{session.url} {session.name}")
+    open_systems.keep(system, f"{session.url} {session.name}")
     try:
         fill(system)
     except BaseException:

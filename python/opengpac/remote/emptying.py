@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 
 from .. import _native
-from ..realtime import RealTimeSystem
+from ..system.realtime import RealTimeSystem
 
 
 def leave_empty(system: RealTimeSystem) -> None:

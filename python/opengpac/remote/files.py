@@ -18,8 +18,8 @@ from xml.etree import ElementTree
 
 from .. import _native
 from ..errors import DeviceFailed, ModuleError, refusals, refuse
-from ..files import XML_DEPTH_MAX, is_source, is_too_deep
 from ..policies.block import whole_content
+from ..storage.files import XML_DEPTH_MAX, is_source, is_too_deep
 from .session import Session
 
 TARGET = f"{platform.machine()}-{sys.platform}"

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import CallError, ValueRefused, refuse
-from ..quantities import Quantity, duration_ns
+from ..values.quantities import Quantity, duration_ns
 from .address import Address, address
 from .session import Session
 from .transport import Transport

@@ -14,9 +14,9 @@ from collections.abc import Callable
 from typing import Any
 
 from .. import _native
+from ..application.reports import Report
 from ..errors import ConnectionLost, VersionMismatch, refusals, refuse
-from ..quantities import Quantity
-from ..reports import Report
+from ..values.quantities import Quantity
 from .answers import Answer
 from .commanding import Commanding, CommandRequest, asked_for, commanding, name_of
 from .transport import Transport, readable, spoken

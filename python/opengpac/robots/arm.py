@@ -14,11 +14,11 @@ from typing import Any, Self
 import numpy as np
 
 from .. import library
+from ..application.instances import VerbInstance
+from ..devices.groups import Group
 from ..errors import CallError, Error, NotEnabled, UnknownName, did_you_mean, refuse
-from ..frames import Pose
-from ..groups import Group
-from ..instances import VerbInstance
-from ..quantities import Quantity
+from ..values.frames import Pose
+from ..values.quantities import Quantity
 from .joints import Joint
 from .kinematics import Kinematics
 from .touching import touching

@@ -13,13 +13,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from .. import cache, drivers, files
+from .. import drivers
+from ..devices.physical import Part, PhysicalDevice
 from ..errors import CallError, DeviceFailed, OutOfRange, PlacementError, UnknownName, ValueRefused, did_you_mean, refuse
-from ..given import taking
-from ..physical import Part, PhysicalDevice
-from ..processors import Processor
-from ..sources import Source
-from ..system import System
+from ..refusals.argument_types import taking
+from ..storage import cache, files
+from ..system.processors import Processor
+from ..system.sources import Source
+from ..system.system import System
 from . import mjcf, urdf
 from .arm import Arm
 from .assembly import assemble, has_site, joint_names

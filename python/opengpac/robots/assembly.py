@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ..errors import DeviceFailed, refuse
-from ..files import XML_DEPTH_MAX, is_too_deep
+from ..storage.files import XML_DEPTH_MAX, is_too_deep
 
 FLANGE_SITES = ("tool", "attachment_site")
 """Names of the site that a tool is screwed to, the first that there is."""

@@ -7,11 +7,11 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..devices.physical import PhysicalDevice
 from ..drivers import Driver
 from ..errors import CallError, DefinitionError, refuse
-from ..physical import PhysicalDevice
-from ..processors import Processor
-from ..sources import Source
+from ..system.processors import Processor
+from ..system.sources import Source
 from .kinematics import Kinematics
 
 

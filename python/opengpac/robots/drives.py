@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ..definition.verbs import Verb
+from ..devices.physical import Part
 from ..drivers.driver import UNLIMITED
 from ..errors import CallError, refuse
-from ..physical import Part
-from ..quantities import Quantity, duration_ns
-from ..sources import Source
-from ..verbs import Verb
+from ..system.sources import Source
+from ..values.quantities import Quantity, duration_ns
 from .servos import SERVO_PERIOD, joint_decoupled_servo, joint_follower, joint_servo, quiet_decoupled_servo
 
 JOG_SPEED = 0.25

@@ -9,11 +9,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .. import library as lib
-from ..commands import Command, activate
-from ..conditions import on
+from ..definition.commands import Command, activate
+from ..definition.conditions import on
+from ..definition.parameters import input, required
+from ..definition.suspension import Holding, holding
 from ..errors import NotHomed, TimeLost
-from ..parameters import input, required
-from ..suspension import Holding, holding
 
 Values: TypeAlias = float | str | Sequence[float | str] | np.ndarray
 """One value for all joints, or one for each: numbers in SI units, or text, `"90 deg"`, `"30 %"` of a limit."""

@@ -6,14 +6,14 @@ from __future__ import annotations
 from typing import Any
 
 from .. import library as lib
-from ..commands import activate, execute, ready
-from ..devices import LogicalDevice, parameter, svv
-from ..groups import Group
-from ..parameters import input
-from ..physical import PhysicalDevice
-from ..sources import Source
-from ..svvs import SVV
-from ..verbs import Verb
+from ..definition.commands import activate, execute, ready
+from ..definition.parameters import input
+from ..definition.verbs import Verb
+from ..devices.groups import Group
+from ..devices.logical import LogicalDevice, parameter, svv
+from ..devices.physical import PhysicalDevice
+from ..system.sources import Source
+from ..system.svvs import SVV
 from .servos import HISTORY, SERVO_PERIOD
 
 finger_servo = Verb(

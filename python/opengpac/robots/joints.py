@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ..devices import LogicalDevice, parameter, svv
-from ..physical import Part
-from ..quantities import Quantity
-from ..sources import Source
-from ..svvs import SVV
-from ..system import System
-from ..verbs import Verb
+from ..definition.verbs import Verb
+from ..devices.logical import LogicalDevice, parameter, svv
+from ..devices.physical import Part
+from ..system.sources import Source
+from ..system.svvs import SVV
+from ..system.system import System
+from ..values.quantities import Quantity
 from .drives import JOG_SPEED, MAX_RIPPLE, suited
 from .servos import HISTORY, MAX_GAP, joint_servo
 

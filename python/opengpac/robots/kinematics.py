@@ -18,11 +18,11 @@ import numpy as np
 
 from .. import _native
 from .. import library as lib
-from ..declared import Declared
 from ..drivers.simulated import mujoco_folder
 from ..errors import CallError, DefinitionError, DeviceFailed, UnknownName, Unreachable, did_you_mean, refusals, refuse
-from ..frames import Pose
-from ..numerals import is_number, number, rows
+from ..refusals.declared_names import Declared
+from ..values.frames import Pose
+from ..values.numbers import is_number, number, rows
 
 JOINTS_MAX = lib.forward_kinematics.items["n"].most
 """The maximum number of joints of a chain."""

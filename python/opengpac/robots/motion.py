@@ -8,13 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import library as lib
-from ..commands import activate
-from ..conditions import on
-from ..decorated import verb
+from ..application.reports import Report
+from ..definition.commands import activate
+from ..definition.conditions import on
+from ..definition.parameters import each, input
+from ..definition.verb_decorator import verb
+from ..devices.groups import Group
 from ..errors import Terminated
-from ..groups import Group
-from ..parameters import each, input
-from ..reports import Report
 from .generators import GAP, HOMED, PERIOD, STOP, bound, brake, limited, slowing, suspended
 from .joints import Joint
 

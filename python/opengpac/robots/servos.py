@@ -7,12 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from .. import library as lib
-from ..commands import activate, execute, ready
-from ..conditions import on
+from ..definition.commands import activate, execute, ready
+from ..definition.conditions import on
+from ..definition.graphs import Graph
+from ..definition.parameters import input
+from ..definition.verbs import Verb
 from ..errors import Terminated
-from ..graphs import Graph
-from ..parameters import input
-from ..verbs import Verb
 
 
 class FollowingError(Terminated):

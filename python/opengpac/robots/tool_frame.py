@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import CallError, ValueRefused, refuse
-from ..frames import Pose
+from ..values.frames import Pose
 from .arm import Arm
 
 LEAST = 4

@@ -14,7 +14,7 @@ from .. import _native
 from ..errors import DefinitionError, UnitMismatch, did_you_mean, refusals, refuse
 from ..python.items import Item
 from ..python.words import Condition, Input, Output, Parameter, State
-from ..quantities import unknown_unit
+from ..values.quantities import unknown_unit
 
 Given: TypeAlias = str | Input | Output | Condition
 Constant: TypeAlias = "float | str | Sequence[float] | np.ndarray"

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..blocks import Block
+from ..definition.blocks import Block
+from ..definition.generated_code import block_name, interface, kept
 from ..errors import DefinitionError, ModuleError, refuse
-from ..kept import block_name, interface, kept
 from . import code
 from .arguments import Constant, Given, Side, arguments_of
 

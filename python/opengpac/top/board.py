@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..quantities import duration_text
-from ..tables import Table, Tables
+from ..values.quantities import duration_text
+from ..values.tables import Table, Tables
 from .look import Look
 
 ORDERS = ("time", "mean", "max", "name")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 from ..errors import refusals
-from ..realtime import RealTimeSystem
+from ..system.realtime import RealTimeSystem
 
 
 @dataclass(frozen=True)

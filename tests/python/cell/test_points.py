@@ -13,8 +13,8 @@ import pytest
 
 import opengpac as gpac
 from cell_rig import Bench
-from opengpac import files
 from opengpac.robots import Joint, load, move
+from opengpac.storage import files
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ import pytest
 
 import opengpac as gpac
 from cell_rig import Bench
-from opengpac import files
 from opengpac.robots import move
+from opengpac.storage import files
 
 
 class Axis(gpac.LogicalDevice):

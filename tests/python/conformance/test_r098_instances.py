@@ -12,7 +12,7 @@ import opengpac as gpac
 from afar import resident_kb, until
 from daemons import Daemon
 from opengpac import activate, execute
-from opengpac.applications import application_json
+from opengpac.application.application import application_json
 from rig import Rig
 
 

@@ -18,7 +18,7 @@ from unittest import mock
 import opengpac as gpac
 from opengpac import library
 from opengpac.checking import check
-from opengpac.checks import Definitions
+from opengpac.definition.entering import Definitions
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SHORT = {"reach_training": ["--steps", "1", "--output", os.devnull]}

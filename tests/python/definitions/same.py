@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import opengpac as gpac
-from opengpac.blocks import Block
-from opengpac.definitions.trees import graph_tree, verb_tree
+from opengpac.definition.blocks import Block
+from opengpac.definition.files.trees import graph_tree, verb_tree
 
 
 def said(definition: Any) -> Any:

@@ -18,7 +18,7 @@ import opengpac as gpac
 from afar import pushing, until
 from daemons import environment
 from opengpac.driver import Driver, Option, read, write
-from opengpac.driver_handover import taken_over
+from opengpac.driver.handover import taken_over
 
 FURNACE = Path(__file__).parent / "furnace.py"
 PATIENT = "20 s"

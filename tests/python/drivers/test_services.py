@@ -15,7 +15,7 @@ import opengpac as gpac
 from afar import until
 from daemons import Daemon
 from opengpac import _native
-from opengpac.physical import PhysicalDevice
+from opengpac.devices.physical import PhysicalDevice
 
 PLACES = ("virtual", "threads", "process", "daemon")
 

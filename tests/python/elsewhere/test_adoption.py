@@ -12,7 +12,7 @@ import pytest
 
 import opengpac as gpac
 from afar import shared_memory, until
-from opengpac import opened
+from opengpac.system import open_systems
 from orphans import HOLDS, LEVEL, Orphaned, go, lives
 
 pytestmark = pytest.mark.alone
@@ -157,7 +157,7 @@ def test_a_device_that_is_opened_otherwise_is_refused(orphaned: Orphaned) -> Non
     orphaned.kill(orphaned.begin())
     with pytest.raises(gpac.DeviceFailed, match=r"device 'drives' runs there with driver 'plant_process'.*open it as it was"):
         orphaned.cell(linger="11 s")
-    opened.close_last(orphaned.name)
+    open_systems.close_last(orphaned.name)
     assert orphaned.held()
     with orphaned.cell().system as system:
         assert system.take_over().adopted == ("rtp1",)

@@ -14,7 +14,7 @@ from gymnasium.utils.env_checker import check_env
 import opengpac as gpac
 from opengpac import activate, library, on
 from opengpac.gym import Environment, Task, Values, side_by_side
-from opengpac.realtime import EmbeddedSystem
+from opengpac.system.realtime import EmbeddedSystem
 from policy_networks import identity
 
 SEEN = [gpac.Term("y", unit="m", offset=0.5, within=(-1.0, 2.0), scale=2.0), gpac.Term("goal", unit="m", clip=(-3.0, 3.0))]

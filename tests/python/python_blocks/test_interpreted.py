@@ -220,9 +220,21 @@ def test_on_a_thread_of_this_program_it_is_refused() -> None:
 FAULTY = {
     "a value returned": ("def f(u: U, y: Y):\n    y = u\n    return u\n", "(native=False)", 3, "returns a value", "return y"),
     "a generator": ("def f(u: U, y: Y):\n    y = u\n    yield\n", "(native=False)", 3, "is a generator", "State"),
-    "what cannot be sent": ("def f(u: U, y: Y):\n    with LOCK:\n        y = u\n", "(native=False)", 1, "cannot be sent to a process", "inside the function"),  # noqa: E501
+    "what cannot be sent": (
+        "def f(u: U, y: Y):\n    with LOCK:\n        y = u\n",
+        "(native=False)",
+        1,
+        "cannot be sent to a process",
+        "inside the function",
+    ),
     "a deadline of nothing": ("def f(u: U, y: Y):\n    y = u\n", "(native=False, deadline='0 s')", 1, "deadline is '0 s'", "above 0"),
-    "an item as the deadline's condition": ("def f(late: U, y: Y):\n    y = late\n", "(native=False, deadline='1 s')", 1, "an item of that name", "another name"),  # noqa: E501
+    "an item as the deadline's condition": (
+        "def f(late: U, y: Y):\n    y = late\n",
+        "(native=False, deadline='1 s')",
+        1,
+        "an item of that name",
+        "another name",
+    ),
     "a deadline of native code": ("def f(u: U, y: Y):\n    y = u\n", "(deadline='1 ms')", 1, "has a deadline, and is compiled", "budget"),
 }
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Asking for command and answering who asks, between programs with one daemon."""
+"""CallTransport for command and answering who asks, between programs with one daemon."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from opengpac import studio
+from opengpac.studio import server
 
 
 @pytest.fixture
@@ -17,5 +17,5 @@ def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "assets").mkdir(parents=True)
     (folder / "index.html").write_text("<!doctype html><html><title>studio</title></html>")
     (folder / "assets" / "index-1f2e.js").write_text("export {};")
-    monkeypatch.setattr(studio, "PAGE", folder)
+    monkeypatch.setattr(server, "PAGE", folder)
     return folder

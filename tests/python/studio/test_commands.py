@@ -16,7 +16,8 @@ import pytest
 import opengpac as gpac
 from browser import Browser
 from daemons import Daemon, environment
-from opengpac import _native, studio
+from opengpac import _native
+from opengpac.studio import server
 
 PROGRAM = """
 import sys
@@ -72,7 +73,7 @@ def test_no_sleep_of_ours_delays_an_end(monkeypatch: pytest.MonkeyPatch) -> None
         raise KeyboardInterrupt
 
     monkeypatch.setattr(time, "sleep", sleep)
-    shown = studio._Shown(argparse.Namespace(port=0, role="operate", edit=False, page=None, no_browser=True, program="line.py"))
+    shown = server._Shown(argparse.Namespace(port=0, role="operate", edit=False, page=None, no_browser=True, program="line.py"))
     with gpac.System("line", clock="virtual") as cell, pytest.raises(KeyboardInterrupt):
         shown.left(cell)
     assert len(slept) == 1 and slept[0] <= 0.5

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import opengpac as gpac
-from opengpac import studio as pages
+from opengpac.studio import server
 
 OFFERED = {"jog", "move_absolute", "move_relative", "stop"}
 
@@ -35,7 +35,7 @@ def arm(cell: gpac.System) -> gpac.robots.Arm:
 def test_motions_of_joints_are_offered_where_a_page_may_start_them(cell: gpac.System, page: Path, is_there: bool) -> None:
     if is_there:
         arm(cell)
-    cell._served(pages.serve(cell, 0, "operate", page=page))
+    cell._served(server.serve(cell, 0, "operate", page=page))
     if not is_there:
         assert not OFFERED & {*cell.names["verbs"]}, "there is nothing that they could move"
         arm(cell)
@@ -49,7 +49,7 @@ def test_motions_of_joints_are_offered_where_a_page_may_start_them(cell: gpac.Sy
 
 def test_a_page_that_only_looks_is_offered_nothing(cell: gpac.System, page: Path) -> None:
     arm(cell)
-    cell._served(pages.serve(cell, 0, "observe", page=page))
+    cell._served(server.serve(cell, 0, "observe", page=page))
     assert not OFFERED & {*cell.names["verbs"]}
 
 
@@ -58,6 +58,6 @@ def test_what_a_program_has_defined_under_a_name_stays(cell: gpac.System, page: 
     fast = cell.processor("rtp1").timer("fast", period="1 ms", priority=80)
     own.on(fast).new_instance()
     arm(cell)
-    cell._served(pages.serve(cell, 0, "operate", page=page))
+    cell._served(server.serve(cell, 0, "operate", page=page))
     (stop,) = (verb for verb in cell.verbs if verb.name == "stop")
     assert "acts on" not in str(stop)

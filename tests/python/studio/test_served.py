@@ -13,7 +13,8 @@ import pytest
 
 import opengpac as gpac
 from browser import Browser
-from opengpac import activate, studio
+from opengpac import activate
+from opengpac.studio import server
 
 CLOCKS = ("virtual", "monotonic")
 
@@ -78,7 +79,7 @@ def test_a_page_that_may_record_has_a_folder_for_it(page: Path, tmp_path: Path, 
 def test_where_no_folder_can_be_made_a_page_has_none(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "file"))
-    assert studio.records_of_user() is None
+    assert server.records_of_user() is None
     with gpac.System("cell", "virtual") as cell:
         assert json.loads(Browser(cell.studio(role="configure").url).fetch("GET", "/v1/version")[1])["role"] == "configure"
 
@@ -182,14 +183,14 @@ def test_an_audit_file_is_written_where_one_is_named(page: Path, tmp_path: Path)
 
 
 def test_a_page_that_was_not_built_is_refused_with_the_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(studio, "PAGE", tmp_path / "none")
+    monkeypatch.setattr(server, "PAGE", tmp_path / "none")
     with gpac.System("cell", clock="virtual") as cell, pytest.raises(gpac.FileFailed, match="make page"):
         cell.studio()
 
 
 def test_no_browser_is_opened_without_a_screen(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     opened: list[str] = []
-    monkeypatch.setattr(studio.webbrowser, "open", lambda url: bool(opened.append(url)) or True)
+    monkeypatch.setattr(server.webbrowser, "open", lambda url: bool(opened.append(url)) or True)
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     with gpac.System("cell", clock="virtual") as cell:

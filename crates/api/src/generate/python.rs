@@ -17,13 +17,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from .asking import Asking
+from .call_transport import CallTransport
 
 LASTING = frozenset({LASTING})
 \"\"\"Calls that last, and go on in slices.\"\"\"
 
 
-class Calls(Asking):
+class Calls(CallTransport):
     \"\"\"Every call as a method. An argument that is None is left out.\"\"\"
 
     __slots__ = ()

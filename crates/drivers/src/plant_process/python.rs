@@ -13,7 +13,7 @@ const KIND: &str = "python";
 const OBJECT: &str = "python_object";
 const PERIOD_NS: i64 = 10_000_000;
 /// The file of the package that a process of it runs.
-const PROCESS: &str = "opengpac.driver_process";
+const PROCESS: &str = "opengpac.driver.process";
 
 pub(crate) static DRIVER: Declaration = Declaration {
     class: Class::Process,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from ...errors import CallError, refuse
-from ...given import taking
+from ...refusals.argument_types import taking
 from .emulated import EmulatedBus
 
 Terminal = Literal["input", "output", "analog_input", "analog_output"]

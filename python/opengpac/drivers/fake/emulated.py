@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, Self
 
-from ... import processes
 from ...errors import CallError, DeviceFailed, refuse
+from ...system import processes
 
 
 class EmulatedBus:

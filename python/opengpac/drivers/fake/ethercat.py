@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...errors import CallError, refuse
-from ...given import taking
+from ...refusals.argument_types import taking
 from .emulated import EmulatedBus
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from ...errors import CallError, did_you_mean, refuse
-from ...given import taking
+from ...refusals.argument_types import taking
 from . import servo_frames as words
 from .servo_frames import BROADCAST, Dynamixel2, Request, Sts
 

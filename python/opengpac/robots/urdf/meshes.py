@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-from ... import cache
+from ...storage import cache
 from .packages import Packages
 from .source import Source
 

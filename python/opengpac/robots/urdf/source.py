@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 from xml.parsers import expat
 
 from ...errors import DeviceFailed, refuse
-from ...files import XML_DEPTH_MAX
+from ...storage.files import XML_DEPTH_MAX
 
 
 class Source:

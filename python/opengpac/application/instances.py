@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Verb instances: created, running ⇄ suspended, ended, and running again by `start`, until they are deleted."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Generator, Mapping
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
+
+from .. import checking
+from ..checking.planning import plan
+from ..errors import CallError, Error, InvalidState, gone, refusals, refuse
+from ..refusals.argument_types import all_taking
+from ..refusals.declared_names import Declared
+from ..values.encoding import plain
+from ..values.quantities import Quantity, duration_ns, optional_ns
+from ..values.tables import Shown, Table
+from . import progress, waiting
+from .application import application_json, arguments_json, bind, options_json, system_for, values_json
+from .prepared_call import PreparedCall
+from .reports import terminated
+
+if TYPE_CHECKING:
+    from ..definition.verbs import Verb
+    from ..system.system import System
+
+R = TypeVar("R", covariant=True)
+
+_read = json.JSONDecoder().raw_decode
+
+
+@all_taking
+class VerbInstance(Shown, Declared, Generic[R]):
+    """A verb applied to its arguments. Awaitable; a context manager that halts and deletes it at the end.
+
+    Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which may be started many times.
+
+    `verb` is what was applied, `system` where it runs, and `identity` its number there, which no later instance gets.
+
+    Its life is created → running ⇄ suspended → ended, again and again with `start`, until it is deleted. A method that its state does
+    not allow raises `InvalidState` and changes nothing; one that needs a device that is not enabled raises `NotEnabled`, one that
+    would write what another instance claims `SecondWriter`, and a start during a latched stop `EmergencyStopped`.
+    """
+
+    def __init__(self, verb: Verb[..., R], system: System, identity: int, objects: Mapping[str, Any], once: bool) -> None:
+        self.verb = verb
+        self.system = system
+        self.identity = identity
+        self._objects = objects
+        self._once = once
+        self._deleted = False
+        self._halt_asked = False
+        self._report: R | None = None
+        self._name: str | None = None
+
+    @property
+    def name(self) -> str:
+        """Its name, `move#3` unless it was named."""
+        if self._name is None:
+            self._name = str(self._about()["name"])
+        return self._name
+
+    @property
+    def state(self) -> str:
+        """`created`, `queued` (started, and waiting for what others hold), `running`, `suspended`, `ended` or `deleted`."""
+        if self._deleted:
+            return "deleted"
+        with refusals:
+            return self.system._native.state(self.identity)
+
+    @property
+    def done(self) -> bool:
+        """True if its latest start has ended."""
+        return self.state in ("ended", "deleted")
+
+    @property
+    def report(self) -> R | None:
+        """The report of the latest start, or None before its end. It stays readable after `delete`."""
+        if self._report is None and not self._deleted:
+            with refusals:
+                text = waiting.reported(self.system._native, self.identity)
+            if text is not None:
+                self._take(text)
+        return self._report
+
+    @property
+    def inputs(self) -> dict[str, Any]:
+        """The present values of its input parameters by name, in SI units: those of its latest start with what `set` changed since.
+
+        Before the first start they are the defaults; None where an input parameter has none.
+        """
+        return dict(self._about()["inputs"])
+
+    def start(self, *args: Any, **kwargs: Any) -> Self:
+        """Starts it with new input parameters; those left out take their defaults. `time_limit=` ends it after that long.
+
+        Returns when everything that it needs is claimed; its initial list begins with the next firings of its sources. A remote
+        processor may take longer to begin than one in this process: where the order of two starts matters, wait until the first
+        one has stored a value.
+        """
+        options = options_json(kwargs, self.verb)
+        try:
+            bound = self.verb.inputs_signature.bind(*args, **kwargs)
+        except TypeError as error:
+            self.verb.refused_call(error, kwargs)
+            raise
+        self._start(values_json(self.verb, bound.arguments, self._objects), options)
+        return self
+
+    def wait(self, timeout: Quantity | None = None) -> R:
+        """Returns the report of the end; raises where the end is not normal, and `TimeoutError`, leaving it running, after `timeout`.
+
+        Of an instance made by `asynch` the wait deletes it. Ctrl-C ends the wait only.
+        """
+        if self._deleted and self._report is None:
+            refuse(InvalidState, f"verb instance '{self._name}' is deleted", "make another: new_instance(...)")
+        text = None if self._deleted else waiting.wait(self, optional_ns(timeout, "the timeout"))
+        return self._finish(text)
+
+    def suspend(self) -> None:
+        """Stops its blocks without synchronous inputs, lets what they drive run dry, and returns then.
+
+        What its actuators do meanwhile is the verb's `suspend=`. One that is ending already raises `InvalidState`.
+        """
+        with refusals:
+            self._alive().suspend(self.identity)
+
+    def resume(self) -> None:
+        """Goes on where it was suspended."""
+        with refusals:
+            self._alive().resume(self.identity)
+
+    def halt(self) -> None:
+        """Ends it: the condition `halted`, which may have a transition, and the ending list. Returns when it has ended.
+
+        A second halt is immediate. One that is queued is taken out of the queue.
+        """
+        self._halt_asked = True
+        with refusals:
+            self._alive().halt(self.identity)
+
+    def delete(self) -> None:
+        """Frees everything on the real-time system; its report stays readable."""
+        native = self._alive()
+        _ = self.report, self.name
+        with refusals:
+            native.delete(self.identity)
+        self._deleted = True
+
+    def set(self, **values: Any) -> None:
+        """Changes tunable input parameters while it runs, `vi.set(speed=0.2)`, and tunable intervals, `vi.set(every={"near": "10 ms"})`.
+
+        All act together, between two firings of each source. An interval goes on at the next multiple of the new one, until this
+        start ends; rates that could not hold are refused, and then nothing has changed.
+        """
+        every = values.pop("every", {}) if "every" not in self.verb.input_parameters else {}
+        if not isinstance(every, Mapping):
+            refuse(CallError, f"every is {every!r}", "write vi.set(every={'generator': '10 ms'})")
+        intervals = {str(label): duration_ns(time, f"the interval of '{label}'") for label, time in every.items()}
+        with refusals:
+            self._alive().set(self.identity, {name: plain(value, f"'{name}'") for name, value in values.items()}, intervals)
+
+    def _instead(self, name: str) -> str:
+        return f"write vi.set({name}=…)" if name in self.verb.input_parameters else ""
+
+    def _called(self) -> str:
+        return f"an instance of verb '{self.verb.name}'"
+
+    def __await__(self) -> Generator[Any, None, R]:
+        """Waits without holding the event loop; cancelling the task that waits halts it."""
+        return waiting.wait_async(self).__await__()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._deleted or self.system.closed:
+            return
+        if self.state in ("queued", "running", "suspended"):
+            self.halt()
+        if not self._deleted:
+            self.delete()
+
+    def _alive(self) -> Any:
+        if self._deleted:
+            refuse(InvalidState, f"verb instance '{self._name}' is deleted", "make another: new_instance(...)")
+        return self.system._native
+
+    def _start(self, values: Mapping[str, Any], options: Mapping[str, Any]) -> None:
+        native = self._alive()
+        with refusals:
+            native.start(self.identity, values, options)
+        self.system._say_rights()
+        self._report, self._halt_asked = None, False
+
+    def _take(self, text: str) -> R:
+        report: Any = self.verb.report_class(json.loads(text))
+        self._report, self._name = report, report.instance
+        return report
+
+    def _finish(self, text: str | None) -> R:
+        """Takes an end report, deletes what is used once, and raises where the end is not normal."""
+        report: Any = self._report if text is None else self._take(text)
+        if self._once and not self._deleted:
+            self.delete()
+        asked = report.condition == "halted" and self._halt_asked
+        if not (report.normal or asked):
+            raise terminated(report, self.verb, self._objects)
+        return report
+
+    def _about(self) -> dict[str, Any]:
+        with refusals:
+            return self.system._native.instance(self.identity)
+
+    def _table(self) -> Table | None:
+        if self._deleted or self.system.closed:
+            return None
+        about = self._about()
+        rows = [(b["label"], b["block"], b["source"]) for b in about.get("blocks", [])]
+        where = f" in list '{about['list']}'" if about.get("list") else ""
+        running = f", running for {about['running_s']:.6g} s" if "running_s" in about else ""
+        return Table(f"{about['name']} of {self.verb.name}: {about['state']}{where}{running}", ["block", "what", "source"], rows)
+
+    def __repr__(self) -> str:
+        if self.system.closed:
+            return f"verb instance of {self.verb.name} in the closed system '{self.system.name}'"
+        if self._deleted:
+            return f"verb instance {self._name}: deleted; {self._report!r}"
+        try:
+            about = self._about()
+        except Error as error:
+            return f"verb instance {self._name or ''} of {self.verb.name}: {gone(error)}"
+        blocks = "".join(f"\n  {b['label']}: {b['block']} on {b['source']}" for b in about.get("blocks", []))
+        where = f" in list '{about['list']}'" if about.get("list") else ""
+        return f"verb instance {about['name']} of {self.verb.name}: {about['state']}{where}{blocks}"
+
+
+def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
+    system = system_for(verb, bound.arguments)
+    application = application_json(verb, bound)
+    native = system._alive()
+    system._enter_verb(verb)
+    with refusals:
+        identity = native.create(application)
+    objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
+    return VerbInstance(verb, system, identity, objects, once)
+
+
+def create(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
+    """Makes an instance: `verb.new_instance(...)`."""
+    if checking.active():
+        return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.arguments_signature))
+    return _create(verb, bind(verb, verb.arguments_signature, args, kwargs), once=False)
+
+
+def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
+    """Starts an instance: `verb.asynch(...)`; one that cannot be started is deleted again."""
+    verb = verb._fitting(args, kwargs)
+    if checking.active():
+        return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.signature))
+    options = options_json(kwargs, verb)
+    bound = bind(verb, verb.signature, args, kwargs)
+    instance = _create(verb, bound, once=True)
+    try:
+        instance._start(values_json(verb, bound.arguments, instance._objects), options)
+    except BaseException:
+        _drop(instance)
+        raise
+    return instance
+
+
+def _drop(instance: VerbInstance[Any]) -> None:
+    """Ends what may have been started, and deletes it: an interrupt comes at any line."""
+    if instance.state in ("queued", "running", "suspended"):
+        with contextlib.suppress(InvalidState):
+            instance.halt()
+    if not instance._deleted:
+        instance.delete()
+
+
+def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
+    """Calls a verb: `verb(...)`; Ctrl-C halts the instance, waits for its report, deletes it and comes through.
+
+    One request to the real-time system, where the verb ends soon; one that lasts is waited for as any other.
+    """
+    verb = verb._fitting(args, kwargs)
+    if checking.active():
+        return start(verb, args, kwargs).wait()
+    options, prepared = options_json(kwargs, verb), PreparedCall.of(verb)
+    try:
+        given = prepared.bound(verb, args, kwargs)
+    except TypeError as error:
+        verb.refused_call(error, kwargs)
+        raise
+    system = system_for(verb, given)
+    native = system._alive()
+    objects = {name: given[name] for name in verb.objects if name in given}
+    arguments, values = arguments_json(verb, given), values_json(verb, given, objects)
+    system._enter_verb(verb)
+    made: list[int] = []
+    instance: VerbInstance[R] | None = None
+    try:
+        with refusals:
+            text = native.performing(prepared.request(verb, arguments, values, options), made, progress.SLICE_NS)
+        system._say_rights()
+        if text is not None:
+            return _ended(verb, text, objects)
+        instance = VerbInstance(verb, system, made[0], objects, once=True)
+        return instance.wait()
+    except KeyboardInterrupt:
+        if instance is None and made:
+            instance = VerbInstance(verb, system, made[0], objects, once=True)
+        if instance is not None and instance.state != "deleted":
+            _drop(instance)
+        raise
+
+
+def _ended(verb: Verb[..., R], text: str, objects: Mapping[str, Any]) -> R:
+    """The report of a call that is over; raises where its end is not normal."""
+    report: Any = verb.report_class(_read(text)[0])
+    if not report.normal:
+        raise terminated(report, verb, objects)
+    return report

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Common part of the calls of a verb, worked out in the first of them: which argument is which, and the words of the request.
+
+Whether what a call is given is still there, and in which system, is asked in each call.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Mapping, Sequence
+from inspect import Parameter
+from typing import TYPE_CHECKING, Any
+
+from ..refusals.source_location import here
+from .application import applied
+
+if TYPE_CHECKING:
+    from ..definition.verbs import Verb
+
+_BY_NAME = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
+
+_dumps = json.JSONEncoder().encode
+_quoted = functools.lru_cache(1024)(_dumps)
+
+
+class PreparedCall:
+    """Of one verb as it is placed and named; `of` keeps it with the verb."""
+
+    __slots__ = ("_arguments", "_head", "_shapes")
+
+    def __init__(self) -> None:
+        self._shapes: dict[tuple[Any, ...], list[tuple[str, int]]] = {}
+        """Number of arguments by position, and the names of the others → each parameter that is given, in order, and where it stands."""
+        self._arguments: dict[str, Any] = {}
+        self._head = ""
+
+    @staticmethod
+    def of(verb: Verb[..., Any]) -> PreparedCall:
+        """Returns the prepared call of a verb, made at its first call."""
+        prepared: PreparedCall | None = verb.__dict__.get("_prepared")
+        if prepared is None:
+            prepared = verb._prepared = PreparedCall()
+        return prepared
+
+    def bound(self, verb: Verb[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the argument of each parameter of a call. Raises `TypeError` as a signature does."""
+        shape = (len(args), *kwargs)
+        places = self._shapes.get(shape)
+        if places is None:
+            arguments = verb.signature.bind(*args, **kwargs).arguments
+            parameters = verb.signature.parameters
+            if any(parameter.kind not in _BY_NAME for parameter in parameters.values()):
+                return arguments
+            at = {name: index for index, name in enumerate((*[*parameters][: len(args)], *kwargs))}
+            self._shapes[shape] = [(name, at[name]) for name in arguments]
+            return arguments
+        given = (*args, *kwargs.values()) if kwargs else args
+        return {name: given[at] for name, at in places}
+
+    def request(self, verb: Verb[..., Any], arguments: dict[str, Any], values: Mapping[str, Any], limits: Mapping[str, Any]) -> str:
+        """The arguments of the call `perform`, as JSON. `arguments`: what the verb is applied to, as the model takes it."""
+        if not self._head or arguments != self._arguments:
+            self._arguments, self._head = arguments, _dumps(applied(verb, arguments)).removesuffix("}")
+        place = here()
+        stated = f'"place": {{"file": {_quoted(place.file)}, "line": {place.line}}}'
+        return f'{self._head}, {stated}, "values": {_dumps(values) if values else "{}"}, "limits": {_dumps(limits) if limits else "{}"}}}'

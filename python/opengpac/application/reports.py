@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""End reports: how a start of a verb instance ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from ..errors import Terminated, TimeLost, did_you_mean
+from ..refusals.source_location import here, packaged
+from ..values.encoding import lively
+from ..values.tables import Shown, Table
+
+if TYPE_CHECKING:
+    from ..definition.verbs import Verb
+
+
+class Reported(NamedTuple):
+    """A condition that came too, but did not move the instance."""
+
+    condition: str
+    block: str | None
+    time: float
+
+
+class Passed(NamedTuple):
+    """A command list that a condition led on from, `time` s after the start."""
+
+    command_list: str
+    condition: str
+    block: str | None
+    time: float
+
+
+class Report(Shown):
+    """Report of a verb: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
+
+    Made by the end of a verb instance: what a call returns, and `vi.report`.
+
+    - `condition`: the termination condition, of the verb or of the system (`completed`, `halted`, `fault`, …); `normal` says whether
+      it counts as a good end, `message` what a fault said, and is empty otherwise.
+    - `time`: how long it ran, in s; `started` and `ended` are times of the system's clock, in s.
+    - `value`: what the condition reported, of its type (a number, an array, a record), or None. `others` are the conditions that came
+      in the same firing and moved nothing.
+    - `way`: the transitions that led to where it ended, in order (the last 64): each has `command_list`, `condition`, `block`, `time`.
+    - `outputs`: what the condition and those on the way returned, by name; of one name, the latest. A scalar is a number, an array a NumPy
+      array of the port's shape, a struct a record, each in the port's unit. An output of that name is an attribute too.
+    - `verb`, `instance`, `command_list`, `block`: where it ended; `block` is the label of the block that reported, or None.
+    - `start`: which start of the instance it was, from 1.
+
+    Derive from it to give a verb's outputs types: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.
+    """
+
+    condition: str
+    time: float
+    value: Any
+    others: tuple[Reported, ...]
+    way: tuple[Passed, ...]
+    verb: str
+    instance: str
+    command_list: str
+    block: str | None
+    started: float
+    ended: float
+    normal: bool
+    message: str
+    start: int
+    outputs: Mapping[str, Any]
+
+    def __init__(self, given: Mapping[str, Any]) -> None:
+        self.condition = given["condition"]
+        self.ended = given["time_s"]
+        self.started = given.get("started_s", 0.0)
+        self.time = self.ended - self.started
+        self.value = lively(given.get("value"))
+        others = given.get("others")
+        self.others = tuple(Reported(o["condition"], o.get("block"), o["time_s"] - self.started) for o in others) if others else ()
+        way = given.get("way")
+        self.way = tuple(Passed(p["command_list"], p["condition"], p.get("block"), p["time_s"] - self.started) for p in way) if way else ()
+        self.verb = given["verb"]
+        self.instance = given["instance"]
+        self.command_list = given.get("command_list") or ""
+        self.block = given.get("block")
+        self.normal = given["normal"]
+        self.message = given.get("message") or ""
+        self.start = given.get("start", 0)
+        self.outputs = {name: lively(value) for name, value in given.get("outputs", {}).items()}
+
+    def __getattr__(self, name: str) -> Any:
+        outputs = self.__dict__.get("outputs", {})
+        if name in outputs:
+            return outputs[name]
+        how = f"'{self.__dict__.get('condition')}' of verb '{self.__dict__.get('verb')}'"
+        raise AttributeError(f"{how} returned no output '{name}'; {did_you_mean(name, outputs) or 'it returns none'}")
+
+    def __repr__(self) -> str:
+        outputs = "".join(f", {name}={value!r}" for name, value in self.outputs.items())
+        value = "" if self.value is None else f", value={self.value!r}"
+        return f"{type(self).__name__}({self.verb}: {self.condition} after {self.time:.6g} s{value}{outputs})"
+
+    def _table(self) -> Table:
+        rows = [("verb", self.verb), ("instance", self.instance), ("condition", self.condition), ("time", f"{self.time:.6g} s")]
+        rows += [("value", str(self.value))] if self.value is not None else []
+        rows += [("message", self.message)] if self.message else []
+        rows += [(name, str(value)) for name, value in self.outputs.items()]
+        rows += [("way", " → ".join(f"{p.command_list} {p.condition}" for p in self.way))] if self.way else []
+        rows += [(f"also {o.condition}", f"after {o.time:.6g} s{f' by {o.block}' if o.block else ''}") for o in self.others]
+        return Table("end report", ["what", "is"], rows, ["", "", "good" if self.normal else "bad"])
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.outputs]
+
+
+R = TypeVar("R")
+
+
+_RAISED: dict[str, type[Terminated]] = {"time_lost": TimeLost}
+"""Classes of ends for which a verb need not name one."""
+
+
+def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] | None = None) -> Terminated:
+    """The exception for an end that is not normal: the class that the verb gives this condition. `objects`: what it was applied to."""
+    termination = verb.termination(report.condition, report.command_list)
+    kind = (termination.raises if termination else None) or _RAISED.get(report.condition, Terminated)
+    where = f" in command list '{report.command_list}'" if report.command_list else ""
+    block = f", reported by block '{report.block}'" if report.block else ""
+    value = f" with value {report.value}" if report.value is not None else ""
+    detail = f": {report.message}" if report.message else ""
+    if report.way and report.way[-1].condition != report.condition:
+        detail = f"; '{report.way[-1].condition}' in '{report.way[-1].command_list}' had led there{detail}"
+    error = kind(
+        f"verb instance '{report.instance}' ended with '{report.condition}'{value}{where} after {report.time:.6g} s{block}{detail}",
+        place=here() if packaged(verb.place) else verb.place,
+    )
+    error.verb, error.instance, error.condition = report.verb, report.instance, report.condition
+    error.command_list, error.block, error.time = report.command_list, report.block, report.time
+    error.value, error.outputs, error.others, error.report = report.value, report.outputs, report.others, report
+    error.objects = objects or {}
+    # The system's own message says what to do; a class explains what a block reported.
+    error.remedy = error.explanation() if report.block or not report.message else ""
+    error.message += "".join(thing._said_of_end(report.message) for thing in error.objects.values() if hasattr(thing, "_said_of_end"))
+    return error

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`opengpac check PROGRAM.py`: the program is executed, every installation check is made, and nothing runs.
+
+Verbs are planned instead of started; a call gives a report with zeros for its outputs, so that the program goes on.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..errors import Error
+from .following import ABSENT, Missing, follow
+from .mistakes import BrokenStatement
+
+
+@dataclass
+class Findings:
+    """Findings of a check: the verbs that were planned, what was filled in for them, and what is wrong."""
+
+    planned: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    errors: list[Error] = field(default_factory=list)
+    broken: list[BrokenStatement] = field(default_factory=list)
+    """Statements that ended by an exception of Python's own: nothing is known of them and of what needs them."""
+    names: dict[str, Any] = field(default_factory=dict)
+    """What the program binds."""
+    recordings: dict[str, tuple[Any, dict[str, Any]]] = field(default_factory=dict)
+    """What it would have recorded, by file: the system and the options."""
+
+
+_findings: Findings | None = None
+
+
+def active() -> bool:
+    """Returns whether a program is being checked."""
+    return _findings is not None
+
+
+def would_record(file: str, system: Any, options: dict[str, Any]) -> None:
+    """Remembers a recording that a run would make, for code that reads it back."""
+    if _findings is not None:
+        _findings.recordings[file] = (system, options)
+
+
+def recorded(file: str) -> tuple[Any, dict[str, Any]] | None:
+    """The system and the options of a recording that a run would have made before this line; none: the file is another's."""
+    return None if _findings is None else _findings.recordings.get(file)
+
+
+def found() -> Findings:
+    """Returns the findings of the present check so far, to be added to; those of no check are forgotten."""
+    return _findings if _findings is not None else Findings()
+
+
+def check(path: str, arguments: list[str]) -> Findings:
+    """Checks the program in that file: every error of it, in the order found."""
+    global _findings
+    _findings, before = Findings(), sys.argv
+    sys.argv = [path, *arguments]
+    try:
+        follow(path, note, _findings.names, lambda error, first, last: _break(path, error, (first, last)))
+    except SystemExit:
+        pass
+    except Exception as error:
+        # It left what is around it too: nothing that follows was done.
+        with open(path, "rb") as file:
+            _break(path, error, (0, len(file.read().splitlines())))
+    finally:
+        findings, _findings, sys.argv = _findings, None, before
+    return findings
+
+
+def _break(path: str, error: Exception, lines: tuple[int, int]) -> None:
+    """Records an exception of Python's own that ended the statement on these lines."""
+    if _findings is not None and not isinstance(error, Missing):
+        _findings.broken.append(BrokenStatement(error, path, _findings.names or vars(sys.modules["__main__"]), lines))
+
+
+def note(error: Error) -> None:
+    """Records an error once: a definition is entered in each system that uses it, and is wrong there for the same reason."""
+    if _findings is not None and repr(ABSENT) not in str(error):
+        known = {(type(e), str(e)) for e in _findings.errors}
+        _findings.errors += [e for e in getattr(error, "errors", [error]) if (type(e), str(e)) not in known]

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The commands `opengpac rts` and `opengpac token`: a real-time system as a daemon, and who may come to it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from .. import _native
+from ..drivers.simulated import mujoco_folder
+from ..errors import CallError, FileFailed, refusals, refuse
+from ..studio import offered_motions, server
+from ..system import open_systems, programs, system
+
+_ROLES = ("observe", "operate", "configure", "download")
+_DAY_S = 86_400
+
+
+def add_to(commands: Any) -> None:
+    """Adds both to the commands of the parser."""
+    rts = commands.add_parser("rts", help="a real-time system as a daemon; docs/control.md is its interface")
+    rts.add_argument("--name", help="of the system; default: cell")
+    rts.add_argument("--clock", choices=["monotonic", "virtual"], help="default: monotonic")
+    rts.add_argument("--seed", type=int, help="of preemptions and faults under the virtual clock")
+    rts.add_argument("--socket", metavar="PATH", help="the Unix socket, instead of one in a private folder")
+    rts.add_argument(
+        "--listen", metavar="HOST:PORT", help="TCP besides; an address that is not loopback needs TLS and callers that are known"
+    )
+    rts.add_argument("--tls-cert", metavar="PEM")
+    rts.add_argument("--tls-key", metavar="PEM")
+    rts.add_argument("--client-ca", metavar="PEM", help="who signs client certificates")
+    rts.add_argument("--tokens", metavar="FILE", help="made by opengpac token new")
+    rts.add_argument("--audit", metavar="FILE", help="who commanded what, appended; default: beside the socket")
+    rts.add_argument(
+        "--journal", metavar="FILE", help="the calls that made the system what it is, appended; a daemon that starts again makes them again"
+    )
+    rts.add_argument("--journal-strict", action="store_true", help="ends the start where a call of the journal fails")
+    rts.add_argument("--records", metavar="FOLDER", help="where remote programs and pages may record, by names")
+    rts.add_argument(
+        "--trust", action="append", default=[], metavar="SHA256",
+        help="code of this digest may run where a recording that is replayed brings it; modules that the system has had may anyway",
+    )  # fmt: skip
+    rts.add_argument("--insecure-loopback", action="store_true", help="any user of this machine may observe over TCP without a token")
+    rts.add_argument("--host", action="append", default=[], metavar="NAME", help="a name by which requests may call this machine")
+    rts.add_argument("--origin", action="append", default=[], metavar="URL", help="a site whose pages may call")
+    rts.add_argument("--studio", action="store_true", help="prints the address of the page with a token of this run")
+    rts.add_argument("--studio-role", choices=server.ROLES, help="what that token allows; default: operate")
+    rts.add_argument("--page", metavar="FOLDER", help="the page's files, instead of those that come with OpenGPAC")
+    programs.add_to(rts, nargs="?", help="runs first; the system that it leaves open is served")
+    rts.set_defaults(run=_rts)
+    token = commands.add_parser("token", help="who may come to a daemon").add_subparsers(required=True, metavar="ACTION")
+    new = token.add_parser("new", help="makes a token, and prints it once")
+    new.add_argument("--name", required=True, help="whose it is")
+    new.add_argument("--role", required=True, choices=_ROLES)
+    new.add_argument("--days", type=float, help="how long it holds; default: until it is revoked")
+    new.add_argument("--certificate", metavar="PEM", help="lets the holder of this client certificate in instead")
+    new.set_defaults(run=_token_new)
+    shown = token.add_parser("list", help="shows what there is")
+    shown.set_defaults(run=_token_list)
+    revoke = token.add_parser("revoke", help="revokes a token")
+    revoke.add_argument("name")
+    revoke.set_defaults(run=_token_revoke)
+    for parser in (new, shown, revoke):
+        parser.add_argument("--tokens", metavar="FILE", default="tokens.json", help="default: tokens.json")
+
+
+def _rts(given: argparse.Namespace) -> int:
+    # A daemon is ended as by Ctrl-C: in order.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # A rotation of the machine's logs, a new certificate: it goes on, with its files opened again.
+    hung_up: list[int] = []
+    signal.signal(signal.SIGHUP, lambda number, _: hung_up.append(number))
+
+    def rereads() -> bool:
+        asked = bool(hung_up)
+        hung_up.clear()
+        return asked
+
+    # It is the system that others connect to.
+    os.environ.pop("OPENGPAC_SYSTEM", None)
+    # Remote programs bring their models, and leave out where the library lies: that is of this machine.
+    library = mujoco_folder()
+    if library is not None:
+        os.environ["OPENGPAC_MUJOCO"] = library
+    options = {
+        "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key,
+        "client_ca": given.client_ca, "tokens": given.tokens, "audit": given.audit,
+        "journal": given.journal, "journal_strict": given.journal_strict, "records": _records(given), "trust": given.trust,
+        "insecure_loopback": given.insecure_loopback, "hosts": given.host, "origins": given.origin,
+        **_studio(given),
+    }  # fmt: skip
+    try:
+        served = _of_program(given) if given.program else _of_words(given)
+        if given.studio:
+            offered_motions.offer(served, given.studio_role or "operate")
+        embedded = served._alive()
+        assert isinstance(embedded, _native.System)
+        with served, refusals:
+            _native.serve(embedded, json.dumps({k: v for k, v in options.items() if v is not None}), _tell, _say, rereads)
+    except KeyboardInterrupt:
+        pass
+    return 0
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _say(addresses: list[str], page: str | None) -> None:
+    for address in addresses:
+        print(f"listening on {address}", flush=True)
+    if page is not None:
+        print(f"studio: {page}", flush=True)
+
+
+def _studio(given: argparse.Namespace) -> dict[str, Any]:
+    """Returns what is served of the studio: the page if there is a port and it was built, a token of this run if that is asked for."""
+    if given.studio_role is not None and not given.studio:
+        refuse(CallError, "--studio-role is given and no page has a token", "add --studio")
+    page = None if given.page is None else Path(given.page)
+    if given.studio:
+        return {"listen": given.listen or "127.0.0.1:0", "page": str(server.built(page)), "run_token": given.studio_role or "operate"}
+    served = given.listen is not None and (page is not None or (server.PAGE / "index.html").is_file())
+    return {"page": str(server.built(page))} if served else {}
+
+
+def _records(given: argparse.Namespace) -> str | None:
+    """Returns the folder for recordings: the one that is given; for a page that may record, one of the user's own."""
+    if given.records is not None or given.studio_role != "configure":
+        return given.records
+    return server.records_of_user()
+
+
+def _of_words(given: argparse.Namespace) -> system.System:
+    return system.System(given.name or "cell", given.clock or "monotonic", seed=given.seed or 0, adopt=given.journal is not None)
+
+
+def _of_program(given: argparse.Namespace) -> system.System:
+    """Runs the program; the one system that it leaves open."""
+    for word in ("name", "clock", "seed"):
+        if getattr(given, word) is not None:
+            refuse(CallError, f"--{word} is given, and program '{given.program}' makes the system", "say it there")
+    made = programs.run(given, "opengpac.rts")
+    there = [s for s in open_systems.systems() if not s.closed and any(s is value for value in made.values())]
+    if len(there) != 1:
+        left = f"program '{given.program}' leaves {len(there)} systems open"
+        refuse(CallError, left, "let it make one, without 'with', as a global name")
+    return there[0]
+
+
+def _token_new(given: argparse.Namespace) -> int:
+    expires = None if given.days is None else int(time.time() + given.days * _DAY_S)
+    try:
+        with refusals:
+            token = _native.token_new(given.tokens, given.name, given.role, expires, given.certificate)
+    except OSError as why:
+        refuse(FileFailed, f"the file of tokens: {why}")
+    print(token or f"the certificate may {given.role}")
+    return 0
+
+
+def _token_list(given: argparse.Namespace) -> int:
+    try:
+        with refusals:
+            entries = json.loads(_native.token_list(given.tokens))
+    except OSError as why:
+        refuse(FileFailed, f"the file of tokens: {why}")
+    for entry in entries:
+        state = "revoked" if entry["revoked"] else "expired" if entry["expires"] and entry["expires"] <= time.time() else "holds"
+        what = "certificate" if entry["certificate"] else "token"
+        print(f"{entry['name']:<20} {entry['role']:<10} {what:<12} {state}")
+    return 0
+
+
+def _token_revoke(given: argparse.Namespace) -> int:
+    try:
+        with refusals:
+            revoked = _native.token_revoke(given.tokens, given.name)
+    except OSError as why:
+        refuse(FileFailed, f"the file of tokens: {why}")
+    print(f"'{given.name}' is revoked" if revoked else f"there is no token '{given.name}' that holds")
+    return 0 if revoked else 1

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The documentation as a site that the package brings: `opengpac docs` serves it on this machine, without a network."""
+
+from __future__ import annotations
+
+import argparse
+import mimetypes
+import webbrowser
+import zipfile
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from urllib.parse import quote, unquote, urlsplit
+
+from ..errors import FileFailed, refuse
+
+SITE = Path(__file__).parents[1] / "docs_site.zip"
+"""The pages, as `make docs` builds them; the wheel has them."""
+
+
+def server(port: int = 0) -> ThreadingHTTPServer:
+    """Returns a server of the pages on the loopback interface, on a free port for 0.
+
+    Raises `FileFailed` where the package has no pages or they are damaged, `OSError` where the port is taken.
+    """
+    if not SITE.exists():
+        refuse(FileFailed, "this installation has no site of the documentation", "`make docs` in a checkout builds it; wheels have it")
+    try:
+        pages = zipfile.ZipFile(SITE)
+    except zipfile.BadZipFile:
+        refuse(FileFailed, f"'{SITE}' is damaged", "install the package again, or build it by `make docs`")
+
+    class Pages(BaseHTTPRequestHandler):
+        """Answers with the file of the archive that has the name asked for."""
+
+        def do_GET(self) -> None:
+            name = unquote(urlsplit(self.path).path).lstrip("/") or "index.html"
+            try:
+                body = pages.read(name)
+            except KeyError:
+                self.send_error(404, "there is no such page")
+                return
+            self.send_response(200)
+            self.send_header("Content-Type", _kind(name))
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, format: str, *args: object) -> None:
+            """Writes nothing."""
+
+    return ThreadingHTTPServer(("127.0.0.1", port), Pages)
+
+
+def address(made: ThreadingHTTPServer, words: list[str]) -> str:
+    """Returns the address of the front page, or of what a search for the words finds."""
+    front = f"http://127.0.0.1:{made.server_address[1]}/"
+    return front + (f"search.html?q={quote(' '.join(words))}" if words else "")
+
+
+def _kind(name: str) -> str:
+    kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
+    return f"{kind}; charset=utf-8" if kind.startswith("text/") else kind
+
+
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command."""
+    docs = commands.add_parser("docs", help="serve the documentation on this machine, without a network; it ends with Ctrl-C")
+    docs.add_argument("words", nargs="*", metavar="WORD", help="what to search for")
+    docs.add_argument("--port", type=int, default=0, help="the port (a free one)")
+    docs.add_argument("--no-open", action="store_true", help="only print the address")
+    docs.set_defaults(run=_run)
+
+
+def _run(given: argparse.Namespace) -> int:
+    with server(given.port) as made:
+        url = address(made, given.words)
+        print(url, flush=True)
+        if not given.no_open:
+            webbrowser.open(url)
+        try:
+            made.serve_forever()
+        except KeyboardInterrupt:
+            return 0
+    return 0

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The commands `opengpac drivers` and `opengpac devices`: what drivers declare, and which devices they find."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from .. import drivers
+from ..drivers.catalog import Found, is_file, manuals, on_host_of, searched
+from ..errors import CallError, did_you_mean, refuse
+from ..remote.calls import Remote
+from ..remote.opening import open_session
+from ..top import url_of
+from ..values.quantities import duration_ns
+
+
+def add_to(commands: Any) -> None:
+    """Adds the two commands."""
+    of_drivers = commands.add_parser("drivers", help="the drivers that there are, and what they declare")
+    of_drivers.add_argument("action", nargs="?", choices=["list", "show"], default="list")
+    of_drivers.add_argument("names", nargs="*", metavar="NAME|FILE")
+    of_drivers.set_defaults(run=_drivers)
+    devices = commands.add_parser("devices", help="physical devices").add_subparsers(required=True, metavar="WHAT")
+    scan = devices.add_parser("scan", help="find devices that a driver could open; nothing moves")
+    scan.add_argument(
+        "--on", metavar="URL", help="look on the host of this daemon, or of the one of this name: a URL like unix:///run/cell.sock"
+    )
+    scan.add_argument("--token", help="of a daemon on a port; default: OPENGPAC_TOKEN")
+    scan.add_argument("kind", metavar="NAME|FILE", nargs="?", help="the driver, or the file of one; else all that can look")
+    scan.add_argument("options", nargs=argparse.REMAINDER, metavar="--OPTION VALUE", help="options of the driver that say where to look")
+    scan.set_defaults(run=_scan)
+
+
+def _drivers(given: argparse.Namespace) -> int:
+    if given.action == "list":
+        print(drivers.list())
+        return 0
+    if not given.names:
+        print("say which: opengpac drivers show mujoco", file=sys.stderr)
+        return 1
+    for name in given.names:
+        for manual in manuals(name):
+            print(manual)
+    return 0
+
+
+def _scan(given: argparse.Namespace) -> int:
+    if given.on and given.kind and is_file(given.kind):
+        refuse(CallError, f"the driver of '{given.kind}' looks on the host that has the file", "run the command there, without --on")
+    where = options(given.options, [option for manual in manuals(given.kind) for option in manual.options]) if given.kind else {}
+    found = drivers.scan(given.kind, **where) if given.on is None else _found_on(given, where)
+    print(found)
+    return 0 if found or not found.problems else 1
+
+
+def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
+    """Returns the devices found on the host of a daemon. It takes no command from the session that has it."""
+    session = open_session(url_of(given.on, None), f"devices-scan-{os.getpid()}", token=given.token, command=False)
+    try:
+        return searched(on_host_of(Remote(session)), given.kind, where)
+    finally:
+        session.close()
+
+
+def options(words: Iterable[str], declared: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Options of a driver as the command line has them: `--port /dev/ttyUSB0 --timeout "20 ms"`, each of the kind that is declared."""
+    kinds = {option["name"]: option for option in declared}
+    taken: dict[str, Any] = {}
+    rest = iter(words)
+    for word in rest:
+        if not word.startswith("--"):
+            refuse(CallError, f"'{word}' is no option", "write --option value")
+        name, equals, value = word[2:].partition("=")
+        name = name.replace("-", "_")
+        name = name if name in kinds or f"{name}_ns" not in kinds else f"{name}_ns"
+        if name not in kinds:
+            refuse(CallError, f"the driver has no option '{name}'", did_you_mean(name, kinds))
+        taken[name] = _value(value if equals else next(rest, ""), kinds[name])
+    return taken
+
+
+def _value(text: str, option: Mapping[str, Any]) -> Any:
+    """Reads the text as the kind of the option: a list or table as JSON, a list also as words between commas."""
+    name, kind = option["name"], option["kind"]
+    if kind == "text":
+        return text
+    if kind == "list" and not text.startswith("["):
+        return [word if not word.isdecimal() else int(word) for word in text.split(",")]
+    if option["unit"] == "ns" and not text.isdecimal():
+        return duration_ns(text, f"option '{name}'")
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        refuse(CallError, f"option '{name}' is {text!r}", f"give a {kind}")

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trying one block with no system at all: `block.run(alpha=0.1, u=array).y`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _native
+from ..errors import CallError, ValueRefused, did_you_mean, refusals, refuse
+from ..refusals.argument_types import whole
+from ..values.encoding import plain
+from ..values.quantities import Quantity, duration_ns
+
+if TYPE_CHECKING:
+    from .blocks import Block, Item
+
+
+_TIMES_MAX = 10_000_000
+"""Invocations of one trial: all that they store is kept until its end."""
+
+
+class Trial:
+    """Result of a block's trial: an array of values for each output, `conditions` as (invocation, name, value or None), `fault` or None."""
+
+    def __init__(self, block: str, result: Mapping[str, Any]) -> None:
+        outputs = result.get("outputs", result)
+        self.block = block
+        self.conditions = [tuple(c) for c in result.get("conditions", [])]
+        self.fault: Any = result.get("fault")
+        self.outputs = {name: np.array(values) for name, values in outputs.items() if name not in ("conditions", "fault")}
+
+    def __getattr__(self, name: str) -> Any:
+        outputs = self.__dict__.get("outputs", {})
+        if name in outputs:
+            return outputs[name]
+        raise AttributeError(f"block '{self.__dict__.get('block')}' has no output '{name}'; {did_you_mean(name, outputs)}")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.outputs]
+
+    def __repr__(self) -> str:
+        outputs = ", ".join(f"{name}={values!r}" for name, values in self.outputs.items())
+        return f"Trial({self.block}: {outputs}, conditions={self.conditions}, fault={self.fault!r})"
+
+
+def _depth(item: Item) -> int:
+    """Returns the number of dimensions of one value: `double[6]` has one."""
+    return item.type.count("[")
+
+
+def _shape(value: Any) -> tuple[int, ...]:
+    """The shape of a value. A struct's members have different shapes: it has none, and a list of structs is one an invocation."""
+    try:
+        return np.shape(value)
+    except ValueError:
+        return (len(value),) if isinstance(value, list) else ()
+
+
+def _series(item: Item, value: Any) -> tuple[Any, int]:
+    """The value of an input as JSON, and how many invocations it covers: 0 for a constant."""
+    shape = _shape(value)
+    if len(shape) > _depth(item):
+        return plain(value, f"input '{item.name}'"), shape[0]
+    return plain(value, f"input '{item.name}'"), 0
+
+
+def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
+    """Runs as `Block.run` says."""
+    values: dict[str, Any] = {}
+    inputs: dict[str, Any] = {}
+    lengths: dict[str, int] = {}
+    for name, value in given.items():
+        item = block.items.get(name)
+        if item is None:
+            refuse(CallError, f"block '{block.name}' has no item '{name}'", did_you_mean(name, block.items))
+        if item.kind == "input":
+            series, length = _series(item, value)
+            inputs[name] = series
+            if length:
+                lengths[name] = length
+        else:
+            values[name] = plain(value, f"'{name}'")
+    times = min(lengths.values(), default=1) if steps is None else whole(steps, "the number of invocations of a trial", 0, _TIMES_MAX)
+    short = next((name for name, length in lengths.items() if length != times), None)
+    if short is not None:
+        refuse(
+            CallError, f"input '{short}' has {lengths[short]} values for {times} invocations", "give one value for each, or one constant"
+        )
+    for name in inputs:
+        if name not in lengths:
+            # The last value of a series stands for what follows.
+            inputs[name] = [inputs[name]]
+    period_ns = duration_ns(every, "the interval of a trial")
+    if period_ns < 0 or (times + 1) * period_ns >= 2**63:
+        refuse(
+            ValueRefused,
+            f"a trial of {times} invocations is to have the interval {every!r}",
+            "give 0 or more, and 292 years for all at most",
+        )
+    interpreted = not getattr(block, "native", True)
+    with refusals:
+        name = block.name.split(".", 1)[1]
+        text = _native.trial(block.module, name, json.dumps(values), json.dumps(inputs), times, period_ns, interpreted)
+    return Trial(block.name, json.loads(text))

@@ -1,0 +1,347 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Function blocks as Python sees them: an interface and where the code is. `block(k=2.0)` is a use with constants,
+`block.labelled("filter")` an occurrence whose ports can be written as attributes, `block.run(u=...)` a trial without a system."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from inspect import Parameter, Signature
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+from .. import _native
+from ..errors import CallError, DefinitionError, UnknownName, ValueRefused, did_you_mean, refusals, refuse
+from ..refusals.argument_types import all_taking
+from ..refusals.declared_names import Declared
+from ..refusals.source_location import Place, here
+from ..values.encoding import plain
+from ..values.tables import CallSignature, Shown, Table
+from . import block_trial
+
+if TYPE_CHECKING:
+    from ..system.system import System
+    from ..values.quantities import Quantity
+    from .block_trial import Trial
+    from .graphs import Graph
+
+
+class FunctionBlock(Declared):
+    """A function block: an application subroutine (`Block`) or a data flow graph (`Graph`). From outside the two look the same."""
+
+    def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
+        """Runs as `run` says, with the values in one dictionary."""
+        raise NotImplementedError
+
+
+class Item:
+    """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `range` (`"(0, 10]"`, or nothing), `doc`, `has_default`.
+
+    `sized` where its length is the block's size, `least` to `most` of a size; `initial`, the bytes of its default or preset; `history`,
+    how many last values it reads, or 0.
+    """
+
+    def __init__(self, item: Mapping[str, Any]) -> None:
+        self.name: str = item["name"]
+        self.kind: str = item["kind"]
+        mode = item["mode"]
+        self.mode: str = mode if isinstance(mode, str) else f"ratio {mode['ratio']}"
+        self.type: str = item["type_text"]
+        self.unit: str = item["unit"]
+        self.range: str = item.get("range", "")
+        self.doc: str = item["doc"]
+        self.has_default: bool = item.get("has_default", False)
+        self.sized: bool = item.get("sized", False)
+        self.least: int = item.get("least", 0)
+        self.most: int = item.get("most", 0)
+        self.initial = bytes(item.get("default", []))
+        self.history: int = item.get("history", 0)
+
+    def check(self, value: Any, what: str) -> None:
+        """Refuses a number, or text with a unit, outside the range: `OutOfRange`. `what` it is, for the message."""
+        given = plain(value, what)
+        with refusals:
+            number = _native.number_in(given, self.unit) if isinstance(given, str) else given
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                refuse(ValueRefused, f"{what} is {value!r}", "give a number")
+            _native.check_range(what, f"{self.unit} {self.range}", number)
+
+    def __repr__(self) -> str:
+        unit = f", {self.unit}" if self.unit else ""
+        mode = "" if self.kind not in ("input", "output") or self.mode == "synchronous" else f" {self.mode}"
+        last = f", the last {self.history}" if self.history else ""
+        return f"{self.kind.replace('_', ' ')}{mode} {self.name} ({self.type or 'no value'}{unit}{last}): {self.doc}"
+
+
+@all_taking
+class Block(Shown, FunctionBlock):
+    """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`.
+
+    Made by `gpac.library` (`lib.lowpass`) and by `cell.download` (`code.lowpass`). Each component is a dictionary, name → item; `types` has
+    the declarations of struct types, `module` is `"library"` or the file of its code, `system` that which downloaded it, or None.
+    """
+
+    period_ns: int | None = None
+    """The only interval at which it can be activated."""
+    names: Mapping[str, Sequence[str]] = {}
+    """The joints of a port, in its order."""
+    native: bool = True
+    """Whether it runs without an interpreter."""
+
+    def __init__(self, interface: Mapping[str, Any], module: str = "library", system: System | None = None) -> None:
+        self.name: str = interface["name"]
+        self.doc: str = interface["doc"]
+        self.items = {item["name"]: Item(item) for item in interface["items"]}
+        self.types: Mapping[str, str] = interface.get("types", {})
+        self.module = module
+        self.system = system
+        self.__doc__ = repr(self)
+
+    @property
+    def _own_interval(self) -> str:
+        """Returns the text of messages before `period_ns`."""
+        return f"block '{self.name.rpartition('.')[2]}' takes steps of"
+
+    def _instead(self, name: str) -> str:
+        return f"give constants where it is used: {self.name.rpartition('.')[2]}({name}=…)" if name in self.items else ""
+
+    def _of(self, *kinds: str) -> dict[str, Item]:
+        return {name: item for name, item in self.items.items() if item.kind in kinds}
+
+    @property
+    def inputs(self) -> dict[str, Item]:
+        """Input ports by name."""
+        return self._of("input")
+
+    @property
+    def outputs(self) -> dict[str, Item]:
+        """Output ports by name."""
+        return self._of("output")
+
+    @property
+    def devices(self) -> dict[str, Item]:
+        """Device channels by name."""
+        return self._of("device_read", "device_write")
+
+    @property
+    def conditions(self) -> dict[str, Item]:
+        """Conditions by name."""
+        return self._of("condition")
+
+    @property
+    def parameters(self) -> dict[str, Item]:
+        """Formal parameters by name."""
+        return self._of("parameter", "size")
+
+    def __call__(self, **constants: Any) -> BlockUse:
+        """This block with constants for parameters, presets, sizes or inputs: `lib.lowpass(alpha=0.3)`."""
+        for name in constants:
+            if name not in self.items:
+                refuse(CallError, f"block '{self.name}' has no item '{name}'", did_you_mean(name, self.items))
+        return BlockUse(self, constants)
+
+    def labelled(self, label: str) -> Occurrence:
+        """An occurrence of this block under a label: `planner = lib.trajectory_planner.labelled("planner")`; `planner.goal` is a port."""
+        return Occurrence(label, BlockUse(self, {}))
+
+    def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
+        """Tries the block with no system: constants for its parameters, and for each input one value or one for each invocation.
+
+        `steps` is the number of invocations; without it there are as many as the shortest series of values, or one. `every` is the
+        interval between two of them, for blocks that measure time. Raises `CallError` for a name that the block does not have.
+
+        What goes wrong in the block is its `fault`, with what came before it: faults are contained as in a firing, and one
+        invocation may take 1 s at most.
+
+        >>> from opengpac import library as lib
+        >>> lib.lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
+        array([0.5 , 0.75])
+        """
+        return self._tried(steps, every, values)
+
+    def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
+        return block_trial.run(self, steps, every, given)
+
+    def source_json(self) -> dict[str, Any]:
+        """Returns the model's name of it."""
+        return {"subroutine": self.name}
+
+    def __repr__(self) -> str:
+        lines = [f"block {self.name}: {self.doc}", *(f"  {item!r}" for item in self.items.values())]
+        return "\n".join(lines)
+
+    @CallSignature
+    def __signature__(self) -> Signature:
+        """Constants that a use may give: what completion in a call knows."""
+        constant = [item for item in self.items.values() if item.kind in ("parameter", "size", "input", "condition")]
+        return Signature([Parameter(item.name, Parameter.KEYWORD_ONLY, default=...) for item in constant])
+
+    def _table(self) -> Table:
+        rows = [
+            (i.kind.replace("_", " "), i.name, i.type, i.unit, "" if i.kind not in ("input", "output") else i.mode, i.doc)
+            for i in self.items.values()
+        ]
+        return Table(f"{self.name}: {self.doc}", ["kind", "name", "type", "unit", "mode", "what it is"], rows)
+
+
+@all_taking
+class BlockUse(Declared):
+    """A block or graph with constants, not yet labelled. Made by calling one: `lib.lowpass(alpha=0.3)`.
+
+    `block` is the block or graph. `constants` are values by the names of its inputs and parameters: numbers, sequences of the item's
+    shape, structs as tuples or dicts; a number is in the item's unit, a string brings its own, `"20 ms"`. `place` is the line of the
+    program. A name that the block does not have raises `CallError` at once; types, ranges and units are checked at installation.
+    """
+
+    def __init__(self, block: Block | Graph, constants: Mapping[str, Any], place: Place | None = None) -> None:
+        self.block = block
+        self.constants = dict(constants)
+        self.place = place or here()
+
+    def labelled(self, label: str) -> Occurrence:
+        """An occurrence of this use under a label."""
+        return Occurrence(label, self)
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {
+            "block": self.block.source_json(),
+            "constants": {name: plain(value, f"the constant for '{name}'") for name, value in self.constants.items()},
+            "place": self.place.json(),
+        }
+
+    def _called(self) -> str:
+        return f"a use of block '{self.block.name}'"
+
+    def _instead(self, name: str) -> str:
+        return self.block._instead(name)
+
+    def __repr__(self) -> str:
+        constants = ", ".join(f"{name}={value!r}" for name, value in self.constants.items())
+        return f"{self.block.name}({constants})"
+
+
+class Reference(str):
+    """The name of a port, condition or parameter: text, `planner.goal`, wherever a name is taken.
+
+    `sum.u[0]` is an element of an array port.
+    """
+
+    __slots__ = ()
+
+    def __getitem__(self, index: Any) -> str:
+        return Reference(f"{self!s}[{index}]") if isinstance(index, int) and index >= 0 else super().__getitem__(index)
+
+
+class Occurrence:
+    """A labelled use of a block: its items are attributes, `planner.goal`, and stand wherever `"planner.goal"` may.
+
+    Made by `block.labelled("planner")`.
+    """
+
+    def __init__(self, label: str, use: BlockUse) -> None:
+        self._label = label
+        self._use = use
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        block = self._use.block
+        if name in block.items:
+            return Reference(f"{self._label}.{name}")
+        inner: Mapping[str, BlockUse] = getattr(block, "blocks", {})
+        if name in inner:
+            return Occurrence(f"{self._label}.{name}", inner[name])
+        refuse(UnknownName, f"block '{self._label}' ({block.name}) has no item '{name}'", did_you_mean(name, [*block.items, *inner]))
+
+    def __dir__(self) -> list[str]:
+        block = self._use.block
+        return [*block.items, *getattr(block, "blocks", {})]
+
+    def __str__(self) -> str:
+        return self._label
+
+    def __repr__(self) -> str:
+        return f"{self._label}: {self._use!r}"
+
+
+AnyBlock: TypeAlias = "Block | BlockUse | Occurrence | Graph"
+Blocks: TypeAlias = "Mapping[str, AnyBlock] | Iterable[Occurrence]"
+Name: TypeAlias = "str | Occurrence"
+Names: TypeAlias = "Sequence[Name] | Name"
+
+
+def use_of(block: object, label: str) -> BlockUse:
+    """The use that a value of `blocks=` stands for."""
+    if isinstance(block, BlockUse):
+        return block
+    if isinstance(block, Occurrence):
+        return block._use
+    if isinstance(block, FunctionBlock):
+        return BlockUse(cast("Block | Graph", block), {})
+    refuse(
+        DefinitionError,
+        f"block '{label}' is {block!r}, not a function block",
+        "give a block of gpac.library or of a code module, or a graph",
+    )
+
+
+def uses_of(blocks: Any) -> dict[str, BlockUse]:
+    """`blocks=` as a dictionary of uses: label → block, or occurrences in a sequence."""
+    if isinstance(blocks, Mapping):
+        return {str(label): use_of(block, str(label)) for label, block in blocks.items()}
+    if not isinstance(blocks, Iterable) or isinstance(blocks, str | bytes):
+        refuse(DefinitionError, f"blocks={blocks!r} has no blocks", "give a dictionary of labels and blocks")
+    uses: dict[str, BlockUse] = {}
+    for block in blocks:
+        if not isinstance(block, Occurrence):
+            refuse(DefinitionError, f"{block!r} has no label", "give a dictionary, or lib.pid.labelled('pid')")
+        if str(block) in uses:
+            refuse(DefinitionError, f"two blocks are labelled '{block}'", "give each occurrence its own label")
+        uses[str(block)] = block._use
+    return uses
+
+
+def names_of(names: Any) -> list[str]:
+    """A set of port names: one, or several."""
+    if isinstance(names, str | Occurrence):
+        return [str(names)]
+    if not isinstance(names, Iterable) or isinstance(names, bytes):
+        refuse(DefinitionError, f"{names!r} is given where names belong", "give a name, 'label.port', or a list of names")
+    given = list(names)
+    wrong = next((name for name in given if not isinstance(name, str | Occurrence)), None)
+    if wrong is not None:
+        refuse(
+            DefinitionError,
+            f"{wrong!r} stands in a list of names, and is no name",
+            "give names, 'label.port'; an element of an array port is 'label.port[0]'",
+        )
+    return [str(name) for name in given]
+
+
+def mapping_of(mapping: Mapping[Any, Any] | None) -> dict[str, list[str]]:
+    """A mapping of names to sets of names: χ, ψ or ρ as the model takes it."""
+    if mapping is not None and not isinstance(mapping, Mapping):
+        refuse(DefinitionError, f"{mapping!r} is given where a mapping belongs", "give a dictionary, {'name': 'label.port'}")
+    return {str(name): names_of(targets) for name, targets in (mapping or {}).items()}
+
+
+def systems_of(uses: Iterable[BlockUse]) -> set[System]:
+    """The systems whose code modules these blocks come from."""
+    found: set[System] = set()
+    for use in uses:
+        if isinstance(use.block, Block):
+            if use.block.system is not None:
+                found.add(use.block.system)
+        else:
+            found |= systems_of(use.block.blocks.values())
+    return found
+
+
+def modules_of(uses: Iterable[BlockUse]) -> dict[str, str]:
+    """The code modules of the component data base that these blocks are of, outside the standard library: name → file."""
+    found: dict[str, str] = {}
+    for use in uses:
+        if not isinstance(use.block, Block):
+            found |= modules_of(use.block.blocks.values())
+        elif use.block.system is None and use.block.module != "library":
+            found[use.block.name.split(".", 1)[0]] = use.block.module
+    return found

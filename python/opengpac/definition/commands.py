@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Function block commands: what a command list is made of. Each takes the labels of blocks of its verb."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from ..errors import DefinitionError, refuse
+from ..refusals.argument_types import taking
+from ..values.numbers import number
+from ..values.quantities import Quantity, duration_ns, is_duration, optional_ns
+from .blocks import Name, names_of
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An execution interval; made by `gpac.interval`, with the same `every` and `tunable`."""
+
+    every: Quantity
+    tunable: bool = False
+
+
+@taking
+def interval(every: Quantity, *, tunable: bool = False) -> Interval:
+    """An execution interval, `every="20 ms"`, and, `tunable`, whether `vi.set(every={...})` may change it while the verb runs.
+
+    >>> activate("generator", every=interval("20 ms", tunable=True))["tunable"]
+    True
+    """
+    return Interval(every, tunable)
+
+
+Command: TypeAlias = dict[str, Any]
+"""A function block command, in the form that the model takes."""
+
+
+@taking
+def install(*blocks: Name) -> Command:
+    """Gives these blocks fresh state. Installing itself is implied for every block that a list names."""
+    return {"command": "install", "blocks": [str(block) for block in blocks]}
+
+
+@taking
+def execute(block: Name) -> Command:
+    """One invocation of a block, or of a graph, at once; the next command starts after it."""
+    return {"command": "execute", "block": str(block)}
+
+
+@taking
+def activate(block: Name, every: Quantity | Interval | None = None, *, budget: Quantity | None = None) -> Command:
+    """Starts repetitive execution: at an interval, `every="20 ms"`; without one when its synchronous inputs have new values, or
+    by the trigger that it is placed on. `every=gpac.interval("20 ms", tunable=True)` may be changed while it runs. A `budget` is
+    the longest time one invocation may take before it counts as a fault.
+
+    >>> activate("generator", every="20 ms")
+    {'command': 'activate', 'block': 'generator', 'every_ns': 20000000, 'tunable': False, 'budget_ns': None}
+    """
+    given = every if isinstance(every, Interval) else Interval(every) if every is not None else None
+    return {
+        "command": "activate",
+        "block": str(block),
+        "every_ns": optional_ns(given.every if given else None, f"the interval of '{block}'"),
+        "tunable": given is not None and given.tunable,
+        "budget_ns": optional_ns(budget, f"the budget of '{block}'"),
+    }
+
+
+@taking
+def deactivate(block: Name) -> Command:
+    """Ends repetitive execution of a block."""
+    return {"command": "deactivate", "block": str(block)}
+
+
+@taking
+def wait(until: Quantity | Name | Sequence[Name] | None = None) -> Command:
+    """Waits for a condition (or the first of several), for a time, or, bare, until no instance is active.
+
+    >>> wait("near.done"), wait("0.5 s")
+    ({'command': 'wait', 'conditions': ['near.done']}, {'command': 'wait', 'time_ns': 500000000})
+    """
+    if until is None:
+        return {"command": "wait"}
+    until = number(until)
+    if isinstance(until, int | float) or (isinstance(until, str) and is_duration(until)):
+        return {"command": "wait", "time_ns": duration_ns(until, "the time of a wait")}
+    return {"command": "wait", "conditions": names_of(until)}
+
+
+def ready() -> Command:
+    """Says that a device is enabled when its verb comes here."""
+    return {"command": "ready"}
+
+
+def checked(command: Any, where: str) -> Command:
+    """Returns the command, if it is one."""
+    if isinstance(command, dict) and "command" in command:
+        return command
+    refuse(DefinitionError, f"{where} has {command!r}, which is not a command", "write execute('block'), activate('block', every='1 ms') …")

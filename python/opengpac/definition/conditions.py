@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Termination conditions: which block or system condition one stands for, what it returns (ν), and what it raises."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import DefinitionError, Terminated, refuse
+from ..refusals.argument_types import taking, whole
+from ..refusals.source_location import Place, here
+from .blocks import Names, names_of
+
+
+@dataclass(frozen=True)
+class Termination:
+    """One line of a verb's table of conditions; made by `on`, whose parameters it has. `place` is the line of the program."""
+
+    on: tuple[str, ...]
+    returns: tuple[str, ...] | None
+    raises: type[Terminated] | None
+    during: tuple[str, ...]
+    priority: int
+    place: Place
+    alarm: str | None = None
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {
+            "on": list(self.on), "returns": None if self.returns is None else list(self.returns), "raises": self.raises is not None,
+            "during": list(self.during), "priority": self.priority, "alarm": self.alarm, "place": self.place.json(),
+        }  # fmt: skip
+
+
+@taking
+def on(
+    conditions: Names | None = None,
+    *,
+    returns: Sequence[str] | None = None,
+    raises: type[Terminated] | bool | None = None,
+    during: Names | None = None,
+    priority: int = 0,
+    alarm: str | None = None,
+) -> Termination:
+    """A termination condition: `on("near.done", returns=["position"])`, `on("force.above", raises=Collision)`.
+
+    Without block conditions it stands for the system condition of its own name (`time_limit`, `halted` …). With `returns` and no
+    `raises` the end is normal. `during` limits it to one command list or several; of two that come in one firing the larger priority acts.
+    Whenever it acts it raises `alarm`, the code of one that is defined: `cell.alarms.define("E101", …)`.
+    """
+    if isinstance(raises, bool) or raises is None:
+        raises = Terminated if raises else None
+    elif not (isinstance(raises, type) and issubclass(raises, Terminated)):
+        refuse(
+            DefinitionError, f"raises={raises!r} is not an exception class of a termination", "derive it: class Collision(gpac.Terminated)"
+        )
+    if alarm is not None and (not isinstance(alarm, str) or not alarm):
+        refuse(DefinitionError, f"alarm={alarm!r} is not the code of an alarm", "give its code: alarm='E101'")
+    return Termination(
+        on=tuple(names_of(conditions)) if conditions is not None else (),
+        returns=None if returns is None else tuple(names_of(returns)),
+        raises=raises or None,
+        during=tuple(names_of(during)) if during is not None else (),
+        priority=whole(priority, "the priority of a condition", -(2**31), 2**31 - 1),
+        place=here(),
+        alarm=alarm,
+    )
+
+
+def termination_of(given: Any, name: str) -> Termination:
+    """A value of `conditions=`: `on(...)`, or a block condition alone."""
+    if isinstance(given, Termination):
+        return given
+    if isinstance(given, str | list | tuple):
+        return on(given)
+    refuse(DefinitionError, f"condition '{name}' is {given!r}", "write on('block.condition', returns=[…])")

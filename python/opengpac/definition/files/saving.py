@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Definitions are written to a file. What the file has besides, comments and order too, stays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path as File
+from typing import Any, cast
+
+from ...errors import FileFailed
+from ...refusals.argument_types import taking
+from ...refusals.source_location import Place
+from ...storage import files
+from ..blocks import modules_of
+from .form import FORMAT, VERSION, findings
+from .merging import merged
+from .parsing import error_of, is_toml, parsed
+from .positions import lines_of
+from .rendering import json_file, toml_file
+from .shortening import long, short
+from .trees import KINDS, Definition, DefinitionTrees, Tree, kind_of
+
+
+@taking
+def save(path: str | os.PathLike[str], *definitions: Definition, description: str | None = None) -> None:
+    """Writes graphs, verbs and device types to the TOML or JSON file at `path`, by its ending; a file that is there keeps what else it has.
+
+    A definition of a name that the file has takes its place; where only values change, comments and order of a TOML file stay. The
+    verbs of a composed verb and of a device type are written too. Exception classes are written by name.
+    `description` is for people, at the head of the file. Raises `FileFailed` where the file is of another form or cannot be written.
+    """
+    file = File(path).expanduser()
+    toml = is_toml(file)
+    text = files.read(file, "the file of definitions")
+    tree = _known(file, text, toml) if text and text.strip() else {}
+    collected = DefinitionTrees({key: kind for kind in KINDS for key in tree.get(kind, {})})
+    for definition in definitions:
+        collected.add(definition)
+    if toml:
+        collected.share_graphs()
+    head: Tree = {"description": description} if description is not None else {}
+    modules = _modules(definitions, file)
+    if not text or not tree:
+        start = {"format": FORMAT, "version": VERSION, **head, **({"modules": modules} if modules else {})}
+        files.write(file, _rendered(start, collected.trees, toml), "the file of definitions")
+        return
+    head |= {"modules": tree.get("modules", {}) | modules} if modules else {}
+    if toml:
+        files.write(file, merged(text, tree, head, collected.trees), "the file of definitions")
+        return
+    new = tree | head
+    for kind in KINDS:
+        kept = tree.get(kind, {})
+        of = {key: _ordered(kept.get(key, {}), made) for key, made in collected.trees[kind].items()}
+        if kept or of:
+            new[kind] = kept | of
+    files.write(file, json_file(new), "the file of definitions")
+
+
+def _rendered(head: Tree, trees: Mapping[str, Mapping[str, Tree]], toml: bool) -> str:
+    if toml:
+        return toml_file(head, {kind: {key: short(kind, key, tree) for key, tree in known.items()} for kind, known in trees.items()})
+    return json_file(head | {kind: dict(known) for kind, known in trees.items() if known})
+
+
+def _known(file: File, text: str, toml: bool) -> Tree:
+    """The tree of the file that is there; one that is no file with definitions is not overwritten."""
+    tree = parsed(file, text, toml)
+    wrong = findings(tree)
+    if wrong:
+        why = error_of(wrong[0], file, lines_of(text, toml))
+        raise FileFailed(
+            f"cannot save into '{file}': {why.message}",
+            remedy="mend it first, or save into another file",
+            place=why.place or Place(str(file), 1),
+        )
+    return tree
+
+
+def _ordered(old: Any, new: Any) -> Any:
+    """The new tree in the order that the old one has."""
+    if not isinstance(old, dict) or not isinstance(new, dict):
+        return new
+    keys = [key for key in old if key in new] + [key for key in new if key not in old]
+    return {key: _ordered(old.get(key), new[key]) for key in keys}
+
+
+def _modules(definitions: tuple[Definition, ...], file: File) -> dict[str, str]:
+    """The code modules of the blocks: name → file, beside this one where that can be said."""
+    found: dict[str, str] = {}
+    for definition in definitions:
+        uses = cast(Any, definition).blocks.values() if kind_of(definition) not in (None, "device_types") else ()
+        for use in _all(uses):
+            block = use.block
+            if block.system is not None or block.module != "library":
+                found[block.name.split(".", 1)[0]] = block.module
+    home = file.absolute().parent
+    return {name: os.path.relpath(path, home) if os.path.isabs(path) else path for name, path in found.items()}
+
+
+def _all(uses: Any) -> list[Any]:
+    """The uses of subroutines, those in graphs too."""
+    found: list[Any] = []
+    for use in uses:
+        found += _all(use.block.blocks.values()) if kind_of(use.block) == "graphs" else [use]
+    return found
+
+
+__all__ = ["long", "modules_of", "save"]

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Code that the package makes out of definitions (blocks in Python, symbolic functions, FMUs): compiled once for each content, and kept
+for later processes of this user."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from .. import __version__, _native
+from ..errors import DefinitionError, refusals, refuse
+from ..storage.cache import folder
+from .entering import without_system
+
+
+def block_name(name: str) -> str:
+    """The name of a block, where C can have it."""
+    if not name.isidentifier() or not name.isascii():
+        refuse(DefinitionError, f"'{name}' is no name of a block", "give name= letters, digits and '_', a letter first")
+    if _native.is_word_of_c(name):
+        refuse(DefinitionError, f"'{name}' is a word of C or of OpenGPAC, and no name of a block", f"give another one: name='{name}_block'")
+    return name
+
+
+def kept(kind: str, name: str, key: object, source: Callable[[], str]) -> Path:
+    """The shared object of block `name`. Where none is kept for `key` (what can be JSON), the C that `source` gives is compiled."""
+    digest = hashlib.sha256(json.dumps([__version__, key]).encode()).hexdigest()[:24]
+    found = folder(kind) / f"{name}-{digest}.so"
+    if not found.exists():
+        _build(source(), found, name)
+    return found
+
+
+def _build(text: str, kept: Path, name: str) -> None:
+    with tempfile.TemporaryDirectory(dir=kept.parent) as temporary:
+        source = Path(temporary) / f"{name}.c"
+        source.write_text(text)
+        with refusals:
+            built = _native.build([str(source)], str(source.with_suffix(".so")))
+        os.replace(built, kept)
+
+
+def interface(module: str, file: Path) -> Mapping[str, Any]:
+    """The interface of the only block of a compiled file, as the real-time system reads it."""
+    return without_system().enter_module(module, str(file))[0]

@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Parameters of verbs: input parameters with defaults and units, and objects that are logical devices."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from ..devices.logical import LogicalDevice
+from ..errors import REFUSALS, CallError, DefinitionError, Error, refuse
+from ..refusals.argument_types import taking
+from ..refusals.source_location import Place, here
+from ..values.encoding import plain
+from .blocks import Names, names_of
+
+absent: Any = object()
+"""What stands for a default that was not given."""
+
+Bound: TypeAlias = float | str
+"""An end of a range: a number, or a parameter of an object, `"arm.max_speed"`, with a minus sign its negative."""
+
+
+@dataclass(frozen=True)
+class InputParameter:
+    """A line of ψ; made by `gpac.input`."""
+
+    targets: tuple[str, ...]
+    default: Any
+    tunable: bool
+    unit: str
+    place: Place
+    within: tuple[Bound, Bound] | None = None
+    counted_from: str | None = None
+    member: str = ""
+    form: Callable[[Any, Mapping[str, Any]], Any] | None = None
+
+    @property
+    def has_default(self) -> bool:
+        """True if a default was given here."""
+        return self.default is not absent
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {
+            "targets": list(self.targets), "default": self.value(self.default, {}) if self.has_default else None, "tunable": self.tunable,
+            "unit": self.unit, "within": None if self.within is None else list(self.within), "counted_from": self.counted_from,
+            "place": self.place.json(),
+        }  # fmt: skip
+
+    def value(self, given: Any, objects: Mapping[str, Any], what: str = "the value") -> Any:
+        """Returns the value that a call gives, as the model takes it. `what` it is the value of, for a refusal."""
+        return plain(self.form(given, objects) if self.form is not None else given, what)
+
+    def of_object(self, name: str, objects: Mapping[str, Any]) -> Any:
+        """The value of the object's attribute that stands for one that a call leaves out."""
+        root, _, rest = self.member.partition(".")
+        try:
+            return plain(operator.attrgetter(rest)(objects[root]))
+        except (AttributeError, KeyError):
+            refuse(
+                CallError,
+                f"'{name}' is not given, and {objects.get(root, root)!r} has no '{rest}'",
+                f"give {name}=, or an object that has it: an arm made by gpac.robots.load has a chain",
+            )
+
+
+@taking
+def input(
+    targets: Names,
+    *,
+    default: Any = absent,
+    tunable: bool = False,
+    unit: str = "",
+    within: tuple[Bound, Bound] | None = None,
+    counted_from: str | None = None,
+    member: str = "",
+    form: Callable[[Any, Mapping[str, Any]], Any] | None = None,
+) -> Any:
+    """An input parameter: the ports (`targets`) where its value is stored at each start, its `default`, and, `tunable`, whether
+    `vi.set(...)` may change it. `unit` is that of its numbers where the ports have none.
+
+    `within` is its range, checked before a start: numbers, or parameters of an object, `("arm.position_min", "arm.position_max")`,
+    `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that share of the maximum
+    value, and one number for an array is that number for each device. `counted_from="arm.commanded"` checks that SVV plus the value.
+
+    `member="arm.chain"`: where a call leaves it out, its value is that attribute of the object `arm`, at each start. `form(given,
+    objects)` turns what people write into the value that the ports take: a short list into a table of fixed size.
+    """
+    if form is not None and not callable(form):
+        refuse(CallError, f"form={form!r} is no function", "give one of the value and the objects")
+    return InputParameter(tuple(names_of(targets)), default, tunable, unit, here(), within, counted_from, member, form)
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """Property that the devices of an object must have when a verb starts; made by `required`."""
+
+    raises: type[Error]
+    when: str | None
+    remedy: str
+    place: Place
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {"raises": self.raises.__name__, "when": self.when, "remedy": self.remedy, "place": self.place.json()}
+
+
+@taking
+def required(raises: type[Error], *, when: str | None = None, remedy: str = "") -> Requirement:
+    """A value of `requires=`: the class that a start raises where the member is not true, and its `remedy`, the next step.
+
+    `requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home")}`; `when` limits it to devices of which that is true.
+    The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
+    """
+    if not isinstance(raises, type) or raises not in REFUSALS:
+        refuse(DefinitionError, f"a requirement raises {raises!r}", f"give one of {', '.join(kind.__name__ for kind in REFUSALS)}")
+    return Requirement(raises, when, remedy, here())
+
+
+def requirement_of(given: Any, name: str) -> Requirement:
+    """A value of `requires=`: `gpac.required(...)`, or a class alone."""
+    if isinstance(given, Requirement):
+        return given
+    if isinstance(given, type) and issubclass(given, Error):
+        return required(given)
+    refuse(DefinitionError, f"the requirement '{name}' is {given!r}", "give an exception class of gpac, or gpac.required(...)")
+
+
+def input_of(given: Any) -> InputParameter:
+    """A value of `input_parameters=`: `gpac.input(...)`, one name or several."""
+    return given if isinstance(given, InputParameter) else input(given)
+
+
+@dataclass(frozen=True)
+class Object:
+    """Logical devices that a verb acts on: one of a type, or several."""
+
+    device_type: type[LogicalDevice]
+    each: bool = False
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {"device_type": self.device_type.definition_name(), "each": self.each}
+
+
+@taking
+def each(device_type: type[LogicalDevice]) -> Object:
+    """Several logical devices of `device_type`, a class: a group, or a sequence of devices."""
+    if not (isinstance(device_type, type) and issubclass(device_type, LogicalDevice)):
+        refuse(DefinitionError, f"gpac.each() is given {device_type!r}", "give a class of logical devices")
+    return Object(device_type, True)
+
+
+def objects_of(objects: Mapping[str, Any] | None) -> dict[str, Object]:
+    """`objects=`: name → device type, or `gpac.each(type)`."""
+    found: dict[str, Object] = {}
+    for name, given in (objects or {}).items():
+        if isinstance(given, type) and issubclass(given, LogicalDevice):
+            given = Object(given)
+        if not isinstance(given, Object):
+            refuse(DefinitionError, f"object '{name}' is {given!r}", "give a class of logical devices, or gpac.each(class)")
+        found[name] = given
+    return found

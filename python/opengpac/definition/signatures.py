@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The calls of a verb as Python signatures: objects, instantiation parameters, then input parameters, as declared."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from inspect import Parameter, Signature
+from typing import TYPE_CHECKING, Any
+
+from ..errors import DefinitionError, did_you_mean, refuse
+
+if TYPE_CHECKING:
+    from .verbs import Verb
+
+
+def roots(verb: Verb[..., Any]) -> list[str]:
+    """The instantiation parameters that a call gives: `drive` for `drive.position`; not those of objects."""
+    names = dict.fromkeys(name.split(".", 1)[0] for name in verb.instantiation_parameters)
+    return [name for name in names if name not in verb.objects]
+
+
+def inputs(verb: Verb[..., Any]) -> list[str]:
+    """The input parameters that a start gives: not those that are parameters of objects."""
+    return [name for name in verb.input_parameters if name.split(".", 1)[0] not in verb.objects]
+
+
+def _default(verb: Verb[..., Any], name: str) -> Any:
+    parameter = verb.input_parameters[name]
+    return parameter.default if parameter.has_default else None
+
+
+def call_signature(verb: Verb[..., Any], function: Any) -> Signature:
+    """The signature of `verb(...)`; the function's own where it was made from one, whose defaults it takes over."""
+    given = [*verb.objects, *roots(verb)]
+    required = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in given]
+    # A name that stands for two things is the model's to refuse.
+    named = [name for name in inputs(verb) if name.isidentifier() and name not in given]
+    optional = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=_default(verb, name)) for name in named]
+    if function is None:
+        return Signature([*required, *optional])
+    try:
+        declared = inspect.signature(function)
+    except (TypeError, ValueError):
+        refuse(DefinitionError, f"verb '{verb.name}' is made from {function!r}, which is no function of yours", "leave out function=")
+    known = [*given, *inputs(verb)]
+    for name, parameter in declared.parameters.items():
+        if name not in known:
+            refuse(
+                DefinitionError,
+                f"function '{verb.name}' has the parameter '{name}', which the verb does not have",
+                did_you_mean(name, known),
+            )
+        if name in verb.input_parameters and parameter.default is not Parameter.empty and not verb.input_parameters[name].has_default:
+            verb.input_parameters[name] = dataclasses.replace(verb.input_parameters[name], default=parameter.default)
+    missing = next((p.name for p in required if p.name not in declared.parameters), None)
+    if missing is not None:
+        refuse(
+            DefinitionError, f"function '{verb.name}' lacks the parameter '{missing}' of its verb", "add it to the function's parameters"
+        )
+    more = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in optional if p.name not in declared.parameters]
+    return declared.replace(parameters=[*declared.parameters.values(), *more])
+
+
+def arguments_signature(verb: Verb[..., Any]) -> Signature:
+    """The signature of `new_instance`: objects and instantiation parameters."""
+    names = {*verb.objects, *roots(verb)}
+    return verb.signature.replace(parameters=[p for p in verb.signature.parameters.values() if p.name in names])
+
+
+def inputs_signature(verb: Verb[..., Any]) -> Signature:
+    """The signature of `start`: input parameters."""
+    names = {*verb.objects, *roots(verb)}
+    return verb.signature.replace(parameters=[p for p in verb.signature.parameters.values() if p.name not in names])

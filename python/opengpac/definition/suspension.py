@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Suspension of a verb: it idles, it holds, its channels go safe, or it comes to rest first; and its action when it is cut off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import DefinitionError, refuse
+from ..refusals.argument_types import taking
+from .blocks import Names, names_of
+
+
+@dataclass(frozen=True)
+class Holding:
+    """Way in which a verb comes to rest before it is suspended; made by `gpac.holding`, with the same `set` and `until`."""
+
+    set: tuple[str, ...]
+    until: tuple[str, ...]
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {"holding": [{"set": of, "until": until} for of, until in zip(self.set, self.until, strict=True)]}
+
+
+@taking
+def holding(set: Names, until: Names) -> Holding:
+    """Suspends by setting `set`, a bool input or parameter, and waiting for the condition `until`; `resume` clears it.
+
+    Several blocks that move at different times, or side by side: a list of inputs, and one of their conditions in the same order. It is
+    suspended when the conditions of all those that are active have come: at once where none is, and after the verb's `ending_limit` in
+    any case.
+    """
+    inputs, conditions = tuple(names_of(set)), tuple(names_of(until))
+    if not inputs or len(inputs) != len(conditions):
+        refuse(
+            DefinitionError,
+            f"gpac.holding is given {len(inputs)} names for what is set and {len(conditions)} for the conditions",
+            "give one of each, for example 'generator.holding' and 'generator.held', or lists of the same length",
+        )
+    return Holding(inputs, conditions)
+
+
+def suspend_json(given: str | Holding, verb: str) -> Any:
+    """A value of `suspend=` in the form that the model takes."""
+    if isinstance(given, Holding):
+        return given.json()
+    if not isinstance(given, str) or given not in ("idle", "hold", "hold_last", "safe"):
+        refuse(
+            DefinitionError,
+            f"verb '{verb}' has suspend={given!r}",
+            "write 'idle', 'hold', 'hold_last', 'safe' or gpac.holding('label.input', 'label.condition')",
+        )
+    return given
+
+
+def cut_off_json(given: str | None, verb: str) -> str | None:
+    """A value of `if_cut_off=` in the form that the model takes."""
+    if not isinstance(given, str | None) or given not in (None, "continue", "halt", "safe"):
+        refuse(DefinitionError, f"verb '{verb}' has if_cut_off={given!r}", "write 'continue', 'halt' or 'safe'")
+    return given

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Description of a verb for people: its table of lists and conditions, its picture, its text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from inspect import Signature
+from typing import TYPE_CHECKING, Any, cast
+
+from ..errors import Terminated
+from ..pictures import PictureOwner, verb_svg
+from .conditions import Termination
+
+if TYPE_CHECKING:
+    from .verbs import Verb
+
+
+class VerbTables(PictureOwner):
+    """A verb as it is shown, from the mappings of its definition."""
+
+    name: str
+    doc: str
+    signature: Signature
+    command_lists: dict[str, list[Any]]
+    conditions: dict[str, Termination]
+    transitions: dict[tuple[str, str], str]
+    _supported: list[str]
+
+    @property
+    def supports(self) -> tuple[str, ...]:
+        """The device types that it keeps going. A verb that supports none acts on devices."""
+        return tuple(self._supported)
+
+    @property
+    def parts(self) -> Mapping[str, Verb[..., Any]]:
+        """The verbs that a composed verb was made from, by label; empty in one that is written whole."""
+        return {}
+
+    @property
+    def simple(self) -> bool:
+        """True if it has one command list only."""
+        return len(self.command_lists) == 1
+
+    def reported(self, key: str) -> str:
+        """Returns the name in reports of a line of the tables of conditions and outputs: its key, without the part's label."""
+        return key
+
+    def termination(self, condition: str, command_list: str) -> Termination | None:
+        """The line of the table that holds for `condition` in `command_list`, if there is one."""
+        lines = (t for key, t in self.conditions.items() if self.reported(key) == condition)
+        return next((t for t in lines if not t.during or command_list in t.during), None)
+
+    def table(self) -> list[tuple[str, str, str]]:
+        """Lists × conditions: (command list, condition, what happens)."""
+        rows: list[tuple[str, str, str]] = []
+        for name in self.command_lists:
+            held = [self.reported(key) for key, t in self.conditions.items() if not t.during or name in t.during]
+            for condition in dict.fromkeys([*held, *(t for c, t in self.transitions if c == name)]):
+                rows.append((name, condition, self._outcome(name, condition)))
+        return rows
+
+    def _outcome(self, name: str, condition: str) -> str:
+        if (name, condition) in self.transitions:
+            to = f"→ {self.transitions[name, condition]}"
+            return f"{to}, where that runs on processors that are left" if condition == "processor_lost" else to
+        termination = self.termination(condition, name)
+        if termination is not None and termination.raises is None and termination.returns is not None:
+            return f"ends, returns {', '.join(map(self.reported, termination.returns)) or 'nothing'}"
+        if condition == "completed" and (termination is None or termination.raises is None):
+            return "ends"
+        kind = (termination.raises if termination else None) or Terminated
+        return f"ends, raises {kind.__name__}"
+
+    def svg(self) -> str:
+        """Its picture as SVG: command lists as states, transitions with their conditions, and the ends. A notebook shows it by itself."""
+        return verb_svg(cast("Verb[..., Any]", self))
+
+    def __repr__(self) -> str:
+        kind = "simple verb" if self.simple else "composed verb" if self.parts else "verb"
+        lines = [f"{kind} {self.name}{self.signature}: {(self.doc or '').strip().splitlines()[0] if self.doc else ''}".rstrip(": ")]
+        lines += [f"  supports {', '.join(self.supports)}"] if self.supports else []
+        lines += [f"  of {', '.join(_part_text(label, verb) for label, verb in self.parts.items())}"] if self.parts else []
+        rows = self.table()
+        wide = max([12, *(len(c) for c, _, _ in rows)])
+        lines += [f"  {c:<{wide}} {t:<20} {what}" for c, t, what in rows]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        cells = (map(escape, row) for row in self.table())
+        rows = "".join(f"<tr><td>{c}</td><td>{t}</td><td>{what}</td></tr>" for c, t, what in cells)
+        head = f"<p><b>{escape(self.name)}</b>{escape(str(self.signature))}<br>{escape(self.doc)}</p>"
+        return f"{head}{self.svg()}<table><tr><th>list</th><th>condition</th><th></th></tr>{rows}</table>"
+
+
+def _part_text(label: str, verb: Verb[..., Any]) -> str:
+    return label if label == verb.name else f"{label} ({verb.name})"

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Groups of logical devices: an arm is its joints."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
+
+import numpy as np
+
+from ..application.arguments import Argument
+from ..errors import CallError, UnknownName, did_you_mean, refuse
+from ..refusals.argument_types import all_taking
+from ..refusals.declared_names import Declared
+from ..values.numbers import number
+from ..values.quantities import Quantity, optional_ns
+from ..values.tables import Shown, Table, identifiers
+from .enabling import enable
+from .logical import LogicalDevice
+
+if TYPE_CHECKING:
+    from ..system.system import System
+
+D = TypeVar("D", bound=LogicalDevice)
+
+
+@all_taking
+class Group(Shown, Declared, Argument, Generic[D]):
+    """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
+
+    `Group("arm", shoulder, elbow)`: `name` is what messages call it; the devices, at least one, are all of one system. Raises
+    `CallError` otherwise.
+
+    A member of its devices may be set in all of them: `arm.max_speed = 0.5`, `arm.kp = [80, 80, 40]`, `arm.kp = {"elbow": 60}`.
+    """
+
+    _settable = frozenset({"model"})
+
+    def __init__(self, name: str, *devices: D) -> None:
+        if not devices:
+            refuse(CallError, f"group '{name}' has no devices", "give at least one")
+        for device in devices:
+            if not isinstance(device, LogicalDevice):
+                refuse(CallError, f"group '{name}' is given {device!r}", "give logical devices")
+        if len({device.system for device in devices}) > 1:
+            refuse(CallError, f"group '{name}' has devices of several systems", "take all from one")
+        self.name = name
+        self.model = ""
+        """What identifies its mechanics, for example the hash of the model file that an arm was loaded from."""
+        self._devices = devices
+
+    @property
+    def system(self) -> System:
+        """The system of its devices."""
+        return self._devices[0].system
+
+    def enable(self, timeout: Quantity | None = "10 s") -> Self:
+        """Enables all of them and returns when all are ready. After `timeout` `TimeoutError` comes, and none of them stays enabled."""
+        enable(self._devices, optional_ns(timeout, "the timeout"))
+        return self
+
+    def pause(self) -> list[str]:
+        """Pauses the actions on these devices, as `System.pause` does on all; the names of the instances that this suspended."""
+        return self.system.pause(*self._devices)
+
+    def resume(self) -> list[str]:
+        """Takes that pause back; the names of the instances that go on."""
+        return self.system.resume(*self._devices)
+
+    def disable(self) -> None:
+        """Disables all of them."""
+        for device in self._devices:
+            device.disable()
+
+    @contextmanager
+    def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
+        """Enables the devices: `with arm.enabled():` disables them at the end; `timeout` is that of `enable`."""
+        self.enable(timeout)
+        try:
+            yield self
+        finally:
+            if not self.system.closed:
+                self.disable()
+
+    def values(self, member: str) -> list[Any]:
+        """Returns the value of one member of each device: `arm.values("sensed")`, one consistent snapshot for SVVs."""
+        kind = type(self._devices[0])
+        if member in kind.svv_members():
+            return list(self.system.read(*(getattr(device, member) for device in self._devices)))
+        if member in kind.parameter_members():
+            return [getattr(device, member) for device in self._devices]
+        refuse(
+            UnknownName, f"{kind.__name__} has no member '{member}'", did_you_mean(member, [*kind.svv_members(), *kind.parameter_members()])
+        )
+
+    @property
+    def override(self) -> float:
+        """The share of their speed that motions of its devices may have, 0 to 1; 0 holds. Setting it sets each device's."""
+        return min(self.values("override"))
+
+    @override.setter
+    def override(self, share: float) -> None:
+        self.values("override")
+        for device in self._devices:
+            svv: Any = getattr(device, "override")  # noqa: B009 - a member that its type may have
+            svv.value = share
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name.startswith("_") or not self._whole or self._takes(name) or name not in self._members():
+            super().__setattr__(name, value)
+        else:
+            self._set_each(name, value)
+
+    def _members(self) -> list[str]:
+        """The members that any of its devices has."""
+        return list(dict.fromkeys(name for d in self._devices for name in (*d.svv_members(), *d.parameter_members())))
+
+    def _set_each(self, member: str, value: Any) -> None:
+        """Sets a member of each device, or, where one refuses it, of none."""
+        for device in self._devices:
+            if member not in device.svv_members() and member not in device.parameter_members():
+                what = f"{device.definition_name()} '{device.name}' of group '{self.name}'"
+                refuse(CallError, f"{what} has no member '{member}'", f"set it of the others: group['…'].{member} = …")
+        before = self.values(member)
+        given = self._one_for_each(member, value, before)
+        done: list[tuple[D, Any]] = []
+        try:
+            for device, new, old in zip(self._devices, given, before, strict=True):
+                setattr(device, member, new)
+                done.append((device, old))
+        except BaseException:
+            for device, old in done:
+                setattr(device, member, old)
+            raise
+
+    def _one_for_each(self, member: str, value: Any, before: Sequence[Any]) -> Sequence[Any]:
+        """Returns the value of each device: the same, or of a member that is one number its own; a mapping leaves others as they are."""
+        if np.ndim(before[0]) > 0 or isinstance(before[0], np.void):
+            return [value] * len(self._devices)
+        if isinstance(value, Mapping):
+            own = {self[str(name)].name: new for name, new in value.items()}
+            return [own.get(device.name, old) for device, old in zip(self._devices, before, strict=True)]
+        if np.ndim(value) == 0:
+            return [value] * len(self._devices)
+        if len(value) != len(self._devices):
+            remedy = f"give one for all, one for each, or {{'{self._devices[0].short_name}': …}}"
+            refuse(CallError, f"'{member}' of group '{self.name}' is given {len(value)} values for {len(self._devices)} devices", remedy)
+        return value
+
+    def _instead(self, name: str) -> str:
+        if name in self._ipython_key_completions_():
+            return f"it is a device: set a member of it, {name}.…"
+        return did_you_mean(name, self._members())
+
+    def _called(self) -> str:
+        return f"group '{self.name}'"
+
+    def _argument(self) -> dict[str, Any]:
+        return {"devices": [device._argument()["device"] for device in self._devices]}
+
+    def __iter__(self) -> Iterator[D]:
+        return iter(self._devices)
+
+    def __len__(self) -> int:
+        return len(self._devices)
+
+    @overload
+    def __getitem__(self, which: int | str) -> D: ...
+    @overload
+    def __getitem__(self, which: slice) -> Sequence[D]: ...
+    def __getitem__(self, which: int | str | slice) -> D | Sequence[D]:
+        which = number(which)
+        if isinstance(which, int | slice):
+            return self._devices[which]
+        if not isinstance(which, str):
+            refuse(CallError, f"group '{self.name}' is asked for {which!r}", "give a number, a slice or a name")
+        found = next((d for d in self._devices if which in (d.short_name, d.name)), None)
+        if found is None:
+            refuse(UnknownName, f"group '{self.name}' has no device '{which}'", did_you_mean(which, [d.short_name for d in self._devices]))
+        return found
+
+    def __getattr__(self, name: str) -> D:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name in self._members() and name not in self._ipython_key_completions_():
+            refuse(UnknownName, f"'{name}' of group '{self.name}' is a member of each device", f"write .values('{name}') for all of them")
+        return self[name]
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *identifiers(self._ipython_key_completions_())]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [device.short_name for device in self._devices]
+
+    def _table(self) -> Table | None:
+        if self.system.closed:
+            return None
+        members = [*dict.fromkeys(name for device in self._devices for name in device.svv_members())]
+        rows: list[list[Any]] = []
+        for device in self._devices:
+            there = [name for name in members if name in device.svv_members()]
+            values = dict(zip(there, self.system.read(*(getattr(device, name) for name in there)) if there else (), strict=True))
+            rows.append([device.short_name, device.state, *(_short(values[name]) if name in values else "" for name in members)])
+        return Table(f"group {self.name}", ["device", "state", *members], rows)
+
+    def __repr__(self) -> str:
+        return f"group {self.name}: {', '.join(d.short_name for d in self._devices)}"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Physical devices: typed, unit-carrying channels of a driver, grouped in parts where the machine has them (joints)."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..application.arguments import Argument
+from ..drivers.catalog import safe_state_text
+from ..errors import CallError, UnknownName, did_you_mean, refusals, refuse
+from ..refusals.declared_names import Declared
+from ..refusals.source_location import here
+from ..system.sources import Source
+from ..values.encoding import dtype_of
+from ..values.tables import Shown, Table, Tables, identifiers
+from .services import Services
+
+if TYPE_CHECKING:
+    from ..system.realtime import RealTimeSystem
+    from ..system.system import System
+
+
+class Channel(Declared, Argument):
+    """A channel of a physical device: `name`, `type`, `unit`, and whether it is written. Made by its device: `ur5e["elbow"].position`.
+
+    `type` is a C type; numbers are in `unit`, a text that is empty where the channel has none. Verbs bind to it; a program reads it by
+    `cell.read(channel)`, and only blocks write it. Raises `UnknownName` once its device is deleted.
+    """
+
+    def __init__(self, device: PhysicalDevice, described: Mapping[str, Any]) -> None:
+        self.device = device
+        self.system: System = device.system
+        self.name: str = described["name"]
+        self.write: bool = described["write"]
+        self.type: str = described["type_text"]
+        self.unit: str = described["unit"]
+
+    @functools.cached_property
+    def dtype(self) -> np.dtype[Any]:
+        """The dtype of its value."""
+        with refusals:
+            return dtype_of(self.system._alive().svv_about(f"{self.full_name}@channel")["type"])
+
+    @property
+    def full_name(self) -> str:
+        """Its name in the system, `plant.elbow.position`."""
+        return f"{self.device.name}.{self.name}"
+
+    @property
+    def _asked(self) -> str:
+        """Name by which it is asked for: an SVV may have its name. Refused where its device was deleted and another has its name."""
+        self.device._here()
+        return f"{self.full_name}@channel"
+
+    def _argument(self) -> dict[str, Any]:
+        self.device._here()
+        return {"channel": {"device": self.device.name, "channel": self.name}}
+
+    def raises(self, source: Source) -> None:
+        """Lets it raise a trigger or software source, of any processor, each time it goes from zero to something else.
+
+        It is looked at in each firing of the source that exchanges with its device; what the first reading finds raises nothing.
+        """
+        if not isinstance(source, Source):
+            refuse(CallError, f"channel '{self.device.name}.{self.name}' is to raise {source!r}", "give a source: rtp.trigger('door')")
+        native = self.device._here()
+        with refusals:
+            native.raises(self.device.name, self.name, source.name, here().json())
+
+    def _instead(self, name: str) -> str:
+        return "what is written to a channel comes from a block: write_channel" if name == "value" else ""
+
+    def _called(self) -> str:
+        return f"channel '{self.device.name}.{self.name}'"
+
+    def __repr__(self) -> str:
+        way = "written" if self.write else "read"
+        return f"channel {self.device.name}.{self.name} ({self.type}{', ' + self.unit if self.unit else ''}), {way}"
+
+
+class _Channels(Shown, Declared):
+    """Channels by the last word of their name, as attributes and items."""
+
+    def _find(self, name: str) -> Any:
+        raise NotImplementedError
+
+    def _instead(self, name: str) -> str:
+        return "what is written to a channel comes from a block: write_channel" if name in self._names() else ""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return self._find(name)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._find(name)
+
+    def _names(self) -> list[str]:
+        raise NotImplementedError
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self._names()
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *identifiers(self._names())]
+
+
+def _channel_table(title: str, channels: Mapping[str, Channel]) -> Table:
+    rows = [(name, c.type, c.unit, "written" if c.write else "read") for name, c in channels.items()]
+    return Table(title, ["channel", "type", "unit", "way"], rows)
+
+
+class Part(_Channels, Argument):
+    """A part of a machine, for example a joint; made by its `device`, `ur5e["elbow"]`.
+
+    `about` is what the driver says of it: range, limits, gains that suit it, in the units of its channels. Raises `UnknownName` for a
+    channel that it does not have.
+    """
+
+    def __init__(self, device: PhysicalDevice, about: Mapping[str, Any]) -> None:
+        self.device = device
+        self.system: System = device.system
+        self.about = about
+        self.name: str = about["name"]
+
+    @property
+    def channels(self) -> dict[str, Channel]:
+        """Its channels by their short names."""
+        prefix = f"{self.name}."
+        return {n.removeprefix(prefix): c for n, c in self.device.channels.items() if n.startswith(prefix)}
+
+    def _argument(self) -> dict[str, Any]:
+        self.device._here()
+        return {"part": {"device": self.device.name, "part": self.name}}
+
+    def _find(self, name: str) -> Channel:
+        if name not in self.channels:
+            refuse(
+                UnknownName, f"part '{self.name}' of device '{self.device.name}' has no channel '{name}'", did_you_mean(name, self.channels)
+            )
+        return self.channels[name]
+
+    def _names(self) -> list[str]:
+        return [*self.channels]
+
+    def _table(self) -> Table:
+        return _channel_table(repr(self).partition(":")[0], self.channels)
+
+    def __repr__(self) -> str:
+        return f"part {self.device.name}.{self.name}: {', '.join(self.channels)}"
+
+
+class PhysicalDevice(_Channels):
+    """A driver that a processor can reach; made by `processor.physical_device(name, driver, exchange)`.
+
+    `parts` are its joints; `device["elbow"]` is one, `device["tool.force"]` a channel. `source` is the interrupt source that exchanges with
+    it, `about` what the driver declares.
+    """
+
+    def __init__(self, system: System, name: str, source: Source, about: Mapping[str, Any]) -> None:
+        self.system = system
+        self.name = name
+        self.source = source
+        self.about: Mapping[str, Any] = about
+        self.channels = {c["name"]: Channel(self, c) for c in about["channels"]}
+        parts = about.get("parts") or []
+        if isinstance(parts, dict):
+            parts = parts.get("parts", [])
+        self._parts = {p["name"]: Part(self, p) for p in parts}
+        self.services = Services(self)
+        """What its driver does off the cycle, as methods: `device.services.home(joint="elbow")`."""
+
+    @property
+    def parts(self) -> list[str]:
+        """The names of its parts, in the machine's order."""
+        return [*self._parts]
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Counts of its driver so far, by name: lost frames, late answers. 0 for those that a remote processor has not told yet."""
+        self._here()
+        known = self.system.statistics["physical_devices"].get(self.name)
+        if known is None:
+            refuse(UnknownName, f"the physical device '{self.name}' was deleted: nothing counts there any more")
+        return {word["name"]: 0 for word in self.about.get("counters", [])} | known["counters"]
+
+    def reopen(self) -> None:
+        """Opens it again after it was lost, as it was opened first: what is bound to it stays. Nothing where it is not lost.
+
+        `cell.reset()` does so for every lost device. Where its driver still finds no machine, `DeviceFailed` says why, and it stays lost.
+        """
+        with refusals:
+            self.system._alive().reopen_physical_device(self.name)
+
+    def delete(self) -> None:
+        """Closes it, its outputs in their safe state; refused while a device or verb instance is bound to it."""
+        native = self._here()
+        with refusals:
+            native.delete_physical_device(self.name)
+        self.system.physical_devices.pop(self.name, None)
+        self.system._by_name.forget("physical device", self.name)
+
+    def _here(self) -> RealTimeSystem:
+        """The system that it is in. Refused where it was deleted and another has its name: that one's channels may be others."""
+        if self.system.physical_devices.get(self.name, self) is not self:
+            refuse(
+                UnknownName,
+                f"the physical device '{self.name}' that this stands for is gone: it was deleted, and another has its name",
+                "take its parts and channels from the one that was made last",
+            )
+        return self.system._alive()
+
+    def __iter__(self) -> Iterator[Part]:
+        return iter(self._parts.values())
+
+    def _find(self, name: str) -> Part | Channel:
+        found = self._parts.get(name) or self.channels.get(name)
+        if found is None:
+            refuse(UnknownName, f"device '{self.name}' has no part or channel '{name}'", did_you_mean(name, [*self._parts, *self.channels]))
+        return found
+
+    def _names(self) -> list[str]:
+        return [*self._parts, *self.channels]
+
+    def _table(self) -> Table | Tables:
+        channels = _channel_table(f"physical device {self.name} on {self.source.name}", self.channels)
+        safe, words = self.about.get("safe_state"), {word["name"]: word for word in self.about.get("counters") or []}
+        beside = [self.services._table()] if self.services else []
+        if words and not self.system.closed and self.system.physical_devices.get(self.name) is self:
+            counted = [(name, count, words[name]["unit"], words[name]["doc"]) for name, count in self.counters.items() if name in words]
+            beside.append(Table(f"counters of {self.name}", ["counter", "value", "unit", "what it counts"], counted))
+        if safe is None and not beside:
+            return channels
+        return Tables([channels, *beside], f"safe state: {safe_state_text(safe)}" if safe else "")
+
+    def _called(self) -> str:
+        return f"physical device '{self.name}'"
+
+    def __repr__(self) -> str:
+        return f"physical device {self.name} on {self.source.name}: {', '.join(self.parts) or ', '.join(self.channels)}"

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The public names of the package, from the modules that define them. `__init__.py` loads them."""
+
+from typing import TYPE_CHECKING
+
+from . import drivers, library
+from .application.instances import VerbInstance
+from .application.reports import Report
+from .definition.blocks import Block, BlockUse, Occurrence, Reference
+from .definition.commands import Command, Interval, activate, deactivate, execute, install, interval, ready, wait
+from .definition.composition import ComposedVerb, compose, together
+from .definition.conditions import Termination, on
+from .definition.graphs import Graph, ratio
+from .definition.modules import Module, StructType
+from .definition.parameters import each, input, required
+from .definition.suspension import Holding, holding
+from .definition.verbs import Verb
+from .devices.groups import Group
+from .devices.logical import LogicalDevice, parameter, svv
+from .devices.physical import Channel, Part, PhysicalDevice
+from .devices.points import Point, Points
+from .errors import (
+    AuditFailed,
+    CallError,
+    CompositionConflict,
+    ConnectionLost,
+    CoverError,
+    DefinitionError,
+    DeviceFailed,
+    EmergencyStopped,
+    Error,
+    FileFailed,
+    InstallationErrors,
+    InUse,
+    InvalidState,
+    LimitExceeded,
+    ModuleError,
+    NotAllowed,
+    NotCommanding,
+    NotEnabled,
+    NotHomed,
+    OutOfRange,
+    PlacementError,
+    SchedulingError,
+    SecondWriter,
+    SessionLost,
+    SynchronousCycle,
+    Terminated,
+    TypeMismatch,
+    UnitMismatch,
+    UnknownName,
+    Unreachable,
+    ValueRefused,
+    VersionMismatch,
+)
+from .fmi import FmuBlock, fmu
+from .policies import Policy, Term, policy
+from .python import PythonBlock, block
+from .recordings.recording import Recorded, Recording, RecordingDamage, open_recording
+from .recordings.replay import Difference, Replay, replay
+from .remote.connecting import connect
+from .studio.server import Studio
+from .symbolic import CasadiBlock, casadi
+from .system.processors import Processor
+from .system.sources import Source
+from .system.svvs import SVV, Predicate, Snapshot
+from .system.system import System
+from .system.takeover import TakenOver, TakenProcessor
+from .values.frames import Frame, Pose
+from .values.quantities import Quantity, deg
+
+from .definition.verb_decorator import verb  # isort: skip
+from .definition.files.contents import DefinitionFile
+from .definition.files.reading import load
+
+from .definition.files.saving import save  # isort: skip
+
+if TYPE_CHECKING:
+    from . import cell, motion, robots
+
+__all__ = [
+    "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "CasadiBlock", "Channel", "Command", "ComposedVerb", "CompositionConflict",
+    "ConnectionLost", "CoverError", "DefinitionError", "DefinitionFile", "DeviceFailed", "Difference", "EmergencyStopped", "Error",
+    "FileFailed", "FmuBlock", "Frame", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState",
+    "LimitExceeded", "LogicalDevice", "Module", "ModuleError", "NotAllowed", "NotCommanding", "NotEnabled", "NotHomed", "Occurrence",
+    "OutOfRange", "Part", "PhysicalDevice", "PlacementError", "Point", "Points", "Policy", "Pose", "Predicate", "Processor",
+    "PythonBlock", "Quantity", "Recorded", "Recording", "RecordingDamage", "Reference", "Replay",
+    "Report", "SchedulingError", "SecondWriter", "SessionLost",
+    "Snapshot", "Source", "StructType", "Studio", "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Term", "Terminated",
+    "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance",
+    "VersionMismatch", "activate", "block", "casadi", "cell", "compose", "connect", "deactivate", "deg", "drivers", "each", "execute",
+    "fmu", "holding", "input", "install", "interval", "library", "load", "motion", "on", "open_recording", "parameter", "policy", "ratio",
+    "ready", "replay", "required", "robots", "save", "svv", "together", "verb", "wait",
+]  # fmt: skip

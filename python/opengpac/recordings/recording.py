@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings: what a running system does, into an MCAP file, and such a file read back."""
+
+from __future__ import annotations
+
+import fnmatch
+import json
+import os
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from .. import _native, checking
+from ..errors import CallError, UnknownName, ValueRefused, did_you_mean, refusals, refuse
+from ..refusals.argument_types import taking
+from ..values.encoding import dtype_of
+from ..values.quantities import size_bytes
+
+if TYPE_CHECKING:
+    from ..system.observation import SystemObservation
+
+
+class Recording:
+    """A recording that is under way; made by `cell.record(path)`.
+
+    It ends with `stop()`, with the block of its `with`, or with its system. A file that cannot be written later ends it: `failure`
+    says why, and what runs goes on.
+    """
+
+    def __init__(self, system: SystemObservation, number: int, path: str, last: dict[str, Any] | None = None) -> None:
+        self.system = system
+        self.path = path
+        """The file; of a remote system its name in the daemon's folder of recordings."""
+        self._number = number
+        self._last = last
+
+    def stop(self) -> dict[str, int]:
+        """Ends it: everything that has come is written, then the end of the file. What was lost, by channel: nothing, as a rule."""
+        if self._last is None or self._last["running"]:
+            with refusals:
+                self._last = self._ended()
+        return self.lost
+
+    def _ended(self) -> dict[str, Any]:
+        native = self.system._alive()
+        while True:
+            with refusals:
+                summary = native.stop_recording(self._number)
+                if not summary["running"]:
+                    return summary
+
+    @property
+    def _summary(self) -> dict[str, Any]:
+        last = self._last
+        if last is None or last["running"]:
+            with refusals:
+                # Of a system that is closed it has ended in order with it.
+                last = self._last = self.system._native.recording(self._number)
+        assert last is not None
+        return last
+
+    @property
+    def files(self) -> list[str]:
+        """The files that are there, the oldest first; the last one is being written. More than one where the recording is split."""
+        return self._summary["files"]
+
+    @property
+    def running(self) -> bool:
+        """True while it goes on. It ends before the disk is full: `failure` says so."""
+        return self._summary["running"]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages that were written, by channel; while it runs, those that are on the disk. Those of files that went count too."""
+        return self._summary["counts"]
+
+    @property
+    def lost(self) -> dict[str, int]:
+        """Messages that could not be written, by channel, where there are any: exact."""
+        return self._summary["lost"]
+
+    @property
+    def bytes(self) -> int:
+        """The size of the files that are there."""
+        return self._summary["bytes"]
+
+    @property
+    def free_bytes(self) -> int | None:
+        """Bytes that were free on the disk when it was written to last; None where nobody can tell."""
+        return self._summary["free_bytes"]
+
+    @property
+    def failure(self) -> str | None:
+        """Reason why nothing more could be written; None while all is well."""
+        return self._summary["failure"]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if not self.system.closed:
+            self.stop()
+
+    def __repr__(self) -> str:
+        summary = self._summary
+        values = sum(count for name, count in summary["counts"].items() if not name.startswith("/"))
+        lost = sum(summary["lost"].values())
+        state = f"ended: {summary['failure']}" if summary["failure"] else "runs" if summary["running"] else "ended"
+        return f"recording '{self.path}' ({state}): {values} values, {summary['bytes'] / 1e6:.1f} MB, {lost or 'nothing'} lost"
+
+
+def begin(
+    system: SystemObservation,
+    path: str | os.PathLike[str],
+    svvs: Sequence[str] | None,
+    *,
+    cells: bool,
+    replay: bool,
+    split: int | str | None,
+    keep: int | None,
+) -> Recording:
+    """Begins a recording; see `System.record`."""
+    if isinstance(svvs, str) or not all(isinstance(name, str) for name in ([] if svvs is None else svvs)):
+        refuse(CallError, f"svvs= is {svvs!r}", 'give a list of names, for example ["arm.*"]')
+    if keep is not None and not 0 <= keep < 2**32:
+        refuse(ValueRefused, f"{keep} files cannot be kept", "give a number of files, 2 or more")
+    file = os.fspath(path)
+    if system.session is None:
+        file = str(Path(file).expanduser().absolute())
+    options = {"svvs": ["*"] if svvs is None else list(svvs), "cells": cells, "replay": replay}
+    split_bytes = None if split is None else size_bytes(split, "split=")
+    if checking.active():
+        # Nothing runs, and no file is made that would stand in the way of the run.
+        if system.session is None:
+            checking.would_record(file, system, options)
+        nothing = {"files": [file], "running": False, "counts": {}, "lost": {}, "bytes": 0, "free_bytes": None, "failure": None}
+        return Recording(system, 0, file, nothing)
+    with refusals:
+        begun = system._alive().record(file, **options, split_bytes=split_bytes, keep=keep)["recording"]
+    return Recording(system, begun, file)
+
+
+DAMAGE_SHOWN = 3
+"""How many parts of a damaged file a warning has in full."""
+
+
+@dataclass(frozen=True)
+class RecordingDamage:
+    """A part of a recording's file that cannot be read; `recorded.damage` lists them. Made by `gpac.open_recording`."""
+
+    begins: int
+    """Its first byte in the file."""
+    ends: int
+    """The first byte behind it."""
+    what: str
+    """Why it cannot be read."""
+    span: tuple[float, float] | None
+    """Times between which what is lost lies, s on the system's clock; None where the file does not say it."""
+    lost: dict[str, int] | None
+    """Number of messages that are lost, by channel: empty where none is, None where the file does not say it."""
+
+    @classmethod
+    def _of(cls, said: Mapping[str, Any]) -> Self:
+        span = None if said["from_ns"] is None else (said["from_ns"] * 1e-9, said["to_ns"] * 1e-9)
+        return cls(said["begins"], said["ends"], said["what"], span, said["lost"])
+
+    def __str__(self) -> str:
+        if self.lost == {}:
+            loss = "no message is lost"
+        else:
+            count = "messages" if self.lost is None else f"{sum(self.lost.values())} messages of {', '.join(self.lost)}"
+            when = "" if self.span is None else f" between {self.span[0]:.6g} s and {self.span[1]:.6g} s"
+            loss = f"{count}{when} are lost" + ("; the file does not say how many" if self.lost is None else "")
+        return f"bytes {self.begins} to {self.ends}: {self.what}; {loss}"
+
+
+class Recorded(Mapping[str, np.ndarray]):
+    """A recording read back: names of SVVs to structured arrays of `number`, `time` (s on the system's clock) and `value`.
+
+    Made by `gpac.open_recording(path)`.
+
+    `recorded["arm.joint1.sensed"]["value"]` has one row a publication, shape (n,) and the shape of the type behind it, in
+    `recorded.unit(name)`. Names of private cells are `INSTANCE:CELL`. Raises `KeyError` for a name that was not recorded, `ValueRefused`
+    for a file that cannot be read.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = str(Path(path).expanduser())
+        with refusals:
+            self._native = _native.open_recording(self.path)
+            self._series: dict[str, Any] = json.loads(self._native.series_json())
+            about = json.loads(self._native.about_json())
+        self.complete: bool = about["complete"]
+        """False where the file has no end, because its recorder was killed or the disk was full: this is all up to there."""
+        self.lost: dict[str, int] = about["lost"]
+        """What its recorder could not keep up with, by channel, where there is anything."""
+        self.damage: list[RecordingDamage] = [RecordingDamage._of(one) for one in about["damage"]]
+        """Parts of the file that cannot be read, with their place, time and messages; everything else is here."""
+        self.metadata: dict[str, dict[str, str]] = about["metadata"]
+        """What the file says of the system: name, version, configuration, when its clock stood at 0."""
+        if self.damage:
+            shown = "; ".join(str(one) for one in self.damage[:DAMAGE_SHOWN])
+            rest = len(self.damage) - DAMAGE_SHOWN
+            more = f"; and {rest} more in recording.damage" if rest > 0 else ""
+            places = "one place" if len(self.damage) == 1 else f"{len(self.damage)} places"
+            warnings.warn(f"recording '{self.path}' is damaged in {places}: {shown}{more}", UserWarning, stacklevel=4)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._series:
+            raise KeyError(f"there is no SVV '{name}' in '{self.path}'; {did_you_mean(name, self) or 'list(recording) names them'}")
+        with refusals:
+            numbers, times, values = self._native.series(name)
+        dtype = dtype_of(self._series[name]["type"])
+        array = np.zeros(self._series[name]["count"], dtype=[("number", "<u8"), ("time", "<f8"), ("value", dtype)])
+        array["number"] = np.frombuffer(numbers, "<u8")
+        array["time"] = np.frombuffer(times, "<i8") * 1e-9
+        array["value"] = np.frombuffer(values, dtype) if len(array) else array["value"]
+        return array
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._series)
+
+    def __len__(self) -> int:
+        return len(self._series)
+
+    def unit(self, name: str) -> str:
+        """The unit of the SVV of that name, or nothing."""
+        return self._series[name]["unit"]
+
+    def names(self, *patterns: str) -> list[str]:
+        """Names that are of one of these forms, where `*` stands for any letters and `?` for one. Raises UnknownName where none is."""
+        found: list[str] = []
+        for pattern in patterns:
+            of = [name for name in self if fnmatch.fnmatchcase(name, pattern)]
+            if not of:
+                refuse(UnknownName, f"there is no SVV '{pattern}' in '{self.path}'", did_you_mean(pattern.strip("*?"), self))
+            found += [name for name in of if name not in found]
+        return found
+
+    def _records(self, topic: str) -> list[Any]:
+        with refusals:
+            return [message for _, message in json.loads(self._native.records_json(topic))]
+
+    @property
+    def log(self) -> list[dict[str, Any]]:
+        """Entries of the log, as `cell.log()` gives them."""
+        return self._records("/log")
+
+    @property
+    def conditions(self) -> list[dict[str, Any]]:
+        """Those of them that tell of conditions and faults."""
+        return [entry for entry in self.log if entry["kind"] in ("condition", "fault")]
+
+    @property
+    def ends(self) -> list[dict[str, Any]]:
+        """End reports: `number`, `instance` and `report`."""
+        return self._records("/ends")
+
+    @property
+    def timing(self) -> dict[str, list[dict[str, Any]]]:
+        """Firings, jitter, durations and overruns of each interrupt source, once a second."""
+        prefix = "/timing/"
+        with refusals:
+            topics = self._native.topics()
+        return {topic[len(prefix) :]: self._records(topic) for topic in topics if topic.startswith(prefix)}
+
+    def __repr__(self) -> str:
+        values = sum(of["count"] for of in self._series.values())
+        state = "" if self.complete else ", without an end"
+        state += f", damaged in {len(self.damage)} places" if self.damage else ""
+        return f"recording '{self.path}'{state}: {len(self)} SVVs and cells, {values} values, {sum(self.lost.values()) or 'nothing'} lost"
+
+
+class Unmade(Recorded):
+    """The recording that a program would have made which is only checked: its SVVs, with no value; no log, and no end."""
+
+    def __init__(self, path: str, system: SystemObservation, options: Mapping[str, Any]) -> None:
+        self.path = path
+        self._native = _Nothing()
+        # Of a system that is closed everything that it had is still known.
+        native = system._native
+        with refusals:
+            names = [name for name in native.names()["svvs"] if any(fnmatch.fnmatchcase(name, of) for of in options["svvs"])]
+            abouts = {name: native.svv_about(name) for name in names}
+        self._series = {name: {"type": about["type"], "unit": about["unit"], "count": 0} for name, about in abouts.items()}
+        self._cells: bool = options["cells"]
+        self.complete, self.lost, self.damage, self.metadata = True, {}, [], {}
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if self._cells and ":" in name:
+            # Which instances there are, and so which cells, only a run knows.
+            return np.zeros(0, dtype=[("number", "<u8"), ("time", "<f8"), ("value", "<f8")])
+        return super().__getitem__(name)
+
+
+class _Nothing:
+    """A file without a message."""
+
+    def series(self, _: str) -> tuple[bytes, bytes, bytes]:
+        return b"", b"", b""
+
+    def records_json(self, _: str) -> str:
+        return "[]"
+
+    def topics(self) -> list[str]:
+        return []
+
+
+@taking
+def open_recording(path: str | os.PathLike[str]) -> Recorded:
+    """Reads the recording at `path`, which `cell.record()` or `opengpac record` has made.
+
+    A mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`, `timing` and `lost`.
+    What of a damaged file is sound is there, with a warning that has place, time and messages of what is not (`damage`).
+    Raises ValueRefused where the file is none. While a program is only checked (`opengpac check`), what it would have recorded itself is
+    there with its names, types and units, and no value.
+    """
+    unmade = checking.recorded(file := str(Path(path).expanduser().absolute()))
+    return Recorded(path) if unmade is None else Unmade(file, *unmade)

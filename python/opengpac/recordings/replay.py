@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recorded runs, run again: the command `opengpac replay` and `gpac.replay`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from .. import _native, checking
+from ..errors import CallError, refusals, refuse
+from ..refusals.argument_types import taking
+from ..values.quantities import Quantity, duration_ns
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first value that is not as it was recorded. Made by `gpac.replay`."""
+
+    source: str
+    """The interrupt source: `processor.source`."""
+    firing: int
+    """The number of the firing, from the first one of its source."""
+    time: float
+    """Release of the firing, s on the clock of the record."""
+    between: bool
+    """True where it came behind this firing and before the next: what a script did, for example an `execute`."""
+    block: str
+    """`INSTANCE.LABEL`; empty where only the digest of all blocks of the source is known."""
+    port: str
+    """The output whose value differs."""
+    svv: str
+    """The SVV in which it is stored; empty for a private cell, and where it is not known."""
+    recorded: tuple[str, ...]
+    """The elements of the value, with every digit; hexadecimal digits of a structure."""
+    replayed: tuple[str, ...]
+    """The same of the value now."""
+    how: str
+    """Where the source went another way than recorded: how."""
+
+    def __str__(self) -> str:
+        where = f"{'after' if self.between else 'in'} firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
+        if not self.block:
+            return f"{where}: {self.how}"
+        recorded, replayed = (value[0] if len(value) == 1 else f"({', '.join(value)})" for value in (self.recorded, self.replayed))
+        values = f"recorded {recorded}, now {replayed}{f' ({self.how})' if self.how else ''}"
+        return f"block '{self.block}', output '{self.port}', {where}: {values}"
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Result of running a record again: how far it went, and what was found. Made by `gpac.replay`."""
+
+    stopped: Literal["end", "condition", "time", "difference", "unplayable"]
+    """Why it went no further: the record ended, `until` holds, `to` has come, a value differs, or the record does not have what follows."""
+    firings: int
+    """How many firings were run again, of all sources."""
+    same: bool
+    """Every value so far is that of the record, bit for bit."""
+    source: str
+    """Where it stopped: source, firing, release in s on the clock of the record."""
+    firing: int
+    time: float
+    difference: Difference | None
+    fingerprint: str
+    """One number for all that happened so far, inputs and values: two records of one run under the virtual clock have the same."""
+    message: str
+    """Why it is `unplayable`, or what else is to be said; empty where there is nothing."""
+    svvs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """The SVVs that were asked for with `show`: the elements of each with every digit."""
+
+    def __str__(self) -> str:
+        at = f"firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
+        so_far = f"{self.firings:,} firings, every value as it was recorded"
+        if self.stopped == "unplayable":
+            text = f"{self.firings:,} firings until {at}; {self.message}"
+        elif self.difference is not None:
+            text = f"{self.firings:,} firings; the first difference: {self.difference}"
+        elif self.stopped == "end":
+            text = f"{so_far}{f'; {self.message}' if self.message else ''}"
+        else:
+            text = f"{so_far}; {'the condition holds' if self.stopped == 'condition' else 'the time has come'} after {at}"
+        return "\n".join([text, *(f"  {name} = {', '.join(value)}" for name, value in self.svvs.items())])
+
+
+@taking
+def replay(
+    path: str | os.PathLike[str],
+    *,
+    until: str | None = None,
+    to: float | str | Quantity | None = None,
+    show: Sequence[str] = (),
+    modules: Sequence[str | os.PathLike[str]] = (),
+    trust: bool | Sequence[str] = False,
+) -> Replay:
+    """Runs a recording again that `cell.record(path, replay=True)` or `opengpac record` made, and compares every value with it.
+
+    `until` is a condition over SVVs to stop at, comparisons with numbers joined by `and` and `or`, for example
+    `"force > 20 and joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the record. `show` names SVVs whose values are wanted,
+    `*` for anything. `modules` are sources in C or C++, or code modules, that stand in for those of the same name in the record: the
+    first difference names block, port and firing.
+
+    A record brings the code modules of its blocks, and to replay it is to run them, with all your rights: `trust=True` says that you trust
+    wherever the file comes from, also where it is your own. A sequence of SHA-256 digests trusts those modules only. A record of library
+    blocks alone brings none. Refused (CallError) is a file that is no record, or brings code that is not trusted, a condition that
+    cannot be read, an SVV that the record does not have. While a program is only checked (`opengpac check`), the replay of what it would
+    have recorded itself is one of no firing.
+    """
+    file = Path(path)
+    unmade = checking.recorded(str(file.expanduser().absolute()))
+    if unmade is not None:
+        return _unplayed(file, unmade[1])
+    if not file.exists():
+        refuse(CallError, f"there is no record '{file}'", "make one: cell.record('run.mcap', replay=True)")
+    asked: dict[str, Any] = {"until": until, "to_ns": None if to is None else duration_ns(to), "show": list(show)}
+    asked["trust"] = trust if isinstance(trust, bool) else list(trust)
+    with refusals:
+        asked["with"] = [_module(Path(module)) for module in modules]
+        found = json.loads(_native.replay(str(file), json.dumps(asked)))
+    return _replay(found)
+
+
+def _unplayed(file: Path, options: Mapping[str, Any]) -> Replay:
+    """The replay of a record that a run would have made."""
+    if not options["replay"]:
+        refuse(CallError, f"in '{file}' there is nothing to replay", "begin it with cell.record(path, replay=True)")
+    return Replay("end", 0, True, "", 0, 0.0, None, "", "nothing ran: the program is only checked")
+
+
+def _module(file: Path) -> tuple[str, str]:
+    if file.suffix == ".so":
+        return file.stem, str(file)
+    with refusals:
+        return file.stem, _native.build([str(file.absolute())], None)
+
+
+def _replay(found: dict[str, Any]) -> Replay:
+    told = found["difference"]
+    difference = told and Difference(
+        told["source"], told["number"], told["time_ns"] / 1e9, told["between"], told["block"], told["port"], told["svv"],
+        tuple(told["recorded"]), tuple(told["replayed"]), told["how"],
+    )  # fmt: skip
+    svvs = {svv["name"]: tuple(svv["value"]) for svv in found["svvs"]}
+    at = (found["source"], found["number"], found["time_ns"] / 1e9)
+    return Replay(found["stopped"], found["firings"], found["same"], *at, difference, found["fingerprint"], found["message"], svvs)
+
+
+def add_to(commands: Any) -> None:
+    """Adds the command `replay`."""
+    again = commands.add_parser("replay", help="run a recorded run again, without its program, and compare every value")
+    again.add_argument("record")
+    again.add_argument("--until", metavar="CONDITION", help="stop where it holds: 'force > 20 and joint.sensed[2] <= 0.5'")
+    again.add_argument("--to-time", metavar="TIME", help="stop behind this time on the clock of the record: '2.5 s'")
+    again.add_argument("--show", metavar="SVV", action="append", default=[], help="tell this SVV at the end; * stands for anything")
+    again.add_argument(
+        "--with", metavar="FILE", action="append", default=[], dest="modules", help="C, C++ or a module in the place of the record's"
+    )
+    again.add_argument("--trust", action="store_true", help="run the native code that the record brings, without asking")
+    again.set_defaults(run=_again)
+
+
+def _again(given: argparse.Namespace) -> int:
+    trust = True if given.trust else _asked_for(Path(given.record))
+    found = replay(given.record, until=given.until, to=given.to_time, show=given.show, modules=given.modules, trust=trust)
+    print(found)
+    return 0 if found.same else 1
+
+
+def _asked_for(file: Path) -> Sequence[str]:
+    """The digests of the modules that the user at the terminal trusts: without a terminal, none."""
+    if not (file.exists() and sys.stdin.isatty() and sys.stderr.isatty()):
+        return ()
+    with refusals:
+        brought = json.loads(_native.replay_modules(str(file)))
+    if not brought:
+        return ()
+    print(f"'{file}' brings native code, which a replay runs with all your rights:", file=sys.stderr)
+    for module in brought:
+        print(f"  {module['name']}, {module['len']} bytes, SHA-256 {module['sha256']}", file=sys.stderr)
+    print("Who built it the file does not say. Run it? [y/N] ", end="", file=sys.stderr, flush=True)
+    return [module["sha256"] for module in brought] if sys.stdin.readline().strip().lower() in ("y", "yes") else ()

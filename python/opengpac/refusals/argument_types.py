@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks the arguments of public calls: a value of another type than the signature says is refused in words, before anything happens.
+
+The signature is the rule, so that nothing is written twice. What it cannot say, ranges and the like, each call looks at itself.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+
+from .. import _native
+from ..errors import CallError, DefinitionError, Error, did_you_mean, refusals, refuse
+from ..values.numbers import is_number, number
+
+P = ParamSpec("P")
+R = TypeVar("R")
+C = TypeVar("C")
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str | bytes)
+
+
+_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "str": (lambda value: isinstance(value, str), "a text"),
+    "int": (_is_whole, "a whole number"),
+    "float": (is_number, "a number"),
+    "bool": (lambda value: isinstance(value, bool), "True or False"),
+    "None": (lambda value: value is None, "None"),
+    "Quantity": (lambda value: is_number(value) or isinstance(value, str), "a quantity ('20 ms', or a number in SI units)"),
+    "os.PathLike[str]": (lambda value: isinstance(value, os.PathLike), "a path"),
+    "Mapping": (lambda value: isinstance(value, Mapping), "a dictionary"),
+    "Sequence": (_is_list, "a list"),
+    "Iterable": (lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes), "a list"),
+    "tuple": (lambda value: _is_list(value) and len(value) == 2, "a pair, (0, 1)"),
+    "Callable": (callable, "a function"),
+}
+"""The parts of annotations that are looked at: what fits, and what it is called. One with any other part takes everything here."""
+
+
+_DEFINING = ("commands", "composition", "conditions", "graphs", "parameters", "suspension")
+"""Modules whose calls make parts of definitions: what is wrong there is wrong in the definition."""
+
+
+def _parts(annotation: str) -> list[str]:
+    """Returns the parts of a type's text: `str | Mapping[str, int | None]` → `str`, `Mapping`."""
+    parts, depth, part = [], 0, ""
+    for sign in annotation:
+        depth += (sign == "[") - (sign == "]")
+        if sign == "|" and depth == 0:
+            parts.append(part)
+            part = ""
+        else:
+            part += sign
+    whole = [p.strip() for p in (*parts, part)]
+    return [p if p in _KINDS else p.partition("[")[0] for p in whole]
+
+
+def name_of(name: Any, what: str) -> str:
+    """Returns the name if it is one: a text that can stand in a line of a log."""
+    if not isinstance(name, str):
+        refuse(CallError, f"{what} is {_short(name)}", "give a name, for example 'cell'")
+    with refusals:
+        _native.check_name(what, name)
+    return name
+
+
+def whole(value: Any, what: str, least: int, most: int) -> int:
+    """Returns a whole number from `least` to `most`."""
+    value = number(value)
+    if not _is_whole(value) or not least <= value <= most:
+        refuse(CallError, f"{what} is {_short(value)}", f"give a whole number, {least} to {most:_}".replace("_", ","))
+    return int(value)
+
+
+def _short(value: Any) -> str:
+    text = repr(value).replace("\n", " ")
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[Error]], Any] | None:
+    """Checks what a parameter takes, and gives the value that goes on; nothing where its annotation does not say it."""
+    annotation = parameter.annotation if isinstance(parameter.annotation, str) else "Any"
+    kinds = _parts(annotation)
+    if any(kind not in _KINDS for kind in kinds):
+        return None
+    tests = [_KINDS[kind][0] for kind in kinds]
+    takes_numbers = not {"int", "float", "bool", "Quantity"}.isdisjoint(kinds)
+    wanted = " or ".join(dict.fromkeys(_KINDS[kind][1] for kind in kinds))
+
+    def check(value: Any, call: str, kind: type[Error]) -> Any:
+        value = number(value) if takes_numbers else value
+        if not any(test(value) for test in tests):
+            refuse(kind, f"argument '{name}' of {call}() is {_short(value)}", f"give {wanted}")
+        if isinstance(value, str) and any(sign == "\0" or "\ud800" <= sign <= "\udfff" for sign in value):
+            refuse(
+                CallError, f"argument '{name}' of {call}() holds a NUL or half of a surrogate pair", "give a text that can be written down"
+            )
+        if name == "name" and value is not None:
+            name_of(value, f"the name that {call}() is given")
+        return value
+
+    return check
+
+
+def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
+    """Refuses arguments that do not fit the signature at all: too many, too few, or one that it does not know."""
+    parameters = signature.parameters
+    several = any(p.kind is p.VAR_KEYWORD for p in parameters.values())
+    unknown = next((name for name in kwargs if name not in parameters), None)
+    if unknown is not None and not several:
+        named = [name for name, p in parameters.items() if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD) and name != "self"]
+        refuse(CallError, f"{call}() has no argument '{unknown}'", did_you_mean(unknown, named))
+    try:
+        signature.bind(*args, **kwargs)
+    except TypeError as error:
+        names = ", ".join(name for name in parameters if name != "self")
+        refuse(CallError, f"{call}(): {error}", f"call it as {call}({names})")
+
+
+def taking(call: Callable[P, R]) -> Callable[P, R]:
+    """Returns a call that looks at what it is given before it begins."""
+    signature = inspect.signature(call)
+    parameters = signature.parameters
+    rules = {name: rule for name, parameter in parameters.items() if (rule := _rule(name, parameter)) is not None}
+    # What is asked in each call is laid out here once: binding a signature anew costs ten times as much.
+    ordered = [name for name, p in parameters.items() if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    known = {name for name, p in parameters.items() if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD)}
+    required = {name for name in (*ordered, *known) if parameters[name].default is inspect.Parameter.empty}
+    by_place = [rules.get(name) for name in ordered]
+    by_name = {name: rule for name, rule in rules.items() if name in known}
+    module = call.__module__.rpartition(".")[2]
+    kind = DefinitionError if module in _DEFINING or call.__qualname__ == "Verb.__init__" else CallError
+    title = call.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+
+    @functools.wraps(call)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        placed = ordered[: len(args)]
+        fits = kwargs.keys() <= known and kwargs.keys().isdisjoint(placed) and len(args) <= len(ordered)
+        if not (fits and required <= {*placed, *kwargs}):
+            _unbound(title, signature, args, kwargs)
+        for place, rule in enumerate(by_place[: len(args)]):
+            if rule is not None and (value := rule(args[place], title, kind)) is not args[place]:
+                args = (*args[:place], value, *args[place + 1 :])  # pyright: ignore[reportAssignmentType]
+        for name in kwargs:
+            if name in by_name:
+                kwargs[name] = by_name[name](kwargs[name], title, kind)
+        return call(*args, **kwargs)
+
+    return checked
+
+
+def all_taking(of: type[C]) -> type[C]:
+    """Returns a class whose public calls look at what they are given."""
+    for name, member in list(vars(of).items()):
+        if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
+            setattr(of, name, taking(member))
+        elif isinstance(member, property) and member.fset is not None:
+            setattr(of, name, member.setter(taking(member.fset)))
+    return of

@@ -1,0 +1,223 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The studio: a page in a browser that shows a running system, and the commands that serve it. `docs/studio.md` is its manual.
+
+The page is served by threads of the real-time core, in this process or in the daemon's: it goes on while Python is busy.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import tempfile
+import time
+import webbrowser
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+from urllib.parse import urlsplit
+
+from .. import _native, checking
+from ..errors import CallError, FileFailed, NotAllowed, refusals, refuse
+from ..storage.cache import user_data
+from ..system import open_systems, programs
+
+if TYPE_CHECKING:
+    from ..system.observation import SystemObservation
+    from ..system.system import System
+
+PAGE = Path(__file__).parents[1] / "studio_page"
+"""The page's files, as `npm run build` puts them there; the wheel has them."""
+
+ROLES = ("observe", "operate", "configure")
+"""What the page may do: look; start, halt and enable; install definitions that were edited."""
+
+_ANSWER_S = 10.0
+
+
+class Studio:
+    """The page of a system, as long as it is served: its address, and how to end it. Made by `cell.studio()`."""
+
+    def __init__(self, system: str, url: str, role: str | None, server: _native.Server | None = None) -> None:
+        self.system = system
+        """Name of the system that it shows."""
+        self.url = url
+        """Its address, with the token of this run: a browser that has it may do what `role` says."""
+        self.role = role
+        """`observe`, `operate` or `configure`; None where a daemon decides by who asks."""
+        self._server = server
+        self._pointer: tempfile.TemporaryDirectory[str] | None = None
+
+    @property
+    def closed(self) -> bool:
+        """True if it was stopped."""
+        return not self.url
+
+    def stop(self) -> None:
+        """Serves the page no longer; its token is worth nothing then. Idempotent. A daemon's page goes on."""
+        self.url = ""
+        if self._server is not None:
+            self._server.stop()
+        if self._pointer is not None:
+            self._pointer.cleanup()
+            self._pointer = None
+
+    def open(self) -> bool:
+        """Opens the page in a browser of this machine; False where there is none, or no screen for it.
+
+        The address is handed over in a file that only this user can read, because everybody can read the command line of a browser.
+        """
+        if not self.url or not _has_screen():
+            return False
+        self._pointer = self._pointer or tempfile.TemporaryDirectory(prefix="opengpac-studio-")
+        file = Path(self._pointer.name) / "studio.html"
+        file.touch(mode=0o600)
+        file.write_text(f'<!doctype html><meta http-equiv="refresh" content="0; url={escape(self.url)}"><title>studio</title>\n')
+        return webbrowser.open(file.as_uri())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def __repr__(self) -> str:
+        return f"studio of system '{self.system}': {self.url or 'stopped'}"
+
+    def _repr_html_(self) -> str:
+        if not self.url:
+            return f"studio of system '{escape(self.system)}': stopped"
+        return f'<a href="{escape(self.url)}" target="_blank" rel="noopener">studio of system &#x27;{escape(self.system)}&#x27;</a>'
+
+
+def serve(system: SystemObservation, port: int, role: str, audit: str | None = None, page: Path | None = None) -> Studio:
+    """Serves the page of a system of this process. Raises `FileFailed` where it was not built, `InUse` where the port is taken."""
+    if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port <= 65535:
+        refuse(CallError, f"the port of a studio is {port!r}", "take 1024 to 65535, or 0 for any that is free")
+    if role not in ROLES:
+        refuse(CallError, f"the role of a studio is {role!r}", f"take {', '.join(map(repr, ROLES))}")
+    embedded = system._alive()
+    if checking.active() or not isinstance(embedded, _native.System):
+        return Studio(system.name, "", role)
+    options: dict[str, Any] = {"no_socket": True, "listen": f"127.0.0.1:{port}", "run_token": role, "page": str(built(page))}
+    if audit is not None:
+        options["audit"] = audit
+    if role == "configure" and (records := records_of_user()) is not None:
+        options["records"] = records
+    with refusals:
+        server = _native.Server(embedded, json.dumps(options))
+    return Studio(system.name, server.studio() or "", role, server)
+
+
+def records_of_user() -> str | None:
+    """Makes and returns the folder into which a page that may record does so where none is named, in `$XDG_DATA_HOME` or
+    `~/.local/share`; None where it cannot be made."""
+    try:
+        folder = user_data() / "recordings"
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, RuntimeError):
+        # A user without a home, or one that cannot be written.
+        return None
+    return str(folder)
+
+
+def built(page: Path | None = None) -> Path:
+    """The folder of the page's files. Raises `FileFailed` where they are not there: a checkout in which the page was not built."""
+    folder = page or PAGE
+    if not (folder / "index.html").is_file():
+        remedy = "`make page` builds it in the sources, with Node 20.19 or newer; the wheel has it"
+        refuse(FileFailed, f"the studio's page is not in '{folder}'", remedy)
+    return folder
+
+
+def of_daemon(system: SystemObservation) -> Studio:
+    """The page that a daemon serves itself. Raises `NotAllowed` where it has none, or is reached in a way that no browser can go."""
+    session = system.session
+    assert session is not None
+    remedy = "start it with --listen 127.0.0.1:8777 --tokens FILE, or --studio, and open the address that it prints"
+    if urlsplit(session.url).scheme == "unix":
+        refuse(NotAllowed, f"system '{system.name}' is reached by a Unix socket, which no browser opens", remedy)
+    there = session.transport.request("GET", "/", timeout_s=_ANSWER_S)
+    if there.status != 200 or b"<html" not in there.body.lower():
+        refuse(NotAllowed, f"the daemon at {session.url} serves no page", remedy)
+    token = session.transport.token
+    return Studio(system.name, f"{session.url.rstrip('/')}/{f'#token={token}' if token else ''}", None)
+
+
+def _has_screen() -> bool:
+    """Returns whether a browser could show something: on a machine without a screen it would be one of texts, in the program's terminal."""
+    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+# ---- opengpac studio PROGRAM.py
+
+
+# Python notes a signal that arrives just before a sleep begins, and acts on it when that sleep ends. So no sleep may be long.
+_SLICE_S = 0.2
+
+
+class _Shown(programs.Watcher):
+    """Serves the page of every system of the program."""
+
+    def __init__(self, given: argparse.Namespace) -> None:
+        self.port: int = given.port
+        self.role: str = "configure" if given.edit else given.role
+        self.page = None if given.page is None else Path(given.page)
+        self.browser: bool = not given.no_browser
+        self.program: str = given.program
+
+    def made(self, system: System) -> None:
+        if system.session is not None:
+            return
+        studio = system._served(serve(system, self.port, self.role, page=self.page))
+        # A second system needs an address of its own.
+        self.port = 0
+        print(f"studio: {studio.url}", flush=True)
+        if self.browser:
+            studio.open()
+
+    def left(self, system: System) -> None:
+        # It goes on until Ctrl-C.
+        if not system.closed:
+            print(f"'{self.program}' is through with system '{system.name}', which goes on; Ctrl-C ends it", flush=True)
+            while True:
+                time.sleep(_SLICE_S)
+
+
+def add_to(commands: Any) -> None:
+    """Adds `studio` to the command `opengpac`."""
+    parser = commands.add_parser("studio", help="run a program with the page of its system, which goes on until Ctrl-C")
+    parser.add_argument("--port", type=int, default=0, help="of 127.0.0.1; default: any that is free")
+    parser.add_argument("--role", choices=ROLES, default="operate", help="what the page may do; default: operate")
+    parser.add_argument("--edit", action="store_true", help="the page may also install definitions that were edited")
+    parser.add_argument("--no-browser", action="store_true", help="only print the address")
+    parser.add_argument("--page", metavar="FOLDER", help="the page's files, instead of those that come with OpenGPAC")
+    programs.add_to(parser)
+    parser.set_defaults(run=_studio)
+
+
+def _studio(given: argparse.Namespace) -> int:
+    # Before the program runs: it need not move a machine for a page that is not there.
+    built(None if given.page is None else Path(given.page))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    shown = _Shown(given)
+    code: int | str | None = 0
+    try:
+        with programs.watched(shown):
+            try:
+                programs.run(given)
+            except SystemExit as ended:
+                code = ended.code
+            for left in open_systems.systems():
+                shown.left(left)
+    except KeyboardInterrupt:
+        code = 0
+    finally:
+        for left in open_systems.systems():
+            left.close()
+    if isinstance(code, str):
+        print(code, file=sys.stderr)
+        return 1
+    return code or 0

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Workspaces: layouts of panels that a program ships with its system, and the studio shows."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from .. import _native, checking
+from ..errors import CallError, FileFailed, refusals, refuse
+from ..refusals.argument_types import all_taking
+from ..refusals.declared_names import Declared
+from ..storage import files
+from ..values.tables import Shown, Table
+
+if TYPE_CHECKING:
+    from ..system.system import System
+
+FORMAT = 1
+"""The version of the file format, which a file says as `"workspace": 1`."""
+
+File = str | os.PathLike[str]
+
+
+@all_taking
+class Workspaces(Shown, Declared):
+    """The workspaces of a system, `cell.workspaces`: names of layouts that programs ship and people keep in the studio.
+
+    A layout is a JSON file, or the same as a dictionary; `docs/workspaces.md` describes it.
+
+    >>> import opengpac as gpac
+    >>> cell = gpac.System("cell", clock="virtual")
+    >>> level = cell.svv("level", float, unit="m")
+    >>> cell.workspaces.ship({"name": "tank", "layout": {"panel": "values", "values": [{"name": "level", "maximum": 2.0}]}})
+    >>> cell.workspaces
+    tank  shipped
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    def _called(self) -> str:
+        return f"the workspaces of system '{self._system.name}'"
+
+    def ship(self, workspace: File | Mapping[str, Any]) -> None:
+        """Enters a workspace that this program ships, in the place of the one that was shipped before under its name.
+
+        A file, or what stands in one. Everything that it names must be there: verbs, verb instances, SVVs, physical devices; what is
+        not is refused, each with what was probably meant, and nothing is entered. Also refused where a person keeps one of that name.
+        """
+        given = read(workspace)
+        self._check(given)
+        with refusals:
+            self._system._alive().ship_workspace(given)
+
+    def check(self, workspace: File | Mapping[str, Any]) -> None:
+        """Raises what is wrong with a workspace: its form, and whatever it names that is not there. Nothing is entered."""
+        self._check(read(workspace))
+
+    def _check(self, given: dict[str, Any]) -> None:
+        with refusals:
+            found = self._system._alive().check_workspace(given)
+            if checking.active():
+                # Nothing runs where a program is only checked: instances that it makes are not there.
+                found = [one for one in found if "there is no verb instance" not in one["message"]]
+            if found:
+                raise _native.Refused(json.dumps(found))
+
+    def withdraw(self, name: str) -> None:
+        """Removes a workspace that a program has shipped. `UnknownName` where there is none; `InUse` for one that a person keeps."""
+        with refusals:
+            self._system._alive().withdraw_workspace(name)
+
+    def forget(self, name: str) -> None:
+        """Removes a workspace that a person keeps. `UnknownName` where there is none; `InUse` for one that a program has shipped."""
+        with refusals:
+            self._system._alive().forget_workspace(name)
+
+    def save(self, name: str, path: File) -> None:
+        """Writes a workspace into a file, which `ship` takes: one that was composed in the studio goes with the program so."""
+        text = json.dumps({"workspace": FORMAT, **self[name]}, indent=2, ensure_ascii=False) + "\n"
+        files.write(files.path_of(path, "save"), text, "the workspace")
+
+    def __getitem__(self, name: str) -> dict[str, Any]:
+        """A workspace, as a file would have it."""
+        with refusals:
+            return self._system._alive().workspace(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([about["name"] for about in self._about()])
+
+    def __len__(self) -> int:
+        return len(self._about())
+
+    def __contains__(self, name: object) -> bool:
+        return name in list(self)
+
+    def _about(self) -> list[dict[str, Any]]:
+        with refusals:
+            return self._system._alive().workspaces()
+
+    def __repr__(self) -> str:
+        if self._system.closed:
+            return f"workspaces of the closed system '{self._system.name}'"
+        rows = [(about["name"], "; ".join(_words(about))) for about in self._about()]
+        width = max((len(name) for name, _ in rows), default=0)
+        return "\n".join(f"{name:<{width}}  {words}" for name, words in rows) if rows else "no workspaces"
+
+    def _table(self) -> Table | None:
+        if self._system.closed or not (shown := self._about()):
+            return None
+        return Table("workspaces", ["name", "title", "kind"], [(a["name"], a["title"], ", ".join(_words(a))) for a in shown])
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [] if self._system.closed else [*self]
+
+
+def _words(about: Mapping[str, Any]) -> list[str]:
+    kind = ["shipped" if about["shipped"] else "kept"]
+    return [*kind, "for operators"] if about["operator"] else kind
+
+
+def read(workspace: File | Mapping[str, Any]) -> dict[str, Any]:
+    """A workspace from a file or a mapping, without the version of its format. Raises `FileFailed` with the file and line."""
+    given: Any = workspace
+    at = "the workspace"
+    if not isinstance(workspace, Mapping):
+        path = files.path_of(workspace, "a workspace")
+        at = f"'{path}'"
+        text = files.read(path, "the workspace")
+        if text is None:
+            refuse(FileFailed, f"there is no file {at}", "give the path of a workspace, as the studio exports it")
+        try:
+            given = json.loads(text)
+        except (ValueError, RecursionError) as error:
+            why = "its objects and lists are nested too deep" if isinstance(error, RecursionError) else error
+            refuse(FileFailed, f"{at} is no workspace: {why}", "write it as JSON; docs/workspaces.md has examples")
+    if not isinstance(given, Mapping) or not isinstance(given.get("layout"), Mapping):
+        refuse(CallError, f"{at} has no 'layout'", 'write {"workspace": 1, "name": NAME, "layout": {…}}')
+    version = given.get("workspace", FORMAT)
+    if version != FORMAT:
+        refuse(
+            CallError, f"{at} has the format {version!r} of workspaces, and this OpenGPAC reads {FORMAT}", f'write "workspace": {FORMAT}'
+        )
+    return {key: value for key, value in given.items() if key != "workspace"}

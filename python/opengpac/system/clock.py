@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The time of a system: its clock, and how a program moves it where it is virtual."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from ..errors import CallError, refusals, refuse
+from ..refusals.argument_types import all_taking
+from ..values.quantities import Quantity, duration_ns
+
+if TYPE_CHECKING:
+    from .realtime import RealTimeSystem
+
+
+@all_taking
+class SystemTime:
+    """The clock of a `System`."""
+
+    _alive: Callable[[], RealTimeSystem]
+
+    @property
+    def now(self) -> float:
+        """The time of the system's clock, in s."""
+        with refusals:
+            return self._alive().now() * 1e-9
+
+    def advance(self, duration: Quantity | None = None, *, until: Callable[[], Any] | None = None, within: Quantity = "60 s") -> None:
+        """Runs the firings in (now, now + duration], or until a predicate holds, `until=joint.sensed > 1.0`, under the virtual clock.
+
+        With `until`, `TimeoutError` comes when it does not hold `within` that time.
+        """
+        native = self._alive()
+        if (duration is None) == (until is None):
+            refuse(CallError, "advance() takes a duration or until=", "write advance('2 s') or advance(until=svv > 1.0)")
+        if until is None:
+            ns = duration_ns(duration or 0, "the duration to advance")
+            if ns < 0:
+                refuse(CallError, f"advance({duration!r}): time does not run backwards")
+            with refusals:
+                native.advance(ns)
+            return
+        limit_ns = duration_ns(within, "within")
+        with refusals:
+            deadline = native.now() + limit_ns
+        while not until():
+            with refusals:
+                moved = native.step()
+                is_late = native.now() > deadline
+            if not moved or is_late:
+                why = "nothing more is going to happen" if not moved else f"not within {within}"
+                raise TimeoutError(f"{until!r} did not become true: {why}")

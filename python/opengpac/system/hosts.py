@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several hosts: the one that listens for others, and `opengpac join`, which lends a host to a system."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import signal
+import sys
+from pathlib import Path
+from typing import Any
+
+from .. import _native
+from ..errors import refusals
+from ..values.quantities import Quantity, duration_ns
+
+
+def options(
+    endpoint: str,
+    name: str,
+    *,
+    authority: str | Path | None = None,
+    certificate: str | Path | None = None,
+    key: str | Path | None = None,
+    token: str | None = None,
+    clock_limit: Quantity | None = None,
+) -> dict[str, Any]:
+    """Returns the options by which a host listens or joins, as the core takes them."""
+    files = {"authority": authority, "certificate": certificate, "key": key}
+    given: dict[str, Any] = {what: str(Path(file).expanduser().absolute()) for what, file in files.items() if file is not None}
+    if token is not None:
+        given["token"] = token
+    if clock_limit is not None:
+        given["clock_limit_ns"] = duration_ns(clock_limit, "the limit of the clocks")
+    return {"endpoint": endpoint, "name": name, **given}
+
+
+def host_name() -> str:
+    """This host's name, in letters that a host may have."""
+    return "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in platform.node())[:64] or "host"
+
+
+def add_to(commands: Any) -> None:
+    """Adds `join` to the command `opengpac`."""
+    join = commands.add_parser("join", help="lend this host to a remote system: its processors with host=NAME run here")
+    join.add_argument("--system", required=True, help="name of the system")
+    join.add_argument("--at", required=True, metavar="tcp/HOST:PORT", help="where it listens; tls/HOST:PORT beyond this machine")
+    join.add_argument("--name", default=host_name(), help="name of this host (default: %(default)s)")
+    join.add_argument("--ca", metavar="FILE", help="certificate of the authority (PEM), for tls/")
+    join.add_argument("--cert", metavar="FILE", help="this host's certificate (PEM), for tls/")
+    join.add_argument("--key", metavar="FILE", help="its private key (PEM), readable by its owner only")
+    join.add_argument("--token-file", metavar="FILE", help="the secret that the system was given; else this user's own, or certificates")
+    join.set_defaults(run=_join)
+
+
+def _join(given: argparse.Namespace) -> int:
+    token = Path(given.token_file).read_text().strip() if given.token_file else None
+    asked = options(given.at, given.name, authority=given.ca, certificate=given.cert, key=given.key, token=token)
+    # A manager of services ends it so; it is the same as Ctrl-C.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)
+        with refusals:
+            why = _native.join_system(given.system, json.dumps(asked))
+        end = f"system '{given.system}' is gone"
+    except KeyboardInterrupt:
+        why, end = None, f"host '{given.name}' was called back"
+    if why is not None:
+        print(why, file=sys.stderr)
+        return 1
+    print(f"{end}; its devices are in their safe state")
+    return 0

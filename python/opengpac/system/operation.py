@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Commanding a whole system: its emergency stop, pauses, the mode, the share of speed that motions may have, its alarms."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, cast
+
+from ..devices.logical import LogicalDevice
+from ..devices.physical import Channel
+from ..drivers.catalog import Found, on_host_of, searched
+from ..errors import CallError, EmergencyStopped, refusals, refuse
+from ..refusals.argument_types import all_taking
+from ..studio.workspaces import Workspaces
+from ..values.quantities import Quantity, optional_ns
+from .alarms import Alarms
+from .observation import SystemObservation
+from .svvs import SVV
+
+if TYPE_CHECKING:
+    from .system import System
+
+
+_LOOK = 0.01
+"""How often it is tried again to take an emergency stop back, s."""
+
+
+@all_taking
+class SystemCommands(SystemObservation):
+    """Commands that act on all of a `System`."""
+
+    virtual: bool
+    svv: Callable[..., SVV[Any]]
+    _svv: Callable[[str], SVV[Any]]
+
+    @property
+    def override(self) -> float:
+        """The share of its speed that every motion of `gpac.motion` in this system may have, 0 to 1; 0 holds. Changes are smooth."""
+        return self._svv("override").value if "override" in self.names["svvs"] else 1.0
+
+    @override.setter
+    def override(self, share: float) -> None:
+        if "override" not in self.names["svvs"]:
+            self.svv("override", initial=1.0, within=(0.0, 1.0))
+        self._svv("override").value = share
+
+    def emergency_stop(self, reason: str) -> None:
+        """Ends every action, brings devices to their safe state and latches. It is not a certified safety function."""
+        with refusals:
+            self._alive().emergency_stop(reason)
+
+    def emergency_stop_input(self, channel: Channel, *, trips: bool = True) -> None:
+        """Stops as `emergency_stop` does whenever that channel reads true (`trips=False`: false, as a normally closed contact does).
+
+        Outputs of the channel's own source are safe from the write of the firing that read it on, those of other sources from
+        their next firing on. Losing the channel's device stops too.
+        """
+        if not isinstance(channel, Channel):
+            refuse(CallError, f"an emergency stop input is {channel!r}", "give a channel of a physical device")
+        with refusals:
+            self._alive().emergency_stop_input(channel.device.name, channel.name, not trips)
+
+    def reset(self, within: Quantity | None = None) -> dict[str, str]:
+        """Takes back an emergency stop, and opens lost devices again. Everything stays disabled, nothing goes on.
+
+        Returns the physical devices that are lost still, each with the reason; if that is empty, none is.
+
+        Refused while a cause is present, naming it (`EmergencyStopped`): at once, or where none has gone `within` that time.
+        """
+        native = self._alive()
+        with refusals:
+            until_ns = native.now() + (optional_ns(within, "within") or 0)
+        while True:
+            try:
+                with refusals:
+                    return native.reset()
+            except EmergencyStopped:
+                with refusals:
+                    is_over = native.now() >= until_ns
+                if is_over:
+                    raise
+            if self.virtual:
+                with refusals:
+                    native.step()
+            else:
+                time.sleep(_LOOK)
+
+    def pause(self, *devices: LogicalDevice) -> list[str]:
+        """Suspends every action on devices, or on these; the names of those instances, when it is done.
+
+        What keeps devices going, a servo, runs on. What is started meanwhile is held back until `resume`.
+        """
+        with refusals:
+            return self._alive().pause(_names(devices, "pause"))
+
+    def resume(self, *devices: LogicalDevice) -> list[str]:
+        """Takes a pause back, all of it or that of these devices; the names of the instances that go on or begin.
+
+        An instance that was suspended by a call of its own stays suspended.
+        """
+        with refusals:
+            return self._alive().resume_program(_names(devices, "resume"))
+
+    @property
+    def paused(self) -> bool | list[str]:
+        """True if the program is paused, or the names of the devices that are."""
+        return self.statistics["paused"]
+
+    @property
+    def mode(self) -> str:
+        """`automatic`, or `manual`: only verbs declared with `manual=True` start. Setting it is refused while an action runs."""
+        with refusals:
+            return self._alive().mode()
+
+    @mode.setter
+    def mode(self, mode: str) -> None:
+        if mode not in ("automatic", "manual"):
+            refuse(CallError, f"the mode of system '{self.name}' is given {mode!r}", "say 'automatic' or 'manual'")
+        with refusals:
+            self._alive().set_mode(mode)
+
+    def enabling_switch(self, channel: Channel) -> None:
+        """A channel that is true while a person holds the enabling switch: in manual mode actions start, and run on, only then."""
+        if not isinstance(channel, Channel):
+            refuse(CallError, f"an enabling switch is {channel!r}", "give a channel of a physical device")
+        with refusals:
+            self._alive().enabling_switch(channel.device.name, channel.name)
+
+    def scan_devices(self, kind: str | None = None, **options: Any) -> Found:
+        """Looks for devices that a driver could open, on the host of this system; nothing moves. As `gpac.drivers.scan`.
+
+        Of a remote system it needs the role `configure`, for it opens ports there.
+        """
+        return searched(on_host_of(self._alive()), kind, options)
+
+    @property
+    def alarms(self) -> Alarms:
+        """Alarms that a person has to know of: active or not yet acknowledged."""
+        return Alarms(cast("System", self))
+
+    @property
+    def workspaces(self) -> Workspaces:
+        """Layouts of panels for the studio: those that programs ship, and those that people keep."""
+        return Workspaces(cast("System", self))
+
+
+def _names(devices: tuple[Any, ...], call: str) -> list[str] | None:
+    for device in devices:
+        if not isinstance(device, LogicalDevice):
+            refuse(CallError, f"{call}() is given {device!r}", "give logical devices, or nothing for all; a group has pause() and resume()")
+    return [device.name for device in devices] or None

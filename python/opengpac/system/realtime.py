@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The seam between the package and a real-time system: what the package asks of one.
+
+A system embedded in this process (`EmbeddedSystem`) and one that is reached over its control interface (`remote.Remote`) have the same
+calls, which are declared in Rust (`calls.py` is made from that); nothing above the seam can tell which it is. What moves bytes at a
+rate stands here. What is refused comes as `_native.Refused`.
+"""
+
+from __future__ import annotations
+
+from .. import _native
+from .calls import Calls
+
+
+class RealTimeSystem(Calls):
+    """Calls of the package to a real-time system."""
+
+    __slots__ = ()
+
+    def read(self, names: list[str], /) -> tuple[int, list[tuple[bytes, int, int]]]:
+        """One consistent snapshot: its time and for each SVV its bytes, number and time."""
+        raise NotImplementedError
+
+    def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int, names: list[str], /) -> bytes:
+        """Stores numbers, runs what is due within the duration, and reads, under the virtual clock: the bytes of all SVVs in turn.
+
+        A system in this process does so in one call.
+        """
+        for name, numbers in stores:
+            self.write(name, numbers[0] if len(numbers) == 1 else numbers)
+        self.advance(duration_ns)
+        return b"".join(r[0] for r in self.read(names)[1])
+
+    def history(self, name: str, count: int, /) -> list[tuple[int, int, bytes]]:
+        """The last values, oldest first: number, time, bytes."""
+        raise NotImplementedError
+
+    def performing(self, arguments_json: str, made: list[int], slice_ns: int, /) -> str | None:
+        """Makes the call `perform` for this long, and returns the end report; None if the verb goes on: its instance is in `made`."""
+        raise NotImplementedError
+
+    def ended_fd(self) -> int:
+        """Returns a descriptor that becomes readable when an instance has ended (monotonic clock): drain it with os.read(fd, 8)."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Halts the actions, disables the devices, stops the kernels. Idempotent."""
+        raise NotImplementedError
+
+
+class EmbeddedSystem(_native.System, RealTimeSystem):
+    """A system in this process."""
+
+    __slots__ = ()

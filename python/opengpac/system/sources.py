@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Interrupt sources, and where blocks are placed on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from ..errors import CallError, refusals, refuse
+from ..refusals.declared_names import Declared
+
+if TYPE_CHECKING:
+    from .processors import Processor
+    from .system import System
+
+
+class Source(Declared):
+    """An interrupt source. Made by `processor.timer`, `processor.trigger` and `processor.software`.
+
+    `name` is `processor.source`, `kind` `timer`, `trigger` or `software`; `period` is that of a timer, in s, else 0; `priority` is 1 to 98.
+    """
+
+    def __init__(self, system: System, processor: Processor, name: str, kind: str, period_ns: int, priority: int) -> None:
+        self.system = system
+        self.processor = processor
+        self.name = f"{processor.name}.{name}"
+        self.kind = kind
+        self.period = period_ns * 1e-9
+        self.priority = priority
+
+    def request(self) -> None:
+        """Raises a trigger or software source: one request to its processor to work."""
+        with refusals:
+            self.system._alive().request(self.name)
+
+    def _instead(self, name: str) -> str:
+        return "say it when the source is made" if name in vars(self) else ""
+
+    def _called(self) -> str:
+        return f"{self.kind} '{self.name}'"
+
+    def __repr__(self) -> str:
+        period = f" every {self.period:g} s" if self.kind == "timer" else ""
+        return f"{self.kind} {self.name}{period}, priority {self.priority}"
+
+
+def placement_json(placement: Mapping[Any, Any]) -> dict[str, str]:
+    """Pattern → source, as the model takes it."""
+    placed: dict[str, str] = {}
+    for pattern, source in placement.items():
+        if not isinstance(source, Source):
+            refuse(CallError, f"'{pattern}' is placed on {source!r}", "give an interrupt source: rtp.timer(...)")
+        placed[str(pattern)] = source.name
+    return placed

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""State vector variables: a typed current value, and a history where one is asked for."""
+
+from __future__ import annotations
+
+import functools
+import operator
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
+
+from ..application.arguments import Argument
+from ..errors import CallError, Error, UnknownName, ValueRefused, gone, refusals, refuse
+from ..refusals.declared_names import Declared
+from ..values.encoding import dtype_of, from_bytes, plain
+from ..values.tables import Shown, Table
+
+if TYPE_CHECKING:
+    from ..devices.physical import Channel
+    from .system import System
+
+T = TypeVar("T")
+
+
+class Predicate:
+    """Comparison of an SVV with a value: `cell.advance(until=joint.sensed > 1.0)` asks it after each firing.
+
+    Made by comparing an SVV; `&`, `|` and `~` join predicates.
+    """
+
+    def __init__(self, ask: Callable[[], bool], text: str) -> None:
+        self._ask = ask
+        self._text = text
+
+    def __call__(self) -> bool:
+        """Asks."""
+        return self._ask()
+
+    __bool__ = __call__
+
+    def __and__(self, other: Predicate) -> Predicate:
+        return Predicate(lambda: self() and other(), f"({self!r} and {other!r})")
+
+    def __or__(self, other: Predicate) -> Predicate:
+        return Predicate(lambda: self() or other(), f"({self!r} or {other!r})")
+
+    def __invert__(self) -> Predicate:
+        return Predicate(lambda: not self(), f"not {self!r}")
+
+    def __repr__(self) -> str:
+        return self._text
+
+
+class SVV(Shown, Declared, Argument, Generic[T]):
+    """A state vector variable. `value`, `number` and `time` are its newest publication; setting `value` writes it.
+
+    Made by `cell.svv(...)`, and by each logical device for the members of its type.
+
+    `value` has the shape of its C type: a number or bool, an array of shape (3,) for `double[3]`, a structured value for a struct;
+    its numbers are in `unit`. What is stored may be a text with a unit, `"30 deg"`, where the type is a number. `number` counts the
+    publications from 0, `time` is in s of the system's clock. `history[-100:]` is a structured array, shape (n,), of the last values
+    with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`, is a predicate for `cell.advance(until=...)`. It stands for the
+    SVV that it was made for: one that is made again under the name of a deleted one is another, and has to be taken again.
+
+    Storing raises `ValueRefused` for another shape and for a number that is not finite, `UnitMismatch`, `OutOfRange` outside
+    `within`, and `SecondWriter` while a verb instance writes it; everything raises `UnknownName` once it is deleted.
+    """
+
+    def __init__(self, system: System, name: str) -> None:
+        self.system = system
+        self.name = name
+
+    @functools.cached_property
+    def _about(self) -> dict[str, Any]:
+        with refusals:
+            return self.system._alive().svv_about(self.name)
+
+    @property
+    def _asked(self) -> str:
+        """Its name with its number, by which the system knows whether it is still the one that this stands for."""
+        number = self._about.get("id")
+        return self.name if number is None else f"{self.name}@{number}"
+
+    def _named(self) -> str:
+        """Its name, to bind a verb to it. Refused where another of its name was made since."""
+        known = self.system._svvs.get(self.name, self)
+        if known is not self and known._asked != self._asked:
+            refuse(UnknownName, f"the SVV '{self.name}' that this stands for is gone: it was deleted, and another has its name", "use that")
+        return self.name
+
+    def _argument(self) -> dict[str, Any]:
+        return {"svv": self._named()}
+
+    def _is_there(self) -> bool:
+        """Returns whether it has not been deleted; another of its name does not count."""
+        try:
+            with refusals:
+                self.system._alive().svv_about(self._asked)
+        except UnknownName:
+            return False
+        return True
+
+    @functools.cached_property
+    def dtype(self) -> np.dtype[Any]:
+        """The dtype of its value."""
+        return dtype_of(self._about["type"])
+
+    @property
+    def type(self) -> str:
+        """Its C type."""
+        return self._about["type_text"]
+
+    @property
+    def unit(self) -> str:
+        """Its unit, or nothing."""
+        return self._about["unit"]
+
+    def _read(self) -> tuple[Any, int, float]:
+        with refusals:
+            _, [(data, number, time_ns)] = self.system._alive().read([self._asked])
+        return from_bytes(data, self.dtype), number, time_ns * 1e-9
+
+    @property
+    def value(self) -> T:
+        """The newest value that was published."""
+        return self._read()[0]
+
+    @value.setter
+    def value(self, value: T) -> None:
+        with refusals:
+            self.system._alive().write(self._asked, plain(value, f"the value for SVV '{self.name}'"))
+
+    @property
+    def number(self) -> int:
+        """The number of its newest publication."""
+        return self._read()[1]
+
+    @property
+    def time(self) -> float:
+        """When that was released, in s of the system's clock."""
+        return self._read()[2]
+
+    @property
+    def history(self) -> History:
+        """Its earlier values, as far as they are kept."""
+        return History(self)
+
+    def delete(self) -> None:
+        """Takes it away; refused while something is bound to it."""
+        with refusals:
+            self.system._alive().delete_svv(self._asked)
+
+    def _called(self) -> str:
+        return f"SVV '{self.name}'"
+
+    def _compare(self, operation: Callable[[Any, Any], Any], sign: str, other: Any) -> Predicate:
+        def ask() -> bool:
+            right = other.value if isinstance(other, SVV) else other
+            return bool(np.all(operation(self.value, right)))
+
+        return Predicate(ask, f"{self.name} {sign} {other.name if isinstance(other, SVV) else other}")
+
+    def __gt__(self, other: Any) -> Predicate:
+        return self._compare(operator.gt, ">", other)
+
+    def __ge__(self, other: Any) -> Predicate:
+        return self._compare(operator.ge, ">=", other)
+
+    def __lt__(self, other: Any) -> Predicate:
+        return self._compare(operator.lt, "<", other)
+
+    def __le__(self, other: Any) -> Predicate:
+        return self._compare(operator.le, "<=", other)
+
+    def __bool__(self) -> bool:
+        raise TypeError(f"whether SVV '{self.name}' is true means nothing: compare its .value")
+
+    def _table(self) -> Table | None:
+        if self.system.closed:
+            return None
+        value, number, time = self._read()
+        columns = ["SVV", "type", "unit", "value", "number", "time"]
+        return Table("", columns, [(self.name, self.type, self.unit, value, number, f"{time:.6g} s")])
+
+    def __repr__(self) -> str:
+        if self.system.closed:
+            return f"SVV {self.name} of the closed system '{self.system.name}'"
+        try:
+            value, number, time = self._read()
+        except Error as error:
+            return f"SVV {self.name}: {gone(error)}"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"SVV {self.name} ({self.type}) = {value!r}{unit}, number {number} at {time:.6g} s"
+
+
+class History:
+    """The last values of an SVV; an index or a slice gives a structured array of `number`, `time` (s) and `value`."""
+
+    def __init__(self, svv: SVV[Any]) -> None:
+        self._svv = svv
+
+    def __len__(self) -> int:
+        return len(self._rows())
+
+    def _rows(self) -> list[tuple[int, int, bytes]]:
+        kept = self._svv._about["history"]
+        if not kept:
+            refuse(ValueRefused, f"SVV '{self._svv.name}' keeps no history", "make it with history=1000")
+        with refusals:
+            return self._svv.system._alive().history(self._svv._asked, kept)
+
+    def __getitem__(self, which: int | slice) -> Any:
+        dtype = self._svv.dtype
+        rows = self._rows()
+        array = np.zeros(len(rows), dtype=[("number", "<u8"), ("time", "<f8"), ("value", dtype)])
+        for row, (number, time_ns, data) in zip(array, rows, strict=True):
+            row["number"], row["time"], row["value"] = number, time_ns * 1e-9, from_bytes(data, dtype)
+        try:
+            return array[which]
+        except (TypeError, ValueError, OverflowError, KeyError) as error:
+            refuse(CallError, f"the history of '{self._svv.name}' has no {which!r}: {error}", "give an index or a slice: history[-100:]")
+
+    def __repr__(self) -> str:
+        try:
+            return f"history of {self._svv.name}: {len(self)} values"
+        except Error as error:
+            return f"history of {self._svv.name}: {gone(error)}"
+
+
+class Snapshot(tuple[Any, ...]):
+    """Values of several SVVs that belong together: a tuple in the order asked for, with their `time` (s) and `numbers`."""
+
+    time: float
+    numbers: tuple[int, ...]
+
+
+def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
+    """One consistent reading of these SVVs and channels."""
+    with refusals:
+        time_ns, rows = system._alive().read([each._asked for each in svvs])
+    values = Snapshot(from_bytes(data, svv.dtype) for svv, (data, _, _) in zip(svvs, rows, strict=True))
+    values.time = time_ns * 1e-9
+    values.numbers = tuple(number for _, number, _ in rows)
+    return values

@@ -1,0 +1,443 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A real-time system, embedded in this process or remote: its configuration, its SVVs, its time."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import json
+import logging
+import os
+import sys
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
+
+from .. import checking
+from ..definition.entering import Definitions
+from ..definition.modules import Module, type_json
+from ..devices.logical import LogicalDevice
+from ..devices.physical import PhysicalDevice
+from ..errors import CallError, InUse, InvalidState, refusals, refuse
+from ..refusals.argument_types import all_taking, whole
+from ..refusals.declared_names import Declared
+from ..refusals.source_location import here
+from ..remote import opening
+from ..remote.calls import Remote
+from ..remote.session import Session
+from ..storage import files
+from ..studio.server import Studio
+from ..values.encoding import plain
+from ..values.numbers import range_of
+from ..values.quantities import Quantity, optional_ns
+from . import existing, forks, hosts, open_systems, programs, warm_restart
+from .clock import SystemTime
+from .operation import SystemCommands
+from .processes import processes_json
+from .processors import Processor
+from .realtime import EmbeddedSystem, RealTimeSystem
+from .repeated import MadeThings
+from .sources import Source, placement_json
+from .statistics import Fused
+from .svvs import SVV
+from .takeover import TakenOver, taken_over
+
+if TYPE_CHECKING:
+    from ..application.instances import VerbInstance
+    from ..definition.verbs import Verb
+
+R = TypeVar("R")
+D = TypeVar("D", bound=LogicalDevice)
+
+_logger = logging.getLogger("opengpac")
+
+
+@all_taking
+class System(SystemCommands, SystemTime, Declared):
+    """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
+
+    `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
+    chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
+    none yet nothing is restored. `adopt=True` looks for processors in processes of their own that have lost a system of this name:
+    what runs there goes on with `take_over()`. `progress=True` shows how far a call that waits has come, `False` never does; left out it is
+    shown at a terminal. A context manager: leaving it halts the actions, then disables the devices.
+
+    A cell of a notebook may be run again: a system that is made again is rebuilt where nothing runs in it; where something does, it is the
+    same one, and so are its processors, sources, physical devices, SVVs and arms, each asked for as before. Asked for otherwise it is
+    `InUse`, with what differs.
+
+    Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
+    `gpac.connect(url)` gives a system that others configured.
+
+    Raises `CallError` for another clock, `DefinitionError` for another interconnect, `FileFailed` for a `restore` that cannot be read,
+    and `InvalidState` for every call once it is closed.
+
+    >>> import opengpac as gpac
+    >>> with gpac.System("cell", clock="virtual") as cell:
+    ...     cell.advance("2 s")
+    ...     cell.now
+    2.0
+    """
+
+    _settable = frozenset({"closed", "progress"})
+
+    def __new__(cls, *given: Any, **named: Any) -> Self:
+        asked = _asked(given, named)
+        last = open_systems.running(asked.get("name"), asked)
+        return last if isinstance(last, cls) else super().__new__(cls)
+
+    def __init__(
+        self,
+        name: str,
+        clock: str = "monotonic",
+        *,
+        seed: int = 0,
+        interconnect: str | Mapping[str, Any] = "memory",
+        progress: bool | None = None,
+        restore: str | os.PathLike[str] | None = None,
+        adopt: bool = False,
+    ) -> None:
+        if "_given" in self.__dict__:
+            return
+        if clock not in ("monotonic", "virtual"):
+            refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
+        if not isinstance(name, str) or not name:
+            refuse(CallError, f"the name of a system is {name!r}", "give a name, for example 'cell'")
+        if "://" in name:
+            refuse(CallError, f"the name of a system is {name!r}, which is a URL", f"connect to the system there: gpac.connect({name!r})")
+        open_systems.close_last(name)
+        given = {"seed": seed, "interconnect": interconnect, "progress": progress, "restore": restore, "adopt": adopt}
+        virtual = clock == "virtual" or checking.active()
+        url = None if checking.active() else os.environ.get("OPENGPAC_SYSTEM")
+        if url:
+            session = opening.instead(url, name, virtual, interconnect)
+            self._begin(Remote(session), name, virtual, progress, session)
+        else:
+            link = {"kind": interconnect, "seed": seed} if interconnect == "message" else interconnect
+            carrier = {"kind": link} if isinstance(link, str) else dict(link)
+            options = {"seed": seed, "interconnect": carrier, "processes": processes_json(), "adopt": adopt}
+            with refusals:
+                native = EmbeddedSystem(name, "virtual" if virtual else clock, json.dumps(options))
+                self._begin(native, name, virtual, progress)
+        try:
+            if restore is not None:
+                self._restored = warm_restart.load(self, files.path_of(restore, "restore="))
+        except BaseException:
+            self.closed = True
+            with refusals:
+                self._native.close()
+            raise
+        self._given = _asked((name, clock), given)
+        open_systems.keep(self, name)
+        programs.made(self)
+
+    def _begin(self, native: RealTimeSystem, name: str, virtual: bool, progress: bool | None, session: Session | None = None) -> None:
+        self._native = native
+        self.name = name
+        self.virtual = virtual
+        self.progress = progress
+        self.session = session
+        """The session with a remote system: its name, who commands. None: the system is embedded in this process."""
+        self.closed = False
+        self.processors: dict[str, Processor] = {}
+        self.sources: dict[str, Source] = {}
+        self.devices: dict[str, LogicalDevice] = {}
+        self.physical_devices: dict[str, PhysicalDevice] = {}
+        self._svvs: dict[str, SVV[Any]] = {}
+        self._definitions = Definitions(native)
+        self._by_name = MadeThings()
+        self._given: dict[str, Any] = {}
+        self._rights_said = virtual
+        self._unguarded_said: set[str] = set()
+        self._restored: warm_restart.RestartContents | None = None
+        self._studio: Studio | None = None
+        self._offers_motions = False
+        forks.known(self)
+
+    # ---- configuration ----
+
+    def processor(
+        self,
+        name: str,
+        core: int | None = None,
+        *,
+        supervisor: bool = False,
+        process: bool | str = False,
+        host: str | None = None,
+        lost_after: Quantity | None = None,
+        patience: Quantity | None = None,
+    ) -> Processor:
+        """A real-time processor, on a core of its own where one is named. The first is the supervisor, unless another says so.
+
+        `process=True` runs it in a process of its own: whatever crashes there is `processor_lost` for the others. `process="cell-a"`
+        runs it in the process of that name, with every other processor that names it: what crashes there takes all of them, and
+        between them a value is on its way as between threads. `host` names a host that has joined the system. Under the virtual clock
+        all processors run in one thread, wherever they are to run.
+
+        `lost_after`: a process that stands still for so long is ended, its outputs safe; without it after 0.1 s where it is stopped
+        (SIGSTOP, a debugger), and 0.5 s of silence otherwise. A processor without a process is threads of this program: there the
+        outputs of devices that a guard can reach become safe, and the program is spared. `patience`: a supervisor that says nothing for
+        so long is lost to the process (40 s), and what goes on without one waits so long for the next (10 s).
+
+        Raises PlacementError for a named process and a host together, DefinitionError for a process whose name is none (letters, digits,
+        `-`, `_`, `.`, at most 64), InUse where that is another processor's own process, InvalidState where the process cannot be
+        started or is lost.
+        """
+        bounds = optional_ns(lost_after, "lost_after"), optional_ns(patience, "patience")
+        asked = {"core": core, "supervisor": supervisor, "process": process, "host": host, "lost_after": lost_after, "patience": patience}
+        if self._by_name.equal("processor", name, asked):
+            return self.processors[name]
+        with refusals:
+            self._alive().processor(name, core, supervisor, process, host, *bounds)
+        made = self.processors.setdefault(name, Processor(self, name, apart=bool(process or host)))
+        self._by_name.keep("processor", name, asked, made)
+        return made
+
+    def listen(
+        self,
+        endpoint: str,
+        name: str | None = None,
+        *,
+        authority: str | os.PathLike[str] | None = None,
+        certificate: str | os.PathLike[str] | None = None,
+        key: str | os.PathLike[str] | None = None,
+        token: str | None = None,
+        clock_limit: Quantity | None = None,
+    ) -> None:
+        """Lets other hosts join: `cell.listen("tcp/127.0.0.1:7447")`, there `opengpac join`, then `cell.processor("rtp2", host=…)`.
+
+        On a loopback address programs of the same user are let in, or, with a token, those that know it. Beyond this machine it must be
+        `tls/HOST:PORT`, with PEM files of an authority, a certificate and its key, or with a token that both sides know.
+        `endpoint` is the address to listen at, `name` what this host is called (its host name). `clock_limit` says how well the clocks
+        of the hosts are to agree; the log tells when they do not. Nothing under the virtual clock. Raises InvalidState where the
+        address is taken, or not secured as it needs.
+        """
+        given = hosts.options(
+            endpoint,
+            name or hosts.host_name(),
+            authority=None if authority is None else os.fspath(authority),
+            certificate=None if certificate is None else os.fspath(certificate),
+            key=None if key is None else os.fspath(key),
+            token=token,
+            clock_limit=clock_limit,
+        )
+        with refusals:
+            self._alive().listen(**given)
+
+    def take_over(self) -> TakenOver:
+        """Takes over what runs in processes that lost their system: it goes on as this one has it now, from where it is.
+
+        For a system made with `adopt=True`, when everything is there again: processors, sources, devices, verbs, and what keeps devices
+        going has been started. Until then nothing of this system reaches a device that runs there. Blocks of the same label and
+        face go on with their parameters, states and outputs; what was not started again ends. Where there is nothing to take over,
+        as under the virtual clock, the answer says so. Raises InvalidState where what ran must not go on.
+        """
+        with refusals:
+            return taken_over(self._alive().take_over())
+
+    def download(self, path: str | os.PathLike[str], name: str | None = None) -> Module:
+        """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module.
+
+        `path` is the file, `name` what the module is called (the file's name without its ending and `lib`). It is tried in a process of its
+        own first. Raises `ModuleError` with the first error of the compiler, or what else is wrong with the file.
+        """
+        file = str(Path(path).expanduser().absolute())
+        with refusals:
+            described = self._alive().download(file, name, sys.executable or None)
+        if note := described.get("note"):
+            warnings.warn(note, RuntimeWarning, stacklevel=2)
+        return Module(described, file, self)
+
+    def fuse(self, on: bool = True) -> Fused:
+        """Fuses blocks of C sources that stand behind each other, are always due together, and of which some read what others store.
+
+        Each group gets one entry, compiled from the sources as they were downloaded, so that values go from block to block in registers.
+        All that can be seen is as before, to the bit: values, numbers, conditions, faults of each block. It holds for what is installed,
+        and for what is installed later of the same blocks wired alike; for other ones call it again. Nothing stops meanwhile. `on=False`
+        undoes it.
+
+        Returns what is fused, and what is not and why; `cell.fused` has it later. Takes a second or so for each group, and can be
+        interrupted: what has been compiled stays.
+        """
+        while True:
+            with refusals:
+                told = Fused(self._alive().fuse(on))
+            if not told["waiting"]:
+                return told
+
+    def place(self, placement: Mapping[Any, Source]) -> None:
+        """Says where blocks run. `placement`: pattern → source, `{"move.planner": slow, "joint_servo.*": fast}`."""
+        placed = placement_json(placement)
+        with refusals:
+            self._alive().place(placed)
+
+    def svv(
+        self,
+        name: str,
+        type: Any = None,
+        *,
+        unit: str = "",
+        initial: Any = None,
+        history: int = 0,
+        within: tuple[float, float] | str | None = None,
+    ) -> SVV[Any]:
+        """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`; left
+        out it is `double`.
+
+        `unit` is text, `"rad"`; `initial` its first value, 0 where it is left out; `history` how many last values are kept, at most what
+        fits in 1 GiB. `within` is the range of what Python may store in it, `(0, 1)` or `"[0, inf)"`. Of a remote system a name
+        alone gives the SVV that is there. One that this program has made already is given again, with the value that it has, where it is
+        asked for equally; else it is `InUse`.
+        """
+        if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
+            return self._svv(name)
+        text, types = type_json("double" if type is None else type, f"SVV '{name}'")
+        value = None if initial is None else {"value": plain(initial, f"the initial value of SVV '{name}'")}
+        kept = whole(history, f"the history of SVV '{name}'", 0, 2**32 - 1)
+        ends = range_of(within, f"the range of SVV '{name}'")
+        asked = {"type": text, "types": types, "unit": unit, "initial": value, "history": kept, "within": ends}
+        there = self._by_name.thing("SVV", name)
+        if there is not None and not there._is_there():
+            self._by_name.forget("SVV", name)
+        if self._by_name.equal("SVV", name, asked):
+            return cast("SVV[Any]", there)
+        specification = {"type_text": text, "unit": unit, "initial": value, "history": kept, "within": ends, "types": types}
+        with refusals:
+            self._alive().svv(specification, name, here().json())
+        self._svvs.pop(name, None)
+        made = self._svv(name)
+        _ = made._asked  # From here on it stands for this one.
+        self._by_name.keep("SVV", name, asked, made)
+        return made
+
+    # ---- what is there ----
+
+    def instance(self, name: str, verb: Verb[..., R] | None = None) -> VerbInstance[R]:
+        """The verb instance of that name, made by any program: to be watched, waited for, halted, or started again.
+
+        With its `verb` reports and exceptions are those that it declares; without, `Report` and `Terminated`.
+        """
+        return existing.instance(self, name, verb)
+
+    def device(self, name: str, kind: type[D] = LogicalDevice) -> D:
+        """The logical device of that name, made by any program, as a device of the class `kind`; without one its members are those of its
+        type there.
+        """
+        return existing.device(self, name, kind)
+
+    def _say_rights(self) -> None:
+        """Says once, in one line, what real-time rights were not given; everything works all the same, only later."""
+        if self._rights_said:
+            return
+        self._rights_said = True
+        statistics = self.statistics
+        missing = [m for source in statistics["sources"].values() for m in source["rights_missing"]]
+        missing += statistics["supervisor_rights_missing"]
+        if missing:
+            _logger.warning("system '%s' runs with less than real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes what a warm restart gives back, `gpac.System(name, restore=path)`: tunable parameters and members declared with
+        `keep=True` of every logical device, and the alarms, which are history then.
+
+        Motion never survives: after a restart everything is disabled and nothing has started. The file is written whole or not at
+        all; the one before stays as `PATH.previous`.
+        """
+        warm_restart.save(self, files.path_of(path, "save()"))
+
+    @property
+    def left_over(self) -> list[str]:
+        """Contents of a restart file that could not be given back, in words."""
+        return [] if self._restored is None else [*self._restored.left_over]
+
+    def close(self) -> None:
+        """Halts the actions, disables the devices, stops the kernels. Idempotent.
+
+        Of a system that `gpac.connect` gave it ends the session only: what runs there goes on.
+        """
+        if not self.closed:
+            self.closed = True
+            open_systems.forget(self)
+            if self._studio is not None:
+                self._studio.stop()
+            with refusals:
+                self._native.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is not None:
+            self._abandon()
+        try:
+            if kind is None:
+                programs.left(self)
+        finally:
+            self.close()
+
+    def _abandon(self) -> None:
+        """Abandons a program that fails: it has not left in order, and what it started in a remote system follows its policy."""
+        if self.session is not None and not self.session.whole:
+            self.session.abandon()
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return f"system '{self.name}': closed"
+        names = self.names
+        listed = {what: [found] if isinstance(found, str) else found for what, found in names.items() if found}
+        parts = [f"{what.replace('_', ' ')}: {', '.join(_short(n) for n in found)}" for what, found in listed.items()]
+        clock = "virtual" if self.virtual else "monotonic"
+        return "\n  ".join([f"system '{self.name}' ({clock} clock, {self.now:.6g} s)", *parts])
+
+    def _left_behind(self, instead: forks.NotHere) -> None:
+        """This is a process that was forked from the system's: nothing of it is here."""
+        self._native = cast("RealTimeSystem", instead)
+        self.closed, self._studio = True, None
+        # To everybody else it can be read only.
+        object.__setattr__(self, "session", None)
+        open_systems.forget(self)
+
+    def _alive(self) -> RealTimeSystem:
+        if self.closed and not isinstance(self._native, forks.NotHere):
+            refuse(InvalidState, f"system '{self.name}' is closed", f"make it again: gpac.System('{self.name}')")
+        return self._native
+
+    def _there(self, kind: str, name: str) -> bool:
+        return name in self.names[kind]
+
+    def _svv(self, name: str) -> SVV[Any]:
+        """The SVV that has this name now."""
+        known = self._svvs.get(name)
+        if known is None or not known._is_there():
+            known = self._svvs[name] = SVV(self, name)
+        return known
+
+    def _enter_verb(self, verb: Any) -> None:
+        self._definitions.enter_verb(verb)
+
+    def _check_verb(self, verb: Any) -> None:
+        # A verb of this name may run just now: then its new definition is refused where it is used, not where it is written.
+        with contextlib.suppress(InUse):
+            self._enter_verb(verb)
+
+    def _running(self) -> list[str]:
+        if self.session is not None and self.session.lost:
+            return []
+        with refusals:
+            instances = self._native.statistics().get("instances", [])
+        return [i["name"] for i in instances if i.get("state") in ("queued", "running", "suspended")]
+
+
+def _short(name: Any) -> str:
+    return str(name.get("name", name)) if isinstance(name, dict) else str(name)
+
+
+def _asked(given: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of a new system by name, also those that are left out; empty where they are not those of one."""
+    try:
+        bound = inspect.signature(System.__init__).bind(None, *given, **named)
+    except TypeError:
+        return {}
+    bound.apply_defaults()
+    return {name: value for name, value in bound.arguments.items() if name != "self"}

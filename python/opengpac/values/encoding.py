@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values between Python and the real-time system: scalars are `int`, `float`, `bool`; arrays are NumPy arrays; structs are
+records of a structured dtype."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..errors import ValueRefused, refuse
+from .numbers import number, rows
+
+_SCALARS = {
+    "double": "<f8", "float": "<f4", "bool": "?",
+    "int8_t": "<i1", "int16_t": "<i2", "int32_t": "<i4", "int64_t": "<i8",
+    "uint8_t": "<u1", "uint16_t": "<u2", "uint32_t": "<u4", "uint64_t": "<u8",
+}  # fmt: skip
+
+
+def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
+    """The dtype of a C type, given as the model's tree.
+
+    >>> dtype_of({"scalar": "double"})
+    dtype('float64')
+    >>> dtype_of({"array": [{"scalar": "float"}, 3]})
+    dtype(('<f4', (3,)))
+    """
+    if "scalar" in tree:
+        return np.dtype(_SCALARS[tree["scalar"]])
+    if "array" in tree:
+        element, count = tree["array"]
+        return np.dtype((dtype_of(element), (count,)))
+    fields = tree["struct"]
+    return np.dtype(
+        {
+            "names": [f[0] for f in fields],
+            "formats": [dtype_of(f[1]) for f in fields],
+            "offsets": [f[2] for f in fields],
+            "itemsize": tree["size"],
+        }
+    )
+
+
+def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
+    """The Python value of an object's bytes."""
+    base, shape = dtype, ()
+    while base.subdtype is not None:
+        # An array of arrays is one array of more dimensions.
+        base, shape = base.subdtype[0], (*shape, *base.subdtype[1])
+    array = np.frombuffer(data, dtype=base).reshape(shape).copy()
+    if shape:
+        return array
+    return array[()] if base.names else array.item()
+
+
+def plain(value: Any, what: str = "the value") -> Any:
+    """The JSON form of a value: numbers, text, lists and dictionaries. `what` it is the value of, for a refusal.
+
+    >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
+    ([1.0, 2.0], [1, True], '20 ms')
+    """
+    value = number(value)
+    if isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            refuse(ValueRefused, f"{what} {value} is not a finite number")
+        return value
+    if isinstance(value, np.void) and value.dtype.names:
+        return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names}
+    if isinstance(value, np.ndarray) and value.dtype == float and value.ndim and np.isfinite(value).all():
+        # A table of thousands of numbers, number by number, takes half a second.
+        return value.tolist()
+    if isinstance(value, np.ndarray) and value.dtype.names is not None:
+        return plain(value[()], what) if value.ndim == 0 else [plain(v, what) for v in value]
+    listed = rows(value)
+    if listed is not value:
+        return plain(listed, what)
+    if isinstance(value, Mapping):
+        return {str(name): plain(v, f"{what}: '{name}'") for name, v in value.items()}
+    if isinstance(value, Iterable):
+        return [plain(v, what) for v in value]
+    remedy = "give numbers, text with a unit, sequences, dictionaries or NumPy arrays"
+    refuse(ValueRefused, f"{what} is {value!r}, which is not a value", remedy)
+
+
+def to_json(value: Any, what: str = "the value") -> str:
+    """The JSON text of a value. `what` it is the value of, for a refusal."""
+    return json.dumps(plain(value, what))
+
+
+def lively(value: Any) -> Any:
+    """Returns the Python form of a value in JSON: a list of numbers is an array.
+
+    >>> lively([1.0, 2.0])
+    array([1., 2.])
+    """
+    if isinstance(value, list):
+        if value and all(isinstance(v, int | float) for v in value):
+            return np.array(value)
+        if value and all(isinstance(v, list) for v in value):
+            return np.array(value)
+        return [lively(v) for v in value]
+    if isinstance(value, dict):
+        return {name: lively(v) for name, v in value.items()}
+    return value

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes plain numbers of those of NumPy, pandas, PyTorch, JAX, `decimal` and `fractions`: each is taken wherever a number is.
+
+Nothing of those libraries is loaded here: the process of a driver needs none of them.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from numbers import Real
+from typing import Any
+
+from ..errors import CallError, refuse
+
+_PLAIN = (bool, int, float, str, type(None))
+
+
+def number(value: Any) -> Any:
+    """The number of Python that `value` is; anything that is no single number comes back as it is.
+
+    A number is one of NumPy of any width, an array or a tensor without dimensions, a `Decimal` or a `Fraction`.
+
+    >>> import numpy as np
+    >>> from fractions import Fraction
+    >>> number(np.int64(3)), number(np.array(0.5)), number(np.longdouble(2)), number(Fraction(1, 4)), number([1])
+    (3, 0.5, 2.0, 0.25, [1])
+    """
+    if type(value) in _PLAIN:
+        return value
+    # NumPy's scalars, and tensors of other libraries.
+    if getattr(value, "ndim", None) == 0 and callable(getattr(value, "item", None)):
+        inner = value.item()
+        if type(inner) in _PLAIN:
+            return inner
+        # An item of the widest numbers of NumPy is such a number again.
+        return float(inner) if isinstance(inner, Real) else value
+    return float(value) if isinstance(value, Decimal | Real) and not isinstance(value, int | float) else value
+
+
+def rows(value: Any) -> Any:
+    """Returns an object with dimensions as lists of numbers: an array, a tensor, a table of pandas; anything else as it is."""
+    if getattr(value, "ndim", 0) > 0:
+        if callable(getattr(value, "tolist", None)):
+            return value.tolist()
+        if callable(getattr(value, "to_numpy", None)):
+            return value.to_numpy().tolist()
+    return value
+
+
+def range_of(given: Any, what: str) -> str | list[float | str] | None:
+    """A range as the model takes it: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. Without a range it returns None."""
+    if given is None or isinstance(given, str):
+        return given
+    listed = rows(given)
+    ends = [number(end) for end in listed] if isinstance(listed, list | tuple) else []
+    if len(ends) == 2 and all(isinstance(end, str) or (is_number(end) and math.isfinite(end)) for end in ends):
+        return [end if isinstance(end, str) else float(end) for end in ends]
+    remedy = 'give its two ends, finite numbers: within=(0, 1), or a text: within="[0, inf)"'
+    refuse(CallError, f"{what} is {repr(given)[:80]}", remedy)
+
+
+def is_number(value: Any) -> bool:
+    """Returns whether it is a plain number. Truth values are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Quantities: plain numbers in SI units, or text with a unit, `"20 ms"`. Text goes to the core as it is written, which knows units."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .. import _native
+from ..errors import ValueRefused, refusals, refuse
+from .numbers import number
+
+Quantity: TypeAlias = float | int | str
+"""A number in SI units or text such as `"20 ms"`, `"90 deg"`, `"0.5 rad/s"`."""
+
+
+def is_duration(text: str) -> bool:
+    """Returns whether the text reads as a time, `"20 ms"`.
+
+    >>> is_duration("20 ms"), is_duration("near.done")
+    (True, False)
+    """
+    try:
+        _native.number_in(text, "s")
+    except (_native.Refused, UnicodeEncodeError):
+        return False
+    return not text.strip()[-1:].isdigit()
+
+
+def duration_ns(duration: Quantity, what: str = "the duration") -> int:
+    """Whole nanoseconds of a duration: a number of seconds, `"20 ms"`, or the period of a rate, `"1 kHz"`.
+
+    >>> duration_ns("20 ms"), duration_ns(0.5), duration_ns("1 kHz")
+    (20000000, 500000000, 1000000)
+    """
+    if isinstance(duration, str):
+        with refusals:
+            return _native.duration_ns(duration, what)
+    duration = number(duration)
+    if isinstance(duration, bool) or not isinstance(duration, int | float):
+        refuse(ValueRefused, f"{what} {duration!r} is not a time", "write for example '20 ms', or a number of seconds")
+    ns = float(duration) * 1e9
+    if not abs(ns) < 2**63:
+        refuse(ValueRefused, f"{what} {duration!r} is out of range")
+    return round(ns)
+
+
+def optional_ns(duration: Quantity | None, what: str) -> int | None:
+    """Returns as `duration_ns`, and nothing for nothing."""
+    return None if duration is None else duration_ns(duration, what)
+
+
+_SIZES = {"B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30, "TiB": 2**40}
+
+
+def size_bytes(size: int | str, what: str = "the size") -> int:
+    """Whole bytes of a size: a number of bytes, or text with a unit, `"500 MB"` or `"2 GiB"`.
+
+    >>> size_bytes("500 MB"), size_bytes("2 GiB"), size_bytes(1_000_000)
+    (500000000, 2147483648, 1000000)
+    """
+    remedy = "write for example '500 MB' or '2 GiB', or a number of bytes"
+    found = re.fullmatch(r"\s*(\d+(?:\.\d*)?)\s*([A-Za-z]+)\s*", size) if isinstance(size, str) else None
+    if found and found[2] in _SIZES:
+        return round(float(found[1]) * _SIZES[found[2]])
+    if found:
+        remedy = f"units of sizes are {', '.join(_SIZES)}"
+    count = None if isinstance(size, str | bool) else number(size)
+    if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count < 2**63:
+        refuse(ValueRefused, f"{what} {size!r} is not a size", remedy)
+    return count
+
+
+def unknown_unit(unit: str) -> str | None:
+    """Returns None if a unit of a port is known (`"rad|m"` is either, one with `=` before it that of another item), else what to write.
+
+    >>> unknown_unit("N.m"), unknown_unit("Nm")
+    (None, "did you mean 'N.m'?")
+    """
+    if unit.startswith("="):
+        return None
+    for one in unit.split("|"):
+        try:
+            _native.number_in(f"1 {one}", "rad")
+        except _native.Refused as refused:
+            found = json.loads(str(refused))[0]
+            if found["class"] == "ValueRefused":
+                return found["remedy"]
+        except UnicodeEncodeError:
+            return "write a unit that is known"
+    return None
+
+
+def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
+    """The `angles`, in degrees, as rad: a number gives a number, a sequence an array.
+
+    >>> deg(180.0)
+    3.141592653589793
+    >>> deg([0, 90]).round(4)
+    array([0.    , 1.5708])
+    """
+    try:
+        radians = np.deg2rad(np.asarray(angles, dtype=float))
+    except (TypeError, ValueError):
+        refuse(ValueRefused, f"gpac.deg() is given {str(angles)[:80]!r}", "give a number or a list of numbers")
+    return float(radians) if radians.ndim == 0 else radians
+
+
+def duration_text(ns: float, digits: int = 6) -> str:
+    """A duration in the largest unit of which it is one or more, rounded to so many digits.
+
+    >>> duration_text(20_000_000), duration_text(1_234_567, digits=3)
+    ('20 ms', '1.23 ms')
+    """
+    for unit, size in (("s", 1e9), ("ms", 1e6), ("us", 1e3)):
+        if ns >= size:
+            shown = f"{ns / size:.{digits}g}"
+            return f"{ns / size:.0f} {unit}" if "e" in shown else f"{shown} {unit}"
+    return f"{ns:.0f} ns"
