@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from opengpac import cli
-from opengpac.cli import doctor
+from opengpac import doctor
 
 
 def machine(root: Path, **texts: str) -> Path:

@@ -58,7 +58,7 @@ def used(module: str, source: str) -> set[str]:
 
 def test_no_module_imports_itself_by_way_of_others() -> None:
     above = {module: used(module, file.read_text()) for module, file in MODULES.items()}
-    assert len(above) > 100 and above["opengpac.verbs"] >= {"opengpac.blocks", "opengpac.instances"}
+    assert len(above) > 100 and above["opengpac.definition.verbs"] >= {"opengpac.definition.blocks", "opengpac.application.instances"}
     try:
         TopologicalSorter(above).prepare()
     except CycleError as error:
@@ -66,8 +66,8 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
 
 
 def test_an_import_within_a_function_is_seen_and_one_for_types_is_not() -> None:
-    source = "if TYPE_CHECKING:\n    from .system import System\ndef f():\n    from . import _native, verbs\n    from .top import board\n"
-    assert used("opengpac.blocks", source) == {"opengpac.verbs", "opengpac.top.board"}
+    source = "if TYPE_CHECKING:\n    from ..system.system import System\ndef f():\n    from .. import _native\n    from . import verbs\n    from ..top import board\n"
+    assert used("opengpac.definition.blocks", source) == {"opengpac.definition.verbs", "opengpac.top.board"}
 
 
 def printed(program: str, *words: str) -> str:
@@ -82,7 +82,7 @@ PROCESS = "opengpac.driver.process"
 def test_the_process_of_a_driver_loads_neither_the_public_names_nor_numpy() -> None:
     loaded = printed("import sys, opengpac.driver.process; print(*sys.modules)", PROCESS).split()
     assert {"opengpac.driver", "opengpac._native"} <= {*loaded}
-    assert not {"opengpac.face", "opengpac.system", "numpy", "asyncio", "tomlkit"} & {*loaded}
+    assert not {"opengpac.public", "opengpac.system.system", "numpy", "asyncio", "tomlkit"} & {*loaded}
 
 
 @pytest.mark.parametrize("words", [(), (PROCESS,)], ids=["a program", "a driver"])
@@ -91,7 +91,7 @@ def test_every_public_name_is_there(words: tuple[str, ...]) -> None:
     assert printed(program, *words).split() == public.__all__
     assert printed("from opengpac import *; print(System.__name__, deg(180), cell.__name__)", *words) == f"System {math.pi} opengpac.cell"
     assert printed("from opengpac.robots import load; import opengpac; print(opengpac.Verb.then.__name__)", *words) == "then"
-    assert printed("import opengpac; print(opengpac.quantities.deg(180))", *words) == str(math.pi)
+    assert printed("import opengpac; print(opengpac.recordings.__name__)", *words) == "opengpac.recordings"
     refused = printed("import opengpac\ntry:\n    opengpac.sistem\nexcept AttributeError as error:\n    print(error)", *words)
     assert refused == "module 'opengpac' has no attribute 'sistem'"
 

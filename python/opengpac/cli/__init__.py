@@ -15,7 +15,7 @@ from collections.abc import Sequence, Sized
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .. import _native, library, top
+from .. import _native, doctor, library, top
 from ..drivers import beginning, conformance
 from ..errors import Error, InstallationErrors, refusals, several
 from ..recordings import replay
@@ -23,7 +23,7 @@ from ..refusals import tracebacks
 from ..refusals.source_location import Place, here
 from ..studio import server
 from ..system import hosts, programs
-from . import daemon, docs, doctor, drivers, plots, robots
+from . import daemon, docs, drivers, plots, robots
 
 if TYPE_CHECKING:
     from ..checking import Findings

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from ..system.system import System
+from .system.system import System
 
 _STEP_S = 0.25
 _PRIORITY = 80
