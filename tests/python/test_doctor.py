@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from opengpac import cli
-from opengpac import doctor
+from opengpac import cli, doctor
 
 
 def machine(root: Path, **texts: str) -> Path:

@@ -66,7 +66,10 @@ def test_no_module_imports_itself_by_way_of_others() -> None:
 
 
 def test_an_import_within_a_function_is_seen_and_one_for_types_is_not() -> None:
-    source = "if TYPE_CHECKING:\n    from ..system.system import System\ndef f():\n    from .. import _native\n    from . import verbs\n    from ..top import board\n"
+    source = (
+        "if TYPE_CHECKING:\n    from ..system.system import System\n"
+        "def f():\n    from .. import _native\n    from . import verbs\n    from ..top import board\n"
+    )
     assert used("opengpac.definition.blocks", source) == {"opengpac.definition.verbs", "opengpac.top.board"}
 
 
