@@ -256,7 +256,7 @@ def test_a_block_that_forks_is_a_fault_and_leaves_no_process(where: str, tmp_pat
     assert ran.returncode == 0, ran.stderr
 
 
-KINDS = [kind for kind in vars(gpac).values() if isinstance(kind, type) and issubclass(kind, gpac.Error)]
+KINDS = [kind for kind in vars(gpac.errors).values() if isinstance(kind, type) and issubclass(kind, gpac.Error)]
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -82,6 +82,32 @@ PROCESS = "opengpac.driver.process"
 """With this word a process is that of a driver in Python."""
 
 
+def test_a_program_loads_what_it_uses_and_no_more() -> None:
+    """Half of a second of a thousand short programs is what each of them loads without using it."""
+    loaded = printed("import sys, opengpac; print(*sys.modules)").split()
+    assert not {"opengpac.system.system", "opengpac.definition.blocks", "numpy"} & {*loaded}
+    loaded = printed("import sys, opengpac as gpac; gpac.System('cell', clock='virtual').close(); print(*sys.modules)").split()
+    unused = {"asyncio", "http.client", "tomlkit", "importlib.metadata", "opengpac.fmi", "opengpac.python", "opengpac.recordings"}
+    assert not unused & {*loaded}
+
+
+def test_a_verb_can_be_chained_before_anything_of_composition_was_used() -> None:
+    program = """
+from opengpac import Verb, activate, library
+hold = Verb("hold", blocks={"k": library.gain(u=1.0)}, command_lists={"start": [activate("k")]})
+print(*(hold >> hold).parts)
+"""
+    assert printed(program) == "hold hold_2"
+
+
+def test_the_table_of_public_names_is_what_editors_read() -> None:
+    tree = ast.parse(MODULES["opengpac.public"].read_text())
+    (guarded,) = [node for node in tree.body if isinstance(node, ast.If)]
+    read = {alias.name: node.module for node in guarded.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert {name: module for name, module in read.items() if module} == public.homes()
+    assert sorted(read) == sorted(public.__all__)
+
+
 def test_the_process_of_a_driver_loads_neither_the_public_names_nor_numpy() -> None:
     loaded = printed("import sys, opengpac.driver.process; print(*sys.modules)", PROCESS).split()
     assert {"opengpac.driver", "opengpac._native"} <= {*loaded}

@@ -169,7 +169,10 @@ class VerbInstance(Shown, Declared, Generic[R]):
 
     def __await__(self) -> Generator[Any, None, R]:
         """Waits without holding the event loop; cancelling the task that waits halts it."""
-        return waiting.wait_async(self).__await__()
+        # An event loop is an eighth of the start of a program that has none.
+        from .awaiting import wait_async
+
+        return wait_async(self).__await__()
 
     def __enter__(self) -> Self:
         return self

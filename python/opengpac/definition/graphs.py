@@ -10,14 +10,13 @@ from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any
 
 from ..errors import DefinitionError, UnknownName, did_you_mean, refuse
-from ..pictures import PictureOwner, graph_svg
+from ..pictures import PictureOwner
 from ..refusals.argument_types import all_taking, taking, whole
 from ..refusals.source_location import Place, here
 from ..values.tables import CallSignature, identifiers
 from . import graph_trial
 from .blocks import Block, Blocks, BlockUse, FunctionBlock, Item, Occurrence, mapping_of, systems_of, use_of, uses_of
 from .entering import check_graph
-from .files import saving
 from .graph_interface import GraphPort, items_of
 
 if TYPE_CHECKING:
@@ -96,6 +95,8 @@ class Graph(PictureOwner, FunctionBlock):
 
         `layout`, the positions of its boxes as an editor draws them, is written as it is.
         """
+        from .files import saving
+
         saving.save(path, self)
 
     def _ports(self, mapping: Mapping[str, list[str]]) -> dict[str, GraphPort]:
@@ -200,6 +201,8 @@ class Graph(PictureOwner, FunctionBlock):
 
         A notebook shows it by itself. Dashed wires are asynchronous, dotted ones go by ratio.
         """
+        from ..pictures.flow import graph_svg
+
         return graph_svg(self)
 
     def source_json(self) -> dict[str, Any]:

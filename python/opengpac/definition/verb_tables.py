@@ -9,7 +9,7 @@ from inspect import Signature
 from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import Terminated
-from ..pictures import PictureOwner, verb_svg
+from ..pictures import PictureOwner
 from .conditions import Termination
 
 if TYPE_CHECKING:
@@ -74,6 +74,8 @@ class VerbTables(PictureOwner):
 
     def svg(self) -> str:
         """Its picture as SVG: command lists as states, transitions with their conditions, and the ends. A notebook shows it by itself."""
+        from ..pictures.states import verb_svg
+
         return verb_svg(cast("Verb[..., Any]", self))
 
     def __repr__(self) -> str:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import functools
+import importlib
 import inspect
 import json
 import os
@@ -28,7 +29,6 @@ from .blocks import Block, Blocks, mapping_of, modules_of, names_of, systems_of,
 from .commands import checked
 from .conditions import on, termination_of
 from .demands import check_rates, interpreted
-from .files import saving
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
 from .signatures import arguments_signature, call_signature, inputs_signature
@@ -95,8 +95,8 @@ class Verb(VerbTables, Declared, Generic[P, R]):
     _definition_kind = "verbs"
     """What it is in a file of definitions."""
 
-    _chain: ClassVar[Callable[[Verb[..., Any], str | None, Verb[..., Any], str | None], ComposedVerb]]
-    """What `then` does: `composition`, which stands above this, gives it."""
+    _chain: ClassVar[Callable[[Verb[..., Any], str | None, Verb[..., Any], str | None], ComposedVerb] | None] = None
+    """What `then` does: `composition`, which stands above this, gives it when it is loaded."""
 
     _settable = frozenset({"layout"})
 
@@ -264,6 +264,9 @@ class Verb(VerbTables, Declared, Generic[P, R]):
         `approach.then("contact", grasp)` goes on in the firing in which the contact is reported, without Python. It can be chained;
         `gpac.compose("pick", approach.then("contact", grasp))` gives the whole a name. `label` is that of the part, else its verb's name.
         """
+        if Verb._chain is None:
+            importlib.import_module(f"{__package__}.composition")
+        assert Verb._chain is not None, "composition gives it"
         return Verb._chain(self, condition, following, label)
 
     def __rshift__(self, following: Verb[..., Any]) -> ComposedVerb:
@@ -280,6 +283,8 @@ class Verb(VerbTables, Declared, Generic[P, R]):
 
         `layout`, the positions of its boxes and lists as an editor draws them, is written as it is.
         """
+        from .files import saving
+
         saving.save(path, self)
 
     def _defined_at(self) -> Place:

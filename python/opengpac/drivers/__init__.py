@@ -4,7 +4,6 @@
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from ..fmi.device import fmu
 from .canopen import canopen
 from .catalog import Found, Manual, Manuals, list, manuals, scan, show
 from .driver import UNLIMITED as UNLIMITED
@@ -19,6 +18,7 @@ from .text import text
 from .ur import ur
 
 if TYPE_CHECKING:
+    from ..fmi.device import fmu
     from . import fake as fake
 
 __all__ = [
@@ -51,7 +51,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Counterparts for tests are loaded when they are asked for: a program that drives a machine does without them."""
+    """Loads FMUs and the counterparts for tests when they are asked for: a program that drives a machine does without them."""
     if name == "fake":
         return importlib.import_module(".fake", __name__)
+    if name == "fmu":
+        return importlib.import_module("..fmi.device", __name__).fmu
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

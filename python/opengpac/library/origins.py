@@ -14,10 +14,9 @@ import pkgutil
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import _native
 from ..definition.blocks import Block
@@ -25,6 +24,9 @@ from ..definition.entering import without_system
 from ..errors import Error, refusals
 from ..storage.files import is_source
 from .components import Component, Problem, block_component, members
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "opengpac.components"
 """The entry point group by which a package adds its components."""
@@ -56,6 +58,8 @@ def standard() -> Iterator[Entry]:
 
 def of_packages() -> Iterator[Entry]:
     """Yields what installed packages add through the entry point group."""
+    from importlib.metadata import entry_points
+
     points = {(point.name, point.value): point for point in entry_points(group=GROUP)}
     for _, point in sorted(points.items()):
         yield from of_entry_point(point)

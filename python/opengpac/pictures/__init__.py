@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of definitions as SVG: `graph.svg()`, `verb.svg()`, and what a notebook shows of them."""
+"""Pictures of definitions as SVG: `graph.svg()` in `flow.py`, `verb.svg()` in `states.py`; a notebook shows them by itself."""
 
 from __future__ import annotations
 
@@ -8,10 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from ..storage import files
-from .flow import graph_svg
-from .states import verb_svg
-
-__all__ = ["PictureOwner", "graph_svg", "verb_svg"]
 
 
 class PictureOwner:

@@ -128,33 +128,41 @@ def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwarg
         refuse(CallError, f"{call}(): {error}", f"call it as {call}({names})")
 
 
+class _Rules:
+    """Rules of a call's arguments, laid out once, at its first call: binding a signature in each call costs ten times as much."""
+
+    def __init__(self, call: Callable[..., Any]) -> None:
+        self.signature = inspect.signature(call)
+        parameters = self.signature.parameters
+        rules = {name: rule for name, parameter in parameters.items() if (rule := _rule(name, parameter)) is not None}
+        self.ordered = [name for name, p in parameters.items() if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
+        self.known = {name for name, p in parameters.items() if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD)}
+        self.required = {name for name in (*self.ordered, *self.known) if parameters[name].default is inspect.Parameter.empty}
+        self.by_place = [rules.get(name) for name in self.ordered]
+        self.by_name = {name: rule for name, rule in rules.items() if name in self.known}
+        module = call.__module__.rpartition(".")[2]
+        self.kind = DefinitionError if module in _DEFINING or call.__qualname__ == "Verb.__init__" else CallError
+        self.title = call.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+
+
 def taking(call: Callable[P, R]) -> Callable[P, R]:
     """Returns a call that looks at what it is given before it begins."""
-    signature = inspect.signature(call)
-    parameters = signature.parameters
-    rules = {name: rule for name, parameter in parameters.items() if (rule := _rule(name, parameter)) is not None}
-    # What is asked in each call is laid out here once: binding a signature anew costs ten times as much.
-    ordered = [name for name, p in parameters.items() if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
-    known = {name for name, p in parameters.items() if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD)}
-    required = {name for name in (*ordered, *known) if parameters[name].default is inspect.Parameter.empty}
-    by_place = [rules.get(name) for name in ordered]
-    by_name = {name: rule for name, rule in rules.items() if name in known}
-    module = call.__module__.rpartition(".")[2]
-    kind = DefinitionError if module in _DEFINING or call.__qualname__ == "Verb.__init__" else CallError
-    title = call.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    rules: _Rules | None = None
 
     @functools.wraps(call)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
-        placed = ordered[: len(args)]
-        fits = kwargs.keys() <= known and kwargs.keys().isdisjoint(placed) and len(args) <= len(ordered)
-        if not (fits and required <= {*placed, *kwargs}):
-            _unbound(title, signature, args, kwargs)
-        for place, rule in enumerate(by_place[: len(args)]):
-            if rule is not None and (value := rule(args[place], title, kind)) is not args[place]:
+        nonlocal rules
+        of = rules = rules or _Rules(call)
+        placed = of.ordered[: len(args)]
+        fits = kwargs.keys() <= of.known and kwargs.keys().isdisjoint(placed) and len(args) <= len(of.ordered)
+        if not (fits and of.required <= {*placed, *kwargs}):
+            _unbound(of.title, of.signature, args, kwargs)
+        for place, rule in enumerate(of.by_place[: len(args)]):
+            if rule is not None and (value := rule(args[place], of.title, of.kind)) is not args[place]:
                 args = (*args[:place], value, *args[place + 1 :])  # pyright: ignore[reportAssignmentType]
         for name in kwargs:
-            if name in by_name:
-                kwargs[name] = by_name[name](kwargs[name], title, kind)
+            if name in of.by_name:
+                kwargs[name] = of.by_name[name](kwargs[name], of.title, of.kind)
         return call(*args, **kwargs)
 
     return checked

@@ -11,10 +11,9 @@ from urllib.parse import urlsplit
 from ..application.reports import Report
 from ..devices.physical import Channel
 from ..errors import CallError, InvalidState, refusals, refuse
-from ..recordings.recording import Recording, begin
 from ..refusals.argument_types import all_taking
 from ..storage import files
-from ..studio import offered_motions, server
+from ..studio import offered_motions
 from ..values.quantities import Quantity, duration_ns
 from ..values.tables import Shown, Table, Tables
 from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
@@ -23,7 +22,9 @@ from .statistics import Fused, Log, Names, Statistics
 from .svvs import SVV, Snapshot, snapshot
 
 if TYPE_CHECKING:
+    from ..recordings.recording import Recording
     from ..remote.session import Session
+    from ..studio.server import Studio
     from .realtime import RealTimeSystem
     from .system import System
 
@@ -35,7 +36,7 @@ class SystemObservation(Shown):
     name: str
     closed: bool
     session: Session | None
-    _studio: server.Studio | None
+    _studio: Studio | None
     _native: RealTimeSystem
     _alive: Callable[[], RealTimeSystem]
 
@@ -114,6 +115,8 @@ class SystemObservation(Shown):
         small one a twentieth: then the oldest files go where `keep=` is given, else it ends.
         Of a remote system `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
         """
+        from ..recordings.recording import begin
+
         return begin(self, path, svvs, cells=cells, replay=replay, split=split, keep=keep)
 
     def block_times(self, source: Source | None = None, *, during: Quantity = "60 s") -> Table:
@@ -138,7 +141,7 @@ class SystemObservation(Shown):
 
     def studio(
         self, port: int = 0, role: str = "operate", *, edit: bool = False, open: bool = False, audit: str | os.PathLike[str] | None = None
-    ) -> server.Studio:
+    ) -> Studio:
         """The page that shows this system in a browser: `cell.studio().url` is its address, with a token of this run.
 
         It is served on 127.0.0.1 by threads of the core, at any free port where none is named; Python may be busy. `role` is what the
@@ -152,6 +155,8 @@ class SystemObservation(Shown):
         role = "configure" if edit and role == "operate" else role
         if edit and role != "configure":
             refuse(CallError, f"the studio is to edit, and its role is {role!r}", "leave role out, or edit=True")
+        from ..studio import server
+
         there = self._studio
         if there is None or there.closed:
             self._alive()
@@ -167,7 +172,7 @@ class SystemObservation(Shown):
             there.open()
         return there
 
-    def _served(self, page: server.Studio) -> server.Studio:
+    def _served(self, page: Studio) -> Studio:
         self._studio = page
         if page.role is not None:
             offered_motions.offer(self, page.role)

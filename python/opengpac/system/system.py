@@ -23,11 +23,7 @@ from ..errors import CallError, InUse, InvalidState, refusals, refuse
 from ..refusals.argument_types import all_taking, whole
 from ..refusals.declared_names import Declared
 from ..refusals.source_location import here
-from ..remote import opening
-from ..remote.calls import Remote
-from ..remote.session import Session
 from ..storage import files
-from ..studio.server import Studio
 from ..values.encoding import plain
 from ..values.numbers import range_of
 from ..values.quantities import Quantity, optional_ns
@@ -46,6 +42,8 @@ from .takeover import TakenOver, taken_over
 if TYPE_CHECKING:
     from ..application.instances import VerbInstance
     from ..definition.verbs import Verb
+    from ..remote.session import Session
+    from ..studio.server import Studio
 
 R = TypeVar("R")
 D = TypeVar("D", bound=LogicalDevice)
@@ -111,6 +109,9 @@ class System(SystemCommands, SystemTime, Declared):
         virtual = clock == "virtual" or checking.active()
         url = None if checking.active() else os.environ.get("OPENGPAC_SYSTEM")
         if url:
+            from ..remote import opening
+            from ..remote.calls import Remote
+
             session = opening.instead(url, name, virtual, interconnect)
             self._begin(Remote(session), name, virtual, progress, session)
         else:

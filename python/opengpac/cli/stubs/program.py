@@ -23,7 +23,7 @@ from typing import Any as _Any, Never as _Never
 import numpy as _np
 
 import opengpac as _gpac
-from opengpac.trial import Trial as _Trial
+from opengpac.definition.block_trial import Trial as _Trial
 
 """
 
