@@ -133,7 +133,7 @@ def test_a_drive_that_does_not_tell_its_motor_is_kept_going_and_the_message_says
 def test_a_part_that_takes_neither_is_refused() -> None:
     line = drive(command="position")
     part = line["x"]
-    assert isinstance(part, gpac.physical.Part)
+    assert isinstance(part, gpac.Part)
     del line.channels["x.goal"]
     with pytest.raises(gpac.CallError, match=r"needs channel 'goal' of part 'line.x', whose written channels are none; give a part that"):
         gpac.robots.Joint("j", drive=part)

@@ -14,7 +14,10 @@ from typing import Any
 
 from .. import _native
 from ..values.numbers import number
-from . import NOTHING_NEW, Channel, Counter, Driver, about, channels_of, handover, place_of, services_of, the_driver
+from . import handover
+from .base import Driver, channels_of, place_of
+from .manual import about, services_of, the_driver
+from .members import NOTHING_NEW, Channel, Counter
 
 _Placed = tuple[Channel, int, dict[str, Any], str]
 """A channel, where it lies in its group, and where its value is on the object."""

@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from .. import _native
-from .. import driver as written
+from ..driver.base import Driver
+from ..driver.manual import about as declaration
+from ..driver.manual import scanned
 from ..driver.process import loaded
 from ..errors import CallError, DeviceFailed, Error, UnknownName, did_you_mean, refusals, refuse
 from ..values.quantities import duration_text
@@ -154,7 +156,7 @@ def _is_class(source: str) -> bool:
     return source.endswith(".py") or (":" in source and os.sep not in source)
 
 
-def _class_of(source: str) -> type[written.Driver]:
+def _class_of(source: str) -> type[Driver]:
     given = where(source, None)
     try:
         return loaded(given.get("path"), given.get("module"), given.get("class"))
@@ -168,7 +170,7 @@ def _of_class(source: str, general: Mapping[str, Any]) -> Manual:
     """The manual of a driver in Python: what its class declares, and what holds for all of them."""
     made = _class_of(source)
     beside = [option for option in general["options"] if option["name"] in ("period_ns", "age_max_ns", "timeout_ns")]
-    about = written.about(made)
+    about = declaration(made)
     return Manual({**general, **about, "kind": made.__name__, "options": [*about["options"], *beside]}, source)
 
 
@@ -184,7 +186,7 @@ def scan(kind: str | None = None, **options: Any) -> Found:
 def _in_file(source: str, options: Mapping[str, Any]) -> Found:
     if _is_class(source):
         made = _class_of(source)
-        return Found([{"driver": made.__name__, **device} for device in written.scanned(made, options)], {})
+        return Found([{"driver": made.__name__, **device} for device in scanned(made, options)], {})
     declared = [*load(source).manuals]
     looking = [(kind, about) for kind, about in declared if about["scans"]] or declared[:1]
     return Found([{"driver": about["kind"], **device} for kind, about in looking for device in _here(kind, options)], {})

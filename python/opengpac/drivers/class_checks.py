@@ -21,7 +21,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ..driver import Channel, channels_of, place_of
+from ..driver.base import channels_of, place_of
+from ..driver.members import Channel
 from ..driver.process import Exchange
 
 SENTENCES = {

@@ -165,7 +165,7 @@ def test_lines_of_json_are_found(tmp_path: Path) -> None:
 def test_nothing_of_a_file_is_executed(tmp_path: Path) -> None:
     (tmp_path / "trap.py").write_text("raise SystemExit('executed')\n")
     path = tmp_path / "file.toml"
-    for name in ("trap:Thing", "opengpac.cli:main", "opengpac.files:shutil.rmtree", "opengpac:Verb"):
+    for name in ("trap:Thing", "opengpac.cli:main", "opengpac.storage.files:shutil.rmtree", "opengpac:Verb"):
         path.write_text(
             HEAD + '[verbs.v]\nblocks.w = "library.chirp"\ncommand_lists.start = [{ activate = "w", every = "1 ms" }]\n'
             f'[verbs.v.conditions]\nhalted = {{ raises = "{name}" }}\n[verbs.v.input_parameters]\n'

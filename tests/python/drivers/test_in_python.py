@@ -145,7 +145,7 @@ def test_the_next_process_waits_for_the_one_that_a_killed_program_left(tmp_path:
 
 
 def test_a_process_that_is_left_and_does_not_end_is_named(tmp_path: Path) -> None:
-    made = "import sys, time; from opengpac.driver_handover import taken_over; sign = taken_over(sys.argv[1]); print(); time.sleep(3600)"
+    made = "import sys, time; from opengpac.driver.handover import taken_over; sign = taken_over(sys.argv[1]); print(); time.sleep(3600)"
     launch = "import subprocess, sys; left = subprocess.Popen(sys.argv[1:]); print(left.pid, flush=True); left.wait()"
     device = str(tmp_path)
     words = [sys.executable, "-c", launch, sys.executable, "-c", made, device]
