@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from .devices.groups import Group
     from .devices.logical import LogicalDevice, parameter, svv
     from .devices.physical import Channel, Part, PhysicalDevice
-    from .devices.points import Point, Points
+    from .devices.point import Point
+    from .devices.points import Points
     from .errors import (
         AuditFailed,
         CallError,
@@ -76,6 +77,7 @@ if TYPE_CHECKING:
     from .system.svvs import SVV, Predicate, Snapshot
     from .system.system import System
     from .system.takeover import TakenOver, TakenProcessor
+    from .values.configurations import Configuration
     from .values.frames import Frame, Pose
     from .values.quantities import Quantity, deg
 
@@ -98,7 +100,8 @@ HOMES = {
     "devices.groups": "Group",
     "devices.logical": "LogicalDevice parameter svv",
     "devices.physical": "Channel Part PhysicalDevice",
-    "devices.points": "Point Points",
+    "devices.point": "Point",
+    "devices.points": "Points",
     "errors": (
         "AuditFailed CallError CompositionConflict ConnectionLost CoverError DefinitionError DeviceFailed EmergencyStopped "
         "Error FileFailed InstallationErrors InUse InvalidState LimitExceeded ModuleError NotAllowed NotCommanding NotEnabled "
@@ -118,6 +121,7 @@ HOMES = {
     "system.svvs": "SVV Predicate Snapshot",
     "system.system": "System",
     "system.takeover": "TakenOver TakenProcessor",
+    "values.configurations": "Configuration",
     "values.frames": "Frame Pose",
     "values.quantities": "Quantity deg",
 }
@@ -125,8 +129,8 @@ HOMES = {
 
 __all__ = [
     "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "CasadiBlock", "Channel", "Command", "ComposedVerb", "CompositionConflict",
-    "ConnectionLost", "CoverError", "DefinitionError", "DefinitionFile", "DeviceFailed", "Difference", "EmergencyStopped", "Error",
-    "FileFailed", "FmuBlock", "Frame", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState",
+    "Configuration", "ConnectionLost", "CoverError", "DefinitionError", "DefinitionFile", "DeviceFailed", "Difference", "EmergencyStopped",
+    "Error", "FileFailed", "FmuBlock", "Frame", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState",
     "LimitExceeded", "LogicalDevice", "Module", "ModuleError", "NotAllowed", "NotCommanding", "NotEnabled", "NotHomed", "Occurrence",
     "OutOfRange", "Part", "PhysicalDevice", "PlacementError", "Point", "Points", "Policy", "Pose", "Predicate", "Processor",
     "PythonBlock", "Quantity", "Recorded", "Recording", "RecordingDamage", "Reference", "Replay",

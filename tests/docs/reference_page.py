@@ -58,7 +58,7 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Commands of a list": ("opengpac", "activate execute deactivate wait install ready interval Interval Command"),
     "Composition": ("opengpac", "compose together ComposedVerb"),
     "Logical devices": ("opengpac", "LogicalDevice svv parameter Group"),
-    "Quantities, poses, points": ("opengpac", "Quantity deg Pose Frame Point Points"),
+    "Quantities, poses, points": ("opengpac", "Quantity deg Pose Frame Configuration Point Points"),
     "Errors": (
         "opengpac",
         "Error InstallationErrors AuditFailed CallError CompositionConflict ConnectionLost CoverError DefinitionError DeviceFailed "

@@ -3,76 +3,48 @@
 
 from __future__ import annotations
 
-import contextlib
-import functools
 import hashlib
 import math
 import os
 import threading
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import tomlkit
-from tomlkit.exceptions import TOMLKitError
 
-from .. import _native, checking
-from ..errors import CallError, FileFailed, InvalidState, NotEnabled, UnknownName, ValueRefused, did_you_mean, refuse
+from .. import checking
+from ..errors import CallError, FileFailed, InvalidState, NotEnabled, UnknownName, Unreachable, ValueRefused, did_you_mean, refuse
 from ..refusals.argument_types import all_taking
 from ..storage import files
+from ..values.frames import Pose
 from ..values.numbers import number
+from . import point_file
 from .groups import Group
 from .logical import LogicalDevice
+from .point import JOINTS, WORLD, Point, PointEntry
 
-FORMAT = 1
-
-
-class Point(Mapping[str, float]):
-    """A taught point: joint → rad (m for a sliding joint). A goal of a motion: `move(arm, goal=points["pick"])`.
-
-    Made by `points["pick"]` and `points.teach("pick")`; `name` is its own in the file. `frame` is what the numbers are: `joints`;
-    `note` is for people.
-    """
-
-    def __init__(self, name: str, joints: Mapping[str, float], frame: str, note: str) -> None:
-        self.name, self.frame, self.note = name, frame, note
-        self._joints = dict(joints)
-
-    @property
-    def array(self) -> np.ndarray:
-        """The positions in the arm's order."""
-        return np.array([*self._joints.values()])
-
-    def __getitem__(self, joint: str) -> float:
-        if joint not in self._joints:
-            refuse(UnknownName, f"point '{self.name}' has no joint '{joint}'", did_you_mean(str(joint), self._joints))
-        return self._joints[joint]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._joints)
-
-    def __len__(self) -> int:
-        return len(self._joints)
-
-    def __repr__(self) -> str:
-        joints = ", ".join(f"{joint} {value:.4g}" for joint, value in self._joints.items())
-        return f"point {self.name}: {joints}{f' ({self.note})' if self.note else ''}"
+_WHAT = "the points file"
+_SAME = 1e-8
+"""How near (m, rad) the arm's taught joints must bring its tool to the pose of a point to be taken as they are."""
 
 
 @all_taking
 class Points(MutableMapping[str, Point]):
     """The taught points of a file: `points = gpac.Points("points.toml", arm)`, `points.teach("pick")`, `points["pick"]`.
 
-    A mapping of names (any text that is not empty) to `Point`: a position for each joint, in rad, or m for a sliding joint.
+    A mapping of names (any text that is not empty) to `Point`: a position for each joint, in rad, or m for a sliding joint. A point that
+    was taught in a frame, `points.teach("pick", frame="table")`, is one in space: it moves with `points.frames["table"]`, holds for
+    each tool of the arm, and is reached in the configuration in which it was taught.
 
     `path` is a TOML file, which the first change makes. `arm` is the arm that is taught, a group of joints or one joint; without it a
     method is given one. The file says whose points they are: joints, units, and what identifies the model; `any_model=True` takes the
     points of another model with the same joints.
 
-    Each change is written at once, whole or not at all, and changes that an editor made meanwhile are read first. Several threads of a
-    program may use one `Points`.
+    Each change is written at once, whole or not at all, and changes that an editor or another program made meanwhile are read first.
+    Several threads of a program may use one `Points`.
 
     Raises `FileFailed` for a file that cannot be read, written or understood, with its line, `ValueRefused` for points of another
     arm, and `UnknownName` for a point or joint that is not there.
@@ -83,17 +55,28 @@ class Points(MutableMapping[str, Point]):
         self._arm = None if arm is None else _group(arm)
         self._any_model = any_model
         self._lock = threading.RLock()
-        self._text: str | None = None
-        self._document = _new()
-        self._unsaved = False
+        self._seen: str | None = None
+        self._document = point_file.new_document()
+        self._unwritten: list[Callable[[str], str]] = []
         self._refresh()
 
     # ---- changes ----
 
-    def teach(self, name: str, arm: Group[Any] | LogicalDevice | None = None, *, note: str | None = None) -> Point:
+    def teach(
+        self,
+        name: str,
+        arm: Group[Any] | LogicalDevice | None = None,
+        *,
+        note: str | None = None,
+        frame: str = JOINTS,
+        tool: str | None = None,
+    ) -> Point:
         """Takes the present position of the arm, which must be enabled, as that point. A point of that name is taught again.
 
-        `note` is for people. Raises `NotEnabled` where a joint is not enabled, `CallError` where no arm is given here or to `Points`.
+        `frame` makes it a point in space: where the arm's tool is, in the frame of that name of `frames`, or in that of the arm's poses,
+        `"world"`. `tool` names a frame of `tools` whose place it is, instead of the tool that the arm has. `note` is for people. Raises
+        `NotEnabled` where a joint is not enabled, `CallError` where no arm is given here or to `Points`, `UnknownName` for a frame or a
+        tool that is not there, `InvalidState` for a point in space of joints that are no arm.
         """
         given = self._arm if arm is None else _group(arm)
         if given is None:
@@ -103,142 +86,248 @@ class Points(MutableMapping[str, Point]):
             refuse(
                 NotEnabled, f"cannot teach point '{name}': {', '.join(blind)} is not enabled, nobody knows where it is", "enable it first"
             )
-        joints = dict(zip([device.short_name for device in given], given.values("sensed"), strict=True))
+        joints = dict(zip([device.short_name for device in given], map(float, given.values("sensed")), strict=True))
         taught = None if given.system.virtual else datetime.now(UTC).replace(microsecond=0)
-        with self._lock:
-            self._refresh()
-            self._take_arm(given)
-            self._put(name, joints, note, taught)
-            return self[name]
+        _named(name)
 
-    def edit(self, name: str, joints: Mapping[str, float] | None = None, *, note: str | None = None) -> Point:
-        """Changes some joints of the point of that name, `points.edit("pick", {"elbow": 1.2})`, or its note."""
-        with self._lock:
-            self._refresh()
-            point = self[name]
-            wrong = next((joint for joint in joints or {} if joint not in point), None)
+        def put(document: Any) -> None:
+            self._take_arm(given, document)
+            before = point_file.entry_of(document, name) if name in document["points"] else None
+            entry = self._placed(document, name, given, PointEntry(joints, frame, tool, taught=taught))
+            kept = before.note if before and note is None else note
+            point_file.put_entry(document, name, replace(entry, note=kept or "", taught=taught or (before.taught if before else None)))
+
+        self._edit(put)
+        return self._point(name, given)
+
+    def edit(self, name: str, joints: Mapping[str, float] | None = None, *, note: str | None = None, pose: Pose | None = None) -> Point:
+        """Changes some joints of the point of that name, `points.edit("pick", {"elbow": 1.2})`, its note, or its pose in its frame."""
+
+        def put(document: Any) -> None:
+            entry = self._entry(document, name)
+            wrong = next((joint for joint in joints or {} if joint not in entry.joints), None)
             if wrong is not None:
-                refuse(UnknownName, f"point '{name}' has no joint '{wrong}'", did_you_mean(str(wrong), point))
-            self._put(name, {**point, **(joints or {})}, note, None)
-            return self[name]
+                refuse(UnknownName, f"point '{name}' has no joint '{wrong}'", did_you_mean(str(wrong), entry.joints))
+            if joints and entry.pose is not None:
+                refuse(ValueRefused, f"point '{name}' is a pose in '{entry.frame}', not joints", "edit its pose=, or teach it again")
+            if pose is not None and entry.pose is None:
+                refuse(
+                    ValueRefused, f"point '{name}' is joints, not a pose", f"teach it in a frame: points.teach('{name}', frame=\"world\")"
+                )
+            entry = replace(
+                entry, joints=_checked(name, {**entry.joints, **(joints or {})}), pose=entry.pose if pose is None else Pose.of(pose)
+            )
+            point_file.put_entry(document, name, entry if note is None else replace(entry, note=note))
+
+        self._edit(put)
+        return self[name]
 
     def rename(self, name: str, to: str) -> None:
         """Gives a point another name, `to`; refused with `ValueRefused` where there is one of that name."""
-        with self._lock:
-            self._refresh()
-            _ = self[name]
-            _named(to)
-            table = self._table()
-            if to in table:
+        _named(to)
+
+        def change(text: str) -> str:
+            document = point_file.parsed(text, self.path)
+            self._entry(document, name)
+            if to in document["points"]:
                 refuse(
                     ValueRefused, f"cannot rename point '{name}': there is a point '{to}' already", f"delete it first: del points['{to}']"
                 )
-            entries = [(to if key == name else key, table[key]) for key in list(table)]
-            for key in list(table):
-                del table[key]
-            for key, entry in entries:
-                table[key] = entry
-            self.save()
+            done = point_file.renamed(text, name, to)
+            written = point_file.parsed(done, self.path)["points"]
+            if to in written and name not in written:
+                return done
+            # A name that is written in a way of its own: the point moves to the end.
+            document["points"][to] = document["points"][name]
+            del document["points"][name]
+            return tomlkit.dumps(document)
+
+        self._change(change)
 
     def __setitem__(self, name: str, joints: Point | Mapping[str, float] | Sequence[float]) -> None:
-        """`points["home"] = [0, 0, …]` in the arm's order, in rad, or joint → rad."""
-        with self._lock:
-            self._refresh()
-            if not self._document["arm"]["joints"]:  # type: ignore[index]
+        """`points["home"] = [0, 0, …]` in the arm's order, in rad, or joint → rad; another point is copied with its frame."""
+        _named(name)
+
+        def put(document: Any) -> None:
+            if not document["arm"]["joints"]:
                 if self._arm is None:
                     refuse(CallError, f"point '{name}' is of no arm", "say of which: gpac.Points(path, arm)")
-                self._take_arm(self._arm)
-            names = self.joints
-            if not isinstance(joints, Mapping):
-                if isinstance(joints, str) or len(joints) != len(names):
-                    refuse(ValueRefused, f"point '{name}' is given {joints!r}", f"give {len(names)} numbers: {', '.join(names)}")
-                joints = dict(zip(names, joints, strict=True))
-            if set(joints) != set(names):
-                wrong = next((joint for joint in joints if joint not in names), None)
-                remedy = did_you_mean(str(wrong), names) if wrong else f"give each of {', '.join(names)}; edit() changes some"
-                refuse(UnknownName, f"point '{name}' is given {', '.join(map(str, joints)) or 'nothing'}", remedy)
-            self._put(name, {joint: joints[joint] for joint in names}, getattr(joints, "note", None), None)
+                self._take_arm(self._arm, document)
+            names = [str(joint) for joint in document["arm"]["joints"]]
+            before = point_file.entry_of(document, name) if name in document["points"] else PointEntry({})
+            if isinstance(joints, Point) and list(joints) == names:
+                entry = replace(joints._entry, taught=before.taught, note=joints.note or before.note)
+                self._frame(document, joints.name, entry.frame)
+                self._tool(document, joints.name, entry.tool)
+            else:
+                entry = PointEntry(_joints_of(name, joints, names), note=before.note, taught=before.taught)
+            point_file.put_entry(document, name, entry)
+
+        self._edit(put)
 
     def __delitem__(self, name: str) -> None:
-        with self._lock:
-            self._refresh()
-            _ = self[name]
-            del self._table()[name]
-            self.save()
+        def remove(document: Any) -> None:
+            self._entry(document, name)
+            del document["points"][name]
+
+        self._edit(remove)
 
     def save(self) -> None:
         """Writes the file. Every change does; call it when one could not, for want of room, to try again."""
-        with self._lock:
-            self._unsaved = True
-            text = tomlkit.dumps(self._document)
-            files.write(self.path, text, "the points file")
-            self._text, self._unsaved = text, False
+        self._change(lambda text: text)
 
     # ---- looking ----
 
     @property
     def joints(self) -> list[str]:
         """The joints of the arm that they are of."""
-        return [str(joint) for joint in self._document["arm"]["joints"]]  # type: ignore[index,union-attr]
+        return [str(joint) for joint in self._document["arm"]["joints"]]
 
     @property
     def model(self) -> str:
         """Identifier of the model of the arm that they are of; empty while there is none."""
-        return str(self._document["arm"]["model"])  # type: ignore[index]
+        return str(self._document["arm"]["model"])
+
+    @property
+    def frames(self) -> PlaceTable:
+        """Work frames of the file, in which points are taught: `points.frames["table"] = gpac.Frame.by_points(…)`."""
+        return PlaceTable(self, "frames")
+
+    @property
+    def tools(self) -> PlaceTable:
+        """Tools of the file, frames in that of the flange: `points.tools["gripper"] = gpac.Frame((0, 0, "120 mm"))`."""
+        return PlaceTable(self, "tools")
 
     def __getitem__(self, name: str) -> Point:
-        with self._lock:
-            self._refresh()
-            table = self._table()
-            if name not in table:
-                refuse(UnknownName, f"there is no point '{name}' in '{self.path}'", did_you_mean(str(name), table))
-            entry = table[name]
-            factors = dict(zip(self.joints, self._factors(), strict=True))
-            joints = {joint: float(entry["joints"][joint]) * factor for joint, factor in factors.items()}
-            return Point(name, joints, str(entry.get("frame", "joints")), str(entry.get("note", "")))
+        return self._point(name, self._arm)
 
-    def _names(self) -> list[str]:
-        with self._lock:
-            self._refresh()
-            return [str(name) for name in self._table()]
+    def _point(self, name: str, arm: Group[Any] | None) -> Point:
+        document = self._now()
+        entry = self._entry(document, name)
+        if arm is None or not hasattr(arm, "kinematics"):
+            return Point(name, entry)
+        return Point(name, entry, lambda: self._reached(document, name, entry, arm))
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._names())
+        return iter([str(name) for name in self._now()["points"]])
 
     def __len__(self) -> int:
-        return len(self._names())
+        return len(self._now()["points"])
 
     def __contains__(self, name: object) -> bool:
-        return name in self._names()
+        return isinstance(name, str) and name in self._now()["points"]
 
     def __repr__(self) -> str:
         points = "".join(f"\n  {self[name]!r}" for name in self)
         return f"points of '{self.path}' ({', '.join(self.joints) or 'no arm yet'}):{points or ' none'}"
 
+    # ---- points in space ----
+
+    def _placed(self, document: Any, name: str, arm: Any, entry: PointEntry) -> PointEntry:
+        """Returns an entry with the pose that the arm has at its joints, in its frame."""
+        if entry.frame == JOINTS:
+            if entry.tool is not None:
+                refuse(CallError, f"point '{name}' is given a tool and no frame", 'give the frame too: frame="world"')
+            return entry
+        if not hasattr(arm, "kinematics"):
+            refuse(InvalidState, f"point '{name}' is taught in a frame, and '{arm.name}' has no geometry", "teach the joints of an arm")
+        frame, tool = self._frame(document, name, entry.frame), self._tool(document, name, entry.tool)
+        q = [*entry.joints.values()]
+        place = arm.forward(q)
+        if tool is not None:
+            place = place @ arm.tool.inverse() @ tool
+        chosen = arm.configuration(q) if arm.kinematics.has_configurations else None
+        return replace(entry, pose=frame.inverse() @ place, configuration=chosen)
+
+    def _reached(self, document: Any, name: str, entry: PointEntry, arm: Any) -> tuple[dict[str, float], Pose]:
+        """Returns the joints at which the arm is at a point, with its frame and tool of now, and the arm's pose there."""
+        taught = [*entry.joints.values()]
+        if entry.pose is None:
+            return entry.joints, arm.forward(taught)
+        goal = self._frame(document, name, entry.frame) @ entry.pose
+        tool = self._tool(document, name, entry.tool)
+        if tool is not None:
+            goal = goal @ tool.inverse() @ arm.tool
+        there = arm.forward(taught)
+        if there.distance(goal) < _SAME and there.angle(goal) < _SAME:
+            return entry.joints, goal
+        try:
+            q = arm.inverse(goal, taught, configuration=entry.configuration)
+        except Unreachable as error:
+            error.message = f"point '{name}': {error.message}"
+            raise
+        return dict(zip(entry.joints, map(float, q), strict=True)), goal
+
+    def _frame(self, document: Any, name: str, frame: str) -> Pose:
+        frames = document.get("frames", {})
+        if frame in (JOINTS, WORLD):
+            return Pose()
+        if frame not in frames:
+            remedy = did_you_mean(str(frame), [WORLD, *frames]) or f"make it: points.frames['{frame}'] = gpac.Frame(…)"
+            refuse(UnknownName, f"point '{name}' is of frame '{frame}', which '{self.path}' has not", remedy)
+        return point_file.pose_of(frames[frame])
+
+    def _tool(self, document: Any, name: str, tool: str | None) -> Pose | None:
+        tools = document.get("tools", {})
+        if tool is not None and tool not in tools:
+            remedy = did_you_mean(str(tool), tools) or f"make it: points.tools['{tool}'] = arm.tool"
+            refuse(UnknownName, f"point '{name}' is of tool '{tool}', which '{self.path}' has not", remedy)
+        return None if tool is None else point_file.pose_of(tools[tool])
+
     # ---- the file ----
 
-    def _table(self) -> Any:
-        return self._document["points"]
+    def _entry(self, document: Any, name: str) -> PointEntry:
+        if name not in document["points"]:
+            refuse(UnknownName, f"there is no point '{name}' in '{self.path}'", did_you_mean(str(name), document["points"]))
+        return point_file.entry_of(document, name)
 
-    def _factors(self) -> list[float]:
-        return [_factor(unit) or 1.0 for unit in self._document["arm"]["units"]]  # type: ignore[index,union-attr]
+    def _now(self) -> Any:
+        with self._lock:
+            self._refresh()
+            return self._document
 
     def _refresh(self) -> None:
-        """Reads the file where it is not what was read or written last."""
-        if self._unsaved:
+        """Reads the file where it is not what was read or written last; what could not be written is done on it again."""
+        text = files.read(self.path, _WHAT)
+        if text is None or text == self._seen:
             return
-        text = files.read(self.path, "the points file")
-        if text is None or text == self._text:
-            return
-        document = _parsed(text, self.path)
+        document = point_file.parsed(text, self.path)
         if self._arm is not None:
             self._check_model(self._arm, document)
-        self._document, self._text = document, text
+        now = text
+        for change in self._unwritten:
+            now = change(now)
+        self._document, self._seen = point_file.parsed(now, self.path) if self._unwritten else document, text
 
-    def _take_arm(self, arm: Group[Any]) -> None:
-        table: Any = self._document["arm"]
+    def _edit(self, change: Callable[[Any], None]) -> None:
+        """Changes the document of the file."""
+
+        def on_text(text: str) -> str:
+            document = point_file.parsed(text, self.path)
+            change(document)
+            return tomlkit.dumps(document)
+
+        self._change(on_text)
+
+    def _change(self, change: Callable[[str], str]) -> None:
+        """Changes the text of the file, as it is now, and writes it."""
+        with self._lock, files.locked(self.path, _WHAT):
+            self._refresh()
+            text = change(tomlkit.dumps(self._document))
+            self._document = point_file.parsed(text, self.path)
+            try:
+                files.write(self.path, text, _WHAT)
+            except FileFailed:
+                self._unwritten.append(change)
+                raise
+            self._unwritten.clear()
+            if not checking.active():
+                self._seen = text
+
+    def _take_arm(self, arm: Group[Any], document: Any) -> None:
+        table: Any = document["arm"]
         if table["joints"]:
-            self._check_model(arm, self._document)
+            self._check_model(arm, document)
             return
         table["name"], table["model"] = arm.name, model_of(arm)
         table["joints"] = [device.short_name for device in arm]
@@ -255,33 +344,62 @@ class Points(MutableMapping[str, Point]):
             says = f"the points of '{self.path}' were taught with another model of arm '{of['name']}' than that of '{arm.name}'"
             refuse(ValueRefused, says, "take the file of this arm; if the joints mean the same: gpac.Points(path, arm, any_model=True)")
 
-    def _put(self, name: str, joints: Mapping[str, float], note: str | None, taught: datetime | None) -> None:
-        _named(name)
-        inline = tomlkit.inline_table()
-        for (joint, value), factor in zip(joints.items(), self._factors(), strict=True):
-            value = number(value)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-                refuse(ValueRefused, f"joint '{joint}' of point '{name}' is given {value!r}", "give a finite number, in rad or m")
-            inline[joint] = round(float(value) / factor, 9)
+
+@all_taking
+class PlaceTable(MutableMapping[str, Pose]):
+    """The frames or the tools of a points file: names → `Pose`. Made by `points.frames` and `points.tools`.
+
+    A point that was taught in a frame moves with it. Deleting one that points are of is refused with `ValueRefused`.
+    """
+
+    def __init__(self, points: Points, section: str) -> None:
+        self._points, self._section = points, section
+
+    def __setitem__(self, name: str, place: Pose) -> None:
+        one = self._section[:-1]
+        if not isinstance(name, str) or not name.strip() or name in (JOINTS, WORLD):
+            refuse(CallError, f"the name of a {one} is {name!r}", f"give a name that is not '{JOINTS}' or '{WORLD}'")
+        entry = point_file.pose_entry(Pose.of(place))
+
+        def put(document: Any) -> None:
+            if self._section not in document:
+                document[self._section] = tomlkit.table()
+            document["format"] = point_file.FORMAT
+            line = tomlkit.inline_table()
+            line.update(entry)
+            document[self._section][name] = line
+
+        self._points._edit(put)
+
+    def __getitem__(self, name: str) -> Pose:
         table = self._table()
         if name not in table:
-            table[name] = tomlkit.table()
-            table[name]["frame"] = "joints"
-        table[name]["joints"] = inline
-        if note is not None:
-            table[name]["note"] = note
-        if taught is not None:
-            table[name]["taught"] = taught
-        self.save()
+            refuse(UnknownName, f"there is no {self._section[:-1]} '{name}' in '{self._points.path}'", did_you_mean(str(name), table))
+        return point_file.pose_of(table[name])
 
+    def __delitem__(self, name: str) -> None:
+        _ = self[name]
+        key = self._section[:-1]
 
-@functools.lru_cache
-def _factor(unit: Any) -> float | None:
-    """Returns the value in rad or m of a unit in the file; Any other unit has none. A number without a unit is as it is."""
-    for si in ("rad", "m") if isinstance(unit, str) and unit else ():
-        with contextlib.suppress(_native.Refused):
-            return _native.number_in(f"1 {unit}", si)
-    return 1.0 if unit == "" else None
+        def remove(document: Any) -> None:
+            of = [point for point, entry in document["points"].items() if entry.get(key) == name]
+            if of:
+                refuse(ValueRefused, f"cannot delete {key} '{name}': point '{of[0]}' is of it", "teach that point in another, or delete it")
+            del document[self._section][name]
+
+        self._points._edit(remove)
+
+    def _table(self) -> Any:
+        return self._points._now().get(self._section, {})
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([str(name) for name in self._table()])
+
+    def __len__(self) -> int:
+        return len(self._table())
+
+    def __repr__(self) -> str:
+        return f"{self._section} of '{self._points.path}': {', '.join(f'{name} {self[name]!r}' for name in self) or 'none'}"
 
 
 def model_of(arm: Group[Any]) -> str:
@@ -307,55 +425,25 @@ def _named(name: Any) -> None:
         refuse(CallError, f"the name of a point is {name!r}", "give a name, for example 'pick'")
 
 
-def _new() -> Any:
-    document = tomlkit.document()
-    document.add(tomlkit.comment("Taught points. You may edit this file: comments and order stay."))
-    document["format"] = FORMAT
-    document["arm"] = {"name": "", "model": "", "joints": [], "units": []}
-    document["points"] = {}
-    return document
+def _joints_of(name: str, joints: Any, names: list[str]) -> dict[str, float]:
+    """Returns the joints that a point is given, in the arm's order."""
+    if not isinstance(joints, Mapping):
+        if isinstance(joints, str) or len(joints) != len(names):
+            refuse(ValueRefused, f"point '{name}' is given {joints!r}", f"give {len(names)} numbers: {', '.join(names)}")
+        joints = dict(zip(names, joints, strict=True))
+    if set(joints) != set(names):
+        wrong = next((joint for joint in joints if joint not in names), None)
+        remedy = did_you_mean(str(wrong), names) if wrong else f"give each of {', '.join(names)}; edit() changes some"
+        refuse(UnknownName, f"point '{name}' is given {', '.join(map(str, joints)) or 'nothing'}", remedy)
+    return _checked(name, {joint: joints[joint] for joint in names})
 
 
-def _parsed(text: str, path: Path) -> Any:
-    """The document of a file whose every number can be used."""
-    try:
-        document: Any = tomlkit.parse(text)
-    except TOMLKitError as error:
-        refuse(FileFailed, f"the points file '{path}' cannot be read: {str(error).lower()}", "mend that line; nothing was changed")
-    wrong = _wrong(document)
-    if wrong:
-        refuse(FileFailed, f"the points file '{path}' cannot be used: {wrong}", "mend it; nothing was changed")
-    return document
-
-
-def _wrong(document: Any) -> str:
-    """Returns what is wrong with a document, or nothing."""
-    if document.get("format") != FORMAT:
-        return f"its format is {document.get('format')!r}, this version reads {FORMAT}"
-    arm, points = document.get("arm"), document.get("points")
-    if not isinstance(arm, Mapping) or not isinstance(points, Mapping):
-        return "it needs the tables [arm] and [points]"
-    for key, kind in (("name", str), ("model", str), ("joints", list), ("units", list)):
-        if not isinstance(arm.get(key), kind):
-            return f"'{key}' of [arm] is missing"
-    if len(arm["joints"]) != len(arm["units"]):
-        return f"[arm] has {len(arm['joints'])} joints and {len(arm['units'])} units"
-    unknown = next((unit for unit in arm["units"] if _factor(unit) is None), None)
-    if unknown is not None:
-        return f"[arm] has the unit '{unknown}', which is none of an angle or a length: write rad, deg, m or mm"
-    return next((f"point '{name}': {why}" for name, entry in points.items() if (why := _wrong_point(entry, arm["joints"]))), "")
-
-
-def _wrong_point(entry: Any, joints: Sequence[str]) -> str:
-    if not isinstance(entry, Mapping) or not isinstance(entry.get("joints"), Mapping):
-        return "it has no 'joints = { … }'"
-    if entry.get("frame", "joints") != "joints":
-        return f"its frame is '{entry['frame']}', this version knows 'joints'"
-    for joint in entry["joints"]:
-        if joint not in joints:
-            return f"'{joint}' is no joint of the arm; {did_you_mean(str(joint), joints)}"
-    for joint in joints:
-        value = entry["joints"].get(joint)
+def _checked(name: str, joints: Mapping[str, Any]) -> dict[str, float]:
+    """Returns joint positions that are finite numbers."""
+    found = {}
+    for joint, given in joints.items():
+        value = number(given)
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            return f"joint '{joint}' is {'missing' if value is None else f'{value!r}, not a finite number'}"
-    return ""
+            refuse(ValueRefused, f"joint '{joint}' of point '{name}' is given {value!r}", "give a finite number, in rad or m")
+        found[joint] = float(value)
+    return found

@@ -17,6 +17,7 @@ from .. import library
 from ..application.instances import VerbInstance
 from ..devices.groups import Group
 from ..errors import CallError, Error, NotEnabled, UnknownName, did_you_mean, refuse
+from ..values.configurations import Configuration
 from ..values.frames import Pose
 from ..values.quantities import Quantity
 from .joints import Joint
@@ -216,17 +217,41 @@ class Arm(Group[Joint]):
         """Where the tool is at these joint positions (rad or m, one for each joint)."""
         return self.kinematics.forward(q)
 
-    def inverse(self, pose: Pose | Sequence[float], near: Iterable[float] | None = None, *, attempts: int = 20) -> np.ndarray:
+    def inverse(
+        self,
+        pose: Pose | Sequence[float],
+        near: Iterable[float] | None = None,
+        *,
+        configuration: Configuration | str | None = None,
+        attempts: int = 20,
+    ) -> np.ndarray:
         """Joint positions that bring the tool to `pose`, within the joints' ranges, nearest to `near` (the present) where it can be.
 
         The present needs the joints enabled (`NotEnabled`).
 
-        `Unreachable` says how far it is from the nearest that was found, and which joint's range is in the way.
+        `configuration` chooses one of several: `"+-+"` are the signs of shoulder, elbow and wrist (`arm.configuration()`), for arms that
+        have closed forms. `Unreachable` says how far it is from the nearest that was found, and which joint's range is in the way.
         """
         return self.kinematics.inverse(
             pose, self._present("an inverse near the present") if near is None else near,
-            position_min=self.values("position_min"), position_max=self.values("position_max"), attempts=attempts,
+            position_min=self.values("position_min"), position_max=self.values("position_max"),
+            configuration=configuration, attempts=attempts,
         )  # fmt: skip
+
+    def solutions(self, pose: Pose | Sequence[float]) -> list[np.ndarray]:
+        """All joint positions within the ranges that bring the tool to `pose`, at most eight: one for each configuration.
+
+        For arms that have closed forms (`configuration`); `DefinitionError` for others.
+        """
+        return self.kinematics.solutions(pose, position_min=self.values("position_min"), position_max=self.values("position_max"))
+
+    def configuration(self, q: Iterable[float] | None = None) -> Configuration:
+        """The configuration of these joint positions: signs of shoulder, elbow and wrist, and turns; without them of the present ones.
+
+        For six turning joints, the second axis parallel to the third and perpendicular to the first, with a spherical wrist or the axes
+        of the arms of Universal Robots. Others, those of seven joints among them, raise `DefinitionError`: `near=` chooses there.
+        """
+        return self.kinematics.configuration(self._present("its configuration") if q is None else q)
 
     def jacobian(self, q: Iterable[float] | None = None) -> np.ndarray:
         """The geometric Jacobian, 6 x n, at these joint positions; without them at the present, which needs the joints enabled."""

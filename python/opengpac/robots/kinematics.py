@@ -21,14 +21,22 @@ from .. import library as lib
 from ..drivers.simulated import mujoco_folder
 from ..errors import CallError, DefinitionError, DeviceFailed, UnknownName, Unreachable, did_you_mean, refusals, refuse
 from ..refusals.declared_names import Declared
+from ..values.configurations import Configuration
 from ..values.frames import Pose
 from ..values.numbers import is_number, number, rows
+from .closed_forms import ClosedForms, in_turn
 
 JOINTS_MAX = lib.forward_kinematics.items["n"].most
 """The maximum number of joints of a chain."""
 
 NONE, HINGE, SLIDE = 0, 1, 2
 """The kinds of joints: one that does not move the tool, one that turns, one that slides."""
+
+ROUNDING = 1e-9
+"""By how much a position may exceed a range, rad or m."""
+
+EXACT = 1e-8
+"""Distance (m) and angle (rad) of a pose that was computed from what it should be."""
 
 _TOOL_SITES = ("tool", "attachment_site")
 
@@ -96,12 +104,18 @@ class Kinematics(Declared):
         *,
         position_min: Iterable[float] | None = None,
         position_max: Iterable[float] | None = None,
+        configuration: Configuration | str | None = None,
         attempts: int = 20,
     ) -> np.ndarray:
         """Joint positions with the tool at `pose`, from `near`; within the ranges, where given. `Unreachable` where none is found.
 
-        It tries from `near` first and keeps the arm's posture where it can, then from `attempts` - 1 other places.
+        It tries from `near` first and keeps the arm's posture where it can, then from `attempts` - 1 other places. With a
+        `configuration` the positions are those of closed forms, with its turns, or the ones nearest to `near`; `DefinitionError` for a
+        chain that has no closed forms.
         """
+        if configuration is not None:
+            chosen = Configuration.of(configuration)
+            return self._chosen(Pose.of(pose), np.array(self._positions(near)), chosen, position_min, position_max)
         ranges: dict[str, Any] = {}
         if position_min is not None:
             ranges["position_min"] = self._positions(position_min)
@@ -115,6 +129,99 @@ class Kinematics(Declared):
             limit = next((int(value) for _, name, value in found.conditions if name == "limit"), None)
             self._unreachable(Pose.of(pose), float(found.position_error[0]), float(found.angle_error[0]), limit, ranges)
         return found.q[0]
+
+    def solutions(
+        self,
+        pose: Pose | Sequence[float],
+        *,
+        position_min: Iterable[float] | None = None,
+        position_max: Iterable[float] | None = None,
+    ) -> list[np.ndarray]:
+        """All joint positions with the tool at `pose`, at most eight, each joint in the turn of its range that is nearest to 0.
+
+        By closed forms, see `configuration`; an arm whose wrist is straight there has one of many for the last joint: that at 0.
+        """
+        middle = np.zeros(len(self.axes))
+        found = [self._in_range(q, middle, position_min, position_max) for q in self._closed().all(Pose.of(pose), middle)]
+        return [self._polished(Pose.of(pose), q) for q in found if isinstance(q, np.ndarray)]
+
+    def configuration(self, q: Iterable[float]) -> Configuration:
+        """The configuration of these joint positions.
+
+        For six turning joints, the first perpendicular to the second, the second parallel to the third, with a spherical wrist or with
+        the axes of the arms of Universal Robots; `DefinitionError` for other chains.
+        """
+        return self._closed().configuration(np.array(self._positions(q)))
+
+    @property
+    def has_configurations(self) -> bool:
+        """True for a chain with closed forms, which alone has configurations."""
+        return ClosedForms.of(self) is not None
+
+    def _closed(self) -> ClosedForms:
+        forms = ClosedForms.of(self)
+        if forms is None:
+            refuse(
+                DefinitionError,
+                f"the chain of {self.joints} has no inverse in closed form, so no configurations",
+                "choose by joint positions: near=; six joints with a spherical wrist, or as those of Universal Robots, have them",
+            )
+        return forms
+
+    def _chosen(
+        self, pose: Pose, near: np.ndarray, of: Configuration, low: Iterable[float] | None, high: Iterable[float] | None
+    ) -> np.ndarray:
+        forms = self._closed()
+        if of.turns and len(of.turns) != len(forms.joints):
+            refuse(CallError, f"a configuration has {len(of.turns)} turns for {len(forms.joints)} joints", "give one for each joint")
+        found = {forms.configuration(q).signs: q for q in forms.all(pose, near)}
+        if of.signs not in found:
+            others = ", ".join(f"'{signs}'" for signs in sorted(found))
+            remedy = f"these reach it: {others}" if found else "give a pose nearer to the arm"
+            refuse(Unreachable, f"{pose} is out of reach in the configuration '{of.signs}'", remedy)
+        q = found[of.signs]
+        if of.turns:
+            for j, turn in zip(forms.joints, of.turns, strict=True):
+                q[j] = in_turn(q[j], turn, near[j])
+            wrong = self._outside(q, low, high)
+        else:
+            placed = self._in_range(q, near, low, high)
+            if not isinstance(placed, int):
+                return self._polished(pose, placed)
+            wrong = placed
+        if wrong is not None:
+            refuse(
+                Unreachable,
+                f"{pose} in the configuration '{of.signs}' needs joint '{self.axes[wrong].name}' at {q[wrong]:.4g}, outside its range",
+                "choose another configuration, or other turns",
+            )
+        return self._polished(pose, q)
+
+    def _in_range(self, q: np.ndarray, near: np.ndarray, low: Iterable[float] | None, high: Iterable[float] | None) -> np.ndarray | int:
+        """Returns the positions with each turning joint in the turn nearest to `near` within its range, or the joint that has none."""
+        q = q.copy()
+        least = np.full(len(q), -np.inf) if low is None else np.array(self._positions(low))
+        most = np.full(len(q), np.inf) if high is None else np.array(self._positions(high))
+        for j, axis in enumerate(self.axes):
+            if axis.kind != HINGE:
+                continue
+            turned = q[j] + 2 * np.pi * (np.round((near[j] - q[j]) / (2 * np.pi)) + np.array([0.0, 1.0, -1.0, 2.0, -2.0]))
+            inside = turned[(turned >= least[j] - ROUNDING) & (turned <= most[j] + ROUNDING)]
+            if not len(inside):
+                return j
+            q[j] = min(max(inside[np.abs(inside - near[j]).argmin()], least[j]), most[j])
+        return q
+
+    def _outside(self, q: np.ndarray, low: Iterable[float] | None, high: Iterable[float] | None) -> int | None:
+        """Returns the first joint outside its range."""
+        least = np.full(len(q), -np.inf) if low is None else np.array(self._positions(low))
+        most = np.full(len(q), np.inf) if high is None else np.array(self._positions(high))
+        return next((j for j in range(len(q)) if not least[j] - ROUNDING <= q[j] <= most[j] + ROUNDING), None)
+
+    def _polished(self, pose: Pose, q: np.ndarray) -> np.ndarray:
+        """Returns the positions without what the axes of the model miss of being parallel and meeting."""
+        reached = self.forward(q)
+        return q if reached.distance(pose) < EXACT and reached.angle(pose) < EXACT else self.inverse(pose, q, attempts=1)
 
     def _unreachable(self, pose: Pose, position: float, angle: float, limit: int | None, ranges: Mapping[str, Any]) -> None:
         far = f"the nearest that was found is {position:.4g} m away and turned by {np.degrees(angle):.4g} degrees"

@@ -4,8 +4,12 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import shutil
+import threading
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -56,7 +60,7 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
         return
     with contextlib.suppress(OSError):
         path = path.resolve()  # a link stays a link
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.new")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}.new")
     try:
         with temporary.open("w", encoding="utf-8") as file:
             file.write(text)
@@ -75,6 +79,41 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
             if previous is not None and previous.exists() and not path.exists():
                 os.replace(previous, path)
         refuse(FileFailed, f"cannot write {what} '{path}': {_why(error)}", "the file is as it was; is there room, and may you write there?")
+
+
+LOCK_WAIT_S = 10.0
+"""How long a change of a file waits for another program's."""
+
+_LOCK_LOOK_S = 0.005
+
+
+@contextlib.contextmanager
+def locked(path: Path, what: str) -> Iterator[None]:
+    """Keeps other programs that do so from changing the file meanwhile, by a lock on its folder, which leaves nothing behind.
+
+    Raises `FileFailed` where another one holds it for longer than `LOCK_WAIT_S`. A folder that is not there or knows no locks is not
+    locked: the write says what is wrong with it.
+    """
+    with contextlib.ExitStack() as held:
+        with contextlib.suppress(OSError, RuntimeError):
+            descriptor = os.open(path.resolve().parent, os.O_RDONLY | os.O_CLOEXEC)
+            held.callback(os.close, descriptor)
+            if not _take(descriptor):
+                refuse(FileFailed, f"cannot change {what} '{path}': another program is changing files in that folder", "try again")
+        yield
+
+
+def _take(descriptor: int) -> bool:
+    """Takes the lock of a folder; False where another one held it for too long."""
+    until = time.monotonic() + LOCK_WAIT_S
+    while True:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except BlockingIOError:
+            if time.monotonic() > until:
+                return False
+            time.sleep(_LOCK_LOOK_S)
 
 
 def _settle(folder: Path) -> None:

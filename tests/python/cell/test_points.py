@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 import os
+import subprocess
+import sys
 import threading
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ import pytest
 
 import opengpac as gpac
 from cell_rig import Bench
+from opengpac.devices.points import model_of
 from opengpac.robots import Joint, load, move
 from opengpac.storage import files
 
@@ -60,12 +63,15 @@ def test_the_file_reads_well_and_keeps_what_people_write(bench: Bench, tmp_path:
     points = gpac.Points(path, bench.arm)
     points.teach("pick")
     text = path.read_text()
-    lines = ("[arm]", 'joints = ["x", "y"]', 'units = ["rad", "rad"]', "[points.pick]", "joints = {x = 0.25, y = -0.5}", 'frame = "joints"')
+    lines = ("[arm]", 'joints = ["x", "y"]', 'units = ["rad", "rad"]', "pick = {joints = [0.25, -0.5]")
     assert [line for line in lines if line not in text] == []
-    path.write_text(text.replace("[points.pick]", "# the tray was moved in spring\n[points.pick]").replace("0.25", "0.75"))
+    path.write_text(text.replace("pick =", "# the tray was moved in spring\npick =").replace("0.25", "0.75"))
     assert points["pick"]["x"] == 0.75, "an editor's change is read"
     points["place"] = [0.0, 0.0]
-    assert "# the tray was moved in spring" in path.read_text()
+    points.rename("pick", "tray 1")
+    points.rename("tray 1", "pick")
+    lines = [line.split(" = ")[0] for line in path.read_text().split("\n") if line.startswith(("# the", "pick", "place"))]
+    assert lines == ["# the tray was moved in spring", "pick", "place"]
     assert points["pick"]["x"] == 0.75
 
 
@@ -73,10 +79,10 @@ def test_degrees_may_stand_in_the_file(bench: Bench, tmp_path: Path) -> None:
     path = tmp_path / "points.toml"
     points = gpac.Points(path, bench.arm)
     points["a"] = [1.0, 2.0]
-    path.write_text(path.read_text().replace('units = ["rad", "rad"]', 'units = ["deg", "rad"]').replace("x = 1.0", "x = 90"))
+    path.write_text(path.read_text().replace('units = ["rad", "rad"]', 'units = ["deg", "rad"]').replace("[1.0, ", "[90, "))
     assert points["a"]["x"] == pytest.approx(math.pi / 2)
     points.edit("a", {"x": math.pi})
-    assert "x = 180.0" in path.read_text()
+    assert "[180.0, 2.0]" in path.read_text()
 
 
 def test_points_of_another_arm_are_refused(cell: gpac.System, bench: Bench, tmp_path: Path) -> None:
@@ -123,10 +129,11 @@ def test_a_disabled_arm_is_not_taught(bench: Bench, tmp_path: Path) -> None:
 
 
 HEAD = "format = 1\n[arm]\nname='a'\nmodel='m'\njoints=['elbow']\nunits=['rad']\n[points.p]\n"
+LINES = "format = 2\n[arm]\nname='a'\nmodel='m'\njoints=['elbow']\nunits=['rad']\n[points]\n"
 DAMAGE = {
     "no toml": ("format = [", "cannot be read"),
     "empty": ("", "format"),
-    "newer": ("format = 2\n", "format is 2"),
+    "newer": ("format = 3\n", "format is 3"),
     "no tables": ("format = 1\n", r"\[arm\] and \[points\]"),
     "no units": ("format = 1\n[arm]\nname='a'\nmodel='m'\njoints=['x']\n[points]\n", "'units'"),
     "unit": (HEAD.replace("rad", "turns"), "turns"),
@@ -136,7 +143,15 @@ DAMAGE = {
     "missing": (HEAD + "joints={}\n", "'elbow' is missing"),
     "nan": (HEAD + "joints={elbow=nan}\n", "not a finite number"),
     "text": (HEAD + "joints={elbow='1'}\n", "not a finite number"),
-    "frame": (HEAD + "joints={elbow=1}\nframe='table'\n", "table"),
+    "frame": (HEAD + "joints={elbow=1}\nframe='table'\n", r"line 7, cannot be used: point 'p': its frame 'table' is not in \[frames\]"),
+    "count": (LINES + "p = {joints = [1, 2]}\n", r"line 8, cannot be used: point 'p': it has 2 joints, and the arm 1: elbow"),
+    "no pose": (LINES + "p = {joints = [1], frame = 'world'}\n", "point 'p': it has no 'position"),
+    "no frame": (LINES + "p = {joints = [1], position = [1, 2, 3]}\n", "its frame is 'joints'"),
+    "far": (LINES + "p = {joints = [1], frame = 'world', position = [1, 2e30, 3]}\n", "coordinate of a pose"),
+    "signs": (LINES + "p = {joints = [1], frame = 'world', position = [1, 2, 3], configuration = '+'}\n", "three signs"),
+    "turns": (LINES + "p = {joints = [1], frame = 'world', position = [1, 2, 3], turns = [0.5]}\n", "its turns are"),
+    "tool": (LINES + "p = {joints = [1], frame = 'world', position = [1, 2, 3], tool = 'x'}\n", r"tool 'x' is not in \[tools\]"),
+    "work frame": (LINES + "[frames]\ntable = {position = [1, 2]}\n", r"line 9, cannot be used: frame 'table': it has no 'position"),
 }
 
 
@@ -216,6 +231,80 @@ def test_two_threads_lose_no_point(bench: Bench, tmp_path: Path) -> None:
     for thread in threads:
         thread.join()
     assert len(gpac.Points(points.path)) == 31
+
+
+OLD = """# by hand
+format = 1
+
+[arm]
+name = "arm"
+model = "MODEL"
+joints = ["x", "y"]
+units = ["rad", "rad"]
+
+[points.pick]  # the tray
+frame = "joints"
+joints = {x = 0.25, y = -0.5}
+note = "above"
+
+# at the wall
+[points."far away"]
+frame = "joints"
+joints = {x = 1.0, y = 0.0}
+"""
+
+
+def test_a_file_of_an_earlier_version_stays_as_it_is(bench: Bench, tmp_path: Path) -> None:
+    path = tmp_path / "points.toml"
+    old = OLD.replace("MODEL", model_of(bench.arm))
+    path.write_text(old)
+    points = gpac.Points(path, bench.arm)
+    assert [(point.name, dict(point), point.note) for point in points.values()] == [
+        ("pick", {"x": 0.25, "y": -0.5}, "above"), ("far away", {"x": 1.0, "y": 0.0}, ""),
+    ]  # fmt: skip
+    points.edit("pick", {"x": 0.5})
+    points.rename("far away", "wall")
+    assert path.read_text() == old.replace("x = 0.25", "x = 0.5").replace('"far away"', "wall")
+    points["new"] = [0.0, 1.0]
+    assert path.read_text().endswith('\n[points.new]\nframe = "joints"\njoints = {x = 0.0, y = 1.0}\n')
+    assert list(gpac.Points(path, bench.arm)) == ["pick", "wall", "new"]
+
+
+PROGRAM = """
+import sys
+import opengpac as gpac
+points = gpac.Points(sys.argv[1])
+for number in range(15):
+    points[f"{sys.argv[2]}{number}"] = [float(number), 0.0]
+"""
+
+
+def test_two_programs_lose_no_point(bench: Bench, tmp_path: Path) -> None:
+    points = gpac.Points(tmp_path / "points.toml", bench.arm)
+    points["start"] = [0.0, 0.0]
+    programs = [subprocess.Popen([sys.executable, "-c", PROGRAM, points.path, letter]) for letter in "ab"]
+    for number in range(15):
+        points[f"c{number}"] = [0.0, float(number)]
+    assert [program.wait(60) for program in programs] == [0, 0]
+    assert sorted(points) == sorted(["start", *(f"{letter}{number}" for letter in "abc" for number in range(15))])
+
+
+def test_a_point_that_could_not_be_written_does_not_take_that_of_another(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points, other = (gpac.Points(tmp_path / "points.toml", bench.arm) for _ in range(2))
+
+    def full(_: int) -> None:
+        raise OSError(28, os.strerror(28))
+
+    with monkeypatch.context() as disk:
+        disk.setattr(files.os, "fsync", full)
+        with pytest.raises(gpac.FileFailed):
+            points["mine"] = [1.0, 1.0]
+    other["theirs"] = [2.0, 2.0]
+    assert sorted(points) == ["mine", "theirs"]
+    points.save()
+    assert sorted(other) == ["mine", "theirs"]
 
 
 def test_wrong_names_and_values_are_refused(bench: Bench, tmp_path: Path) -> None:

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Configuration of an arm: which of the joint positions that bring its tool to one pose are meant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import ValueRefused, refuse
+
+_SIGNS = {"+": 1, "-": -1}
+_NUMBER = 3
+TURNS_MAX = 1000
+"""The most turns that a joint may have made."""
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """Shoulder, elbow and wrist of an arm by their signs, and the turns that its joints have made: `arm.configuration()`.
+
+    `shoulder` is 1 where the wrist stands on the side of the first axis that the cross product of the first two axes points to, `elbow`
+    1 where the forearm is bent about the third axis in its positive sense, `wrist` 1 where the sixth axis is turned from the
+    fourth about the fifth in its positive sense; otherwise they are -1. A joint between -180 and 180 degrees has made 0 turns; an empty
+    `turns` leaves them open. The text `"+-+"` is shoulder, elbow, wrist. Raises `ValueRefused` for another sign.
+    """
+
+    shoulder: int
+    elbow: int
+    wrist: int
+    turns: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in ("shoulder", "elbow", "wrist"):
+            sign = getattr(self, name)
+            if isinstance(sign, bool) or not isinstance(sign, int) or sign not in (1, -1):
+                refuse(ValueRefused, f"the {name} of a configuration is {sign!r}", "give 1 or -1")
+        turns = self.turns if isinstance(self.turns, tuple | list) else (None,)
+        if any(isinstance(turn, bool) or not isinstance(turn, int) or abs(turn) > TURNS_MAX for turn in turns):
+            refuse(ValueRefused, f"the turns of a configuration are {self.turns!r}", "give a whole number for each joint")
+
+    @classmethod
+    def of(cls, given: Configuration | str, turns: tuple[int, ...] | list[int] = ()) -> Configuration:
+        """Returns the configuration of a text, `"+-+"` for shoulder, elbow and wrist, or one as it is."""
+        if isinstance(given, Configuration):
+            return given
+        if not isinstance(given, str) or len(given) != _NUMBER or any(sign not in _SIGNS for sign in given):
+            refuse(ValueRefused, f"a configuration is {given!r}", "give the signs of shoulder, elbow and wrist, for example '+-+'")
+        shoulder, elbow, wrist = (_SIGNS[sign] for sign in given)
+        return cls(shoulder, elbow, wrist, tuple(turns) if isinstance(turns, list) else turns)
+
+    @property
+    def signs(self) -> str:
+        """Shoulder, elbow and wrist as text, `"+-+"`."""
+        return "".join("+" if sign > 0 else "-" for sign in (self.shoulder, self.elbow, self.wrist))
+
+    def __str__(self) -> str:
+        return self.signs
