@@ -230,6 +230,8 @@ faults: setup-hosts $(VENV)/tests
 	@$(call install,libclang==18.1.1)
 	$(BIN)/python tests/faults/fmi_export.py
 	$(BIN)/python tests/faults/driver_kills.py
+	OPENGPAC_BROKEN_DRIVERS=all cargo test -p drivers --profile checked --test conformance -- faulty
+	OPENGPAC_BROKEN_DRIVERS=all $(BIN)/python -m pytest -q tests/python/drivers/test_broken_classes.py
 	$(BIN)/python tests/faults/io_module.py
 	$(BIN)/python examples/cart_pole_mpc.py
 	OPENGPAC_NODES=all $(BIN)/python -m pytest -q tests/python/policies/test_nodes.py tests/python/policies/test_sanitized.py

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import opengpac as gpac
@@ -132,3 +133,28 @@ def test_an_emergency_stop_latches(full: Any) -> None:
         full.counting("v").on(full.fast)(full.b)
     full.cell.reset()
     assert full.counting("v").on(full.fast)(full.b, limit=2).last == 2
+
+
+ODD_GOALS: dict[str, tuple[Any, str]] = {
+    "a column": (np.zeros((2, 1)), "it takes a number, not a list of 1; give a number, or a text with a unit"),
+    "a truth value": ([True, 0.0], "it takes a number, not true"),
+    "a table": ([{"rad": 1.0}, 0.0], "it takes a number, not a record"),
+    "a masked array": (np.ma.array([0.1, 0.2], mask=[True, False]), "'goal' has 1 masked elements of 2, which have no value; fill them"),
+    "a number beyond all": (["1e400 deg", 0.0], "the number of '1e400 deg' is beyond the range of a double"),
+}
+
+
+@pytest.mark.parametrize("what", ODD_GOALS)
+def test_a_goal_that_is_no_number_is_refused_in_words(what: str) -> None:
+    goal, said = ODD_GOALS[what]
+    arm = gpac.robots.load("two_joint", clock="virtual").enable()
+    with pytest.raises(gpac.Error) as caught:
+        gpac.motion.move_absolute(arm, goal)
+    assert said in str(caught.value)
+    for word in ("List(", "Bool(", "Number(", "Record(", "none of the forms"):
+        assert word not in str(caught.value)
+
+
+def test_an_array_without_masked_elements_is_a_goal() -> None:
+    arm = gpac.robots.load("two_joint", clock="virtual").enable()
+    assert gpac.motion.move_absolute(arm, np.ma.array([0.1, 0.2])).condition == "arrived"

@@ -189,6 +189,15 @@ def test_the_floor_that_stops_an_arm_of_ours_is_named() -> None:
         gpac.motion.move_absolute(found, goal, time_limit="20 s")
 
 
+def test_what_an_arm_was_thrown_back_from_is_named() -> None:
+    """At speed the wrist leaves the floor again before its joint is found too far from where it is commanded to be."""
+    found = gpac.robots.load("ur5e", name="thrown", clock="virtual").enable()
+    goal = [position + 0.8 for position in found.values("sensed")]
+    with pytest.raises(gpac.Terminated, match=r"'following_error': .*; where it is commanded to be, 'floor' meets 'wrist_2_link'"):
+        gpac.motion.move_absolute(found, goal, speed="80 %")
+    assert found.touching() == []
+
+
 def test_a_file_that_is_no_xml_is_refused_with_the_line(tmp_path: Path) -> None:
     file = arm(tmp_path)
     lines = file.read_text().splitlines()

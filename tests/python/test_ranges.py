@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
-from opengpac import activate, motion
+from opengpac import activate, motion, wait
 from opengpac import library as lib
 from opengpac.cell import AnalogOutput
 from opengpac.definition.blocks import Block, Item
@@ -379,3 +379,31 @@ def test_a_payload_is_checked_where_it_is_written() -> None:
     with pytest.raises(gpac.OutOfRange, match="the centre of mass of a payload cannot be 250"):
         gpac.robots.Payload(1.0, (0, 0, 250))
     assert dataclasses.asdict(gpac.robots.Payload(2, (0, 0, 0.1))) == {"mass": 2, "centre": (0, 0, 0.1)}
+
+
+NEGATIVE_TIMES: dict[str, Callable[[gpac.System], Any]] = {
+    "the interval of 'a' cannot be -1 ms": lambda cell: activate("a", every="-1 ms"),
+    "the interval of 'a' cannot be -2 s": lambda cell: activate("a", every=gpac.interval(-2)),
+    "the budget of 'a' cannot be -1 us": lambda cell: activate("a", every="1 ms", budget="-1 us"),
+    "the time of a wait cannot be -0.5 s": lambda cell: wait(-0.5),
+    "the virtual cost of source 'slow' cannot be -1 s": lambda cell: cell.processor("rtp9").timer("slow", period="1 s", virtual_cost=-1),
+    "lost_after cannot be -1 s": lambda cell: cell.processor("apart", process=True, lost_after="-1 s"),
+    "patience cannot be -1 s": lambda cell: cell.processor("apart", process=True, patience="-1 s"),
+}
+
+
+@pytest.mark.parametrize("said", NEGATIVE_TIMES)
+def test_a_time_that_cannot_be_negative_is_refused_in_words(cell: gpac.System, said: str) -> None:
+    with pytest.raises(gpac.OutOfRange, match=re.escape(f"{said}: its range is at least 0 s; give a time that is not negative")):
+        NEGATIVE_TIMES[said](cell)
+
+
+@pytest.mark.parametrize("text", ["", "x", "1 ms", "[0 1]", "0, 1", "[pose"])
+def test_a_text_that_is_no_range_is_refused_in_words(cell: gpac.System, text: str) -> None:
+    with pytest.raises(gpac.CallError, match=re.escape(f"the range of SVV 'x' is '{text}'; give its two ends")):
+        cell.svv("x", within=text)
+
+
+def test_a_core_has_a_number(cell: gpac.System) -> None:
+    with pytest.raises(gpac.CallError, match="the core of processor 'p' is -1; give a whole number, 0 to 65,535"):
+        cell.processor("p", core=-1)

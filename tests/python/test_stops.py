@@ -10,6 +10,7 @@ from __future__ import annotations
 import datetime
 import os
 import random
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -211,7 +212,27 @@ class Drawn:
         return gpac.compose(self.name(), parts, transitions={("a", None): "b", **back})
 
 
-def try_ends(rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int) -> bool:
+ENDS = ("halt", "time_limit", "suspended", "paused", "emergency_stop", "halted twice")
+"""Ways to tell an instance to end; of each composition four are tried, at random instants."""
+
+
+def tell(rig: Rig, vi: gpac.VerbInstance[Any], how: str) -> None:
+    """Tells an instance to end; a time limit has been given at its start."""
+    if how == "suspended":
+        vi.suspend()
+    elif how == "paused":
+        rig.cell.pause()
+    if how == "emergency_stop":
+        rig.cell.emergency_stop("a test")
+    elif how != "time_limit":
+        vi.halt()
+    if how == "halted twice" and not vi.done:
+        vi.halt()
+    if how == "paused":
+        rig.cell.resume()
+
+
+def try_ends(rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, ends: Sequence[str] = ()) -> bool:
     """Draws a composition and ends it at four random instants; false for one that the model refuses."""
     rng = random.Random(seed)
     try:
@@ -219,22 +240,26 @@ def try_ends(rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int) -> bool:
         vi = drawn.verb.new_instance(*arguments_of(drawn.verb, svvs))
     except gpac.Error:
         return False
-    for how in ("halt", "time_limit", "suspended", "halt"):
+    for how in ends or rng.sample(ENDS, 4):
         at = rng.randint(0, 25) + 0.5
         vi.start(**({"time_limit": f"{at} ms"} if how == "time_limit" else {}))
         rig.cell.advance(f"{at} ms")
         if vi.done:
             continue
-        counted = work(svvs, frozenset(drawn.recovery))
-        if how == "suspended":
-            vi.suspend()
-        if how != "time_limit":
-            vi.halt()
+        # An emergency stop leads to nothing, also not to what is declared for a halt.
+        endings = frozenset[int]() if how == "emergency_stop" else frozenset(drawn.recovery)
+        counted = work(svvs, endings)
+        tell(rig, vi, how)
         rig.cell.advance("40 ms")
         where = f"seed {seed}, {how} at {at} ms: {drawn.verb!r}"
         assert vi.report is not None, where
-        assert vi.report.condition in ("halted", "time_limit", "stopped", "completed"), where
-        assert work(svvs, frozenset(drawn.recovery)) == counted, where
+        assert vi.report.condition in ("halted", "time_limit", "stopped", "completed", "emergency_stop"), where
+        assert (vi.report.condition == "emergency_stop") == (how == "emergency_stop"), where
+        assert work(svvs, endings) == counted, where
+        if how == "emergency_stop":
+            rig.cell.reset()
+            rig.cell.advance("5 ms")
+            assert work(svvs, endings) == counted, where
     vi.delete()
     return True
 
@@ -259,4 +284,4 @@ def test_parts_that_go_on_together_where_a_halt_leads_one_of_them_are_refused(ri
 @pytest.mark.parametrize("seed", [910000130, 910000703, 910001577, 910005618])
 def test_what_follows_a_part_without_a_normal_end_of_its_own_begins_at_no_halt(rig: Rig, seed: int) -> None:
     """The one way to a normal end is a list that the halt leads to: here the next part is no work, and was taken for an ending."""
-    assert try_ends(rig, of_svvs(rig), seed)
+    assert try_ends(rig, of_svvs(rig), seed, ("halt", "time_limit", "suspended", "halt"))

@@ -152,7 +152,10 @@ impl Limits {
             Value::Integer(integer) => Ok(*integer as f64),
             Value::Unsigned(integer) => Ok(*integer as f64),
             Value::Number(number) => Ok(*number),
-            _ => Err(Refusal::new(Class::ValueRefused, format!("{value:?} is no number"))),
+            _ => {
+                let refusal = Refusal::new(Class::ValueRefused, format!("it takes a number, not {}", value.described()));
+                Err(refusal.remedy("give a number, or a text with a unit, for example '90 deg'"))
+            }
         };
         let given = given.map_err(|refusal| refusal.for_what(&what()))?;
         let reached = from.unwrap_or(0.0) + given;

@@ -201,6 +201,10 @@ fn split(text: &str) -> Result<(f64, &str), Refusal> {
     let longest = text.char_indices().take_while(|(_, c)| c.is_ascii_digit() || "+-.eE ".contains(*c)).last();
     let end = longest.map_or(0, |(at, c)| at + c.len_utf8());
     match (1..=end).rev().find(is_number) {
+        // Its first digits alone are another number.
+        Some(end) if text[..end].ends_with(|c: char| c.is_ascii_digit()) && text[end..].starts_with(|c: char| c.is_ascii_digit()) => {
+            Err(Refusal::new(Class::ValueRefused, format!("the number of '{text}' is beyond the range of a double, 1.8e308")).remedy("give a smaller number"))
+        }
         Some(end) => Ok((text[..end].trim_end().parse().expect("it was parsed a line above"), text[end..].trim())),
         None => {
             Err(Refusal::new(Class::ValueRefused, format!("'{text}' is not a number with a unit")).remedy("write a number, or for example '20 ms' or '90 deg'"))
@@ -323,6 +327,15 @@ mod tests {
         assert!(refusal("furlong").starts_with("the unit 'furlong' is not known"));
         assert!(refusal("N..m").starts_with("the unit 'N..m' cannot be read") && refusal("m/").starts_with("the unit 'm/' cannot be read"));
         assert_eq!(number_in("5 Nm", "N.m").unwrap_err().to_string(), "'5 Nm' has the unit 'Nm', which is not known; did you mean 'N.m'?");
+    }
+
+    #[test]
+    fn a_number_beyond_all_numbers_is_not_read_by_its_first_digits() {
+        for text in ["1e400 deg", "1e400", "-1e309 m", &format!("{} m", "9".repeat(400))] {
+            let said = number_in(text, "").unwrap_err().to_string();
+            assert!(said.starts_with(&format!("the number of '{text}' is beyond the range of a double, 1.8e308")), "{said}");
+        }
+        assert_eq!(number_in("1e-400 m", "m").expect("it is 0"), 0.0);
     }
 
     #[test]

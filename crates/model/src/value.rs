@@ -21,6 +21,21 @@ pub enum Value {
     Record(IndexMap<String, Value>),
 }
 
+impl Value {
+    /// Returns the value in words, as a message has it.
+    pub fn described(&self) -> String {
+        match self {
+            Value::Bool(value) => value.to_string(),
+            Value::Integer(value) => value.to_string(),
+            Value::Unsigned(value) => value.to_string(),
+            Value::Number(value) => value.to_string(),
+            Value::Text(text) => format!("'{text}'"),
+            Value::List(values) => format!("a list of {}", values.len()),
+            Value::Record(_) => "a record".into(),
+        }
+    }
+}
+
 /// Replaces a number that is not finite by null in an answer: JSON has no other word for it.
 #[cfg(feature = "schema")]
 fn or_null(schema: &mut schemars::Schema) {

@@ -14,7 +14,7 @@ from ..errors import CallError, Error, InvalidState, gone, refusals, refuse
 from ..refusals.argument_types import all_taking
 from ..refusals.declared_names import Declared
 from ..values.encoding import plain
-from ..values.quantities import Quantity, duration_ns, optional_ns
+from ..values.quantities import Quantity, optional_ns, span_ns
 from ..values.tables import Shown, Table
 from . import progress, waiting
 from .application import application_json, arguments_json, bind, options_json, system_for, values_json
@@ -157,7 +157,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
         every = values.pop("every", {}) if "every" not in self.verb.input_parameters else {}
         if not isinstance(every, Mapping):
             refuse(CallError, f"every is {every!r}", "write vi.set(every={'generator': '10 ms'})")
-        intervals = {str(label): duration_ns(time, f"the interval of '{label}'") for label, time in every.items()}
+        intervals = {str(label): span_ns(time, f"the interval of '{label}'") for label, time in every.items()}
         with refusals:
             self._alive().set(self.identity, {name: plain(value, f"'{name}'") for name, value in values.items()}, intervals)
 

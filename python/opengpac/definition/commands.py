@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from ..errors import DefinitionError, refuse
 from ..refusals.argument_types import taking
 from ..values.numbers import number
-from ..values.quantities import Quantity, duration_ns, is_duration, optional_ns
+from ..values.quantities import Quantity, is_duration, optional_ns, span_ns
 from .blocks import Name, names_of
 
 
@@ -84,7 +84,7 @@ def wait(until: Quantity | Name | Sequence[Name] | None = None) -> Command:
         return {"command": "wait"}
     until = number(until)
     if isinstance(until, int | float) or (isinstance(until, str) and is_duration(until)):
-        return {"command": "wait", "time_ns": duration_ns(until, "the time of a wait")}
+        return {"command": "wait", "time_ns": span_ns(until, "the time of a wait")}
     return {"command": "wait", "conditions": names_of(until)}
 
 

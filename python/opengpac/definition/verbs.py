@@ -22,7 +22,7 @@ from ..refusals.declared_names import Declared
 from ..refusals.source_location import Place, here
 from ..system.processors import system_of
 from ..system.sources import Source, placement_json
-from ..values.quantities import Quantity, duration_ns, optional_ns
+from ..values.quantities import Quantity, optional_ns, span_ns
 from ..values.tables import CallSignature
 from . import entering
 from .blocks import Block, Blocks, mapping_of, modules_of, names_of, systems_of, uses_of
@@ -194,7 +194,7 @@ class Verb(VerbTables, Declared, Generic[P, R]):
 
     def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> Verb[P, R]:
         """This verb placed. `where`: one source, `{"planner": slow, "generator": fast}`, or a system; `every` changes intervals."""
-        changed = {str(label): duration_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()}
+        changed = {str(label): span_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()}
         options: dict[str, Any] = {"intervals": {**self.intervals, **changed}}
         if isinstance(where, Source):
             where = {"*": where}

@@ -21,7 +21,7 @@ from ..studio import offered_motions
 from ..system.svvs import SVV
 from ..values.encoding import lively, plain
 from ..values.numbers import range_of
-from ..values.quantities import Quantity, duration_ns, optional_ns
+from ..values.quantities import Quantity, optional_ns, span_ns
 from ..values.tables import Shown, Table
 from .enabling import enable
 
@@ -250,7 +250,7 @@ class LogicalDevice(Shown, Declared, Argument):
             "parameters": overrides,
             "arguments": {n: argument_json(v, f"argument '{n}' of device '{name}'") for n, v in given.items()},
             "source": on.name if on is not None else None,
-            "every": {label: duration_ns(interval, f"the interval of '{label}'") for label, interval in (every or {}).items()},
+            "every": {label: span_ns(interval, f"the interval of '{label}'") for label, interval in (every or {}).items()},
             "units": [list(pair) for pair in (units or {}).items()],
             "arbitration": arbitration,
             "place": here().json(),

@@ -11,112 +11,41 @@ import gc
 import json
 import math
 import os
+import signal
 import sys
 import tempfile
 import threading
 import time
 import traceback
 import tracemalloc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
-from ..driver.base import channels_of, place_of
 from ..driver.members import Channel
-from ..driver.process import Exchange
+from .class_parts import parts
+from .class_subject import BUSY_S, Subject, Wrong, opened, said
 
 SENTENCES = {
     "class-life": "its class opens, exchanges, goes to its safe state and closes",
     "class-readings": "readings keep their types and stay finite over many exchanges",
     "class-prints": "an exchange prints nothing",
+    "class-brief": "an exchange computes for less than 5 ms",
+    "class-kept": "no call of it changes the folder, the environment, the file mask or a signal handler of its process",
     "class-counters": "its counters never fall",
     "class-values": "any command is refused, or leaves readings finite; afterwards the safe state comes about",
+    "class-parts": "a part rests while nothing commands it, follows what it is told, and its velocity has the sign of its motion",
     "class-descriptors": "many exchanges and lives leave no descriptor behind",
     "class-threads": "many exchanges and lives leave no thread behind",
+    "class-processes": "many exchanges and lives leave no process behind",
     "class-memory": "memory is flat over many exchanges",
 }
 EXCHANGES = 600
 """Of one run: more than the 200 after which a driver that counts its readings shows what it does then."""
-BUSY_S = 5.0
-"""A run of exchanges ends then, however many it has made: a slow device is tried less often."""
+BRIEF_S = 0.005
+"""Processor time of one exchange, on average: half of what a driver has at 100 Hz."""
 GROWTH_BYTES = 16.0
 """Bytes per exchange that may remain: less than one float in a list."""
-
-
-class Wrong(Exception):
-    """The cause of a check that failed."""
-
-
-class Subject:
-    """One object of the class, with room for its channels."""
-
-    def __init__(self, options_json: str) -> None:
-        self._exchange = Exchange(options_json)
-        self.driver = self._exchange._driver
-        channels = channels_of(type(self.driver))
-        self.reads = [channel for channel in channels.values() if not channel.write]
-        self.writes = [channel for channel in channels.values() if channel.write]
-        offsets, ends = [], {False: 0, True: 0}
-        for channel in channels.values():
-            offsets.append(ends[channel.write])
-            ends[channel.write] += channel.format.size
-        self._exchange.place(offsets, ends[False])
-        self.counted: list[int] = []
-
-    def call(self, name: str) -> None:
-        """Calls a method of its life. Wrong: it raises."""
-        try:
-            getattr(self._exchange, name)()
-        except Exception as why:
-            raise Wrong(f"{name}() raises {said(why)}") from why
-
-    def exchange(self, value: Callable[[Channel], Any] = lambda channel: channel.initial) -> None:
-        """Makes one exchange with these commands; what it raises is for the caller."""
-        commands = b"".join(channel.pack(value(channel)) for channel in self.writes)
-        self.counted = self._exchange.exchange(commands)[1]
-
-    def steady(self, times: int) -> int:
-        """Exchanges with the safe commands; how many it made within its time. Wrong: one raises, or a reading is not finite."""
-        end_s = time.monotonic() + BUSY_S
-        for number in range(1, times + 1):
-            try:
-                self.exchange()
-            except Exception as why:
-                raise Wrong(f"exchange() raises {said(why)} at exchange {number}, though nothing is commanded") from why
-            if odd := self.odd():
-                raise Wrong(f"reading '{odd.name}' is {self.value(odd)!r} after {number} exchanges")
-            if time.monotonic() > end_s:
-                return number
-        return times
-
-    def value(self, channel: Channel) -> Any:
-        """Returns the value of a channel on the object."""
-        values, name = place_of(self.driver, channel)
-        return values[name]
-
-    def odd(self) -> Channel | None:
-        """Returns a channel whose reading is not finite."""
-        values = ((channel, self.value(channel)) for channel in self.reads)
-        flat = ((channel, one) for channel, value in values for one in (value if isinstance(value, (list, tuple)) else [value]))
-        return next((channel for channel, one in flat if isinstance(one, float) and not math.isfinite(one)), None)
-
-
-def said(why: BaseException) -> str:
-    """Returns an exception in one line."""
-    return f"{type(why).__name__}: {str(why).splitlines()[0] if str(why) else 'no text'}"
-
-
-@contextmanager
-def opened(options: str) -> Iterator[Subject]:
-    """Yields an object that is open; it is made safe and closed behind the check."""
-    subject = Subject(options)
-    subject.call("open")
-    try:
-        yield subject
-    finally:
-        if not isinstance(sys.exc_info()[1], Wrong):
-            subject.call("safe_state")
-            subject.call("close")
 
 
 def life(options: str) -> None:
@@ -149,6 +78,57 @@ def prints(options: str) -> None:
         size = os.fstat(file.fileno()).st_size
         if size >= made:
             raise Wrong(f"it prints {size} bytes in {made} exchanges; write to a log when something changes")
+
+
+def brief(options: str) -> None:
+    with opened(options) as subject:
+        subject.steady(2)
+        before = time.thread_time()
+        made = subject.steady(20)
+        mean = (time.thread_time() - before) / made
+        if mean > BRIEF_S:
+            raise Wrong(f"it computes for {mean * 1e3:.1f} ms; wait for the machine by what blocks, not in a loop")
+
+
+AT_FIRST: dict[str, Any] = {}
+"""State in which this process began, before anything of the driver has run."""
+
+
+def shared() -> dict[str, Any]:
+    """Returns the state of this process that others count on, by the names of it."""
+    mask = os.umask(0)
+    os.umask(mask)
+    handlers = {each.name: signal.getsignal(each) for each in signal.Signals}
+    return {"the folder": os.getcwd(), "the environment": dict(os.environ), "the file mask": mask, "a signal handler": handlers}
+
+
+def restore(found: dict[str, Any]) -> None:
+    """Sets the state again in which this process began: an earlier check may have changed it."""
+    os.chdir(found["the folder"])
+    os.umask(found["the file mask"])
+    os.environ.clear()
+    os.environ.update(found["the environment"])
+    for name, handler in found["a signal handler"].items():
+        if signal.getsignal(signal.Signals[name]) != handler:
+            signal.signal(signal.Signals[name], handler)
+
+
+def kept(options: str) -> None:
+    restore(AT_FIRST)
+    with opened(options) as subject:
+        same("open()")
+        subject.steady(3)
+        same("exchange()")
+        subject.call("safe_state")
+        same("safe_state()")
+    same("close()")
+
+
+def same(call: str) -> None:
+    """Fails if a call has changed the state in which this process began."""
+    for what, now in shared().items():
+        if now != AT_FIRST[what]:
+            raise Wrong(f"{call} changes {what} of its process, which under the virtual clock is the program's")
 
 
 def counters(options: str) -> None:
@@ -233,6 +213,23 @@ def threads(options: str) -> None:
     left(options, threading.active_count, "threads")
 
 
+def children() -> int:
+    """Returns the number of processes that this one has started and not waited for."""
+    found = 0
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            # Behind the name, which may hold anything: state, parent.
+            behind = Path("/proc", name, "stat").read_text().rpartition(")")[2]
+        except OSError:
+            continue
+        found += int(behind.split()[1]) == os.getpid()
+    return found
+
+
+def processes(options: str) -> None:
+    left(options, children, "processes")
+
+
 def memory(options: str) -> None:
     with opened(options) as subject:
         subject.steady(EXCHANGES)
@@ -251,14 +248,16 @@ def memory(options: str) -> None:
 
 
 CHECKS: dict[str, Callable[[str], None]] = {
-    "class-life": life, "class-readings": readings, "class-prints": prints, "class-counters": counters, "class-values": values,
-    "class-descriptors": descriptors, "class-threads": threads, "class-memory": memory,
+    "class-life": life, "class-readings": readings, "class-prints": prints, "class-brief": brief, "class-kept": kept,
+    "class-counters": counters, "class-values": values, "class-parts": parts, "class-descriptors": descriptors,
+    "class-threads": threads, "class-processes": processes, "class-memory": memory,
 }  # fmt: skip
 
 
 def main() -> int:
     """Checks the class that standard input describes; each outcome is a line of JSON on the descriptor that standard output was."""
     options = sys.stdin.read()
+    AT_FIRST.update(shared())
     # What the driver prints is no outcome.
     told = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
@@ -268,7 +267,7 @@ def main() -> int:
             check(options)
         except Wrong as wrong:
             why = str(wrong)
-        except Exception as raised:
+        except (Exception, SystemExit) as raised:
             traceback.print_exc()
             why = f"it raises {said(raised)}"
         verdict = "failed" if why else "passed"

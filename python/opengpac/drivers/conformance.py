@@ -98,8 +98,8 @@ def shown(report: Mapping[str, Any], verbose: bool) -> str:
 
 SIMULATED = ("loopback", "mujoco", "scripted")
 """Drivers that move no machine."""
-CLASS_S = 60.0
-"""How long one check of a class may take."""
+CLASS_S = 50.0
+"""How long one check of a class may take: what hangs is told within a minute."""
 
 
 def _ask(driver: Driver) -> None:

@@ -114,10 +114,13 @@ class Arm(Group[Joint]):
 
         Bodies that move freely are left out. Not on the real-time path: it loads the model.
         """
+        return self._touching_at("sensed")
+
+    def _touching_at(self, states: str) -> list[tuple[str, str]]:
         if self._scene is None:
             return []
         names = [joint.name.removeprefix(f"{self.name}.") for joint in self]
-        return touching(self._scene, dict(zip(names, self.values("sensed"), strict=True)))
+        return touching(self._scene, dict(zip(names, self.values(states), strict=True)))
 
     def _said_of_end(self, message: str) -> str:
         """Returns what is added to the message of a motion's end: the bodies that touch, where a joint did not follow."""
@@ -125,7 +128,11 @@ class Arm(Group[Joint]):
             return ""
         # The end is told also where the file of the model is gone by now.
         with contextlib.suppress(Error, OSError, ValueError):
-            return "".join(f"; '{first}' touches '{second}'" for first, second in self.touching()[:TOUCHING_TOLD])
+            if pairs := self.touching()[:TOUCHING_TOLD]:
+                return "".join(f"; '{first}' touches '{second}'" for first, second in pairs)
+            # An arm that has hit something is thrown back, and may touch it no more.
+            pairs = self._touching_at("reference")[:TOUCHING_TOLD]
+            return "".join(f"; where it is commanded to be, '{first}' meets '{second}'" for first, second in pairs)
         return ""
 
     @functools.cached_property

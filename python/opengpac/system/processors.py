@@ -12,7 +12,7 @@ from ..refusals.argument_types import all_taking
 from ..refusals.declared_names import Declared
 from ..refusals.source_location import here
 from ..values.numbers import number
-from ..values.quantities import Quantity, duration_ns
+from ..values.quantities import Quantity, duration_ns, span_ns
 from ..values.tables import Shown, Table
 from .clock import SystemTime
 from .sources import Source
@@ -87,7 +87,7 @@ class Processor(Shown, Declared):
             refuse(CallError, f"the period of timer '{name}' is {period_ns / 1e9:g} s", "time does not run backwards")
         if not 0 <= priority <= 255:
             refuse(CallError, f"the priority of source '{name}' is {priority}", "give a whole number, 1 to 98; a larger one preempts")
-        cost_ns, full = duration_ns(cost, "the virtual cost"), f"{self.name}.{name}"
+        cost_ns, full = span_ns(cost, f"the virtual cost of source '{name}'"), f"{self.name}.{name}"
         asked = {"kind": kind, "period": f"{period_ns / 1e6:g} ms", "priority": priority, "virtual_cost": f"{cost_ns / 1e3:g} us"}
         if self.system._by_name.equal("source", full, asked):
             return self.system.sources[full]

@@ -186,6 +186,7 @@ class System(SystemCommands, SystemTime, Declared):
         started or is lost.
         """
         bounds = optional_ns(lost_after, "lost_after"), optional_ns(patience, "patience")
+        core = None if core is None else whole(core, f"the core of processor '{name}'", 0, 65_535)
         asked = {"core": core, "supervisor": supervisor, "process": process, "host": host, "lost_after": lost_after, "patience": patience}
         if self._by_name.equal("processor", name, asked):
             return self.processors[name]

@@ -7,6 +7,7 @@ Nothing of those libraries is loaded here: the process of a driver needs none of
 from __future__ import annotations
 
 import math
+import re
 from decimal import Decimal
 from numbers import Real
 from typing import Any
@@ -48,9 +49,13 @@ def rows(value: Any) -> Any:
     return value
 
 
+_RANGE = re.compile(r"\[pose\]|[\[(][^,\[\]()]+,[^,\[\]()]+[\])]")
+"""A range as a text, `"(0, inf)"`: what its ends are is looked at by the model."""
+
+
 def range_of(given: Any, what: str) -> str | list[float | str] | None:
     """A range as the model takes it: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. Without a range it returns None."""
-    if given is None or isinstance(given, str):
+    if given is None or (isinstance(given, str) and _RANGE.fullmatch(given)):
         return given
     listed = rows(given)
     ends = [number(end) for end in listed] if isinstance(listed, list | tuple) else []

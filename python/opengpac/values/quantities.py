@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .. import _native
-from ..errors import ValueRefused, refusals, refuse
+from ..errors import OutOfRange, ValueRefused, refusals, refuse
 from .numbers import number
 
 Quantity: TypeAlias = float | int | str
@@ -49,9 +49,18 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
     return round(ns)
 
 
+def span_ns(duration: Quantity, what: str) -> int:
+    """Returns as `duration_ns`. Refused: it is negative."""
+    ns = duration_ns(duration, what)
+    if ns < 0:
+        said = duration if isinstance(duration, str) else f"{number(duration):g} s"
+        refuse(OutOfRange, f"{what} cannot be {said}: its range is at least 0 s", "give a time that is not negative, for example '20 ms'")
+    return ns
+
+
 def optional_ns(duration: Quantity | None, what: str) -> int | None:
-    """Returns as `duration_ns`, and nothing for nothing."""
-    return None if duration is None else duration_ns(duration, what)
+    """Returns as `span_ns`, and nothing for nothing."""
+    return None if duration is None else span_ns(duration, what)
 
 
 _SIZES = {"B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30, "TiB": 2**40}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Every check that runs in the process of the driver.
 use super::check::Check;
-use super::{channels, cost, declaration, driven, exchange, life, options, promises, safe_state, services};
+use super::{channels, cost, declaration, driven, exchange, kept, life, options, promises, pushed, safe_state, services};
 
 /// In their order.
 pub(super) fn checks() -> Vec<&'static Check> {
@@ -14,6 +14,8 @@ pub(super) fn checks() -> Vec<&'static Check> {
         services::CHECKS,
         exchange::CHECKS,
         driven::CHECKS,
+        pushed::CHECKS,
+        kept::CHECKS,
         cost::CHECKS,
         safe_state::CHECKS,
     ];

@@ -8,6 +8,7 @@ use device::Direction;
 pub(super) const CHECKS: &[Check] = &[
     Check { name: "first-reading", sentence: "the first reading behind opening succeeds, and its numbers are finite", run: first_reading },
     Check { name: "readings-whole", sentence: "a reading stores nothing behind the last channel", run: readings_whole },
+    Check { name: "truth-values", sentence: "a truth value that it reads is 0 or 1", run: truth_values },
     Check { name: "commands-kept", sentence: "an exchange leaves the commands as they are", run: commands_kept },
     Check { name: "unengaged", sentence: "while nothing is commanded, its parts stand still", run: unengaged },
     Check { name: "no-leap", sentence: "a part that is engaged with what it measures does not leap", run: no_leap },
@@ -40,6 +41,21 @@ fn readings_whole(subject: &Subject) -> Tried {
     let mut rig = subject.open()?;
     rig.cycles(WARM)?;
     holds(rig.is_whole(), || "bytes behind it have changed".to_owned())
+}
+
+fn truth_values(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let truths = rig.driver.channels().iter().filter(|channel| channel.direction == Direction::Read && channel.type_text.starts_with("bool"));
+    let truths: Vec<_> = truths.map(|channel| (channel.name.clone(), channel.offset..channel.offset + channel.len)).collect();
+    if truths.is_empty() {
+        return Ok(Passed::NotApplicable("it reads none"));
+    }
+    for _ in 0..WARM {
+        rig.cycle()?;
+        let odd = truths.iter().find_map(|(name, place)| Some((name, rig.readings[place.clone()].iter().find(|byte| **byte > 1)?)));
+        holds(odd.is_none(), || odd.map_or_else(String::new, |(name, byte)| format!("'{name}' is {byte}")))?;
+    }
+    Ok(Passed::Yes)
 }
 
 fn commands_kept(subject: &Subject) -> Tried {

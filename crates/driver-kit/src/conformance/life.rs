@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of its life: opened and closed in any order, and nothing left behind.
 use super::check::{Check, Passed, Tried, holds};
-use super::measures::{descriptors, settled, threads};
+use super::measures::{descriptors, processes, settled, threads};
 use super::subject::Subject;
 use device::Class;
 use std::time::{Duration, Instant};
@@ -19,6 +19,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "again", sentence: "a fresh one is opened behind one that was closed, and exchanges", run: again },
     Check { name: "descriptors", sentence: "many lives leave no descriptor behind", run: descriptors_left },
     Check { name: "threads", sentence: "many lives leave no thread behind", run: threads_left },
+    Check { name: "processes", sentence: "many lives leave no process behind", run: processes_left },
 ];
 
 /// Time that opening may last beside what the device may take to be there: it only finds a driver that hangs.
@@ -122,5 +123,10 @@ fn descriptors_left(subject: &Subject) -> Tried {
 
 fn threads_left(subject: &Subject) -> Tried {
     let left = left(subject, threads)?;
+    holds(left == 0, || format!("{left} are left"))
+}
+
+fn processes_left(subject: &Subject) -> Tried {
+    let left = left(subject, processes)?;
     holds(left == 0, || format!("{left} are left"))
 }

@@ -14,6 +14,15 @@ pub(crate) fn threads() -> usize {
     std::fs::read_dir("/proc/self/task").map_or(0, Iterator::count)
 }
 
+/// Returns the number of processes that this one has started and not reaped.
+pub(crate) fn processes() -> usize {
+    let us = std::process::id().to_string();
+    // Behind the name, which may hold anything: state, parent.
+    let parent = |text: &str| text.rsplit_once(')').and_then(|(_, rest)| rest.split_whitespace().nth(1).map(str::to_owned));
+    let is_ours = |entry: &std::fs::DirEntry| std::fs::read_to_string(entry.path().join("stat")).is_ok_and(|text| parent(&text).as_ref() == Some(&us));
+    std::fs::read_dir("/proc").map_or(0, |all| all.flatten().filter(is_ours).count())
+}
+
 /// Waits until there are no more than before; how many there are then.
 pub(crate) fn settled(count: fn() -> usize, before: usize) -> usize {
     let deadline = Instant::now() + Duration::from_secs(10);

@@ -11,9 +11,10 @@
 //! | `channels` | where values lie, what they carry when nobody commands |
 //! | `life` | open, close, again, in any order; what is left behind |
 //! | `exchange`, `cost` | readings and commands, odd times and odd numbers; allocation, waits, computing, printing, memory |
-//! | `driven` | motion over many firings: parts that rest, parts that follow their command and say so |
-//! | `driven` | motion over many firings: readings that stay finite, creep, parts that follow their command |
-//! | `rest` | the safe state |
+//! | `driven` | many firings: readings that stay finite, parts that rest |
+//! | `pushed` | parts that are pushed: each follows its command, and its position and velocity say so |
+//! | `kept` | the process and the thread of the exchange: signals, rounding, folder |
+//! | `safe_state` | the safe state |
 //! | `services` | services, counters, search |
 //! | `sanitized`, `sanitizing` | the exchange under the real-time sanitizer, in a process that has it; `runtime` is that |
 //! | `kills` | kill -9 in each phase |
@@ -26,6 +27,7 @@ mod cost;
 mod declaration;
 mod driven;
 mod exchange;
+mod kept;
 mod kills;
 mod life;
 mod measures;
@@ -33,6 +35,7 @@ mod options;
 mod orders;
 mod phases;
 mod promises;
+mod pushed;
 mod report;
 mod rig;
 mod runtime;

@@ -2,6 +2,7 @@
 //! The process that a driver is checked in: it does what its first frame says, and tells each check as it begins and ends.
 use super::all::checks;
 use super::check::{Passed, Tried};
+use super::kept;
 use super::orders::LINK;
 use super::phases::{self, Phase};
 use super::report::Verdict;
@@ -24,6 +25,7 @@ const ORDER: Duration = Duration::from_secs(60);
 pub fn serve() -> Result<(), String> {
     let gone = |_| "who started it is gone".to_owned();
     let link = UnixLink::from_descriptor(inherited(LINK).map_err(|why| why.to_string())?).map_err(|why| why.to_string())?;
+    kept::remember();
     let order = link.receive(ORDER).map_err(gone)?.ok_or("it is told nothing")?;
     let order: Value = serde_json::from_slice(&order).map_err(|why| why.to_string())?;
     let tell = |news: Value| link.send_with(news.to_string().as_bytes(), &[], None).map_err(gone);

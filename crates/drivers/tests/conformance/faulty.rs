@@ -1,30 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Faulty drivers: the example in C with one thing wrong in it. The check that is meant refuses it, with its cause, and no other check does.
-use crate::{built, checked};
+//! Those in Python are in `tests/python/drivers/test_broken_classes.py`.
+//!
+//! A quarter of them, others each day, is looked at by the whole kit; the others up to the first check that fails, as by
+//! `opengpac driver check`. `OPENGPAC_BROKEN_DRIVERS=all` looks at all of them whole, `OPENGPAC_SEED` says which day it is.
+use crate::{built, checked, checked_until_it_fails};
 use driver_kit::conformance::Report;
 use serde_json::json;
 use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// Text that some of them have before everything else.
-const BEFORE: &str = "#define _GNU_SOURCE\n#include <pthread.h>\n#include <time.h>\n#include <unistd.h>
+const BEFORE: &str = "#define _GNU_SOURCE
+#include <fenv.h>
+#include <pthread.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <time.h>
+#include <unistd.h>
 __attribute__((unused)) static void *stays(void *none) { for (;;) pause(); return none; }
-__attribute__((unused)) static void begin(void) { pthread_t thread; pthread_create(&thread, 0, stays, 0); }\n";
+__attribute__((unused)) static void begin(void) { pthread_t thread; pthread_create(&thread, 0, stays, 0); }
+#include <opengpac_driver.h>
+__attribute__((unused)) static opengpac_slot lamp;\n";
 
-/// The report on the example with one thing changed in it.
+/// Limit of a check that is not to be reached.
+const LIMIT: Duration = Duration::from_secs(120);
+/// Limit for those that hang.
+const SHORT: Duration = Duration::from_secs(15);
+
+/// Returns the options of `opengpac driver check` for the example with one thing changed in it.
 #[track_caller]
-fn changed(name: &str, right: &str, wrong: &str) -> Report {
+fn made(name: &str, right: &str, wrong: &str) -> String {
     let example = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/drivers/conveyor.c")).expect("it is there");
     assert!(example.contains(right), "the example has no '{right}'");
     let source = format!("{BEFORE}{}", example.replacen(right, wrong, 1));
-    checked(&format!("conveyor@{}", built(name, &source).display()), &json!({}))
+    format!("conveyor@{}", built(name, &source).display())
+}
+
+#[track_caller]
+fn changed(name: &str, right: &str, wrong: &str) -> Report {
+    checked(&made(name, right, wrong), &json!({}))
+}
+
+/// Returns true if this one is looked at whole today.
+fn is_whole(name: &str) -> bool {
+    let day = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
+    let seed = std::env::var("OPENGPAC_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or_else(day);
+    let place: u64 = name.bytes().map(u64::from).sum();
+    std::env::var("OPENGPAC_BROKEN_DRIVERS").is_ok_and(|text| text == "all") || (place + seed).is_multiple_of(4)
 }
 
 #[track_caller]
 fn refused(name: &str, right: &str, wrong: &str, checks: &[&str], cause: &str) {
+    if !is_whole(name) {
+        return refused_at_once(name, right, wrong, checks[0], cause, LIMIT);
+    }
     let report = changed(name, right, wrong);
     let failed = report.failed();
     assert_eq!(failed.iter().map(|(check, _)| *check).collect::<Vec<_>>(), checks, "{report}");
     assert!(failed[0].1.contains(cause), "{failed:?}");
+}
+
+/// Checks that the first check that fails is this one, with this cause.
+#[track_caller]
+fn refused_at_once(name: &str, right: &str, wrong: &str, check: &str, cause: &str, limit: Duration) {
+    let report = checked_until_it_fails(&made(name, right, wrong), &json!({}), limit);
+    let failed = report.failed();
+    assert_eq!(failed.iter().map(|(check, _)| *check).collect::<Vec<_>>(), [check], "{report}");
+    assert!(failed[0].1.contains(cause), "{failed:?}");
+    assert!(!failed[0].1.contains('\n'), "{failed:?}");
 }
 
 macro_rules! faulty {
@@ -125,13 +170,13 @@ faulty! {
     creeps: "is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "is_engaged(engaged, self->effort) ? self->gain * effort : 0.05;",
         ["creep"], "and nothing commands it";
     ignores_its_effort: "is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "0.0;",
-        ["moves"], "the command is ignored, or the reading is frozen";
+        ["moves", "moves-alone", "moves-late"], "the command is ignored, or the reading is frozen";
     reading_freezes: "    set_number(readings, self->position, place);" => "    if (*self->exchanges == 0) set_number(readings, self->position, place);",
-        ["moves"], "'belt.position' stays the same while 'belt' is pushed each way";
+        ["moves", "moves-alone", "moves-late"], "'belt.position' stays the same while 'belt' is pushed each way";
     velocity_of_the_wrong_sign: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, -self->speed);",
         ["velocity-sign"], "while 'belt.velocity' is -";
     velocity_always_zero: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, 0.0);",
-        ["velocity-sign"], "on average";
+        ["velocity-sign", "velocity-size"], "on average";
     spins: "    count(self->exchanges, 1);" => "    for (volatile int turn = 0; turn < 3000000; turn++);\n    count(self->exchanges, 1);",
         ["brief"], "it computes for";
     prints: "    count(self->exchanges, 1);" => r#"    if (write(1, "reading\n", 8) < 8) return "nobody reads";
@@ -160,10 +205,71 @@ faulty! {
         ["counters-grow"], "'exchanges' goes from 49 to 0";
     no_safe_state: "{ self->speed = 0.0; }" => "{ (void)self; }",
         ["safe-rests"], "within 10 firings";
+    truth_value_of_two: r#"    self->exchanges = counter_of(host, "exchanges");
+    return OK;
+}"# => r#"    self->exchanges = counter_of(host, "exchanges");
+    lamp = reads(host, "bool", "lamp.on", "whether it shines", "");
+    return OK;
+}
+static uint8_t shines = 2;
+#define set_number(readings, at, value) (set_number)(readings, at, value), set_value(readings, lamp, &shines, 1)"#,
+        ["truth-values"], "'lamp.on' is 2";
+    pushes_the_wrong_way: "? self->gain * effort : 0.0;" => "? -self->gain * effort : 0.0;",
+        ["moves-alone"], "while 'belt' alone is pushed up, and by 5.";
+    freezes_late: "    set_number(readings, self->position, place);" => "    if (*self->exchanges < 1500) set_number(readings, self->position, place);",
+        ["moves-late"], "after 2000 firings 'belt.position' stays the same";
+    velocity_in_degrees: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, self->speed * 57.29577951308232);",
+        ["velocity-size"], "'belt.position' changes by 5.000e-2 within 0.050 s while 'belt.velocity' is 5.730e1 on average";
+    velocity_in_turns: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, self->speed / 6.283185307179586);",
+        ["velocity-size"], "while 'belt.velocity' is 1.592e-1 on average";
+    rounds_upward: "    count(self->exchanges, 1);" => "    count(self->exchanges, 1);\n    fesetround(FE_UPWARD);",
+        ["arithmetic-kept"], "the exchange changes it";
+    takes_over_a_signal: "    self->at_ns = now_ns;\n    return OK;" => "    signal(SIGSEGV, SIG_IGN);\n    self->at_ns = now_ns;\n    return OK;",
+        ["signals-kept"], "open sets a handler of signal 11";
+    blocks_signals: "    count(self->exchanges, 1);" => "    count(self->exchanges, 1);\n    sigset_t all; sigfillset(&all); pthread_sigmask(SIG_BLOCK, &all, 0);",
+        ["signals-kept"], "the exchange lets its thread take or not take signal";
+    changes_the_folder: "    self->at_ns = now_ns;\n    return OK;" => "    if (chdir(\"/\")) return \"no root\";\n    self->at_ns = now_ns;\n    return OK;",
+        ["folder-kept"], "open goes from '";
+    processes_left: "    self->at_ns = now_ns;\n    return OK;" => r#"    char *words[] = {"true", 0}, *none[] = {0}; posix_spawnp(&(pid_t){0}, "true", 0, 0, words, none);
+    self->at_ns = now_ns;
+    return OK;"#,
+        ["processes"], "20 are left";
     guard_without_handles: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", 0, BY_DRIVER | BY_GUARD)"#,
         ["safe-handles"], "it declares the guard and has none";
     device_without_a_watchdog: r#"safe         ("it stands still", 0, BY_DRIVER)"# => r#"safe         ("it stands still", 0, BY_DRIVER | BY_DEVICE)"#,
         ["watchdog-by"], "it has none with these options";
+}
+
+macro_rules! ending {
+    ($($name:ident: $right:expr => $wrong:expr, $check:expr, $cause:expr;)*) => {
+        $(#[test]
+        fn $name() {
+            refused_at_once(stringify!($name), $right, $wrong, $check, $cause, SHORT);
+        })*
+    };
+}
+
+const OPENED: &str = "    self->at_ns = now_ns;\n    return OK;";
+const COUNTED: &str = "    count(self->exchanges, 1);";
+const RESTED: &str = "{ self->speed = 0.0; }";
+
+// They end their process, or never come back: many checks fail, and the first one says why.
+ending! {
+    exits_as_it_is_opened: OPENED => "    _exit(3);", "opens", "it ended its process: ended by itself with status 3";
+    hangs_as_it_is_opened: OPENED => "    for (;;) pause();", "opens", "it did not come back within 15 s";
+    refuses_to_be_opened: OPENED => "    return \"no such port\";", "opens", "no such port";
+    exits_in_its_reading: COUNTED => "    exit(3);", "open-twice", "it ended its process: ended by itself with status 3";
+    aborts_in_its_reading: COUNTED => "    abort();", "open-twice", "it ended its process: was ended by SIGABRT";
+    reads_at_no_address: COUNTED => "    *(volatile int *)8 = 1;", "open-twice", "it ended its process: was ended by SIGSEGV";
+    recurses_without_end: COUNTED => "    volatile char room[1 << 22]; room[0] = 1; room[sizeof room - 1] = 1;
+    const char *why = conveyor_read(self, release_ns + room[0], readings); if (room[1]) return why;",
+        "open-twice", "it ended its process: was ended by SIGSEGV";
+    spins_for_ever: COUNTED => "    for (volatile int turn = 0; ; turn = 1 - turn);", "open-twice", "it did not come back within 15 s";
+    waits_for_itself: COUNTED => "    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; pthread_mutex_lock(&lock); pthread_mutex_lock(&lock);",
+        "open-twice", "it did not come back within 15 s";
+    fails_in_its_reading: COUNTED => "    return \"the bus is silent\";", "dropped-open", "the bus is silent";
+    fails_late: COUNTED => "    count(self->exchanges, 1); if (*self->exchanges > 300) return \"gone\";", "readings-stay-finite", "its reading fails: gone";
+    hangs_in_its_safe_state: RESTED => "{ self->speed = 0.0; for (;;) pause(); }", "safe-unopened", "it did not come back within 15 s";
 }
 
 /// A real drive may show its velocity only while a whole cycle of its own passes between two readings; no driver can make up for that.

@@ -3,7 +3,7 @@
 mod faulty;
 mod ours;
 
-use driver_kit::conformance::{Report, Settings, sanitizer_in};
+use driver_kit::conformance::{Outcome, Report, Settings, Verdict, sanitizer_in};
 use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -41,4 +41,10 @@ fn settings() -> Settings {
 
 fn checked(kind: &str, options: &Value) -> Report {
     drivers::check_conformance(kind, options, &settings(), &mut |_| ControlFlow::Continue(()))
+}
+
+/// Returns the report up to the first check that fails, as `opengpac driver check` makes it.
+fn checked_until_it_fails(kind: &str, options: &Value, limit: Duration) -> Report {
+    let mut hear = |outcome: &Outcome| if matches!(outcome.verdict, Verdict::Failed(_)) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    drivers::check_conformance(kind, options, &Settings { limit, ..settings() }, &mut hear)
 }

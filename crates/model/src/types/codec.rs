@@ -47,14 +47,14 @@ impl Type {
                 Err(refused(format!("{self} takes {count} values, not {}", values.len())).remedy(format!("give a list of {count}")))
             }
             (Type::Array(_, count), _) => {
-                Err(refused(format!("{self} takes a list of {count}, not {}", describe(value))).remedy(format!("give a list of {count}")))
+                Err(refused(format!("{self} takes a list of {count}, not {}", value.described())).remedy(format!("give a list of {count}")))
             }
             (Type::Struct(_), Value::Record(values)) => self.encode_record(values, unit, bytes),
             (Type::Struct(members), Value::List(values)) if values.len() == members.len() => {
                 let values = members.iter().map(|m| m.name.clone()).zip(values.iter().cloned()).collect();
                 self.encode_record(&values, unit, bytes)
             }
-            (Type::Struct(_), _) => Err(refused(format!("{self} takes a record of its members, not {}", describe(value)))),
+            (Type::Struct(_), _) => Err(refused(format!("{self} takes a record of its members, not {}", value.described()))),
         }
     }
 
@@ -80,7 +80,7 @@ impl Scalar {
         match self {
             Scalar::Bool => match value {
                 Value::Bool(value) => bytes[0] = u8::from(*value),
-                _ => return Err(refused(format!("bool takes true or false, not {}", describe(value)))),
+                _ => return Err(refused(format!("bool takes true or false, not {}", value.described()))),
             },
             Scalar::Double => bytes.copy_from_slice(&self.number(value, unit)?.to_le_bytes()),
             Scalar::Float => {
@@ -108,7 +108,7 @@ impl Scalar {
             Value::Unsigned(value) => Ok(*value as f64),
             Value::Number(value) if !value.is_nan() => Ok(*value),
             Value::Text(text) => quantity::number_in(text, unit),
-            _ => Err(refused(format!("{} takes a number, not {}", self.name(), describe(value)))),
+            _ => Err(refused(format!("{} takes a number, not {}", self.name(), value.described()))),
         }
     }
 
@@ -125,7 +125,7 @@ impl Scalar {
                     Err(refused(format!("'{text}' is {number}, and {} takes whole numbers", self.name())))
                 }
             }
-            _ => Err(refused(format!("{} takes a whole number, not {}", self.name(), describe(value))).remedy("round it where that is meant")),
+            _ => Err(refused(format!("{} takes a whole number, not {}", self.name(), value.described())).remedy("round it where that is meant")),
         }
     }
 
@@ -154,16 +154,4 @@ impl Scalar {
 
 fn refused(message: String) -> Refusal {
     Refusal::new(Class::ValueRefused, message)
-}
-
-fn describe(value: &Value) -> String {
-    match value {
-        Value::Bool(value) => value.to_string(),
-        Value::Integer(value) => value.to_string(),
-        Value::Unsigned(value) => value.to_string(),
-        Value::Number(value) => value.to_string(),
-        Value::Text(text) => format!("'{text}'"),
-        Value::List(values) => format!("a list of {}", values.len()),
-        Value::Record(_) => "a record".into(),
-    }
 }

@@ -370,7 +370,10 @@ fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model
         (Value::Number(_), Value::Number(_)) | (Value::Bool(_), Value::Bool(_)) | (Value::List(_), Value::List(_)) => Ok(value.clone()),
         (Value::Text(_), Value::Number(_) | Value::Integer(_)) => Ok(value.clone()),
         (Value::Record(_), Value::Record(_)) => Ok(value.clone()),
-        _ => Err(model::refusal::Refusal::new(Class::ValueRefused, format!("{value:?} is not of the kind of its default {default:?}"))),
+        _ => Err(model::refusal::Refusal::new(
+            Class::ValueRefused,
+            format!("it takes a value like its default, {}, not {}", default.described(), value.described()),
+        )),
     }
 }
 

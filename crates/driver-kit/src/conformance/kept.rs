@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checks of what others in the process count on: signal handlers, the thread's signals and arithmetic, the folder of the process.
+use super::check::{Check, Passed, Tried};
+use super::cost::WARM;
+use super::rig::Rig;
+use super::subject::Subject;
+use opengpac::floats::Words;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+pub(super) const CHECKS: &[Check] = &[
+    Check { name: "arithmetic-kept", sentence: "no call of it changes how its thread computes: rounding, small numbers, traps", run: arithmetic },
+    Check { name: "signals-kept", sentence: "no call of it changes a signal handler, or the signals that its thread takes", run: signals },
+    Check { name: "folder-kept", sentence: "no call of it changes the folder of its process", run: folder },
+];
+
+/// Signals that a program may have a handler of.
+const SIGNALS: std::ops::Range<i32> = 1..65;
+
+/// State of a process and of its thread that is not the driver's.
+struct ProcessState {
+    words: Words,
+    handlers: Vec<libc::sigaction>,
+    masked: libc::sigset_t,
+    folder: PathBuf,
+}
+
+/// State in which the process of the checks began.
+static AT_FIRST: OnceLock<ProcessState> = OnceLock::new();
+
+/// Keeps the state that the checks compare with; called before anything of a driver has run.
+pub(super) fn remember() {
+    AT_FIRST.get_or_init(ProcessState::now);
+}
+
+impl ProcessState {
+    fn now() -> ProcessState {
+        let handler = |signal| {
+            // SAFETY: all zeroes is a valid value, which the call fills; nothing is set.
+            unsafe {
+                let mut handler: libc::sigaction = std::mem::zeroed();
+                libc::sigaction(signal, std::ptr::null(), &raw mut handler);
+                handler
+            }
+        };
+        // SAFETY: as above.
+        let masked = unsafe {
+            let mut masked: libc::sigset_t = std::mem::zeroed();
+            libc::pthread_sigmask(libc::SIG_BLOCK, std::ptr::null(), &raw mut masked);
+            masked
+        };
+        let folder = std::env::current_dir().unwrap_or_else(|_| PathBuf::from("a folder that is gone"));
+        ProcessState { words: Words::present(), handlers: SIGNALS.map(handler).collect(), masked, folder }
+    }
+
+    /// Sets it again: a driver that an earlier check had in this process may have changed it.
+    fn restore(&self) {
+        self.words.set();
+        for (signal, handler) in SIGNALS.zip(&self.handlers) {
+            // SAFETY: a handler that this process had; what refuses one (SIGKILL) had none.
+            unsafe { libc::sigaction(signal, handler, std::ptr::null_mut()) };
+        }
+        // SAFETY: the signals that this thread had masked.
+        unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &raw const self.masked, std::ptr::null_mut()) };
+        // A folder that is gone cannot be gone back to, and no check needs it.
+        let _there = std::env::set_current_dir(&self.folder);
+    }
+
+    fn is_masked(&self, signal: i32) -> bool {
+        // SAFETY: a set that a call has filled.
+        unsafe { libc::sigismember(&raw const self.masked, signal) == 1 }
+    }
+}
+
+/// A call of the life of a driver.
+type Call = fn(&mut Rig) -> Result<(), String>;
+
+/// Makes each call of a life; `changed` says what the call has changed.
+fn over_a_life(subject: &Subject, changed: impl Fn(&ProcessState, &ProcessState) -> Option<String>) -> Tried {
+    let before = AT_FIRST.get_or_init(ProcessState::now);
+    before.restore();
+    let mut rig = subject.rig()?;
+    let calls: [(&'static str, Call); 4] = [
+        ("open", Rig::open),
+        ("the exchange", |rig| rig.cycles(WARM)),
+        ("safe_state", |rig| {
+            rig.safe_state();
+            Ok(())
+        }),
+        ("close", |rig| {
+            rig.driver.close();
+            Ok(())
+        }),
+    ];
+    let found = calls.into_iter().find_map(|(name, call)| match call(&mut rig) {
+        Err(why) => Some(why),
+        Ok(()) => changed(before, &ProcessState::now()).map(|what| format!("{name} {what}")),
+    });
+    before.restore();
+    found.map_or(Ok(Passed::Yes), Err)
+}
+
+fn arithmetic(subject: &Subject) -> Tried {
+    over_a_life(subject, |before, now| (before.words != now.words).then(|| "changes it, and every block behind it on its source computes so".to_owned()))
+}
+
+fn signals(subject: &Subject) -> Tried {
+    over_a_life(subject, |before, now| {
+        let handlers = SIGNALS.zip(before.handlers.iter().zip(&now.handlers));
+        let other = handlers.into_iter().find(|(_, (before, now))| before.sa_sigaction != now.sa_sigaction).map(|(signal, _)| signal);
+        let masked = SIGNALS.into_iter().find(|signal| before.is_masked(*signal) != now.is_masked(*signal));
+        let set = other.map(|signal| format!("sets a handler of signal {signal}"));
+        let set = set.or_else(|| masked.map(|signal| format!("lets its thread take or not take signal {signal}")));
+        set.map(|set| format!("{set}, which is for the program to say: a fault of a block may no longer be caught"))
+    })
+}
+
+fn folder(subject: &Subject) -> Tried {
+    over_a_life(subject, |before, now| (before.folder != now.folder).then(|| format!("goes from '{}' to '{}'", before.folder.display(), now.folder.display())))
+}

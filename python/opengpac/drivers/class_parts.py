@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks of the parts of a driver's class: each rests, follows what it is told, and says so."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from ..driver.members import Part
+from .class_subject import Subject, Wrong, opened, said
+
+PUSHED = 20
+"""Exchanges of a push of a part, one each `PAUSE_S`: machines move by the clock on the wall."""
+PAUSE_S = 0.01
+CREEP = 0.01
+"""Rad or m that a part at rest may go in `PUSHED` exchanges."""
+MOTION = 1e-9
+"""Rad or m: less is no motion."""
+CLEAR = 1e-4
+"""Rad or m: motion whose direction is beyond doubt."""
+OPERATING_S = 20.0
+"""How long a part may take until it says that it follows."""
+
+
+class PartSubject:
+    """One part of an open subject, which is pushed."""
+
+    def __init__(self, subject: Subject, part: Part) -> None:
+        self.subject, self.part = subject, part
+        self.values: dict[str, Any] = vars(subject.driver.__dict__[part.name])
+        self.command = f"{part.name}.{'goal' if part.command == 'position' else 'effort'}"
+
+    def exchange(self, command: float | None) -> None:
+        """Makes one exchange with this command of the part, and none for others; None: nothing commands it either."""
+        commanded = {} if command is None else {self.command: command}
+        engaged = bytes(channel.name in commanded for channel in self.subject.writes)
+        try:
+            self.subject.exchange(lambda channel: commanded.get(channel.name, channel.initial), engaged)
+        except (Exception, SystemExit) as why:
+            raise Wrong(f"exchange() raises {said(why)} while part '{self.part.name}' is pushed gently") from why
+        time.sleep(PAUSE_S)
+
+    def rests(self) -> None:
+        """Fails if it creeps."""
+        self.exchange(None)
+        start = self.values["position"]
+        for _ in range(PUSHED):
+            self.exchange(None)
+        if abs(self.values["position"] - start) > CREEP:
+            raise Wrong(f"part '{self.part.name}' goes from {start} to {self.values['position']}, and nothing commands it")
+
+    def push(self, sign: float) -> tuple[float, float]:
+        """Pushes it gently in one direction. Returns the distance that it went, and its velocity on average."""
+        start, velocities = self.values["position"], []
+        limits = self.part.limits
+        for number in range(1, PUSHED + 1):
+            if self.part.command == "position":
+                command = start + sign * number * min(0.2 * limits["speed_max"] * PAUSE_S, 1e-3)
+            else:
+                command = self.values["bias"] + sign * min(0.05 * limits["effort_max"], 1.0)
+            self.exchange(command)
+            velocities.append(self.values["velocity"])
+        return self.values["position"] - start, sum(velocities) / PUSHED
+
+    def is_ready(self) -> bool:
+        """Engages it where it is; whether it follows within its time."""
+        end_s = time.monotonic() + OPERATING_S
+        while time.monotonic() < end_s:
+            self.exchange(self.values["position" if self.part.command == "position" else "bias"])
+            if self.values.get("operating", True):
+                return True
+        return False
+
+
+def parts(options: str) -> None:
+    with opened(options) as subject:
+        for part in type(subject.driver).members(Part).values():
+            one = PartSubject(subject, part)
+            one.rests()
+            if not one.is_ready():
+                raise Wrong(f"part '{part.name}' is engaged for {OPERATING_S:.0f} s, and does not say that it follows ('operating')")
+            pushes = [one.push(1.0), one.push(-1.0)]
+            (up, _), (down, _) = pushes
+            if abs(up) < MOTION and abs(down) < MOTION:
+                ignored = "the command is ignored, or the reading is frozen"
+                raise Wrong(f"the position of part '{part.name}' stays the same while it is pushed each way: {ignored}")
+            if up - down < MOTION:
+                raise Wrong(f"the position of part '{part.name}' changes by {up:.3g} while it is pushed up, and by {down:.3g} down")
+            for distance, velocity in pushes:
+                if abs(distance) > CLEAR and distance * velocity <= 0:
+                    raise Wrong(f"the position of part '{part.name}' changes by {distance:.3g} while its velocity is {velocity:.3g}")
