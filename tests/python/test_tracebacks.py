@@ -213,5 +213,7 @@ def test_python_s_own_frames_stay_where_they_call_the_user_and_go_where_they_cal
 
 
 def test_installing_twice_changes_nothing(tmp_path: Path) -> None:
-    program = "import sys\nfrom opengpac.refusals import tracebacks\nhook = sys.excepthook\ntracebacks.install()\nprint(hook is sys.excepthook)\n"
+    program = (
+        "import sys\nfrom opengpac.refusals import tracebacks\nhook = sys.excepthook\ntracebacks.install()\nprint(hook is sys.excepthook)\n"
+    )
     assert told(tmp_path, program) == "True\n"
