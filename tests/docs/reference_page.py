@@ -68,9 +68,9 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Motions": (
         "opengpac.motion",
-        "move_absolute move_relative move_velocity stop jog home home_here gear move_linear move_circular follow_linear follow carry "
-        "follow_long follow_linear_long speeds return_to_range "
-        "Moved Stopped Homed MoveTimeout LimitReached TimeLost HomingFailed LineRefused ArcRefused PathRefused",
+        "move_absolute move_relative move_velocity stop jog jog_linear home home_here gear move_linear move_circular follow_linear follow "
+        "carry follow_long follow_linear_long speeds return_to_range "
+        "Moved Stopped Homed MoveTimeout LimitReached TimeLost HomingFailed LineRefused ArcRefused PathRefused JogBlocked",
     ),
     "Arms and grippers": (
         "opengpac.robots",

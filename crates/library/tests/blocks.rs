@@ -101,6 +101,12 @@ fn the_names_of_the_interface_stay() {
         ),
         ("differential_kinematics", "n pose start speed_max position_min position_max setpoint behind turned chain slowed lost"),
         (
+            "tool_velocity_generator",
+            "n start start_velocity last_velocity last_acceleration last_time braking velocity angular_velocity in_tool distance acceleration override \
+             cell_override holding gap_max speed_max acceleration_max jerk_max position_min position_max setpoint setpoint_velocity setpoint_acceleration \
+             setpoint_time lead chain finished held blocked gap",
+        ),
+        (
             "arc_planner",
             "n start start_velocity last_velocity last_acceleration last_time braking goal speed angular_speed speed_max acceleration_max position_min position_max \
              line target duration chain acceleration jerk angular_acceleration via angle orientation no_arc slowest lead waits unreachable limit singular",

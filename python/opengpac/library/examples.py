@@ -35,6 +35,10 @@ _WRITTEN = {
     "inverse_kinematics": [_ARM, _TOOL, "lib.inverse_kinematics.run(chain=arm.chain, goal=tool.pose[0], near=[0.4, 0.4])"],
     "differential_kinematics": [_ARM, _TOOL, "lib.differential_kinematics.run(chain=arm.chain, pose=tool.pose[0], start=[0.5, 0.5])"],
     "arc_planner": [_ARM, _TOOL, _VIA, "lib.arc_planner.run(chain=arm.chain, start=[0.5, 0.5], via=via.pose[0], goal=tool.pose[0])"],
+    "tool_velocity_generator": [
+        _ARM,
+        "lib.tool_velocity_generator.run(n=2, chain=arm.chain, start=[0.5, 0.5], velocity=[0.05, 0.0, 0.0])",
+    ],
     "line_planner": [_ARM, _TOOL, _LINE.removeprefix("planned = ")],
     "line_generator": [_ARM, _TOOL, _LINE, "lib.line_generator.run(n=2, chain=arm.chain, line=planned.line[0])"],
     "path_planner": [_PATH.removeprefix("planned = ")],

@@ -17,10 +17,11 @@ from .moves import Moved, MoveTimeout, move_absolute, move_relative
 from .path import PathRefused, follow, follow_long
 from .payload import carry
 from .tables import speeds
+from .tool_jog import JogBlocked, jog_linear
 from .velocity import LimitReached, Stopped, jog, move_velocity, stop
 
 __all__ = [
-    "ArcRefused", "Homed", "HomingFailed", "LimitReached", "LineRefused", "MoveTimeout", "Moved", "PathRefused", "Stopped", "TimeLost",
-    "carry", "follow", "follow_linear", "follow_linear_long", "follow_long", "gear", "home", "home_here", "jog", "move_absolute",
-    "move_circular", "move_linear", "move_relative", "move_velocity", "return_to_range", "speeds", "stop",
+    "ArcRefused", "Homed", "HomingFailed", "JogBlocked", "LimitReached", "LineRefused", "MoveTimeout", "Moved", "PathRefused", "Stopped",
+    "TimeLost", "carry", "follow", "follow_linear", "follow_linear_long", "follow_long", "gear", "home", "home_here", "jog", "jog_linear",
+    "move_absolute", "move_circular", "move_linear", "move_relative", "move_velocity", "return_to_range", "speeds", "stop",
 ]  # fmt: skip

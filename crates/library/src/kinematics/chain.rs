@@ -89,6 +89,11 @@ impl Arm<'_> {
         self.n
     }
 
+    /// Returns its base in the frame in which poses are given.
+    pub fn base(&self) -> &Pose {
+        &self.base
+    }
+
     /// Returns true if a joint moves the tool.
     pub fn moves(&self, joint: usize) -> bool {
         self.chain.kind[joint] != NONE

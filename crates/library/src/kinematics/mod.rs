@@ -10,6 +10,7 @@ pub mod line;
 pub mod matrix;
 pub mod polyline;
 pub mod pose;
+pub mod tool_jog;
 
 /// The maximum number of joints of a chain.
 pub const JOINTS_MAX: usize = 16;

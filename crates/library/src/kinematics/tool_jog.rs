@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The tool of an arm moves along a direction whose end is not known: speed, stop and new directions come while it moves.
+//!
+//! Before each set-point the stop that would follow it is computed, set-point by set-point, by inverse kinematics. If every joint
+//! keeps its range, speed, acceleration and jerk up to rest, the set-point is taken and its stop is kept; otherwise the arm goes on
+//! along the stop that was kept last, and a lower speed is tried. So there is always a way to rest along the line within the limits
+//! of the joints, near singularities and the ends of ranges too (Fraichard and Asama, *Inevitable collision states*, 2004: a state
+//! is safe if a checked manoeuvre leads from it to rest).
+use super::JOINTS_MAX;
+use super::chain::Arm;
+use super::inverse::{Ranges, damped, inverse};
+use super::line::ON_THE_LINE;
+use super::pose::{Pose, length, rotate, scale};
+use crate::online::{Profile, State, towards};
+use crate::profile::Limits;
+
+/// Maximum number of set-points of a stop.
+const STOP_MAX: usize = 32;
+/// Factor by which the speed is lowered where its stop cannot be made, and by which it rises again.
+const LOWER: f64 = 0.7;
+const HIGHER: f64 = 1.05;
+/// Part of the wanted speed below which the direction is given up.
+const SLOWEST: f64 = 0.02;
+/// Part of a joint's acceleration and jerk that the tool's acceleration and jerk may take; the bends of the line take the rest.
+const SHARE: f64 = 0.6;
+/// Rounding may exceed a limit by this part.
+const ROUNDING: f64 = 1e-6;
+/// Set-points at one place that count as rest.
+const REST: u32 = 3;
+/// Way of the tool, m or rad, for which the joints' ways are taken to be straight, and the damping of the equation for them.
+const SMALL: f64 = 1e-3;
+const DAMPING: f64 = 1e-9;
+const ANYWHERE: Ranges = Ranges { min: &[f64::NEG_INFINITY; JOINTS_MAX], max: &[f64::INFINITY; JOINTS_MAX] };
+
+/// Velocity of the tool, m/s and rad/s, in the frame of the arm's base or of the tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Twist {
+    pub linear: [f64; 3],
+    pub angular: [f64; 3],
+    pub in_tool: bool,
+}
+
+/// Inputs of one set-point. The slices have one element a joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Wish<'a> {
+    pub twist: Twist,
+    /// Way to go in this direction, m, or rad where the tool only turns.
+    pub distance: f64,
+    /// Share of the speed that is allowed now, 0 to 1.
+    pub share: f64,
+    /// Acceleration and jerk of the tool: m/s², m/s³, and of its orientation.
+    pub linear: Limits,
+    pub angular: Limits,
+    pub joints: &'a [Limits],
+    pub ranges: Ranges<'a>,
+    /// Time between two set-points, s.
+    pub cycle_s: f64,
+}
+
+/// Reason why the tool cannot go on in a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// The range of this joint ends, from 0.
+    Limit(usize),
+    /// The arm comes near a singularity, or to the end of its reach.
+    Singular,
+}
+
+/// Direction of a motion from the place where it began.
+#[derive(Clone, Copy, Debug)]
+struct Heading {
+    start: Pose,
+    /// Way of the tool for one unit along the direction, and its turn, in the frame of the poses.
+    linear: [f64; 3],
+    angular: [f64; 3],
+    /// Speed that was wanted first, by which later wishes are compared.
+    unit: Twist,
+    distance: f64,
+}
+
+/// A checked way to rest.
+#[derive(Clone, Copy, Debug)]
+struct Stop {
+    q: [[f64; JOINTS_MAX]; STOP_MAX],
+    way: [State; STOP_MAX],
+    count: usize,
+    /// The set-point that comes next.
+    next: usize,
+}
+
+/// A tool on its way.
+#[derive(Clone, Copy, Debug)]
+pub struct ToolJog {
+    /// The last set-points, the newest first.
+    q: [[f64; JOINTS_MAX]; 3],
+    /// Place and speed along the direction, m or rad.
+    way: State,
+    heading: Option<Heading>,
+    /// Speed along the direction that is tried.
+    speed: f64,
+    stop: Stop,
+    /// The direction was given up.
+    obstacle: Option<Obstacle>,
+    /// Set-points on end at one place.
+    rest: u32,
+}
+
+impl Default for ToolJog {
+    fn default() -> ToolJog {
+        let stop = Stop { q: [[0.0; JOINTS_MAX]; STOP_MAX], way: [State::default(); STOP_MAX], count: 0, next: 0 };
+        ToolJog { q: [[0.0; JOINTS_MAX]; 3], way: State::default(), heading: None, speed: 0.0, stop, obstacle: None, rest: 0 }
+    }
+}
+
+impl Twist {
+    /// Its speed: m/s, or rad/s where the tool only turns.
+    pub fn speed(&self) -> f64 {
+        let linear = length(self.linear);
+        if linear > 0.0 { linear } else { length(self.angular) }
+    }
+
+    /// Its direction, at a speed of 1; `None` at rest.
+    fn unit(&self) -> Option<Twist> {
+        let speed = self.speed();
+        (speed > 0.0).then(|| Twist { linear: scale(self.linear, 1.0 / speed), angular: scale(self.angular, 1.0 / speed), ..*self })
+    }
+
+    /// Returns true if both move the tool the same way, at whatever speed.
+    fn is_along(&self, other: &Twist) -> bool {
+        let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-9);
+        self.in_tool == other.in_tool && near(self.linear, other.linear) && near(self.angular, other.angular)
+    }
+}
+
+impl ToolJog {
+    /// Begins at rest at these joint positions.
+    pub fn begin(&mut self, q: &[f64; JOINTS_MAX]) {
+        *self = ToolJog { q: [*q; 3], rest: REST, ..ToolJog::default() };
+    }
+
+    /// Returns the set-point of each joint.
+    pub fn setpoint(&self) -> &[f64; JOINTS_MAX] {
+        &self.q[0]
+    }
+
+    /// Returns true if the joints are at rest and their servos have come there too.
+    pub fn is_at_rest(&self) -> bool {
+        self.rest >= REST
+    }
+
+    /// Returns the reason why the tool rests though it is to move on.
+    pub fn obstacle(&self) -> Option<Obstacle> {
+        self.obstacle.filter(|_| self.is_at_rest())
+    }
+
+    /// Returns true if it rests at the end of the way that was wanted.
+    pub fn has_arrived(&self) -> bool {
+        self.is_at_rest() && self.heading.is_some_and(|heading| self.way.position == heading.distance)
+    }
+
+    /// Makes the next set-point.
+    pub fn advance(&mut self, arm: &Arm, wish: &Wish) {
+        self.turn_to(arm, wish);
+        let Some(heading) = self.heading else { return self.keep(self.q[0], State::default()) };
+        let goes_on = wish.twist.unit().is_some_and(|unit| unit.is_along(&heading.unit)) && self.obstacle.is_none();
+        let wanted = if goes_on { wish.twist.speed() * wish.share } else { 0.0 };
+        self.speed = if self.way.is_at_rest() && self.rest >= REST && self.speed == 0.0 { wanted } else { (self.speed * HIGHER).min(wanted) };
+        let limits = self.along(arm, wish, &heading);
+        let way = if self.speed == 0.0 {
+            towards(self.way, 0.0, limits, wish.cycle_s)
+        } else if heading.distance.is_finite() {
+            Profile::to(self.way, heading.distance, Limits { speed: self.speed, ..limits }).at(wish.cycle_s)
+        } else {
+            towards(self.way, self.speed, limits, wish.cycle_s)
+        };
+        match self.checked(arm, wish, &heading, way, limits) {
+            Ok(stop) => {
+                self.stop = stop;
+                self.follow();
+            }
+            Err(obstacle) => {
+                self.follow();
+                self.speed *= LOWER;
+                if goes_on && wanted > 0.0 && self.speed < SLOWEST * wanted {
+                    self.obstacle = Some(obstacle);
+                }
+            }
+        }
+    }
+
+    /// Takes the direction that is wanted, if the joints are at rest.
+    fn turn_to(&mut self, arm: &Arm, wish: &Wish) {
+        if !self.is_at_rest() {
+            return;
+        }
+        let unit = wish.twist.unit();
+        let is_same = |heading: &Heading, unit: &Twist| heading.unit.is_along(unit) && heading.distance == wish.distance;
+        if let (Some(heading), Some(unit)) = (&self.heading, &unit)
+            && is_same(heading, unit)
+        {
+            return;
+        }
+        let start = arm.posture(&self.q[0][..arm.joints()]).tool;
+        let frame = if wish.twist.in_tool { start.quaternion } else { arm.base().quaternion };
+        self.heading =
+            unit.map(|unit| Heading { start, linear: rotate(frame, unit.linear), angular: rotate(frame, unit.angular), unit, distance: wish.distance });
+        (self.way, self.speed, self.obstacle, self.stop.count) = (State::default(), 0.0, None, 0);
+    }
+
+    /// Acceleration and jerk along the direction: those of the tool, or what the joints allow where they are now.
+    fn along(&self, arm: &Arm, wish: &Wish, heading: &Heading) -> Limits {
+        let (linear, angular) = (length(heading.linear), length(heading.angular));
+        let part = |limit: f64, by: f64| if by > 0.0 { limit / by } else { f64::INFINITY };
+        let mut limits = Limits {
+            speed: f64::INFINITY,
+            acceleration: part(wish.linear.acceleration, linear).min(part(wish.angular.acceleration, angular)),
+            jerk: part(wish.linear.jerk, linear).min(part(wish.angular.jerk, angular)),
+        };
+        let posture = arm.posture(&self.q[0][..arm.joints()]);
+        let error: [f64; 6] = std::array::from_fn(|i| if i < 3 { heading.linear[i] } else { heading.angular[i - 3] } * SMALL);
+        let slopes = damped(&arm.jacobian(&posture)[..arm.joints()], &error, DAMPING);
+        for (slope, joint) in slopes.iter().zip(wish.joints) {
+            let slope = slope.abs() / SMALL;
+            limits.acceleration = limits.acceleration.min(part(SHARE * joint.acceleration, slope));
+            limits.jerk = limits.jerk.min(part(SHARE * joint.jerk, slope));
+        }
+        limits
+    }
+
+    /// Computes the set-points from a state along the direction to rest; the error is what is in the way of them.
+    fn checked(&self, arm: &Arm, wish: &Wish, heading: &Heading, way: State, limits: Limits) -> Result<Stop, Obstacle> {
+        let profile = Profile::stop(way, limits);
+        let count = 1 + (profile.duration_s() / wish.cycle_s).ceil() as usize;
+        if count > STOP_MAX {
+            return Err(Obstacle::Singular);
+        }
+        let mut stop = Stop { count, next: 0, ..self.stop };
+        let mut last = self.q;
+        for k in 0..count {
+            let state = if k == 0 { way } else { profile.at(k as f64 * wish.cycle_s) };
+            let pose = heading.start.along((heading.linear, heading.angular), state.position);
+            (stop.q[k], stop.way[k]) = (solved(arm, wish, &pose, &last[0])?, state);
+            check(wish, &stop.q[k], &last)?;
+            last = [stop.q[k], last[0], last[1]];
+        }
+        // The joints stay there: what ends with the last step counts too.
+        for _ in 0..REST - 1 {
+            check(wish, &last[0], &last)?;
+            last = [last[0], last[0], last[1]];
+        }
+        Ok(stop)
+    }
+
+    /// Takes the next set-point of the stop that was checked last, or stays.
+    fn follow(&mut self) {
+        let Stop { next, count, .. } = self.stop;
+        if next < count {
+            self.stop.next += 1;
+            self.keep(self.stop.q[next], self.stop.way[next]);
+        } else {
+            self.keep(self.q[0], State { position: self.way.position, ..State::default() });
+        }
+    }
+
+    fn keep(&mut self, q: [f64; JOINTS_MAX], way: State) {
+        self.rest = if q == self.q[0] && way.is_at_rest() { self.rest.saturating_add(1) } else { 0 };
+        (self.q, self.way) = ([q, self.q[0], self.q[1]], way);
+    }
+}
+
+/// The joint positions for a pose, near those before it and within the ranges; a joint that is outside its range may come back.
+fn solved(arm: &Arm, wish: &Wish, pose: &Pose, before: &[f64; JOINTS_MAX]) -> Result<[f64; JOINTS_MAX], Obstacle> {
+    let n = arm.joints();
+    let found = inverse(arm, pose, &before[..n], ANYWHERE, ON_THE_LINE);
+    if !found.reached {
+        return Err(Obstacle::Singular);
+    }
+    let leaves = |i: &usize| found.q[*i] < wish.ranges.min[*i].min(before[*i]) || found.q[*i] > wish.ranges.max[*i].max(before[*i]);
+    match (0..n).find(leaves) {
+        Some(joint) => Err(Obstacle::Limit(joint)),
+        None => Ok(found.q),
+    }
+}
+
+/// Checks that speed, acceleration and jerk from the last three set-points to this one are within the limits of each joint.
+fn check(wish: &Wish, q: &[f64; JOINTS_MAX], last: &[[f64; JOINTS_MAX]; 3]) -> Result<(), Obstacle> {
+    let t = wish.cycle_s;
+    let is_within = |(i, limits): (usize, &Limits)| {
+        let steps = [q[i] - last[0][i], last[0][i] - last[1][i], last[1][i] - last[2][i]];
+        let (change, before) = (steps[0] - steps[1], steps[1] - steps[2]);
+        let most = |limit: f64, span_s: f64| limit * span_s * (1.0 + ROUNDING);
+        steps[0].abs() <= most(limits.speed, t) && change.abs() <= most(limits.acceleration, t * t) && (change - before).abs() <= most(limits.jerk, t * t * t)
+    };
+    if wish.joints.iter().enumerate().all(is_within) { Ok(()) } else { Err(Obstacle::Singular) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::chain::samples::{HOME, six_joints};
+    use crate::path::samples::numbers;
+
+    const JOINT: Limits = Limits { speed: 0.5, acceleration: 5.0, jerk: 50.0 };
+    const LINEAR: Limits = Limits { speed: f64::INFINITY, acceleration: 0.5, jerk: 5.0 };
+    const ANGULAR: Limits = Limits { speed: f64::INFINITY, acceleration: 2.5, jerk: 25.0 };
+    const CYCLE_S: f64 = 0.02;
+
+    fn twist(linear: [f64; 3], angular: [f64; 3], in_tool: bool) -> Twist {
+        Twist { linear, angular, in_tool }
+    }
+
+    /// Runs `steps` set-points, checking each against the limits of the joints, and gives the poses of the tool.
+    fn run(jog: &mut ToolJog, steps: usize, range: f64, mut wanted: impl FnMut(usize) -> (Twist, f64)) -> Vec<Pose> {
+        let chain = six_joints();
+        let arm = chain.read(6).expect("a chain");
+        let mut last = jog.q;
+        let mut poses = Vec::new();
+        for k in 0..steps {
+            let (twist, distance) = wanted(k);
+            let ranges = Ranges { min: &[-range; 6], max: &[range; 6] };
+            jog.advance(&arm, &Wish { twist, distance, share: 1.0, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, cycle_s: CYCLE_S });
+            let now = *jog.setpoint();
+            for i in 0..6 {
+                let (v, a) = (now[i] - last[0][i], now[i] - 2.0 * last[0][i] + last[1][i]);
+                let j = now[i] - 3.0 * last[0][i] + 3.0 * last[1][i] - last[2][i];
+                assert!(v.abs() <= 1.00001 * JOINT.speed * CYCLE_S && a.abs() <= 1.00001 * JOINT.acceleration * CYCLE_S.powi(2), "joint {i} at {k}");
+                assert!(j.abs() <= 1.00001 * JOINT.jerk * CYCLE_S.powi(3), "jerk of joint {i} at {k}: {}", j / CYCLE_S.powi(3));
+                assert!(now[i].abs() <= range, "joint {i} at {k}: {}", now[i]);
+            }
+            last = [now, last[0], last[1]];
+            poses.push(arm.posture(&now[..6]).tool);
+        }
+        poses
+    }
+
+    fn at(q: [f64; 6]) -> ToolJog {
+        let mut jog = ToolJog::default();
+        let mut all = [0.0; JOINTS_MAX];
+        all[..6].copy_from_slice(&q);
+        jog.begin(&all);
+        jog
+    }
+
+    #[test]
+    fn the_speed_along_the_axis_is_held_and_the_distance_is_exact() {
+        for in_tool in [false, true] {
+            let mut jog = at(HOME);
+            let poses = run(&mut jog, 300, 6.3, |_| (twist([0.0, 0.05, 0.0], [0.0; 3], in_tool), 0.1));
+            let start = six_joints().read(6).expect("a chain").posture(&HOME).tool;
+            let axis = if in_tool { rotate(start.quaternion, [0.0, 1.0, 0.0]) } else { [0.0, 1.0, 0.0] };
+            for (k, two) in poses.windows(2).enumerate() {
+                let (way, turn) = two[0].to(&two[1]);
+                let along: f64 = way.iter().zip(&axis).map(|(a, b)| a * b).sum();
+                assert!(length(turn) < 1e-7 && (length(way) - along.abs()).abs() < 1e-7, "off the axis at {k}");
+                assert!(along <= 0.05 * CYCLE_S + 1e-9);
+                if (20..90).contains(&k) {
+                    assert!((along / CYCLE_S - 0.05).abs() < 1e-6, "{} m/s at {k}", along / CYCLE_S);
+                }
+            }
+            assert!((length(start.to(&poses[299]).0) - 0.1).abs() < 1e-9 && jog.has_arrived() && jog.obstacle().is_none());
+        }
+    }
+
+    #[test]
+    fn a_turn_leaves_the_tool_where_it_is() {
+        let mut jog = at(HOME);
+        let start = six_joints().read(6).expect("a chain").posture(&HOME).tool;
+        let poses = run(&mut jog, 300, 6.3, |_| (twist([0.0; 3], [0.0, 0.0, 0.2], true), 0.3));
+        assert!(poses.iter().all(|pose| length(start.to(pose).0) < 1e-6));
+        assert!((length(start.to(&poses[299]).1) - 0.3).abs() < 1e-8 && jog.has_arrived());
+    }
+
+    #[test]
+    fn at_the_end_of_its_reach_and_of_a_range_it_rests_on_its_line() {
+        for (range, expected) in [(6.3, Obstacle::Singular), (1.7, Obstacle::Limit(1))] {
+            let mut jog = at(HOME);
+            let start = six_joints().read(6).expect("a chain").posture(&HOME).tool;
+            let poses = run(&mut jog, 2000, range, |_| (twist([0.25, 0.0, 0.0], [0.0; 3], false), f64::INFINITY));
+            assert_eq!(jog.obstacle(), Some(expected));
+            let gone = start.to(&poses[1999]).0;
+            assert!(gone[0] > 0.02 && gone[1].abs() < 1e-6 && gone[2].abs() < 1e-6, "{gone:?}");
+            // And back.
+            let back = run(&mut jog, 200, range, |_| (twist([-0.1, 0.0, 0.0], [0.0; 3], false), f64::INFINITY));
+            assert!(start.to(&back[199]).0[0] < gone[0] - 0.05);
+        }
+    }
+
+    #[test]
+    fn directions_speeds_and_stops_at_random_keep_every_limit() {
+        for seed in 1..60 {
+            let mut number = numbers(seed);
+            let q = std::array::from_fn(|i| HOME[i] + number(-0.8, 0.8));
+            let mut jog = at(q);
+            let mut now = (Twist::default(), f64::INFINITY);
+            run(&mut jog, 600, 2.6, |k| {
+                if k % 40 == 0 {
+                    let mut part = |most: f64| if number(0.0, 1.0) < 0.5 { 0.0 } else { number(-most, most) };
+                    let (linear, angular) = (std::array::from_fn(|_| part(0.25)), std::array::from_fn(|_| part(1.0)));
+                    now = (twist(linear, angular, number(0.0, 1.0) < 0.5), if number(0.0, 1.0) < 0.3 { 0.02 } else { f64::INFINITY });
+                }
+                now
+            });
+            run(&mut jog, STOP_MAX + 5, 2.6, |_| (Twist::default(), f64::INFINITY));
+            assert!(jog.is_at_rest(), "seed {seed}");
+        }
+    }
+}
