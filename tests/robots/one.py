@@ -54,7 +54,7 @@ def main(file: str, picture: str = "") -> None:
             found["speeds"], found["efforts"] = limits(arm, KNOWN[file].file())
         scene = Scene(KNOWN[file].file() if file in KNOWN else Path(file), [joint.name.removeprefix("arm.") for joint in arm])
         if picture:
-            scene.paint(arm.values("sensed"), Path(picture))
+            scene.paint(arm.values("home"), Path(picture))
         arm.enable()
         try_to_move(arm, scene, Efforts(arm), found)
         if found["why"]:

@@ -69,14 +69,14 @@ class _Signal(LogicalDevice):
 class DigitalInput(_Signal, verb=_input("digital_input", "read_digital"), name="digital_input"):
     """A digital input: `gpac.cell.DigitalInput("gate", io["gate"])`."""
 
-    value: SVV[bool] = svv()
+    value: SVV[bool] = svv(reading=True)
 
 
 class AnalogInput(_Signal, verb=_input("analog_input", "read_channel"), name="analog_input"):
     """An analog input, in the unit of its channel: `gpac.cell.AnalogInput("pressure", io["pressure"])`."""
 
     _type = "double"
-    value: SVV[float] = svv()
+    value: SVV[float] = svv(reading=True)
 
 
 class DigitalOutput(_Signal, verb=_output("digital_output", "write_digital"), name="digital_output"):

@@ -13,6 +13,7 @@ from ..application.arguments import Argument
 from ..errors import CallError, UnknownName, did_you_mean, refuse
 from ..refusals.argument_types import all_taking
 from ..refusals.declared_names import Declared
+from ..system.svvs import rows_of
 from ..values.numbers import number
 from ..values.quantities import Quantity, optional_ns
 from ..values.tables import Shown, Table, identifiers
@@ -200,7 +201,8 @@ class Group(Shown, Declared, Argument, Generic[D]):
         rows: list[list[Any]] = []
         for device in self._devices:
             there = [name for name in members if name in device.svv_members()]
-            values = dict(zip(there, self.system.read(*(getattr(device, name) for name in there)) if there else (), strict=True))
+            read = rows_of(self.system, [getattr(device, name) for name in there])[1] if there else []
+            values = {name: value for name, (value, *_) in zip(there, read, strict=True)}
             rows.append([device.short_name, device.state, *(_short(values[name]) if name in values else "" for name in members)])
         return Table(f"group {self.name}", ["device", "state", *members], rows)
 

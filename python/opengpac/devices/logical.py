@@ -18,7 +18,7 @@ from ..refusals.argument_types import all_taking, taking, whole
 from ..refusals.declared_names import Declared
 from ..refusals.source_location import Place, here
 from ..studio import offered_motions
-from ..system.svvs import SVV
+from ..system.svvs import SVV, rows_of
 from ..values.encoding import lively, plain
 from ..values.numbers import range_of
 from ..values.quantities import Quantity, optional_ns, span_ns
@@ -48,9 +48,10 @@ class SvvMember:
         keep: bool = False,
         within: str | list[float | str] | None = None,
         shared: str | None = None,
+        reading: bool = False,
     ) -> None:
         self.type, self.unit, self.initial, self.history, self.keep = type, unit, initial, history, keep
-        self.within, self.shared = within, shared
+        self.within, self.shared, self.reading = within, shared, reading
         self.name = ""
 
     def __set_name__(self, owner: type[LogicalDevice], name: str) -> None:
@@ -102,6 +103,7 @@ def svv(
     keep: bool = False,
     within: Within | None = None,
     shared: str | None = None,
+    reading: bool = False,
 ) -> Any:
     """An SVV of a device type. `type` and `unit` are those of `cell.svv`; `history` is how many last values are kept.
 
@@ -110,9 +112,10 @@ def svv(
     `keep`: its value survives a warm restart (an offset that homing has found). `within` is the range of what Python may store:
     `"[0, inf)"`, or two ends, each a number or a parameter of the device: `("position_min", "position_max")`.
     `shared="name"`: the devices have none of their own but share the system's SVV of that name, which is made with the first of them.
+    `reading`: it says something of the machine, so of a device that was never enabled it is refused (`NotEnabled`): nobody has read it.
     """
     kept = whole(history, "the history of an SVV", 0, 2**32 - 1)
-    return SvvMember(type, unit, initial, kept, keep, range_of(within, "the range of an SVV"), shared)
+    return SvvMember(type, unit, initial, kept, keep, range_of(within, "the range of an SVV"), shared, reading)
 
 
 class ParameterMember:
@@ -271,6 +274,8 @@ class LogicalDevice(Shown, Declared, Argument):
         self._member_svvs = {
             name: SVV(self.system, member.shared or f"{self.name}.{name}") for name, member in self.svv_members().items()
         }  # fmt: skip
+        for name, member in self.svv_members().items():
+            self._member_svvs[name]._reading_of = self if member.reading else None
         self._numbers = [svv._asked for svv in self._member_svvs.values()]
         self.system.devices[self.name] = self
 
@@ -398,8 +403,8 @@ class LogicalDevice(Shown, Declared, Argument):
         if self.system.closed:
             return None
         svvs = [getattr(self, name) for name in self.svv_members()]
-        values = self.system.read(*svvs) if svvs else ()
-        rows = [(name, value, svv.unit, "SVV") for name, svv, value in zip(self.svv_members(), svvs, values, strict=True)]
+        values = rows_of(self.system, svvs)[1] if svvs else []
+        rows = [(name, value, svv.unit, "SVV") for name, svv, (value, *_) in zip(self.svv_members(), svvs, values, strict=True)]
         for name, member in self.parameter_members().items():
             rows.append((name, getattr(self, name), member.unit, "tunable parameter" if member.tunable else "parameter"))
         return Table(f"{self.definition_name()} {self.name}: {self.state}", ["member", "value", "unit", "kind"], rows)

@@ -26,7 +26,7 @@ from .arm import Arm
 from .assembly import assemble, has_site, joint_names
 from .bare import BARE, Bare
 from .catalogue import ARMS, Named, refuse_elsewhere
-from .drives import integral_gain
+from .drives import FASTEST, integral_gain
 from .joints import Joint
 from .kinematics import Kinematics
 from .settled import settle
@@ -356,7 +356,7 @@ def _kept(text: str | None, arm: Path) -> Path:
 def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float | None, is_held_back: bool) -> Joint:
     """A joint as its part says, no faster than the model; with an integral part where friction or followers hold it back."""
     fastest = min(part.about.get("speed_max", drivers.UNLIMITED), speed or drivers.UNLIMITED)
-    limits = {} if fastest >= drivers.UNLIMITED else {"max_speed": fastest}
+    limits = {} if fastest >= drivers.UNLIMITED else {"max_speed": min(fastest, FASTEST)}
     if is_held_back and (gain := integral_gain(part)) > 0.0:
         limits["ki"] = gain
     return Joint(f"{arm}.{part.name}", drive=part, on=source, arbitration=arbitration, **limits)

@@ -26,6 +26,9 @@ SIMULATED_RIPPLE = {"rad": 1e-3, "m": 1e-4}
 INTEGRAL_SHARE = 4.0 / 27.0
 """Integral gain of a decoupled servo over kp times its bandwidth, the largest at which no pole oscillates."""
 
+FASTEST = 100.0
+"""Fastest joint that is plausible, rad/s or m/s: one that a model allows more is no faster here."""
+
 _SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0, "max_ripple": 4e-4}
 """Limits of sliding joints, in m, where nothing says others."""
 
@@ -99,7 +102,7 @@ def _limits(drive: Part, verb: Verb[..., Any] | None) -> dict[str, Any]:
     if about["unit"] == "m":
         found |= _SLIDING
     if about.get("speed_max", UNLIMITED) < UNLIMITED:
-        found["max_speed"] = about["speed_max"]
+        found["max_speed"] = min(about["speed_max"], FASTEST)
     if "acceleration_max" in about:
         found["max_acceleration"] = about["acceleration_max"]
     if _takes_positions(drive):

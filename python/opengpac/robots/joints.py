@@ -16,7 +16,7 @@ from ..system.sources import Source
 from ..system.svvs import SVV
 from ..system.system import System
 from ..values.quantities import Quantity
-from .drives import JOG_SPEED, MAX_RIPPLE, suited
+from .drives import FASTEST, JOG_SPEED, MAX_RIPPLE, suited
 from .servos import HISTORY, MAX_GAP, joint_servo
 
 _logger = logging.getLogger("opengpac")
@@ -44,8 +44,8 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     efforts by `joint_servo`; `verb` says another.
     """
 
-    sensed: SVV[float] = svv(unit="rad", history=HISTORY)
-    velocity: SVV[float] = svv(unit="rad/s")
+    sensed: SVV[float] = svv(unit="rad", history=HISTORY, reading=True)
+    velocity: SVV[float] = svv(unit="rad/s", reading=True)
     commanded: SVV[float] = svv(unit="rad", initial="sensed", history=HISTORY, within=("position_min", "position_max"))
     commanded_velocity: SVV[float] = svv(unit="rad/s")
     # Without units: what the last set-point says of itself stays when its motion ends, unlike a command that drives on.
@@ -65,8 +65,8 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     home: float = parameter(0.0, unit="rad")
     position_min: float = parameter(-1e6, unit="rad", within=(-1e9, "position_max"))
     position_max: float = parameter(1e6, unit="rad", within=("position_min", 1e9))
-    max_speed: float = parameter(3.14, unit="rad/s", within="(0, inf)")
-    jog_speed: float = parameter(JOG_SPEED, unit="rad/s", within="(0, inf)")
+    max_speed: float = parameter(3.14, unit="rad/s", within=f"(0, {FASTEST:g}]")
+    jog_speed: float = parameter(JOG_SPEED, unit="rad/s", within=f"(0, {FASTEST:g}]")
     max_acceleration: float = parameter(5.0, unit="rad/s^2", within="(0, inf)")
     max_jerk: float = parameter(50.0, unit="rad/s^3", within="(0, inf)")
     max_gap: float = parameter(MAX_GAP, unit="s", tunable=True, within="(0, inf)")

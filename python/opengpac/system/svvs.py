@@ -5,18 +5,20 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from .. import checking
 from ..application.arguments import Argument
-from ..errors import CallError, Error, UnknownName, ValueRefused, gone, refusals, refuse
+from ..errors import CallError, Error, NotEnabled, UnknownName, ValueRefused, gone, refusals, refuse
 from ..refusals.declared_names import Declared
 from ..values.encoding import dtype_of, from_bytes, plain
 from ..values.tables import Shown, Table
 
 if TYPE_CHECKING:
+    from ..devices.logical import LogicalDevice
     from ..devices.physical import Channel
     from .system import System
 
@@ -70,6 +72,7 @@ class SVV(Shown, Declared, Argument, Generic[T]):
     def __init__(self, system: System, name: str) -> None:
         self.system = system
         self.name = name
+        self._reading_of: LogicalDevice | None = None
 
     @functools.cached_property
     def _about(self) -> dict[str, Any]:
@@ -124,7 +127,15 @@ class SVV(Shown, Declared, Argument, Generic[T]):
     @property
     def value(self) -> T:
         """The newest value that was published."""
-        return self._read()[0]
+        value, number, time = self._read()
+        self._know(number, time)
+        return value
+
+    def _know(self, number: int, time: float) -> None:
+        """Refuses a reading of a device that was never enabled: nobody has read anything of it."""
+        device = self._reading_of
+        if device is not None and number == 0 and time == 0.0 and device.state == "disabled" and not checking.active():
+            refuse(NotEnabled, f"cannot read '{self.name}': '{device.name}' was never enabled, so nobody has read it", "enable it first")
 
     @value.setter
     def value(self, value: T) -> None:
@@ -237,9 +248,18 @@ class Snapshot(tuple[Any, ...]):
 
 def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
     """One consistent reading of these SVVs and channels."""
-    with refusals:
-        time_ns, rows = system._alive().read([each._asked for each in svvs])
-    values = Snapshot(from_bytes(data, svv.dtype) for svv, (data, _, _) in zip(svvs, rows, strict=True))
+    time_ns, rows = rows_of(system, svvs)
+    for svv, (_, number, row_ns) in zip(svvs, rows, strict=True):
+        if isinstance(svv, SVV):
+            svv._know(number, row_ns)
+    values = Snapshot(value for value, _, _ in rows)
     values.time = time_ns * 1e-9
     values.numbers = tuple(number for _, number, _ in rows)
     return values
+
+
+def rows_of(system: System, svvs: Sequence[SVV[Any] | Channel]) -> tuple[int, list[tuple[Any, int, int]]]:
+    """Reads these at one time: when that was, ns, and value, number and time of each, ns."""
+    with refusals:
+        time_ns, rows = system._alive().read([each._asked for each in svvs])
+    return time_ns, [(from_bytes(data, svv.dtype), number, at_ns) for svv, (data, number, at_ns) in zip(svvs, rows, strict=True)]
