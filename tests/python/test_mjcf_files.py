@@ -239,6 +239,15 @@ def test_a_motor_that_cannot_hold_the_arm_at_its_home_is_told_at_once(tmp_path: 
         gpac.robots.load(file, name="strict", clock="virtual", strict=True)
 
 
+def test_a_motor_that_cannot_overcome_the_friction_of_its_joint_is_told_at_once(tmp_path: Path) -> None:
+    file = arm(
+        tmp_path, joint=' frictionloss="2"', actuators=MOTORS.replace('"shoulder" ctrlrange="-80 80"', '"shoulder" ctrlrange="-2 2"')
+    )
+    said = r"arm\.xml: joint 'shoulder' has a dry friction of 2 N\.m, and its motor has 2 N\.m: it cannot move; give it more effort"
+    with pytest.warns(UserWarning, match=said):
+        gpac.robots.load(file, name="stuck", clock="virtual")
+
+
 def test_what_a_stop_carries_needs_no_motor(tmp_path: Path) -> None:
     file = arm(tmp_path, actuators=MOTORS.replace('"elbow" ctrlrange="-80 80"', '"elbow" ctrlrange="-1 1"'))
     file.write_text(file.read_text().replace('axis="0 1 0" range="-2 2"', 'axis="0 1 0" range="-2 0"'))

@@ -82,8 +82,8 @@ def try_to_move(arm: Any, scene: Scene, efforts: Efforts, found: dict[str, Any])
     found["ripple"] = max(float(np.ptp(joint.sensed.history[-HELD:]["value"])) for joint in arm)
     lost = [joint.short_name for joint in arm if joint.state != "standstill"]
     if lost:
-        told = [note.partition(": ")[2].partition("; ")[0] for note in arm.notes for name in lost if f"joint '{name}' needs" in note]
-        found["missed"], found["why"] = lost, "; ".join(told) or "does not hold at its home: " + ", ".join(lost)
+        told = [too_weak(arm, name) for name in lost]
+        found["missed"], found["why"] = lost, "; ".join(filter(None, told)) or "does not hold at its home: " + ", ".join(lost)
     if lost or bangs(arm, efforts, found):
         return
     low, high = np.array(arm.values("position_min")), np.array(arm.values("position_max"))
@@ -105,6 +105,12 @@ def try_to_move(arm: Any, scene: Scene, efforts: Efforts, found: dict[str, Any])
     reach(arm, efforts, home + side * size, found)
 
 
+def too_weak(arm: Any, joint: str) -> str:
+    """What was told at load of a joint whose motor cannot hold or move it."""
+    told = (note.partition(": ")[2] for note in arm.notes if f"joint '{joint}'" in note and "its motor has" in note)
+    return next(told, "").partition("; ")[0]
+
+
 def reach(arm: Any, efforts: Efforts, goal: np.ndarray, found: dict[str, Any]) -> bool:
     """Moves to a goal; false, with the joints that missed it and why, where it was not reached."""
     for first in range(0, len(arm), TOGETHER):
@@ -112,7 +118,8 @@ def reach(arm: Any, efforts: Efforts, goal: np.ndarray, found: dict[str, Any]) -
         try:
             gpac.motion.move_absolute(part, [float(q) for q in goal[first : first + TOGETHER]], time_limit="30 s")
         except gpac.Terminated as error:
-            found["why"] = sentence(error)
+            told = [too_weak(arm, joint.short_name) for joint in part if f"'{joint.name}'" in str(error)]
+            found["why"] = "; ".join(filter(None, told)) or sentence(error)
             return False
     arm.system.advance(SETTLING)
     near = [ARRIVED[joint.sensed.unit] for joint in arm]

@@ -364,11 +364,12 @@ fn a_motor_tells_what_it_gave_within_its_limit() {
         machine.set("a.effort", &[250.0]);
         machine.set("b.decoupled", &[1e4]);
         machine.write(MS, &[true, false, false, false, true, false]);
-        machine.read(2 * MS);
+        // Its step is 2 ms: the one in which the effort was written goes on without it.
+        machine.read(3 * MS);
         assert_eq!((machine.get("a.motor_effort"), machine.get("b.motor_effort")), (vec![100.0], vec![100.0]));
         machine.set("a.effort", &[5.0]);
-        machine.write(2 * MS, &[true, false, false, false, true, false]);
-        machine.read(4 * MS);
+        machine.write(3 * MS, &[true, false, false, false, true, false]);
+        machine.read(5 * MS);
         assert_eq!(machine.get("a.motor_effort"), [5.0]);
     });
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The loads on the plant in one time step: efforts of the drives and brakes, and the push at the tool.
+use super::followers::fold;
 use super::model::Tool;
 use super::plant::Plant;
 use super::prescribed::Equations;
@@ -64,7 +65,7 @@ impl Plant {
     }
 
     /// Takes the inertia and every force but the efforts, as the next step uses them: an implicit integrator adds the damping of one step to the
-    /// inertia.
+    /// inertia. Joints that follow others add to these.
     fn load_dynamics(&mut self) {
         self.weigh();
         let (nv, step_s) = (self.bias.len(), self.step_s());
@@ -76,6 +77,7 @@ impl Plant {
                 self.inertia[i * (nv + 1)] += step_s * self.arm.damping[i];
             }
         }
+        fold(&self.arm.followers, &self.state[..self.positions], &mut self.inertia, &mut self.drift);
     }
 
     /// Loads the push at the tool as a force and a torque at the centre of mass of its body, which is where MuJoCo takes them.

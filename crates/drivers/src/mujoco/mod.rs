@@ -28,6 +28,7 @@ mod channels;
 mod compile;
 mod contacts;
 mod decoupled;
+mod followers;
 mod functions;
 mod geometry;
 mod library;

@@ -8,6 +8,7 @@
 //! force, too, because the drives have to know it: MuJoCo's is a constraint that is solved after they have given their efforts.
 use super::actuators::{efforts, speeds};
 use super::compile::compile;
+use super::followers::{Follower, followers};
 use super::functions::{BatchConfig, Model, MuJoCo, object};
 use super::{contacts, refusals, survey};
 use device::{Command, DriverError, Part, Servo, UNLIMITED};
@@ -110,6 +111,8 @@ pub(super) struct Arm {
     /// Tree of bodies that each degree of freedom belongs to. No force acts between two trees but by contact.
     pub trees: Vec<i32>,
     pub springs: Vec<Spring>,
+    /// Degrees of freedom that move with others, each before its leader.
+    pub followers: Vec<Follower>,
     /// True for each degree of freedom of a tree of bodies without a commanded joint, which does not feel the arm's inertia.
     pub apart: Vec<bool>,
     /// Name of the joint of each degree of freedom.
@@ -147,7 +150,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let sensors = sensors(&arm, &fields);
     let free = free(&arm, &fields);
     let freedoms = freedoms(&arm, &fields);
-    let (springs, apart) = (springs(&fields), apart(&fields, &joints));
+    let (springs, apart, followers) = (springs(&fields), apart(&fields, &joints), followers(&fields, &joints));
     let (damping, friction, trees) = (fields.reals("dof_damping"), fields.reals("dof_frictionloss"), fields.ints("dof_treeid"));
     let plant_friction = plant_friction(&fields, &friction, &joints, &apart);
     fields.set_reals("dof_frictionloss", &std::iter::zip(&friction, &plant_friction).map(|(whole, ours)| whole - ours).collect::<Vec<_>>());
@@ -161,7 +164,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
         return Err(refusals::model(path, &format!("its time step, {timestep_ns} ns, is below 1 us")));
     }
     (arm.joints, arm.tool, arm.sensors, arm.free) = (joints, tool, sensors, free);
-    (arm.springs, arm.apart, arm.freedoms) = (springs, apart, freedoms);
+    (arm.springs, arm.apart, arm.followers, arm.freedoms) = (springs, apart, followers, freedoms);
     (arm.damping, arm.friction, arm.trees) = (damping, friction, trees);
     arm.rubs = plant_friction.iter().any(|most| *most > 0.0);
     arm.plant_friction = plant_friction;
@@ -187,6 +190,7 @@ impl Arm {
             rubs: false,
             trees: vec![],
             springs: vec![],
+            followers: vec![],
             apart: vec![],
             freedoms: vec![],
             timestep_ns: 0,

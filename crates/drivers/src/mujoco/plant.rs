@@ -2,6 +2,7 @@
 //! The plant: an arm that is advanced, read and commanded as a physical device.
 use super::channels::{Slots, channels};
 use super::contacts;
+use super::followers::fold_forces;
 use super::functions::state;
 use super::log;
 use super::model::Arm;
@@ -25,10 +26,12 @@ pub(super) struct Plant {
     pub(super) arm: Arm,
     channels: Vec<Channel>,
     slots: Slots,
-    /// Time that the state is at, on the system's clock.
+    /// Time that the state is at, on the system's clock: that of the last reading, or the end of the time step that it is in.
     time_ns: i64,
     /// qpos, then qvel.
     pub(super) state: Vec<f64>,
+    /// The state one time step earlier.
+    before: Vec<f64>,
     pub(super) positions: usize,
     /// qfrc_applied, then xfrc_applied, as `mj_setState` takes them.
     pub(super) forces: Vec<f64>,
@@ -83,6 +86,7 @@ impl Plant {
             slots,
             time_ns: 0,
             state: vec![0.0; nq + nv],
+            before: vec![0.0; nq + nv],
             positions: nq,
             forces,
             bias: vec![0.0; nv],
@@ -129,6 +133,7 @@ impl Plant {
         // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
         unsafe { (self.arm.mujoco.mj_setState)(self.arm.model, self.motion.data(), self.state.as_ptr(), state::QPOS | state::QVEL) };
         self.sense();
+        self.before.copy_from_slice(&self.state);
     }
 
     /// Puts the joints where the service said, at rest, and all else as at the start.
@@ -141,6 +146,7 @@ impl Plant {
         // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
         unsafe { (self.arm.mujoco.mj_setState)(self.arm.model, self.motion.data(), self.state.as_ptr(), state::QPOS | state::QVEL) };
         self.sense();
+        self.before.copy_from_slice(&self.state);
     }
 
     /// Goes through the steps of a braked arm and of one whose first joint alone is braked.
@@ -258,13 +264,15 @@ impl Plant {
         }
     }
 
+    /// Makes the time steps that a release lies behind, and the one that it lies in: an effort acts from the step after it is written.
     fn advance(&mut self, release_ns: i64) -> Result<(), DeviceError> {
         let span = release_ns - self.time_ns;
         if span > ADVANCE_NS_MAX {
             self.time_ns += (span - ADVANCE_NS_MAX) / self.arm.timestep_ns * self.arm.timestep_ns;
         }
-        while self.time_ns + self.arm.timestep_ns <= release_ns {
+        while self.time_ns < release_ns {
             self.time_ns += self.arm.timestep_ns;
+            self.before.copy_from_slice(&self.state);
             if log::watch(|| self.step()) {
                 return Err(self.lost(log::text()));
             }
@@ -321,9 +329,12 @@ impl Driver for Plant {
             self.put();
         }
         self.weigh();
+        fold_forces(&self.arm.followers, &self.state[..self.positions], &mut self.bias);
+        let left = ((self.time_ns - release_ns) as f64 / self.arm.timestep_ns as f64).clamp(0.0, 1.0);
+        let at_release = |of: usize| left * self.before[of] + (1.0 - left) * self.state[of];
         for (j, (joint, ([position, velocity, bias, motor, limit], _))) in self.arm.joints.iter().zip(&self.slots.joints).enumerate() {
-            position.set_double(readings, 0, self.state[joint.position]);
-            velocity.set_double(readings, 0, self.state[self.positions + joint.velocity]);
+            position.set_double(readings, 0, at_release(joint.position));
+            velocity.set_double(readings, 0, at_release(self.positions + joint.velocity));
             bias.set_double(readings, 0, self.bias[joint.velocity]);
             motor.set_double(readings, 0, self.motors[j]);
             limit.set_double(readings, 0, joint.part.effort_max);

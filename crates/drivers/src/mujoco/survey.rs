@@ -9,6 +9,7 @@
 //!
 //! With the largest velocity gain λ and the sampling period T, λT stays within 0.5: a phase margin of 75 degrees at the crossover λ, of which
 //! the held command takes λT/2.
+use super::followers::fold;
 use super::functions::state;
 use super::model::Arm;
 use super::motion::Motion;
@@ -96,6 +97,10 @@ fn poses(arm: &Arm) -> Vec<Pose> {
             let share = (0.5 + k as f64 * ratio.powi(-(j as i32 + 1))).fract();
             position[joint.position] = if k == 0 { joint.part.home } else { low + (high - low) * share };
         }
+        // Leaders first.
+        for follower in arm.followers.iter().rev() {
+            position[follower.position] = follower.place(&position).unwrap_or(position[follower.position]);
+        }
         let (mut inertia, mut weight) = (vec![0.0; n * n], vec![0.0; n]);
         // SAFETY: as above; `inertia` has n * n elements, `weight` n. The velocities are zero since the reset.
         unsafe {
@@ -104,6 +109,7 @@ fn poses(arm: &Arm) -> Vec<Pose> {
             (arm.mujoco.mj_fullM)(arm.model, motion.data(), inertia.as_mut_ptr());
             (arm.mujoco.mj_rne)(arm.model, motion.data(), 0, weight.as_mut_ptr());
         }
+        fold(&arm.followers, &position, &mut inertia, &mut weight);
         Pose { inertia, weight }
     };
     (0..=POSES).map(pose).collect()

@@ -184,17 +184,26 @@ def _limit_memory() -> None:
 
 
 def too_weak(model: Any) -> list[str]:
-    """Names the joints that cannot hold the arm at its home: gravity asks for more than their motor, and they stand at no stop."""
+    """Names the joints that cannot hold the arm at its home: gravity asks for more than their motor, and they stand at no stop.
+
+    Names those that cannot move, too: their dry friction takes all that their motor has.
+    """
     data = mujoco.MjData(model)
     next(_poses(model, data))
     notes = []
     for j, most in _strengths(model).items():
         dof, position = model.jnt_dofadr[j], data.qpos[model.jnt_qposadr[j]]
+        unit = "N.m" if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE else "N"
+        if 0.0 < most <= model.dof_frictionloss[dof]:
+            notes.append(
+                f"joint '{model.joint(j).name}' has a dry friction of {model.dof_frictionloss[dof]:.3g} {unit}, and its motor has "
+                f"{most:.3g} {unit}: it cannot move; give it more effort, or less friction"
+            )
+            continue
         needed = float(data.qfrc_bias[dof] - data.qfrc_passive[dof])
         # What gravity presses against a stop needs no motor.
         stop = model.jnt_range[j][0 if needed > 0.0 else 1]
         if abs(needed) > most + model.dof_frictionloss[dof] and not (model.jnt_limited[j] and abs(position - stop) < STOP):
-            unit = "N.m" if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_HINGE else "N"
             notes.append(
                 f"joint '{model.joint(j).name}' needs {abs(needed):.3g} {unit} at the arm's home, and its motor has {most:.3g} {unit}: it "
                 "sinks; begin in another pose, or give it more effort"
