@@ -63,6 +63,53 @@ def test_a_fork_ends_cleanly_and_says_what_it_cannot_do(where: str) -> None:
     assert "Traceback" not in ran.stderr, ran.stderr
 
 
+TWO = """
+import multiprocessing, sys
+import opengpac as gpac
+
+def systems(where):
+    for name in ("first", "second"):
+        cell = gpac.System(name, clock="virtual" if where == "virtual" else "monotonic")
+        cell.processor("rtp0", process=where == "process").timer("fast", period="1 ms")
+        yield cell, cell.svv("y", initial=1.0)
+
+def work(number):
+    said = []
+    for cell, y in both:
+        for what in (lambda: y.value, lambda: setattr(y, "value", 2.0), lambda: cell.now, lambda: cell.svv("z")):
+            try:
+                what()
+            except gpac.InvalidState as error:
+                said.append(str(error).partition(" at ")[0])
+    with gpac.System("own", clock="virtual") as own:
+        own.advance("1 s")
+        return number, own.now, said
+
+both = list(systems(sys.argv[1]))
+context = multiprocessing.get_context("fork")
+with context.Pool(2) as pool:
+    for number, now, said in pool.map(work, range(3)):
+        is_told = all("has no part in it" in one for one in said)
+        print("worker", number, now, len(said), is_told, *{one.split("'")[1] for one in said})
+one = context.Process(target=work, args=(9,))
+one.start()
+one.join()
+print("process", one.exitcode, *(y.value for _, y in both))
+for cell, _ in both:
+    cell.close()
+"""
+
+
+@pytest.mark.parametrize("where", ["virtual", "threads", "process"])
+def test_workers_of_multiprocessing_have_no_part_in_either_of_two_systems(where: str) -> None:
+    command = [sys.executable, "-W", "ignore", "-c", TWO, where]
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    said = ran.stdout.splitlines()
+    assert [line.split()[:5] for line in said[:3]] == [["worker", str(n), "1.0", "8", "True"] for n in range(3)], ran.stdout + ran.stderr
+    assert all(set(line.split()[5:]) == {"first", "second"} for line in said[:3]), ran.stdout
+    assert said[3:] == ["process 0 1.0 1.0"] and ran.returncode == 0 and "Traceback" not in ran.stderr, ran.stdout + ran.stderr
+
+
 BESIDE = """
 import os, sys, time
 import opengpac as gpac

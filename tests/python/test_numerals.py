@@ -99,6 +99,24 @@ def test_arrays_tensors_and_tables_are_lists_of_numbers() -> None:
     assert encoding.plain(record) == encoding.plain(record[()]) == {"a": 1.0, "b": 2}
 
 
+def test_behind_a_mask_there_is_no_number() -> None:
+    whole = np.ma.array([1.0, 2.0])
+    assert encoding.plain(whole) == [1.0, 2.0] and encoding.plain(np.ma.array(3.0)) == 3.0
+    for masked, said in {
+        "element": (np.ma.array([1.0, 2.0, 3.0], mask=[False, True, False]), r"'goal' is an array whose element 1 \(from 0\) is masked"),
+        "whole": (np.ma.masked, r"'goal' is a masked value: there is no number; give every element a number"),
+        "in a list": ([1.0, np.ma.masked], r"'goal' is a masked value"),
+    }.values():
+        with pytest.raises(gpac.ValueRefused, match=said):
+            encoding.plain(masked, "'goal'")
+    assert number(np.ma.masked) is np.ma.masked
+    with gpac.System("masked", clock="virtual") as cell:
+        with pytest.raises(gpac.Error):
+            cell.advance(np.ma.masked)  # pyright: ignore[reportArgumentType]
+        with pytest.raises(gpac.ValueRefused, match="masked"):
+            cell.svv("y").value = np.ma.masked
+
+
 def test_what_is_no_single_number_is_refused_in_words() -> None:
     for wrong in (np.array([1, 2]), Tensor([1.0]), "80", True, np.True_, 2.5, None):
         with gpac.System("numbers", clock="virtual") as cell, pytest.raises(gpac.CallError, match="priority"):

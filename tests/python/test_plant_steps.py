@@ -16,7 +16,8 @@ FLYWHEEL = """<mujoco><compiler angle="radian"/><option timestep="{step}"/><worl
 FINGER = """<body pos="0 {at} 0"><joint name="{name}" type="slide" axis="0 0 1" range="-1 1"/>
 <inertial pos="0 0 0" mass="{mass}" diaginertia="1 1 1"/></body>"""
 FINGERS = """<mujoco><option timestep="0.001"/><worldbody>{bodies}</worldbody>
-<equality><joint joint1="second" joint2="first" polycoef="0 2 0 0 0"/><joint joint1="third" joint2="second" polycoef="0 -1 0 0 0"/></equality>
+<equality><joint joint1="second" joint2="first" polycoef="0 2 0 0 0"/>
+<joint joint1="third" joint2="second" polycoef="0 -1 0 0 0"/></equality>
 <actuator><motor joint="first" ctrlrange="-1000 1000"/></actuator></mujoco>"""
 
 

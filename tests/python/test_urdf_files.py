@@ -185,6 +185,22 @@ def test_a_fixed_range_is_a_fixed_joint(tmp_path: Path) -> None:
         assert [joint.short_name for joint in loaded] == ["turn"]
 
 
+@pytest.mark.parametrize("kind", ["its range", "its type", "no joint"])
+def test_a_robot_without_a_joint_that_moves_is_refused_with_the_reason(tmp_path: Path, kind: str) -> None:
+    file = arm(tmp_path, limit='<limit lower="0.5" upper="0.5" effort="100" velocity="2"/>')
+    text, problem = {
+        "its range": (
+            file.read_text(),
+            r"arm.urdf:3: no joint of the robot can move: arm.urdf:3: the range of joint 'turn' is 0.5 to 0.5: it is fixed there",
+        ),
+        "its type": (file.read_text().replace("revolute", "fixed"), r"arm.urdf:3: no joint of the robot can move: 'turn' is fixed"),
+        "no joint": ('<robot name="arm"><link name="base"/></robot>', r"arm.urdf:1: the robot has no joint"),
+    }[kind]
+    file.write_text(text)
+    with pytest.raises(gpac.DeviceFailed, match=problem):
+        robots.load(file, clock="virtual")
+
+
 def test_a_range_without_zero_begins_at_its_nearest_end(tmp_path: Path) -> None:
     loaded = robots.load(arm(tmp_path, limit='<limit lower="0.5" upper="2" effort="100" velocity="2"/>'), clock="virtual", name="inside")
     with loaded.system:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..definition.demands import check_order, check_placed
 from ..devices.groups import Group
-from ..errors import CallError, Error, UnknownName, did_you_mean, refuse
+from ..errors import CallError, Error, UnknownName, refuse
 from ..refusals.source_location import here
 from ..values.quantities import duration_ns
 from .arguments import argument_json, systems_in
@@ -93,12 +93,14 @@ def values_json(verb: Verb[..., Any], arguments: Mapping[str, Any], objects: Map
 
 def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any:
     """Returns `{"elbow": 1.2}` over the present: the other members keep where they are."""
-    members = {device.short_name: device for device in group}
-    wrong = next((key for key in given if key not in members), None)
-    if wrong is not None:
-        refuse(UnknownName, f"'{name}' names '{wrong}', which is no member of group '{group.name}'", did_you_mean(str(wrong), members))
-    present = dict(zip(members, group.values("sensed"), strict=True))
-    return [given.get(short, present[short]) for short in members]
+    wanted: dict[str, Any] = {}
+    for key, value in given.items():
+        try:
+            wanted[group[str(key)].name] = value
+        except UnknownName as error:
+            said = f"'{name}' names '{key}', which is no member of group '{group.name}'"
+            refuse(UnknownName, said, error.remedy)
+    return [wanted.get(device.name, present) for device, present in zip(group, group.values("sensed"), strict=True)]
 
 
 def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]:

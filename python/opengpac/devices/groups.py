@@ -30,6 +30,8 @@ D = TypeVar("D", bound=LogicalDevice)
 class Group(Shown, Declared, Argument, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
 
+    A device is named by its whole name or by its last words, `arm["left.elbow"]`, where these are of no other one (`short_names`).
+
     `Group("arm", shoulder, elbow)`: `name` is what messages call it; the devices, at least one, are all of one system. Raises
     `CallError` otherwise.
 
@@ -145,7 +147,7 @@ class Group(Shown, Declared, Argument, Generic[D]):
         if np.ndim(value) == 0:
             return [value] * len(self._devices)
         if len(value) != len(self._devices):
-            remedy = f"give one for all, one for each, or {{'{self._devices[0].short_name}': …}}"
+            remedy = f"give one for all, one for each, or {{'{self.short_names[0]}': …}}"
             refuse(CallError, f"'{member}' of group '{self.name}' is given {len(value)} values for {len(self._devices)} devices", remedy)
         return value
 
@@ -159,6 +161,12 @@ class Group(Shown, Declared, Argument, Generic[D]):
 
     def _argument(self) -> dict[str, Any]:
         return {"devices": [device._argument()["device"] for device in self._devices]}
+
+    @property
+    def short_names(self) -> list[str]:
+        """Names of its devices in their order: of each the fewest last words that no other one ends in, `elbow`, or `left.elbow`."""
+        names = [device.name for device in self._devices]
+        return [next((ending for ending in _endings(name) if sum(map(ending.__eq__, _all_endings(names))) == 1), name) for name in names]
 
     def __iter__(self) -> Iterator[D]:
         return iter(self._devices)
@@ -176,10 +184,14 @@ class Group(Shown, Declared, Argument, Generic[D]):
             return self._devices[which]
         if not isinstance(which, str):
             refuse(CallError, f"group '{self.name}' is asked for {which!r}", "give a number, a slice or a name")
-        found = next((d for d in self._devices if which in (d.short_name, d.name)), None)
-        if found is None:
-            refuse(UnknownName, f"group '{self.name}' has no device '{which}'", did_you_mean(which, [d.short_name for d in self._devices]))
-        return found
+        found = [device for device in self._devices if device.name == which] or [d for d in self._devices if which in _endings(d.name)]
+        if not found:
+            refuse(UnknownName, f"group '{self.name}' has no device '{which}'", did_you_mean(which, self.short_names))
+        if len(found) > 1:
+            called = [name for device, name in zip(self._devices, self.short_names, strict=True) if device in found]
+            what = f"group '{self.name}' has {len(found)} devices '{which}'"
+            refuse(UnknownName, what, f"name one of them: {', '.join(map(repr, called))}")
+        return found[0]
 
     def __getattr__(self, name: str) -> D:
         if name.startswith("_"):
@@ -192,22 +204,32 @@ class Group(Shown, Declared, Argument, Generic[D]):
         return [*super().__dir__(), *identifiers(self._ipython_key_completions_())]
 
     def _ipython_key_completions_(self) -> list[str]:
-        return [device.short_name for device in self._devices]
+        return self.short_names
 
     def _table(self) -> Table | None:
         if self.system.closed:
             return None
         members = [*dict.fromkeys(name for device in self._devices for name in device.svv_members())]
         rows: list[list[Any]] = []
-        for device in self._devices:
+        for device, short_name in zip(self._devices, self.short_names, strict=True):
             there = [name for name in members if name in device.svv_members()]
             read = rows_of(self.system, [getattr(device, name) for name in there])[1] if there else []
             values = {name: value for name, (value, *_) in zip(there, read, strict=True)}
-            rows.append([device.short_name, device.state, *(_short(values[name]) if name in values else "" for name in members)])
+            rows.append([short_name, device.state, *(_short(values[name]) if name in values else "" for name in members)])
         return Table(f"group {self.name}", ["device", "state", *members], rows)
 
     def __repr__(self) -> str:
-        return f"group {self.name}: {', '.join(d.short_name for d in self._devices)}"
+        return f"group {self.name}: {', '.join(self.short_names)}"
+
+
+def _endings(name: str) -> list[str]:
+    """Returns the last word of a name, the last two, and so on."""
+    words = name.split(".")
+    return [".".join(words[-count:]) for count in range(1, len(words) + 1)]
+
+
+def _all_endings(names: list[str]) -> list[str]:
+    return [ending for name in names for ending in _endings(name)]
 
 
 def _short(value: Any) -> str:

@@ -86,7 +86,7 @@ class Points(MutableMapping[str, Point]):
             refuse(
                 NotEnabled, f"cannot teach point '{name}': {', '.join(blind)} is not enabled, nobody knows where it is", "enable it first"
             )
-        joints = dict(zip([device.short_name for device in given], map(float, given.values("sensed")), strict=True))
+        joints = dict(zip(given.short_names, map(float, given.values("sensed")), strict=True))
         taught = None if given.system.virtual else datetime.now(UTC).replace(microsecond=0)
         _named(name)
 
@@ -330,11 +330,11 @@ class Points(MutableMapping[str, Point]):
             self._check_model(arm, document)
             return
         table["name"], table["model"] = arm.name, model_of(arm)
-        table["joints"] = [device.short_name for device in arm]
+        table["joints"] = arm.short_names
         table["units"] = [device.sensed.unit for device in arm]
 
     def _check_model(self, arm: Group[Any], document: Any) -> None:
-        of, joints = document["arm"], [device.short_name for device in arm]
+        of, joints = document["arm"], arm.short_names
         if not of["joints"]:
             return
         if list(of["joints"]) != joints:
@@ -406,7 +406,7 @@ def model_of(arm: Group[Any]) -> str:
     """Returns the identifier of an arm's mechanics: the model file that it was loaded from, else its joints, their types and units."""
     if arm.model:
         return arm.model
-    said = [(device.definition_name(), device.short_name, device.sensed.unit) for device in arm]
+    said = [(device.definition_name(), name, device.sensed.unit) for device, name in zip(arm, arm.short_names, strict=True)]
     return "joints:" + hashlib.sha256(repr(said).encode()).hexdigest()[:32]
 
 

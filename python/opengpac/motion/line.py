@@ -50,8 +50,8 @@ class LineRefused(Terminated, Unreachable):
     def _limit(self) -> str:
         if "arm" not in self.objects:
             return f"joint {self.value} (from 0) would have to leave its range; start from another posture"
-        joint = self.objects["arm"][int(self.value)]
-        self.joint = joint.short_name
+        arm = self.objects["arm"]
+        joint, self.joint = arm[int(self.value)], arm.short_names[int(self.value)]
         low, high = joint.position_min, joint.position_max
         return f"joint '{self.joint}' would have to leave its range, {low:.6g} to {high:.6g}; start from another posture"
 

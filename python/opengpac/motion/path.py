@@ -31,8 +31,8 @@ class PathRefused(Terminated, Unreachable):
         """Returns the way-point and the joint in words."""
         if "arm" not in self.objects:
             return f"a way-point is outside the range of joint {self.value} (from 0)"
-        joint = self.objects["arm"][int(self.value)]
-        self.joint, self.point = joint.short_name, int(self.outputs["refused"])
+        arm = self.objects["arm"]
+        joint, self.joint, self.point = arm[int(self.value)], arm.short_names[int(self.value)], int(self.outputs["refused"])
         low, high = joint.position_min, joint.position_max
         range_text = f"{low:.6g} to {high:.6g}"
         return f"way-point {self.point} is outside the range of joint '{self.joint}', {range_text}; are degrees meant? gpac.deg(points)"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ from .joints import Joint
 from .kinematics import Kinematics
 from .touching import touching
 from .urdf import Interfaces
+
+V = TypeVar("V")
 
 _SENSED = ("standstill", "moving", "stopping")
 """States of a joint in which its verb reads where it is."""
@@ -69,15 +71,14 @@ class Arm(Group[Joint]):
         interfaces: Mapping[str, Interfaces] = MappingProxyType({}),
     ) -> None:
         super().__init__(name, *joints)
-        names = [joint.short_name for joint in joints]
         self._read = kinematics
         self.notes = notes
         """What was put right in the file that it was loaded from, one sentence each."""
         self.groups = dict(groups)
         """The groups of its SRDF file, each with the names of its joints in the file."""
-        self.states = {state: {name: of[name] for name in names if name in of} for state, of in states.items()}
+        self.states = {state: _of_joints(of, joints) for state, of in states.items()}
         """The states of its SRDF file: the positions of its joints, in their order, rad or m; a state may lack some."""
-        self.interfaces = {name: interfaces[name] for name in names if name in interfaces}
+        self.interfaces = _of_joints(interfaces, joints)
         """What the tags `ros2_control` of its URDF file say of its joints, by their names."""
         self._kinematics_of: Callable[[list[str]], Kinematics] | None = None
         """Reads the geometry of some of its joints, by their names in the model."""
@@ -263,3 +264,9 @@ class Arm(Group[Joint]):
     def jacobian(self, q: Iterable[float] | None = None) -> np.ndarray:
         """The geometric Jacobian, 6 x n, at these joint positions; without them at the present, which needs the joints enabled."""
         return self.kinematics.jacobian(self._present("its Jacobian at present") if q is None else q)
+
+
+def _of_joints(of: Mapping[str, V], joints: Sequence[Joint]) -> dict[str, V]:
+    """Returns what belongs to the joints of an arm, by their names in its file, in the order of the joints."""
+    names = (max((name for name in of if joint.name.endswith(f".{name}")), key=len, default=None) for joint in joints)
+    return {name: of[name] for name in names if name is not None}

@@ -86,7 +86,7 @@ class Kinematics(Declared):
         }  # fmt: skip
 
     def forward(self, q: Iterable[float]) -> Pose:
-        """The pose of the tool at joint positions (rad or m, one for each joint)."""
+        """The pose of the tool at joint positions, rad or m: one for each joint, or by their names, as a taught point has them."""
         found = lib.block("forward_kinematics").run(n=len(self.axes), chain=self.chain, q=self._positions(q))
         self._check(found.fault)
         return Pose.of(found.pose[0])
@@ -234,12 +234,23 @@ class Kinematics(Declared):
     def _positions(self, given: Iterable[float]) -> list[float]:
         if not 1 <= len(self.axes) <= JOINTS_MAX:
             refuse(DefinitionError, f"a chain of {len(self.axes)} joints cannot be computed", f"give it 1 to {JOINTS_MAX} axes")
-        listed = rows(given)
+        listed = self._in_order(given) if isinstance(given, Mapping) else rows(given)
         found: list[Any] = [number(x) for x in listed] if isinstance(listed, Iterable) and not isinstance(listed, str | bytes) else [listed]
         if not all(is_number(x) for x in found):
             refuse(CallError, f"{repr(given)[:80]} is no list of joint positions", "give a number for each joint, rad or m")
         if len(found) != len(self.axes):
             refuse(CallError, f"{len(found)} joint positions are given for {len(self.axes)} joints", f"give one for each: {self.joints}")
+        return found
+
+    def _in_order(self, given: Mapping[Any, Any]) -> list[Any]:
+        """Returns the positions of joints by name, of a taught point for example, in the order of the chain; others are left out."""
+        found: list[Any] = []
+        for joint in self.joints:
+            position = next((value for name, value in given.items() if joint == name or joint.endswith(f".{name}")), None)
+            if position is None:
+                there = ", ".join(map(str, given)) or "none"
+                refuse(CallError, f"the joint positions lack joint '{joint}': there are {there}", "give a number for each joint, rad or m")
+            found.append(position)
         return found
 
     def _check(self, fault: Any) -> None:

@@ -51,8 +51,7 @@ def tool_by_touching(
     of all: the message names it. `arm.tool = tool_by_touching(arm, [points[name] for name in names]).frame`.
     """
     without = arm.tool.inverse()
-    in_order = (tuple(point[joint.short_name] for joint in arm) if isinstance(point, Mapping) else point for point in points)
-    poses = [arm.forward(positions) @ without for positions in in_order]
+    poses = [_pose(arm, place, point) @ without for place, point in enumerate(points)]
     if len(poses) < LEAST:
         what = f"{len(poses)} places are given"
         refuse(CallError, what, f"give {LEAST} or more at which the tip touches one point, each with the tool turned differently")
@@ -76,3 +75,12 @@ def tool_by_touching(
         refuse(ValueRefused, what, "touch the point again there, or give a larger residual_max")
     residual = float(np.sqrt((residuals**2).mean()))
     return TouchedTool(Pose(tuple(found), rpy=tuple(orientation)), tip, residuals, residual, spread)
+
+
+def _pose(arm: Arm, place: int, point: Any) -> Pose:
+    """Returns the pose of the tool at a place; a refusal names the place."""
+    try:
+        return arm.forward(point)
+    except (CallError, ValueRefused) as error:
+        error.message = f"place {place} (from 0): {error.message}"
+        raise

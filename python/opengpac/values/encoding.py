@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ValueRefused, refuse
-from .numbers import number, rows
+from .numbers import is_masked, number, rows
 
 _SCALARS = {
     "double": "<f8", "float": "<f4", "bool": "?",
@@ -63,6 +63,10 @@ def plain(value: Any, what: str = "the value") -> Any:
     >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
     ([1.0, 2.0], [1, True], '20 ms')
     """
+    if is_masked(value):
+        first = int(np.flatnonzero(np.ma.getmaskarray(value))[0])
+        masked = "a masked value" if np.ndim(value) == 0 else f"an array whose element {first} (from 0) is masked"
+        refuse(ValueRefused, f"{what} is {masked}: there is no number", "give every element a number: .filled(…)")
     value = number(value)
     if isinstance(value, bool | int | str):
         return value

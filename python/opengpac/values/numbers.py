@@ -17,6 +17,15 @@ from ..errors import CallError, refuse
 _PLAIN = (bool, int, float, str, type(None))
 
 
+def is_masked(value: Any) -> bool:
+    """Returns whether an array of NumPy has masked elements: there is no number in them, though the array would give one."""
+    if type(value) in _PLAIN:
+        return False
+    # `mask` of a table of pandas is a method.
+    mask = getattr(value, "mask", None)
+    return mask is not None and not callable(mask) and hasattr(value, "filled") and bool(mask.any())
+
+
 def number(value: Any) -> Any:
     """The number of Python that `value` is; anything that is no single number comes back as it is.
 
@@ -29,7 +38,9 @@ def number(value: Any) -> Any:
     """
     if type(value) in _PLAIN:
         return value
-    # NumPy's scalars, and tensors of other libraries.
+    # NumPy's scalars, and tensors of other libraries; behind a mask there is no number.
+    if is_masked(value):
+        return value
     if getattr(value, "ndim", None) == 0 and callable(getattr(value, "item", None)):
         inner = value.item()
         if type(inner) in _PLAIN:
@@ -41,7 +52,7 @@ def number(value: Any) -> Any:
 
 def rows(value: Any) -> Any:
     """Returns an object with dimensions as lists of numbers: an array, a tensor, a table of pandas; anything else as it is."""
-    if getattr(value, "ndim", 0) > 0:
+    if getattr(value, "ndim", 0) > 0 and not is_masked(value):
         if callable(getattr(value, "tolist", None)):
             return value.tolist()
         if callable(getattr(value, "to_numpy", None)):

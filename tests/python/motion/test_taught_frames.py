@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -109,3 +110,13 @@ def test_taught_points_give_a_tool(arm: gpac.robots.Arm, tmp_path: Path) -> None
         points.teach(f"tip {k}")
     found = tool_by_touching(arm, [points[f"tip {k}"] for k in range(4)])
     assert found.frame.distance(TOOL) < 1e-3
+
+
+def test_a_point_that_lacks_a_joint_is_refused_with_its_place_and_the_joint(arm: gpac.robots.Arm) -> None:
+    places: list[Any] = [dict(zip(arm.short_names, q, strict=True)) for q in touches(arm, 0.4)]
+    assert tool_by_touching(arm, places).frame.distance(TOOL) < 1e-5
+    del places[2]["wrist_1"]
+    with pytest.raises(gpac.CallError, match=r"place 2 \(from 0\): the joint positions lack joint 'wrist_1': there are shoulder_pan"):
+        tool_by_touching(arm, places)
+    with pytest.raises(gpac.CallError, match="give a number for each joint"):
+        arm.kinematics.forward(places[2])

@@ -8,11 +8,12 @@ After, what URDF cannot say is added: a motor for each joint, a site `tool` at t
 from __future__ import annotations
 
 import importlib
+import itertools
 import logging
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 from xml.etree import ElementTree
 
 from ...errors import DeviceFailed, refuse
@@ -26,6 +27,8 @@ MASS_MIN = 1e-3
 """Mass of a moving link of which the file says none, and that has no shape to take it from, kg."""
 INERTIA_MIN = 1e-6
 """The least moment of inertia of a moving link, kg.m^2."""
+JOINTS_TOLD = 5
+"""How many joints a refusal names."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,8 @@ def convert(
     control.narrow(source, controls, speeds)
     semantics = _semantics(source, semantic)
     selected = selection.select(source, semantics, controls.home, group)
+    if not selected.motors:
+        _refuse_still(source)
     held_back = frozenset(mimic.get("joint", "") for mimic in source.root.findall("joint/mimic")) | {
         joint.get("name", "")
         for joint in source.root.findall("joint")
@@ -96,6 +101,18 @@ def convert(
     return Converted(
         _balanced(spec.to_xml()), speeds, tuple(source.notes), held_back, selected.arm, semantics.groups, states, controls.interfaces
     )
+
+
+def _refuse_still(source: Source) -> NoReturn:
+    """Refuses a file without a joint that a motor could move, with the reason of each joint."""
+    joints = source.root.findall("joint")
+    if not joints:
+        source.refuse(source.root, "the robot has no joint", "give it a revolute, continuous or prismatic one")
+    ranges = [note for note in source.notes if "it is fixed there" in note]
+    kinds = {"fixed": "is fixed", "floating": "is floating", "planar": "is planar"}
+    named = (f"'{joint.get('name')}' {kinds.get(joint.get('type', ''), 'follows another joint or is passive')}" for joint in joints)
+    reasons = "; ".join([*ranges[:JOINTS_TOLD]] or [*itertools.islice(named, JOINTS_TOLD)])
+    source.refuse(joints[0], f"no joint of the robot can move: {reasons}", "give one a range whose upper limit is above its lower one")
 
 
 def _semantics(source: Source, semantic: Path | bool) -> srdf.Semantics:

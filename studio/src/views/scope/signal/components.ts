@@ -3,44 +3,56 @@
 
 /** The names of all numbers of a value of a type, in the order in which they come; of a type that is not understood `[0]`, `[1]` … */
 export function componentNames(type_text: string, components: number): string[] {
-  const named = read(tokens(type_text));
-  if (named && named.length === components) return named;
+  const numbers = read(tokens(type_text));
+  if (numbers && numbers.length === components) return numbers.map(({ name }) => name);
   return components === 1 ? [""] : Array.from({ length: components }, (_, i) => `[${i}]`);
+}
+
+/** True for each number of a value that is a truth value in C. */
+export function truthValues(type_text: string, components: number): boolean[] {
+  const numbers = read(tokens(type_text));
+  return Array.from({ length: components }, (_, i) => numbers?.length === components && numbers[i]?.scalar === "bool");
+}
+
+/** A number of a value: its name, and its type in C. */
+interface Component {
+  name: string;
+  scalar: string;
 }
 
 function tokens(text: string): string[] {
   return text.match(/\w+|[{}[\];]/g) ?? [];
 }
 
-function read(words: string[]): string[] | null {
-  const names = typeAt(words);
-  return words.length === 0 ? names : null;
+function read(words: string[]): Component[] | null {
+  const numbers = typeAt(words);
+  return words.length === 0 ? numbers : null;
 }
 
 // A type without its dimensions, then its dimensions: `double[3][2]`, `struct { double x; double q[4]; }[2]`.
-function typeAt(words: string[]): string[] | null {
+function typeAt(words: string[]): Component[] | null {
   const base = words.shift();
   if (base === undefined) return null;
-  const inner = base === "struct" ? membersAt(words) : [""];
+  const inner = base === "struct" ? membersAt(words) : [{ name: "", scalar: base }];
   return inner && dimensionsAt(words, inner);
 }
 
-function membersAt(words: string[]): string[] | null {
+function membersAt(words: string[]): Component[] | null {
   if (words.shift() !== "{") return null;
-  const names: string[] = [];
+  const numbers: Component[] = [];
   while (words[0] !== "}") {
     const type = typeAt(words);
     const member = words.shift();
     if (!type || member === undefined) return null;
     const inner = dimensionsAt(words, type);
     if (!inner || words.shift() !== ";") return null;
-    names.push(...inner.map((name) => `.${member}${name}`));
+    numbers.push(...inner.map(({ name, scalar }) => ({ name: `.${member}${name}`, scalar })));
   }
   words.shift();
-  return names;
+  return numbers;
 }
 
-function dimensionsAt(words: string[], inner: string[]): string[] | null {
+function dimensionsAt(words: string[], inner: Component[]): Component[] | null {
   const counts: number[] = [];
   while (words[0] === "[") {
     const count = Number(words[1]);
@@ -48,9 +60,12 @@ function dimensionsAt(words: string[], inner: string[]): string[] | null {
     counts.push(count);
     words.splice(0, 3);
   }
-  let names = inner;
-  for (const count of counts.reverse()) names = Array.from({ length: count }, (_, i) => names.map((name) => `[${i}]${name}`)).flat();
-  return names;
+  let numbers = inner;
+  for (const count of counts.reverse()) {
+    const each = numbers;
+    numbers = Array.from({ length: count }, (_, i) => each.map(({ name, scalar }) => ({ name: `[${i}]${name}`, scalar }))).flat();
+  }
+  return numbers;
 }
 
 /** A trace is one number of a channel, by name: `arm.force[2]` is `[2]` of `arm.force`. */

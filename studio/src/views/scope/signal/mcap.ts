@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { McapWriter } from "@mcap/core";
+import { truthValues } from "./components";
+import { missingIn } from "./series";
 import { type Exported, missingText, rows } from "./table";
 
 /** A message of a channel: what Foxglove and PlotJuggler draw as `NAME.value`. */
@@ -10,7 +12,7 @@ interface Message {
 
 /**
  * The values as an MCAP file: a channel of JSON messages for each SVV or private cell, `{"value": …, "number": n}` at the time of its value.
- * What is missing stands in the metadata `missing`.
+ * What is missing stands in the metadata `missing`. `gpac.open_recording` reads it: channels and metadata are those of a recording.
  */
 export async function mcap(
   channels: readonly Exported[],
@@ -53,8 +55,25 @@ export async function mcap(
   }
   const missing = missingText(channels, from_ns, to_ns);
   await writer.addMetadata({ name: "missing", metadata: new Map(missing.map((line, i) => [String(i + 1), line])) });
+  await writer.addMetadata({ name: "lost", metadata: lostOf(channels, from_ns, to_ns) });
+  await writer.addMetadata({ name: "opengpac", metadata: aboutOf(system, messages[0]?.time_ns ?? from_ns) });
   await writer.end();
   return parts;
+}
+
+function aboutOf(system: string, begins_ns: number): Map<string, string> {
+  return new Map([
+    ["system", system],
+    ["begins_ns", String(begins_ns)],
+  ]);
+}
+
+/** Number of lost values by channel, of channels that lost any. */
+function lostOf(channels: readonly Exported[], from_ns: number, to_ns: number): Map<string, string> {
+  const counts = channels.map(
+    ({ name, ring }) => [name, missingIn(ring, from_ns, to_ns).reduce((sum, { lost }) => sum + lost, 0)] as const,
+  );
+  return new Map(counts.filter(([, lost]) => lost > 0).map(([name, lost]) => [name, String(lost)]));
 }
 
 async function register(writer: McapWriter, { name, type_text, unit }: Exported, system: string): Promise<number> {
@@ -65,6 +84,7 @@ async function register(writer: McapWriter, { name, type_text, unit }: Exported,
   const data = new TextEncoder().encode(JSON.stringify(schema));
   const schemaId = await writer.registerSchema({ name: type_text, encoding: "jsonschema", data });
   const metadata = new Map([
+    ["kind", name.includes(":") ? "cell" : "svv"],
     ["type", type_text],
     ["unit", unit ?? ""],
     ["system", system],
@@ -79,17 +99,19 @@ function messageOf({ ring, all, type_text }: Exported, at: number): Message {
     return { value: type_text === "bool" ? value !== 0 : jsonNumber(value), number };
   }
   const whole: Tree = {};
+  const truths = truthValues(type_text, all.length);
   all.forEach((name, i) => {
-    put(whole, name.match(/\w+/g) ?? [], jsonNumber(ring.value(at, i)));
+    const one = ring.value(at, i);
+    put(whole, name.match(/\w+/g) ?? [], truths[i] ? one !== 0 : jsonNumber(one));
   });
   return { value: listed(whole), number };
 }
 
 interface Tree {
-  [step: string]: Tree | number | string;
+  [step: string]: Tree | number | string | boolean;
 }
 
-function put(tree: Tree, path: string[], value: number | string): void {
+function put(tree: Tree, path: string[], value: number | string | boolean): void {
   const [step = "", ...rest] = path;
   if (rest.length === 0) tree[step] = value;
   else {
@@ -100,7 +122,7 @@ function put(tree: Tree, path: string[], value: number | string): void {
 }
 
 // Steps that are numbers are those of an array.
-function listed(tree: Tree | number | string): unknown {
+function listed(tree: Tree | number | string | boolean): unknown {
   if (typeof tree !== "object") return tree;
   const values = Object.entries(tree).map(([step, inner]) => [step, listed(inner)] as const);
   return values.every(([step]) => /^\d+$/.test(step)) ? values.map(([, inner]) => inner) : Object.fromEntries(values);
