@@ -219,18 +219,6 @@ class TimeLost(Terminated):
     `value` is the time that was lost, s.
     """
 
-    def explanation(self) -> str:
-        """Returns how much time was lost, how much may be, why that happens, and what to do."""
-        bound = "max_gap"
-        if "arm" in self.objects:
-            arm = self.objects["arm"]
-            joints = arm if isinstance(arm, Iterable) else [arm]
-            bound = f"max_gap ({min(joint.max_gap for joint in joints):.3g} s)"
-        return (
-            f"{self.value:.3g} s were lost at once, more than {bound} allows: a block ran for too long, or the machine stood still; "
-            "the joints have come to rest: start the motion again, or allow more by max_gap= of the joint"
-        )
-
 
 def _again(kind: type[Error], args: tuple[Any, ...], state: Mapping[str, Any]) -> Error:
     """An error that was pickled or copied."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program whose watchers and processors a campaign kills and stops: one drive that is pushed, by threads or in a process of its own.
 
-python watched_program.py JSON: `plant` (its name), `process`, `timeout` (the plant's own), `if_cut_off`. It writes `ready`, and does
-what each line that it reads says: `end` (what the push ended with), `look` (the same, where it has), `reset`, `push`, `lose BLOCK` (a
-block of lost.c runs beside it), `close`.
+python watched_program.py JSON: `plant` (its name), `process`, `timeout` (the plant's own), `lost_after`, `if_cut_off`. It writes `ready`,
+and does what each line that it reads says: `end` (what the push ended with), `look` (the same, where it has), `told` (texts of alarms by
+code and source, and of late sources), `reset`, `push`, `lose BLOCK` (a block of lost.c runs beside it), `close`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def main(told: dict[str, Any]) -> None:
     logging.getLogger("opengpac").setLevel(logging.ERROR)
     with gpac.System(told["plant"], progress=False) as cell:
         cell.processor("rtp0").timer("beside", period="10 ms", priority=60)
-        rtp = cell.processor("rtp1", process=told["process"])
+        rtp = cell.processor("rtp1", process=told["process"], lost_after=told.get("lost_after"))
         fast = rtp.timer("fast", period=PERIOD, priority=80)
         driver = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=told["plant"], linger=LINGER, timeout=told.get("timeout"))
         drive = rtp.physical_device("drive", driver, exchange=fast)
@@ -56,6 +56,9 @@ def main(told: dict[str, Any]) -> None:
         for line in sys.stdin:
             if line in ("end\n", "look\n"):
                 print(json.dumps(ended(pushed, "20 s" if line == "end\n" else "50 ms")), flush=True)
+            elif line == "told\n":
+                alarms = {f"{alarm.code} {alarm.source}": alarm.text for alarm in cell.alarms}
+                print(json.dumps([alarms, [entry["text"] for entry in cell.log() if entry["kind"] == "late"]]), flush=True)
             elif line == "reset\n":
                 cell.reset()
                 print("reset", flush=True)

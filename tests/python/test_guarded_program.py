@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -28,6 +29,19 @@ FAULTS = Path(__file__).parent.parent / "faults"
 STANDSTILL_S = 2.2
 """More than the 2 s for which a timer may stand still."""
 
+SHORT = "300 ms"
+SHORT_S = 0.6
+"""A shorter bound, and more than that and than the 0.5 s from which a standstill is told."""
+
+
+def tree(pid: int) -> list[int]:
+    """A process with all that it has started, directly or not; those that guard last."""
+    found, guards = [pid], children("run_guard", pid)
+    for entry in ("run_processor", "run_plant"):
+        for child in children(entry, pid):
+            found += tree(child)
+    return [each for each in found if each not in guards] + guards
+
 
 def held(guard: int) -> list[str]:
     """What a guard has been given: descriptors of processes and of memory, by their kinds. Nothing of one that is gone."""
@@ -41,9 +55,10 @@ def held(guard: int) -> list[str]:
 class Program:
     """A program of its own that pushes a plant by a thread."""
 
-    def __init__(self, plant: str, timeout: str | None = None) -> None:
+    def __init__(self, plant: str, timeout: str | None = None, *, process: bool = False, lost_after: str | None = None) -> None:
         self.plant = plant
-        command = [sys.executable, str(FAULTS / "watched_program.py"), json.dumps({"plant": plant, "process": False, "timeout": timeout})]
+        words = {"plant": plant, "process": process, "timeout": timeout, "lost_after": lost_after}
+        command = [sys.executable, str(FAULTS / "watched_program.py"), json.dumps(words)]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout and self.process.stdout.readline() == "ready\n"
 
@@ -65,6 +80,16 @@ class Program:
         until(self.is_safe, "the plant is safe")
         self.process.send_signal(signal.SIGCONT)
         return json.loads(self.ask("end"))
+
+    def stands_still_with_all(self, seconds: float) -> None:
+        """Stops it with everything that belongs to it for so long."""
+        every = tree(self.process.pid)
+        for process in every:
+            os.kill(process, signal.SIGSTOP)
+        stopped = time.monotonic()
+        until(lambda: time.monotonic() - stopped > seconds, "they stood still")
+        for process in every:
+            os.kill(process, signal.SIGCONT)
 
     def stops_with(self, given: list[str], gone: list[int]) -> bool:
         """Stops it; whether a guard, none of these, has been given so much. Else it goes on."""
@@ -120,6 +145,41 @@ def test_what_was_commanded_is_safe_when_all_who_watch_stood_still_together(prog
     condition, why = json.loads(program.ask("end"))
     assert condition == "device_lost" and "its source 'rtp1.fast' stood still for " in why and "they are safe now" in why
     assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
+
+
+@pytest.mark.parametrize("process", [False, True])
+def test_a_standstill_of_all_is_told_with_its_length_and_nobody_is_blamed(process: bool) -> None:
+    """As a paused virtual machine or a frozen container does: program, processor, plant and guards at once."""
+    program = Program(f"test-together-{os.getpid()}-{process}", process=process, lost_after=SHORT)
+    try:
+        for _ in range(2):
+            there = tree(program.process.pid)
+            program.stands_still_with_all(SHORT_S)
+            condition, why = json.loads(program.ask("end"))
+            assert condition == "device_lost" and "its source 'rtp1.fast' stood still for " in why and "they are safe now" in why
+            alarms, late = json.loads(program.ask("told"))
+            assert sorted(alarms) == ["device_lost drive", "time_lost system"], "and no processor or guard is lost"
+            words = r"source '[a-z0-9.]+' stood still for \d+\.\d s \(its process was stopped, or the machine\)"
+            assert re.search(words, alarms["time_lost system"])
+            assert any(text.startswith("source 'rtp1.fast' stood still for ") for text in late)
+            assert tree(program.process.pid) == there, "nobody was ended"
+            assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
+    finally:
+        program.end()
+
+
+@pytest.mark.parametrize("process", [False, True])
+def test_a_shorter_standstill_of_all_loses_nothing_and_is_in_the_log(process: bool) -> None:
+    program = Program(f"test-together-{os.getpid()}-{process}", process=process, lost_after="60 s")
+    try:
+        there = tree(program.process.pid)
+        program.stands_still_with_all(2 * SHORT_S)
+        assert program.ask("look") == "[]\n" and not program.is_safe(), "it pushes on"
+        alarms, late = json.loads(program.ask("told"))
+        assert alarms == {} and any(text.startswith("source 'rtp1.fast' stood still for ") for text in late)
+        assert tree(program.process.pid) == there
+    finally:
+        program.end()
 
 
 @pytest.mark.parametrize("program", ["50 ms"], indirect=True)

@@ -5,12 +5,15 @@ use crate::door::Door;
 use crate::serve::{Options, door, service};
 use axum::Router;
 use daemon::Audit;
-use daemon::clock::now;
+use daemon::clock::{Looks, now};
 use daemon::lanes::Lanes;
 use model::refusal::Refusals;
 use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
+
+/// Interval at which it looks after the sessions.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// A system with its control interface, served to the holder of its [`Inside::router`].
 #[doc(hidden)]
@@ -29,9 +32,13 @@ impl Inside {
 
     /// Looks after the sessions as long as it is polled.
     pub async fn look_after(&self) {
-        let mut tick = tokio::time::interval(Duration::from_millis(100));
+        let mut tick = tokio::time::interval(LOOK);
+        let mut regular = Looks::new(LOOK);
         loop {
             tick.tick().await;
+            if let Some(late) = regular.look() {
+                self.0.service.stood_still(late, now());
+            }
             self.0.service.look_after(now());
         }
     }

@@ -13,7 +13,7 @@ use daemon::Gate;
 use daemon::Rates;
 use daemon::Service;
 use daemon::Sessions;
-use daemon::clock::now;
+use daemon::clock::{Looks, now};
 use daemon::files::Files;
 use daemon::journal::Journal;
 use daemon::lanes::{Lanes, Runtimes};
@@ -323,8 +323,12 @@ impl Drop for Server {
 async fn look_after(door: Door) {
     let mut tick = tokio::time::interval(LOOK);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut regular = Looks::new(LOOK);
     for looks in 0_u64.. {
         tick.tick().await;
+        if let Some(late) = regular.look() {
+            door.service.stood_still(late, now());
+        }
         if looks.is_multiple_of(LOOKS_A_SECOND) {
             door.slots.look_again(&door.service.gate);
         }

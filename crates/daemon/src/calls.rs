@@ -3,8 +3,10 @@
 use api::Role;
 pub use api::{Argument, Call};
 
-/// The largest body of a call, bytes, and of one that only looks at something by its name.
-pub const BODY_MAX: usize = 1 << 20;
+/// The largest body of a call, bytes: a path of 4,096 way-points of 16 joints with their speeds and blends, each number with its 17 digits, sign,
+/// exponent and comma.
+pub const BODY_MAX: usize = 2 << 20;
+/// The same of a call that only looks at something by its name.
 const LOOK_MAX: usize = 64 << 10;
 
 /// Returns the calls, in the order of `opengpac_ps.h`. `download` is not among them: code comes by `PUT /v1/modules`.

@@ -297,6 +297,12 @@ impl Service {
         }
     }
 
+    /// Notes that this side was held up for so long until `now`, with its process or machine: what its callers sent meanwhile is still on its way
+    /// in, so that the next looks do not count them as silent.
+    pub fn stood_still(&self, late: Duration, now: Instant) {
+        self.sessions.stood_still(late, now);
+    }
+
     /// Looks after sessions: who is lost is cut off, and instances that lost sessions have made are deleted when they have ended.
     pub fn look_after(&self, now: Instant) {
         self.drain();

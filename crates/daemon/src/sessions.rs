@@ -253,6 +253,11 @@ impl Sessions {
         }
     }
 
+    /// Notes that this side stood still for so long until `now`: that is no silence of its sessions.
+    pub fn stood_still(&self, late: Duration, now: Instant) {
+        self.locked().by_name.values_mut().for_each(|session| session.seen = (session.seen + late).min(now));
+    }
+
     /// Declares sessions lost whose time is over, and returns each with its instances; one that commanded loses command.
     pub fn lose(&self, now: Instant) -> Vec<(String, Vec<u64>)> {
         let mut state = self.locked();

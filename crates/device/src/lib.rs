@@ -15,10 +15,12 @@
 //! | [`Counters`] | what it counts: lost frames, late answers |
 //! | [`Beside`], [`Manual`] | services and counters of an open driver; what it declares, to be sent and printed |
 //! | [`Part`], [`Command`], [`Servo`], [`Geometry`] | what it says of its machine, and what that looks like |
+//! | [`Attendance`] | how long the other side was silent, as far as who judges it was there |
 //! | [`SafeHandle`] | what the guard writes when the process of the driver is gone |
 //!
 //! Nothing here knows a kernel, a verb, a thread or a process.
 mod accepted;
+mod attendance;
 mod channel;
 mod class;
 mod counters;
@@ -49,6 +51,7 @@ mod watchdog;
 mod worker;
 
 pub use accepted::options_of;
+pub use attendance::Attendance;
 pub use channel::{Channel, Direction};
 pub use class::Class;
 pub use counters::{CounterWord, Counters};

@@ -8,9 +8,10 @@
 //! | an exchange lasts | readings grow old; beyond `age_max_ns` the device is lost |
 //! | the device tells nothing new | readings grow old too; the device is lost beyond `age_max_ns` where that option was given |
 //! | the source leaves no commands for as long | the thread brings the outputs to their safe state |
+//! | source and thread stood still together | neither blames the other: what was silent counts from then on |
 //! | `safe_state` | the thread is woken; it happens behind the exchange that runs |
 use crate::readings::{Aged, check_age};
-use device::{Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
+use device::{Attendance, Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
 use interconnect::{TripleReader, TripleWriter, triple_buffer};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -64,6 +65,7 @@ struct SourceSide {
     shared: Arc<SharedState>,
     readings: TripleReader,
     commands: TripleWriter,
+    attendance: Attendance,
     thread: JoinHandle<()>,
     ended: Receiver<()>,
 }
@@ -97,6 +99,7 @@ impl Driver for Worker {
             readings: to_source,
             commands: from_source,
             commanded_ns: None,
+            attendance: Attendance::default(),
             safe_done: 0,
         };
         let thread = std::thread::Builder::new().name("exchange".to_owned()).spawn(move || exchange.run(&opened, &ends));
@@ -111,7 +114,7 @@ impl Driver for Worker {
             Err(RecvTimeoutError::Disconnected) => return Err(DeviceError { message: "its driver ended while it was opened".to_owned() }),
         };
         self.safe_handles = Mutex::new(handles);
-        self.running = Some(SourceSide { shared, readings, commands, thread, ended });
+        self.running = Some(SourceSide { shared, readings, commands, attendance: Attendance::default(), thread, ended });
         Ok(())
     }
 
@@ -125,12 +128,15 @@ impl Driver for Worker {
         readings[..self.aged.readings_len].copy_from_slice(newest);
         let (exchanged, taken) = stamps.split_at(STAMP);
         let age_ns = self.aged.set_age(readings, release_ns, stamp_of(taken));
-        let silent_ns = release_ns - stamp_of(exchanged);
+        let back_ns = running.attendance.look(release_ns, self.pace.age_max_ns);
+        let silent_ns = release_ns - stamp_of(exchanged).max(back_ns);
         if silent_ns > self.pace.age_max_ns {
             let (age, most) = (silent_ns as f64 * 1e-6, self.pace.age_max_ns as f64 * 1e-6);
-            return Err(DeviceError { message: format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers too slowly or not at all") });
+            // It stays lost, also when this side is held up.
+            running.shared.lose(format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers too slowly or not at all"));
+            return Err(running.shared.why());
         }
-        check_age(&self.pace, age_ns)
+        check_age(&self.pace, age_ns.min(release_ns.saturating_sub(back_ns)))
     }
 
     fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
@@ -210,6 +216,7 @@ struct Exchange {
     commands: TripleReader,
     /// Time at which the commands in force were written; none: the outputs are at rest.
     commanded_ns: Option<i64>,
+    attendance: Attendance,
     safe_done: u64,
 }
 
@@ -276,11 +283,12 @@ impl Exchange {
 
     fn write(&mut self) -> Result<(), DeviceError> {
         let now_ns = self.clock.now_ns();
+        let back_ns = self.attendance.look(now_ns, self.pace.age_max_ns);
         if self.commands.latch() {
             self.commanded_ns = Some(stamp_of(&self.commands.front()[..STAMP]));
         }
         let Some(commanded_ns) = self.commanded_ns else { return Ok(()) };
-        if now_ns - commanded_ns > self.pace.age_max_ns {
+        if now_ns - commanded_ns.max(back_ns) > self.pace.age_max_ns {
             self.rest();
             return Ok(());
         }

@@ -8,10 +8,10 @@ use crate::serve::Hearts;
 use crate::starting::{ANSWER, launch, send, tale};
 use crate::watcher::{self, Watcher};
 use interconnect::{Closed, Link};
-use process_kit::{Child, Heartbeat, Restarts, UnixLink, connect, now_ns};
+use process_kit::{Child, Heartbeat, Restarts, Silence, UnixLink, connect, now_ns};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Limit on restarting a guard that died: a number of restarts within a time.
 const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
@@ -19,6 +19,8 @@ const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
 const HANDED_OVER: u64 = 0;
 /// Maximum time that a guard with nothing to guard may take to end.
 const GRACE: Duration = Duration::from_secs(2);
+/// Between two looks of who waits for an answer.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// Receiver of the guard's events.
 pub(crate) type Tells = Box<dyn Fn(GuardEvent) + Send + Sync>;
@@ -195,19 +197,20 @@ impl MemberState {
         state.requests.push((request, None));
         // Where the link is gone, the guard that is started instead is told everything: that is the answer too.
         let _sent = send(&state.link, request, ask, &descriptors);
-        let deadline = Instant::now() + ANSWER;
+        let mut silence = Silence::begins();
         loop {
             let place = state.requests.iter().position(|(one, _)| *one == request).expect("only this call takes it away");
             if let Some(answer) = state.requests[place].1.take() {
                 state.requests.swap_remove(place);
                 return answer.map_err(GuardError);
             }
-            let left = deadline.saturating_duration_since(Instant::now());
+            silence.looked(false);
+            let left = ANSWER.saturating_sub(silence.lasted());
             if left.is_zero() {
                 state.requests.swap_remove(place);
                 return Err(GuardError(format!("the guard does not answer for {} s", ANSWER.as_secs())));
             }
-            state = self.answered.wait_timeout(state, left).unwrap_or_else(PoisonError::into_inner).0;
+            state = self.answered.wait_timeout(state, left.min(LOOK)).unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 

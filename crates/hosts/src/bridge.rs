@@ -16,6 +16,8 @@ use std::time::{Duration, Instant};
 
 /// Period at which due work is looked for, ns.
 const TICK_NS: i64 = 10_000_000;
+/// A tick that is so late was held up with its process, ns.
+const STOOD_STILL_NS: i64 = 250_000_000;
 /// Period at which a joined host asks for the time, ns.
 const PING_NS: i64 = 100_000_000;
 /// Pings at the start come at every tick.
@@ -178,6 +180,11 @@ impl Core {
                 }
             });
             if now_ns >= tick_ns {
+                if now_ns - tick_ns > STOOD_STILL_NS {
+                    self.peers().stood_still(now_ns - tick_ns, now_ns);
+                    // What came meanwhile may have found no room.
+                    self.whole_again.store(true, Ordering::Release);
+                }
                 tick_ns = now_ns + TICK_NS;
                 self.tick(now_ns);
                 let quick = self.id != self.listener && self.peers().pings(self.listener) < QUICK_PINGS;

@@ -97,6 +97,11 @@ impl Peers {
         Some(Heard { whole_again, clock })
     }
 
+    /// Notes that this side stood still for so long: that is no silence of the others.
+    pub(crate) fn stood_still(&mut self, late_ns: i64, now_ns: i64) {
+        self.known.iter_mut().for_each(|known| known.heard_ns = known.heard_ns.saturating_add(late_ns).min(now_ns));
+    }
+
     /// Takes the hosts that have become silent for too long.
     pub(crate) fn take_gone(&mut self, silent_max_ns: i64, now_ns: i64) -> Vec<u64> {
         let silent = self.known.iter_mut().filter(|known| !known.gone && now_ns - known.heard_ns > silent_max_ns);
@@ -160,6 +165,15 @@ mod tests {
         assert_eq!(peers.heard(1, None, None, None, 9_000 * MS), Some(Heard { whole_again: true, clock: None }));
         assert_eq!(peers.heard(1, None, None, None, 9_100 * MS), Some(Heard::default()));
         assert_eq!((peers.id("b"), peers.heard(7, None, None, None, 0)), (Some(1), None));
+    }
+
+    #[test]
+    fn a_side_that_stood_still_itself_blames_nobody() {
+        let mut peers = Peers::default();
+        assert_eq!(peers.admit(host(1, "b", 0), 0), Ok(None));
+        peers.stood_still(20_000 * MS, 20_000 * MS);
+        assert!(peers.take_gone(5_000 * MS, 20_100 * MS).is_empty());
+        assert_eq!(peers.take_gone(5_000 * MS, 25_001 * MS), [1], "its silence counts from then on");
     }
 
     #[test]

@@ -189,6 +189,16 @@ impl Containment {
         }
     }
 
+    /// Leaves `late_ns` out of the age of a loop that began before: the whole process stood still for so long, until `now_ns` of CLOCK_MONOTONIC.
+    pub fn forgive(&self, late_ns: i64, now_ns: i64) {
+        let started = self.shared().started_ns.load(Ordering::Relaxed);
+        // A thread that retires has no age.
+        if late_ns > 0 && started > 1 && now_ns - started > late_ns {
+            // One that has come to another loop meanwhile needs nothing.
+            let _other = self.shared().started_ns.compare_exchange(started, started + late_ns, Ordering::Relaxed, Ordering::Relaxed);
+        }
+    }
+
     /// Sends the budget signal to the thread of a loop that is too old. `now_ns` of CLOCK_MONOTONIC; `waits`: whether the thread of this clock only
     /// waits for a core. True where the signal does not come through.
     pub fn watch(&self, now_ns: i64, waits: impl Fn(libc::clockid_t) -> bool) -> bool {

@@ -78,6 +78,9 @@ pub enum Event {
     Gone { source: SourceId, block: Option<BlockId>, message: String, time_ns: i64 },
     /// An end of a connection could not be made: nothing will come over it.
     Unconnected { writer: SourceId, reader: SourceId, message: String },
+    /// A timer stood still for so long, with its process or machine. `is_unattended`: longer than its outputs may be unattended, so that what it commanded
+    /// was made safe.
+    StoodStill { source: SourceId, late_ns: i64, is_unattended: bool, time_ns: i64 },
     /// Events that did not fit.
     Lost { source: SourceId, count: u64 },
     /// A script was carried out, at this boundary; the script comes back to be freed, with what `Op::Capture`s took, in order. Its

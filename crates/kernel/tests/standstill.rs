@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A timer that stood still for longer than its bound, with nobody left who saw it: what it commands is made safe, and told.
+//! A source that stood still for longer than its bound, with nobody left who saw it: what it commands is made safe, and told with its length.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "a test")]
 mod support;
 use device::{Channel, DeviceError, Direction, Driver};
@@ -84,6 +84,9 @@ fn what_is_commanded_is_safe_and_lost_and_what_is_not_goes_on() {
     assert!(message.starts_with("its source 'fast' stood still for ") && message.ends_with("they are safe now"), "{message}");
     assert!(kept[0].is_lost() && !kept[1].is_lost());
     assert_eq!([&claimed, &free].map(|counts| counts.safe.load(Ordering::SeqCst)), [1, 0]);
+    let (late_ns, is_unattended) =
+        await_event(&host, |event| if let Event::StoodStill { late_ns, is_unattended, .. } = event { Some((late_ns, is_unattended)) } else { None });
+    assert!(late_ns > 200_000_000 && is_unattended, "{late_ns}");
     let before = free.written.load(Ordering::SeqCst);
     while free.written.load(Ordering::SeqCst) < before + 3 {
         std::thread::yield_now();

@@ -14,7 +14,7 @@ pub mod planning;
 mod tables;
 mod view;
 
-pub use planning::{BLEND_SHARE, LONG_BLEND_SHARE, Planning, Table};
+pub use planning::{BLEND_SHARES, LONG_BLEND_SHARES, Planning, Table};
 pub use tables::{LongPath, Path};
 pub use view::{Part, View};
 
@@ -52,7 +52,8 @@ pub mod samples {
 
     /// Plans a path, some steps at a time: how often it took.
     pub fn plan_by(steps: usize, table: &mut Table, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[Passing], limits: &[Limits]) -> usize {
-        let mut planning = Planning::begin(table, 0, start, BLEND_SHARE);
+        let shares = if points.len() > POINTS_MAX { LONG_BLEND_SHARES } else { BLEND_SHARES };
+        let mut planning = Planning::begin(table, 0, start, shares);
         points.iter().zip(passing).for_each(|(point, passing)| table.add(point, *passing));
         (1..).find(|_| planning.advance(table, limits, &mut { steps })).expect("it ends")
     }

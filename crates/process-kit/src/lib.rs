@@ -7,6 +7,7 @@
 //! | [`has_ended`], [`ended`], [`signal`], [`pid_of`], [`this_process`] | any process, held by a descriptor of it |
 //! | [`UnixLink`], [`Listener`], [`connect`] | frames and descriptors between two processes |
 //! | [`SharedMemory`], [`Heartbeat`] | memory that processes share and that nobody has to clean up |
+//! | [`Silence`] | time since the last word of another side, as far as this side was there |
 //! | [`Restarts`] | how often a lost process may be started again |
 //! | [`may_lock_all`], [`stand_back`] | a right that a process asks the operating system for, and one that it gives up |
 //!
@@ -22,6 +23,7 @@ mod passing;
 mod process;
 mod restarts;
 mod rights;
+mod silence;
 mod status;
 
 pub use child::Child;
@@ -36,4 +38,5 @@ pub use process::{ended, has_ended, pid_of, process_descriptor, signal, this_pro
 pub use restarts::Restarts;
 pub use rights::{may_lock_all, stand_back};
 pub use shared_memory::Sealed as SharedMemory;
+pub use silence::Silence;
 pub use status::Status;

@@ -25,7 +25,6 @@ mod script_context;
 mod serve;
 mod service;
 mod shared;
-mod silence;
 mod take_over;
 mod tells;
 

@@ -11,13 +11,14 @@ use device::{Channel, Unserved};
 use interconnect::{ConnectionSpec, EndError, Link, Receiver, Sender};
 use kernel::{BlockId, BlockTimes, Device, Event, Op, RemoteWord, Script, SourceId, SourceSpec, Statistics, Taken};
 use opengpac::abi::ABI as ABI_VERSION;
+use process_kit::Silence;
 use runtime::encoding::Writer;
 use runtime::{Host, Remote, remote_device};
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver as Frames, RecvTimeoutError, Sender as Outbox, channel};
 use std::sync::{Arc, Condvar, Mutex, Weak};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// A device that was opened there: its channels, and what the driver says of itself (JSON).
 #[derive(Debug)]
@@ -336,14 +337,15 @@ impl Processor {
             wire.send(&order(ticket));
             ticket
         };
-        let until = Instant::now() + limit;
+        let mut silence = Silence::begins();
         let mut answers = locked(&self.answers);
         loop {
             if answers.get(&ticket).is_some_and(Option::is_some) {
                 let answer = answers.remove(&ticket).flatten();
                 return answer.ok_or_else(|| "it gave no answer".to_owned());
             }
-            let left = until.saturating_duration_since(Instant::now());
+            silence.looked(false);
+            let left = limit.saturating_sub(silence.lasted());
             let is_gone = !self.is_up();
             if is_gone || left.is_zero() {
                 answers.remove(&ticket);

@@ -4,9 +4,10 @@ use crate::agent::{Agent, Ended};
 use crate::service::{Admitted, Caller, Door, Service};
 use crate::shared::{LOOK, locked};
 use interconnect::Link;
+use process_kit::Silence;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Exit status of a process that lost its commander.
 const LEFT: i32 = 3;
@@ -47,9 +48,10 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
 
 /// Waits for a supervisor that takes command of what goes on. Errors: none came within its patience.
 fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent, Box<Agent>> {
-    let until = Instant::now() + agent.patience;
+    let mut silence = Silence::begins();
     while agent.goes_on {
-        let left = until.saturating_duration_since(Instant::now());
+        silence.looked(false);
+        let left = agent.patience.saturating_sub(silence.lasted());
         if left.is_zero() {
             break;
         }

@@ -69,6 +69,9 @@ fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
     }
 }
 
+/// Interval at which a software source with devices that are commanded looks whether it stood still: nothing else tells it what time it should be.
+const LOOK_NS: i64 = 500_000_000;
+
 /// Runs a software source: each request is one firing.
 fn software(kernel: &mut Kernel, epoch_ns: i64) {
     let mut reminder = Reminder::default();
@@ -80,7 +83,11 @@ fn software(kernel: &mut Kernel, epoch_ns: i64) {
         kernel.carry_out_all(now_ns);
         let remind_ns = reminder.look(&kernel.shared.supervisor, now_ns);
         if kernel.source.requests.pending.load(Ordering::SeqCst) == 0 {
-            kernel.source.bell().sleep(seen, remind_ns.map(|at_ns| epoch_ns + at_ns));
+            let look_ns = kernel.commands_devices().then_some(now_ns + LOOK_NS);
+            kernel.source.bell().sleep(seen, remind_ns.into_iter().chain(look_ns).min().map(|at_ns| epoch_ns + at_ns));
+            if let Some(late_ns) = look_ns.map(|at_ns| monotonic_ns() - epoch_ns - at_ns) {
+                kernel.look_for_standstill(late_ns, 0, now_ns + LOOK_NS + late_ns);
+            }
             continue;
         }
         let requested_ns = kernel.source.requests.since_ns.swap(now_ns as u64, Ordering::SeqCst) as i64;

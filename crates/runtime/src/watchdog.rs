@@ -12,6 +12,9 @@ use std::time::Duration;
 /// Period of its looks: a tenth of the minimum default budget.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
+/// A look that is so late was held up itself, ns.
+const STOOD_STILL_NS: i64 = 50_000_000;
+
 /// Looks between two looks at the handlers of faults, where nothing has happened: a second.
 const HANDLERS_EVERY: u32 = 100;
 
@@ -35,7 +38,8 @@ impl Watchdog {
     /// Looks at a source: a thread that takes no signal cannot be ended, and one that is gone makes nothing safe. A process that was started for its
     /// processors ends
     /// with it, and its guard makes its outputs safe.
-    fn look(&self, source: &Source, now_ns: i64) {
+    fn look(&self, source: &Source, now_ns: i64, late_ns: i64) {
+        source.containment.forgive(late_ns, now_ns);
         // In this order: who is told to close may be gone.
         if !source.is_gone.load(Ordering::Relaxed) && source.containment.is_gone() && !source.closing.load(Ordering::Acquire) {
             if containment::is_retiring() {
@@ -67,11 +71,14 @@ impl Watchdog {
     /// Runs the thread.
     pub(crate) fn run(&self) {
         rights::prioritise(PRIORITY);
-        let mut looks = 0;
+        let (mut looks, mut looked_ns) = (0, monotonic_ns());
         let mut waiting = self.wait.lock().expect("nobody panics with the lock held");
         while !self.closing.load(Ordering::Acquire) {
             let now_ns = monotonic_ns();
-            self.sources.read().expect("nobody panics with the lock held").iter().for_each(|source| self.look(source, now_ns));
+            // In the time beyond a few looks the blocks stood still too: their budgets do not run meanwhile.
+            let late_ns = (now_ns - looked_ns - STOOD_STILL_NS).max(0);
+            looked_ns = now_ns;
+            self.sources.read().expect("nobody panics with the lock held").iter().for_each(|source| self.look(source, now_ns, late_ns));
             // A block may replace one at any time.
             looks = (looks + 1) % HANDLERS_EVERY;
             if (containment::is_look_due() || looks == 0)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -63,11 +64,33 @@ def test_a_gap_beyond_the_bound_brings_the_joints_to_rest_and_tells_its_length(o
         cell.advance("700 ms")
         keep()
         cell.advance("5 s")
-        with pytest.raises(motion.TimeLost, match=r"1\.9[0-9]* s were lost at once, more than max_gap \(0\.5 s\) allows") as lost:
+        words = r"1\.9[0-9]* s were lost at once, more than max_gap \(0\.5 s\) allows"
+        with pytest.raises(motion.TimeLost, match=words) as lost:
             moving.wait()
+        assert str(lost.value).count("were lost at once") == 1
         assert 1.9 < lost.value.value <= 2.0
+        assert tells(cell, words)
         assert axes[0].commanded_velocity.value == 0.0
         assert axes[0].commanded.value < 0.3, "it has not gone on"
+
+
+def tells(cell: gpac.System, words: str) -> bool:
+    """Whether an alarm for lost time says so."""
+    return any(alarm.code == "time_lost" and re.search(words, alarm.text) for alarm in cell.alarms)
+
+
+@pytest.mark.parametrize("place", ["a part of a chain", "a loop", "two at once"])
+def test_an_alarm_tells_the_length_in_a_composition_too(place: str) -> None:
+    with gpac.System("late", clock="virtual", seed=1) as cell:
+        rtp = cell.processor("rtp0")
+        axes, keep = machine(cell, on=rtp, max_following_error=1.0), late(rtp, 2000)
+        moving = PLACES[place](axes, rtp.timer("slower", period="20 ms", priority=59))
+        cell.advance("100 ms")
+        keep()
+        cell.advance("5 s")
+        with pytest.raises(motion.TimeLost, match=r"1\.9[0-9]* s were lost at once"):
+            moving.wait()
+        assert tells(cell, r"1\.9[0-9]* s were lost at once, more than max_gap \(0\.5 s\) ")
 
 
 def keeps_its_limits(joint: Joint) -> None:

@@ -58,6 +58,23 @@ fn a_session_is_lost_when_it_is_silent_longer_than_its_bound() {
 }
 
 #[test]
+fn a_daemon_that_stood_still_itself_loses_nobody_for_that() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
+    sessions.begin(&id, &me, now + s(2)).expect("a sign of life");
+    sessions.end(&id, now + s(2));
+    sessions.stood_still(s(20), now + s(24));
+    assert!(sessions.lose(now + s(24)).is_empty());
+    assert!(sessions.lose(now + s(27)).is_empty());
+    assert_eq!(sessions.lose(now + s(28)), [("panel".to_owned(), Vec::new())], "its silence counts from then on");
+    let id = sessions.open(&me, &asked("panel", false), now + s(30)).expect("it comes back").session;
+    sessions.begin(&id, &me, now + s(49)).expect("it was heard first");
+    sessions.end(&id, now + s(49));
+    sessions.stood_still(s(20), now + s(50));
+    assert_eq!(sessions.lose(now + s(56)), [("panel".to_owned(), Vec::new())], "nobody was heard later than now");
+}
+
+#[test]
 fn a_connection_that_breaks_loses_its_session_at_once() {
     let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
     let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;

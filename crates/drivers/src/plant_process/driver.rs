@@ -4,7 +4,7 @@ use super::plant_link::{ask_with, ask_within};
 use super::plant_messages::{Answer, Ask, age_of};
 use super::region::{Region, Shape, Shared};
 use super::services::Asked;
-use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services, Slot, Told};
+use device::{Attendance, Channel, Counters, DeviceError, Driver, SafeHandle, Services, Slot, Told};
 use interconnect::{TripleReader, TripleWriter};
 use process_kit::{Child, UnixLink, connect, now_ns};
 use serde_json::Value;
@@ -56,16 +56,20 @@ struct Session {
     /// Steps of the plant at the last read, and the release at which that number was new.
     steps: u64,
     stepped_ns: Option<i64>,
+    attendance: Attendance,
+    /// Since when this side has been there without a standstill of its own.
+    back_ns: i64,
     /// Lead of the source's clock over that of this host.
     ahead_ns: i64,
 }
 
 impl Session {
-    /// Returns for how long the process has made no step, ns.
-    fn silent_ns(&mut self, release_ns: i64) -> i64 {
+    /// Returns for how long the process has made no step while somebody was here to see it, ns.
+    fn silent_ns(&mut self, release_ns: i64, silent_max_ns: i64) -> i64 {
+        self.back_ns = self.attendance.look(release_ns, silent_max_ns);
         let steps = self.region.steps().load(Ordering::Acquire);
         match self.stepped_ns {
-            Some(stepped_ns) if steps == self.steps => release_ns - stepped_ns,
+            Some(stepped_ns) if steps == self.steps => release_ns - stepped_ns.max(self.back_ns),
             _ => {
                 (self.steps, self.stepped_ns) = (steps, Some(release_ns));
                 0
@@ -118,7 +122,9 @@ impl PlantProcess {
         let taken_ns = age.of(readings).try_into().map_or(i64::MIN, i64::from_ne_bytes);
         let age_ns = (release_ns - session.ahead_ns).saturating_sub(taken_ns).max(0);
         age.set_double(readings, 0, age_ns as f64 * 1e-9);
-        let silent_ns = session.silent_ns(release_ns);
+        let silent_ns = session.silent_ns(release_ns, self.silent_ns);
+        // Readings from before a standstill of this side are not yet too old.
+        let seen_ns = age_ns.min(release_ns.saturating_sub(session.back_ns));
         // Whether it lives is looked at when it is late only: that is a system call.
         let is_late = silent_ns > self.silent_ns / LATE;
         if let Some(status) = self.child.as_ref().filter(|_| is_late).and_then(|child| child.wait(Duration::ZERO)) {
@@ -130,7 +136,7 @@ impl PlantProcess {
         };
         match self.taken_max_ns {
             _ if silent_ns > self.silent_ns => old(silent_ns, self.silent_ns, "it answers too slowly or not at all"),
-            Some(most_ns) if age_ns > most_ns => old(age_ns, most_ns, "it answers too slowly, or tells nothing new"),
+            Some(most_ns) if seen_ns > most_ns => old(age_ns, most_ns, "it answers too slowly, or tells nothing new"),
             _ => Ok(()),
         }
     }
@@ -164,7 +170,16 @@ impl Driver for PlantProcess {
         let region = Region::received(descriptor, self.shape).map_err(|error| fail(error.to_string()))?;
         let (commands, readings) = region.driver_ends();
         self.services.iter().for_each(|services| services.rests.store(0, Ordering::Release));
-        self.session = Some(Session { region, commands, readings, steps: 0, stepped_ns: None, ahead_ns: opened_ns - now_ns() });
+        self.session = Some(Session {
+            region,
+            commands,
+            readings,
+            steps: 0,
+            stepped_ns: None,
+            attendance: Attendance::default(),
+            back_ns: i64::MIN,
+            ahead_ns: opened_ns - now_ns(),
+        });
         Ok(())
     }
 
@@ -183,7 +198,7 @@ impl Driver for PlantProcess {
         if let Some(age) = self.age {
             return self.read_aged(age, release_ns, readings);
         }
-        let silent_ns = session.silent_ns(release_ns);
+        let silent_ns = session.silent_ns(release_ns, self.silent_ns);
         if silent_ns > self.silent_ns {
             return Err(DeviceError { message: format!("the plant process has made no step for {} ms", silent_ns / 1_000_000) });
         }

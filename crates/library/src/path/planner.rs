@@ -6,11 +6,11 @@ pub(crate) const NOT_FINITE: u32 = 1;
 /// A speed or acceleration limit is not above 0.
 pub(crate) const BAD_LIMIT: u32 = 2;
 
-/// Declares the block: `at_once` is the number of steps of a way-point that one invocation plans, of some five for each, and `share` the part of a
-/// line that one blend may take.
+/// Declares the block: `at_once` is the number of steps of a way-point that one invocation plans, of some five for each, and `shares` the parts of a
+/// line that one blend may take, of which the better one is used.
 macro_rules! path_planner {
     (
-        $(#[$about:meta])* $name:ident, at_once: $at_once:expr, share: $share:expr,
+        $(#[$about:meta])* $name:ident, at_once: $at_once:expr, shares: $shares:expr,
         $(#[$points:meta])* points: $points_type:ty,
         $(#[$blend:meta])* blend, $(#[$speed:meta])* speed: $each_type:ty,
         $(#[$path:meta])* path: $path_type:ty
@@ -118,7 +118,7 @@ macro_rules! path_planner {
                         }
                     }
                     let mut table = self.path.table();
-                    self.planning = Planning::begin(&mut table, 0, &self.start[..n], $share);
+                    self.planning = Planning::begin(&mut table, 0, &self.start[..n], $shares);
                     for ((point, blend), speed) in self.points.iter().zip(self.blend.iter()).zip(self.speed.iter()) {
                         table.add(&point[..n], Passing { blend: *blend, speed: *speed });
                     }

@@ -19,11 +19,11 @@ pub struct Table<'a> {
     pub begin: &'a mut [f64],
 }
 
-/// The part of a line that the blend at one of its ends may take. With all of it in blends no rate could rise along it: few way-points are far from
-/// each other, so there the limits of the joints are reached sooner; among many near ones a path would creep.
-pub const BLEND_SHARE: f64 = 0.5;
-/// The same of a long path.
-pub const LONG_BLEND_SHARE: f64 = 0.25;
+/// Parts of a line that the blend at one of its ends may take; the one that makes the shorter motion is used. With all of a line in blends no rate can
+/// rise along it: few way-points are far from each other, so there the limits of the joints are reached sooner; among many near ones a path would creep.
+pub const BLEND_SHARES: &[f64] = &[0.5, 0.25];
+/// The same of a long path, whose way-points are near each other.
+pub const LONG_BLEND_SHARES: &[f64] = &[0.25];
 
 /// Progress of planning a path. Its default: nothing is under way.
 #[derive(Clone, Copy, Debug, Default)]
@@ -31,6 +31,12 @@ pub struct Planning {
     pass: Pass,
     /// Of a line, the part that one blend may take.
     share: f64,
+    /// Another part that is to be tried.
+    other: Option<f64>,
+    /// The part that was tried, and the duration that it makes, s.
+    tried: Option<(f64, f64)>,
+    /// Duration with the present part, as far as it is added up, s.
+    sum_s: f64,
     /// Steps of the pass that are done.
     at: usize,
 }
@@ -47,19 +53,21 @@ enum Pass {
     Forward,
     /// The same for slowing down.
     Backward,
+    /// Duration, where another part of the lines is tried too.
+    Sum,
     /// Time at which each line begins.
     Times,
 }
 
 impl Planning {
     /// Begins a path from `start`; the first `space` coordinates are a position, whose speed, acceleration and blend are those of the point, with
-    /// the first limits. One blend takes at most the part `share` of a line. The way-points are added next, then
-    /// [`advance`](Planning::advance) plans.
-    pub fn begin(table: &mut Table, space: usize, start: &[f64], share: f64) -> Planning {
+    /// the first limits. One blend takes at most a part of a line, of up to two `shares` the better one. The way-points are
+    /// added next, then [`advance`](Planning::advance) plans.
+    pub fn begin(table: &mut Table, space: usize, start: &[f64], shares: &[f64]) -> Planning {
         (*table.plan, *table.joints, *table.points, *table.space) = (BEING_PLANNED, start.len() as i32, 1, space as i32);
         table.q[0][..start.len()].copy_from_slice(start);
         (table.reach[0], table.through[0], table.begin[0]) = (0.0, 0.0, 0.0);
-        Planning { pass: Pass::Lines, share, at: 0 }
+        Planning { pass: Pass::Lines, share: shares[0], other: shares.get(1).copied(), ..Planning::default() }
     }
 
     /// Returns whether a path is begun and not ready.
@@ -80,6 +88,7 @@ impl Planning {
                     Pass::Corners => table.cut_corner(k + 1, self.share, limits),
                     Pass::Forward => table.speed_up(k),
                     Pass::Backward => table.slow_down(last - 1 - k),
+                    Pass::Sum => self.sum_s += table.passing_s(k),
                     _ => table.time(k),
                 }
             }
@@ -91,21 +100,41 @@ impl Planning {
             if self.pass == Pass::Corners {
                 (table.reach[last], table.through[last]) = (0.0, 0.0);
             }
-            *self = Planning { pass: self.pass.next(), at: 0, ..*self };
+            self.at = 0;
+            self.pass = self.next();
         }
         *table.duration = table.begin[last];
         true
     }
 }
 
-impl Pass {
-    fn next(self) -> Pass {
-        match self {
+impl Planning {
+    fn next(&mut self) -> Pass {
+        match self.pass {
             Pass::Lines => Pass::Corners,
             Pass::Corners => Pass::Forward,
             Pass::Forward => Pass::Backward,
+            Pass::Backward if self.other.is_some() || self.tried.is_some() => Pass::Sum,
+            Pass::Sum => self.chosen(),
             Pass::Backward => Pass::Times,
             Pass::Times | Pass::None => Pass::None,
+        }
+    }
+
+    /// Goes on with the other part of a line, or back to the first one if that was faster.
+    fn chosen(&mut self) -> Pass {
+        let duration_s = std::mem::take(&mut self.sum_s);
+        if let Some(other) = self.other.take() {
+            self.tried = Some((self.share, duration_s));
+            self.share = other;
+            return Pass::Corners;
+        }
+        match self.tried.take() {
+            Some((share, shorter_s)) if shorter_s <= duration_s => {
+                self.share = share;
+                Pass::Corners
+            }
+            _ => Pass::Times,
         }
     }
 }
@@ -118,8 +147,8 @@ impl Table<'_> {
             return;
         }
         self.q[last + 1][..n].copy_from_slice(&point[..n]);
-        // What the passes below make of these takes their place.
-        (self.reach[last + 1], self.top[last]) = (passing.blend, passing.speed);
+        // What the passes below make of these takes their place: the last one that of the blend.
+        (self.begin[last + 1], self.top[last]) = (passing.blend, passing.speed);
         *self.points += 1;
     }
 
@@ -153,7 +182,7 @@ impl Table<'_> {
 
     fn cut_corner(&mut self, k: usize, share: f64, limits: &[Limits]) {
         let view = self.view();
-        let blend = view.reach[k];
+        let blend = view.begin[k];
         let ((before, long), (after, short)) = (view.direction(k - 1), view.direction(k));
         let turn = view.measures(&std::array::from_fn(|i| after[i] - before[i]));
         let most = view.maximum(&turn);
@@ -183,8 +212,17 @@ impl Table<'_> {
     }
 
     fn time(&mut self, k: usize) {
-        let blend_s = if self.reach[k + 1] > 0.0 { 2.0 * self.reach[k + 1] / self.through[k + 1] } else { 0.0 };
+        let blend_s = self.blend_s(k);
         self.begin[k + 1] = self.begin[k] + self.view().line(k).times.iter().sum::<f64>() + blend_s;
+    }
+
+    /// Returns the time from the line after way-point k to the next one, s.
+    fn passing_s(&self, k: usize) -> f64 {
+        self.view().line(k).times.iter().sum::<f64>() + self.blend_s(k)
+    }
+
+    fn blend_s(&self, k: usize) -> f64 {
+        if self.reach[k + 1] > 0.0 { 2.0 * self.reach[k + 1] / self.through[k + 1] } else { 0.0 }
     }
 
     /// The same path, `factor` times slower.

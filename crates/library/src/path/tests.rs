@@ -158,3 +158,42 @@ fn a_path_of_4096_points_keeps_every_limit_and_passes_every_point() {
         assert_eq!((next, &q[..n]), (case.points.len(), &case.points[LONG_POINTS_MAX - 1][..n]));
     }
 }
+
+#[test]
+fn way_points_that_are_dense_do_not_make_a_path_creep() {
+    // A quarter of a circle of two joints in steps of 0.1, 1 and 10 mrad, against the same with every eighth point.
+    for step in [1e-4, 1e-3, 1e-2] {
+        let arc = |every: usize| -> Vec<[f64; JOINTS_MAX]> {
+            let place = |k: usize| {
+                let angle = k as f64 * step / 0.3;
+                let mut q = [0.0; JOINTS_MAX];
+                (q[0], q[1]) = (0.3 * angle.sin(), 0.3 * (1.0 - angle.cos()));
+                q
+            };
+            (1..=64 / every).map(|k| place(k * every)).collect()
+        };
+        let limits = [Limits { speed: 3.0, acceleration: 5.0, jerk: 50.0 }; 2];
+        let duration = |points: Vec<[f64; JOINTS_MAX]>| {
+            let passing = vec![Passing { blend: 1e-3, speed: 3.0 }; points.len()];
+            plan(1.0, &[0.0; 2], &points, &passing, &limits).duration
+        };
+        let (dense, sparse) = (duration(arc(1)), duration(arc(8)));
+        assert!(dense < 1.5 * sparse, "steps of {step} rad: {dense} s of {sparse} s");
+    }
+}
+
+#[test]
+fn of_two_parts_of_the_lines_the_better_one_is_used_and_no_limit_is_lost() {
+    for seed in 1..300 {
+        let case = case(seed);
+        let best = planned(&case).duration;
+        for share in BLEND_SHARES {
+            let mut path = <Path as opengpac::Type>::zero();
+            let mut table = path.table();
+            let mut planning = Planning::begin(&mut table, 0, &case.start, &[*share]);
+            case.points.iter().zip(&case.passing).for_each(|(point, passing)| table.add(point, *passing));
+            assert!(planning.advance(&mut table, &case.limits, &mut { usize::MAX }));
+            assert!(best <= path.duration, "seed {seed}: {best} s, and {} s with {share}", path.duration);
+        }
+    }
+}

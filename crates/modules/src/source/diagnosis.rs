@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The first error of a compiler, in plain words and at the user's line.
 
+use super::build::is_cxx;
+use super::names::{TakenName, taken_name};
 use std::path::{Path, PathBuf};
 
 /// One error.
@@ -12,8 +14,17 @@ pub struct Diagnosis {
 }
 
 /// Finds the first error in what a compiler printed about `source`. Errors of the declarations stand in the header, behind
-/// macros: then the place is where the user's file calls the macro, and the item that the message quotes.
+/// macros: then the place is where the user's file calls the macro, and the item that the message quotes. Where a name there is taken, that is said.
 pub fn first_error(text: &str, source: &Path, header: &Path) -> Diagnosis {
+    let found = compiler_error(text, source, header);
+    let declared = std::fs::read_to_string(&found.file).ok();
+    match declared.and_then(|declared| taken_name(&declared, found.line, is_cxx(&found.file))) {
+        Some(TakenName { message, line }) => Diagnosis { message, line, ..found },
+        None => found,
+    }
+}
+
+fn compiler_error(text: &str, source: &Path, header: &Path) -> Diagnosis {
     let mut lines = text.lines().filter_map(place);
     let Some((file, line, message)) = lines.by_ref().find(|(_, _, message)| error_text(message).is_some()) else {
         return Diagnosis { message: linker_error(text), file: source.to_path_buf(), line: 0 };

@@ -4,6 +4,7 @@ pub(crate) mod build;
 mod c_words;
 mod diagnosis;
 pub mod fused;
+mod names;
 mod text;
 
 pub use build::{BuildError, BuildOptions, build, compiler, write_header};

@@ -5,10 +5,11 @@ use crate::core::Core;
 use crate::instances::course::Course;
 use crate::instances::floating_point::floats_text;
 use crate::instances::instance::{Cause, Instance, State};
-use crate::instances::messages::{fault_text, stopped_text};
+use crate::instances::messages::{fault_text, gap_message, stopped_text};
 use crate::scripts::Purpose;
 use crate::stopping::emergency_stop::watch_inputs;
 use crate::stopping::lost_processors::{give_up_for_good, mark_lost, processor_lost};
+use crate::stopping::standstill::stood_still;
 use crate::transitions::stages::{Answer, Verbatim};
 use model::SystemCondition;
 
@@ -118,6 +119,7 @@ impl Core {
                 let why = self.remote.loss_of(self.registry.source_name(source), &why);
                 processor_lost(self, source, &why);
             }
+            Event::StoodStill { source, late_ns, is_unattended, time_ns } => stood_still(self, source, late_ns, is_unattended, time_ns),
             Event::Unconnected { writer, reader, message } => {
                 let (writer, reader) = (self.registry.source_name(writer).to_owned(), self.registry.source_name(reader).to_owned());
                 self.observation.log.add(self.host.now_ns(), "unconnected", &reader, format!("nothing comes from '{writer}' to '{reader}': {message}"));
@@ -147,7 +149,7 @@ impl Core {
         let acts = told.acted && runs && !instance.is_ending() && told.generation == instance.generation;
         self.observation.log.add(told.time_ns, if told.fault.is_some() { "fault" } else { "condition" }, &about, text.clone());
         let value = self.instances[&id].reported_value(block, told.item, &told.value);
-        let message = if told.fault.is_some() { text } else { String::new() };
+        let message = if told.fault.is_some() { text } else { gap_message(&self.instances[&id], &self.registry, block, told.item, value.as_ref()) };
         let cause = Cause { condition: told.condition, block: block.map(|_| label.clone()), value, message, time_ns: told.time_ns, asked_for: false };
         if !acts {
             // The process was frozen after the kernel had entered the ending list: it is in the ending list.

@@ -75,6 +75,16 @@ pub(crate) fn gap_text(device: &str, lost_s: f64, gap_max_s: Option<f64>) -> Str
     )
 }
 
+/// Returns the message for a motion whose generator has brought its joints to rest after a gap; `gap_max_s`: the least that a joint of it allows.
+pub(crate) fn motion_gap_text(lost_s: f64, gap_max_s: Option<f64>) -> String {
+    let most = gap_max_s.map_or_else(|| "max_gap".to_owned(), |most| format!("max_gap ({})", quantity(most, "s")));
+    format!(
+        "{} were lost at once, more than {most} allows: a block ran for too long, or the machine stood still; the joints have come to rest: \
+         start the motion again, or allow more by max_gap= of the joint",
+        quantity(lost_s, "s")
+    )
+}
+
 fn unstable_text(owner: Option<&str>, frequency: f64) -> String {
     let joint = owner.map_or_else(String::new, |name| format!(" of joint '{name}'"));
     format!(
@@ -221,6 +231,8 @@ mod tests {
     fn a_gap_is_told_with_its_bound_and_what_became_of_the_joint() {
         let said = gap_text("arm.x", 0.7004, Some(0.5));
         assert!(said.starts_with("0.7004 s were lost at once, more than max_gap (0.5 s) of 'arm.x' allows, and it moved on meanwhile: "), "{said}");
+        let said = motion_gap_text(20.04, Some(0.5));
+        assert!(said.starts_with("20.04 s were lost at once, more than max_gap (0.5 s) allows: a block ran"), "{said}");
         let said = gap_text("arm.x", 0.3, Some(0.5));
         assert!(said.starts_with("0.3 s were lost at once, and 'arm.x' moved on by more than max_following_error meanwhile: "), "{said}");
     }

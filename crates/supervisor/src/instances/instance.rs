@@ -220,6 +220,8 @@ pub(crate) struct Work {
     /// Sources whose acknowledgement is lacking, and when they were asked.
     pub awaited: Vec<SourceId>,
     pub sent_ns: i64,
+    /// Time at which it was seen that an answer is late, ns.
+    pub last_call_ns: Option<i64>,
     /// The present movement changes tables: what follows waits for it, whatever happens to the instance.
     pub structural: bool,
     pub epoch: u64,

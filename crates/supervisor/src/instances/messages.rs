@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Faults and what conditions report, in words and values for people.
 use crate::instances::floating_point::floats_text;
-use crate::instances::following_errors::{GAP, number};
+use crate::instances::following_errors::{GAP, motion_gap_text, number};
 use crate::instances::instance::Instance;
 use crate::instances::table::Instances;
 use crate::registry::Registry;
@@ -42,6 +42,14 @@ impl Instance {
         let lost_s = self.reported_value(Some(index), item, value).as_ref().and_then(number)?;
         (item_name(self, index, item)? == GAP).then(|| (owner.clone(), lost_s))
     }
+}
+
+/// Returns the message for a gap that a generator of an instance has reported; empty for any other report.
+pub(crate) fn gap_message(instance: &Instance, registry: &Registry, block: Option<usize>, item: u8, value: Option<&Value>) -> String {
+    let is_gap = block.and_then(|index| item_name(instance, index, item)).is_some_and(|name| name == GAP);
+    let Some(lost_s) = value.and_then(number).filter(|_| is_gap) else { return String::new() };
+    let bounds = instance.plan.devices.iter().filter_map(|device| registry.logical.get(device)?.gap_max_s);
+    motion_gap_text(lost_s, bounds.reduce(f64::min))
 }
 
 /// Returns the text about a source that was stopped.

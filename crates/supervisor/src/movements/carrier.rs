@@ -92,7 +92,7 @@ impl Carrier<'_> {
         instance.work.awaited.clear();
         instance.work.awaited.extend(scripts.iter().map(|(source, _)| *source).filter(|source| !self.lost.contains(source)));
         instance.work.outstanding = instance.work.awaited.len();
-        instance.work.sent_ns = now_ns;
+        (instance.work.sent_ns, instance.work.last_call_ns) = (now_ns, None);
         let epoch = instance.work.epoch;
         for (source, ops) in scripts {
             self.submit(source, ops, Purpose::Sequence { instance: id, epoch });

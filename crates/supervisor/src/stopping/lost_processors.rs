@@ -3,7 +3,7 @@
 //! leads on to a list that runs on what is left, else they end; no wait includes the source until a reset.
 use crate::alarms::causes::alarm_processor;
 use crate::core::Core;
-use crate::instances::instance::Cause;
+use crate::instances::instance::{Cause, Instance};
 use crate::observation::log::Log;
 use crate::refuse::refuse;
 use crate::registry::Registry;
@@ -14,10 +14,12 @@ use model::refusal::{Class, Refusals};
 
 /// Bound for the answer of a source to a script, ns. An idle one answers at once, a busy one after its firing, which may use the whole time budget
 /// that was declared for it: see [`answer_ns`].
-const ANSWER_NS: i64 = 5_000_000_000;
+const ANSWER_NS: i64 = 4_000_000_000;
+/// Time for the answer after this side has seen that it is late, ns: where both stood still, who wakes first does not judge at once.
+const LAST_CALL_NS: i64 = 1_000_000_000;
 
 /// A look that comes so much too late was held up itself, ns.
-const STOOD_STILL_NS: i64 = 1_000_000_000;
+const STOOD_STILL_NS: i64 = 250_000_000;
 
 /// Marks a device as lost. Where it is lost with its processor nothing else follows: the lost processor has the alarm, and ends what runs there.
 pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, message: &str, time_ns: i64) {
@@ -33,10 +35,15 @@ fn answer_ns(core: &Core, source: SourceId) -> i64 {
     ANSWER_NS.saturating_add(budgets.max().unwrap_or(0))
 }
 
-/// Sources that have not answered yet, each with when it has to have.
+/// Sources that have not answered yet, each with the time by which it has to. After its last call that is a little later.
 fn awaited(core: &Core) -> impl Iterator<Item = (SourceId, i64)> {
     let asking = core.instances.values().filter(|i| i.work.outstanding > 0);
-    asking.flat_map(move |i| i.work.awaited.iter().map(move |source| (*source, i.work.sent_ns.saturating_add(answer_ns(core, *source)))))
+    asking.flat_map(move |i| {
+        i.work.awaited.iter().map(move |source| {
+            let due_ns = i.work.last_call_ns.map_or_else(|| i.work.sent_ns.saturating_add(answer_ns(core, *source)), |called_ns| called_ns + LAST_CALL_NS);
+            (*source, due_ns)
+        })
+    })
 }
 
 /// Returns the time by which the next source has to have answered.
@@ -48,19 +55,25 @@ pub(crate) fn next_answer(core: &Core) -> Option<i64> {
 pub(crate) fn look_for_lost(core: &mut Core) {
     let now_ns = core.host.now_ns();
     let Some(at) = next_answer(core).filter(|at| *at <= now_ns) else { return };
-    if now_ns - at > STOOD_STILL_NS {
-        // This side stood still past the deadline: answers that came meanwhile are still on their way through it.
-        core.instances.values_mut().filter(|i| i.work.outstanding > 0).for_each(|i| i.work.sent_ns = now_ns);
+    let was_held_up = now_ns - at > STOOD_STILL_NS;
+    let late: Vec<SourceId> = awaited(core).filter(|(_, at)| *at <= now_ns).map(|(source, _)| source).collect();
+    // An answer that came while this side stood still too is on its way through it.
+    let uncalled = |i: &Instance| i.work.outstanding > 0 && i.work.awaited.iter().any(|s| late.contains(s)) && (was_held_up || i.work.last_call_ns.is_none());
+    let mut calls = false;
+    for instance in core.instances.values_mut().filter(|i| uncalled(i)) {
+        (instance.work.last_call_ns, calls) = (Some(now_ns), true);
+    }
+    if calls {
         return;
     }
-    let mut silent: Vec<SourceId> = awaited(core).filter(|(_, at)| *at <= now_ns).map(|(source, _)| source).collect();
+    let mut silent = late;
     silent.sort_unstable();
     silent.dedup();
     silent.into_iter().for_each(|source| give_up(core, source));
 }
 
 fn give_up(core: &mut Core, source: SourceId) {
-    let message = format!("source '{}' has not answered for {} s", core.registry.source_name(source), answer_ns(core, source) / 1_000_000_000);
+    let message = format!("source '{}' has not answered for {} s", core.registry.source_name(source), (answer_ns(core, source) + LAST_CALL_NS) / 1_000_000_000);
     processor_lost(core, source, &message);
 }
 

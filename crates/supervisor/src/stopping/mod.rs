@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Stops: the emergency stop, limits on ages, lost processors, and programming systems that are cut off.
+//! Stops: the emergency stop, limits on ages, standstills, lost processors, and programming systems that are cut off.
 pub(crate) mod absent_devices;
 pub(crate) mod ages;
 pub(crate) mod cut_off;
@@ -9,4 +9,5 @@ pub(crate) mod emergency_stop;
 pub(crate) mod latch;
 pub(crate) mod lost_processors;
 pub(crate) mod safety;
+pub(crate) mod standstill;
 pub(crate) mod unguarded;

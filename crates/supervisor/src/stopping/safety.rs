@@ -19,6 +19,8 @@ pub(crate) struct Safety {
     pub cut_off: HashSet<SourceId>,
     /// Modules in which a signal was caught: no new instance until a reset.
     pub poisoned: HashMap<String, String>,
+    /// End of the last standstill that had an alarm, ns.
+    pub stood_still_until_ns: Option<i64>,
     /// Sources that run nothing until the program is started again, with why.
     pub ended_for_good: HashMap<SourceId, String>,
 }

@@ -29,7 +29,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("shared-memory", &["forks", "interconnect"]),
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
-    ("rtp", &["opengpac", "device", "interconnect", "kernel", "runtime", "drivers", "modules", "library"]),
+    ("rtp", &["opengpac", "device", "process-kit", "interconnect", "kernel", "runtime", "drivers", "modules", "library"]),
     ("replay", &["opengpac", "device", "process-kit", "interconnect", "kernel", "runtime", "modules", "rtp", "mcap"]),
     ("supervisor", &["opengpac", "model", "device", "process-kit", "interconnect", "kernel", "runtime", "drivers", "guard", "modules", "library", "rtp"]),
     ("places", &["opengpac", "device", "process-kit", "interconnect", "kernel", "guard", "shared-memory", "rtp", "modules", "hosts"]),

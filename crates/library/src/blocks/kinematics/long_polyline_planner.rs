@@ -6,7 +6,7 @@ use crate::kinematics::polyline::planner::polyline_planner;
 use crate::kinematics::polyline::{Budget, LongPolyline, PolylinePlanning, which};
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
-use crate::path::{LONG_BLEND_SHARE, LONG_POINTS_MAX, Passing};
+use crate::path::{LONG_BLEND_SHARES, LONG_POINTS_MAX, Passing};
 use crate::profile::Limits;
 use opengpac::{ConditionOf, FunctionBlock, InPlace, InPlaceMut, Invocation, Outcome, Step};
 use std::f64::consts::PI;
@@ -24,7 +24,7 @@ polyline_planner! {
     /// of poses, blends and speeds are read where they lie, so they have no defaults and stay as they are until then.
     /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or a pose has no unit quaternion; 3 a limit is not
     /// above 0 or a blend is below 0.
-    LongPolylinePlanner, at_once: AT_ONCE, share: LONG_BLEND_SHARE,
+    LongPolylinePlanner, at_once: AT_ONCE, shares: LONG_BLEND_SHARES,
     #[input(asynchronous, in_place, range = "[pose]")]
     poses: InPlace<[[f64; 7]; LONG_POINTS_MAX]>,
     #[input(asynchronous, in_place, unit = "m", range = "[0, 10]")]

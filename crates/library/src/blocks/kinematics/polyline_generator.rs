@@ -30,7 +30,7 @@ mod tests {
     use crate::kinematics::line::{Obstacle, Wish};
     use crate::kinematics::polyline::{Budget, PolylinePlanning, which};
     use crate::kinematics::pose::{Pose, length, product, subtract, turn};
-    use crate::path::{BLEND_SHARE, Passing};
+    use crate::path::{BLEND_SHARES, Passing};
     use crate::path::samples::numbers;
     use crate::profile::Limits;
 
@@ -64,7 +64,7 @@ mod tests {
         let (arm, numbers) = (chain.read(6).expect("a chain"), poses.iter().map(Pose::numbers).collect::<Vec<_>>());
         let mut path = <Polyline as opengpac::Type>::zero();
         let passing = std::iter::repeat(Passing { blend, speed: 0.3 });
-        let mut planning = PolylinePlanning::begin(&mut path.table(), &arm, (&numbers, BLEND_SHARE), passing, &wish);
+        let mut planning = PolylinePlanning::begin(&mut path.table(), &arm, (&numbers, BLEND_SHARES), passing, &wish);
         let ready = planning.advance(&mut path.table(), &arm, &wish, Budget { steps: usize::MAX, samples: usize::MAX });
         assert!(ready.map_err(|(at, what)| (which(arm.posture(&HOME).tool, &numbers, at), what))?, "it is planned at once");
         path.path.plan = 1.0;

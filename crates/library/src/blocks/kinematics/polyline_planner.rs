@@ -6,7 +6,7 @@ use crate::kinematics::polyline::planner::polyline_planner;
 use crate::kinematics::polyline::{Budget, Polyline, PolylinePlanning, which};
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
-use crate::path::{BLEND_SHARE, POINTS_MAX, Passing};
+use crate::path::{BLEND_SHARES, POINTS_MAX, Passing};
 use crate::profile::Limits;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
@@ -23,7 +23,7 @@ polyline_planner! {
     /// waited for where `waits` says so: their generator brakes them.
     /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or a pose has no unit quaternion; 3 a limit is not
     /// above 0 or a blend is below 0.
-    PolylinePlanner, at_once: Budget { steps: usize::MAX, samples: usize::MAX }, share: BLEND_SHARE,
+    PolylinePlanner, at_once: Budget { steps: usize::MAX, samples: usize::MAX }, shares: BLEND_SHARES,
     #[input(asynchronous, range = "[pose]")]
     poses: [[f64; 7]; POINTS_MAX],
     #[input(asynchronous, default = [0.0; POINTS_MAX], unit = "m", range = "[0, 10]")]

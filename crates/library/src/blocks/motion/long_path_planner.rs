@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::path::planner::{BAD_LIMIT, NOT_FINITE, path_planner};
-use crate::path::{LONG_BLEND_SHARE, LONG_POINTS_MAX, LongPath, Passing, Planning};
+use crate::path::{LONG_BLEND_SHARES, LONG_POINTS_MAX, LongPath, Passing, Planning};
 use crate::profile::Limits;
 use opengpac::{ConditionOf, FunctionBlock, InPlace, InPlaceMut, Invocation, Outcome, Step};
 use std::f64::consts::PI;
@@ -17,7 +17,7 @@ path_planner! {
     /// way-points that are near each other. All else is as of `path_planner`. The tables of way-points, blends and speeds are read where they lie, so they
     /// have no defaults and stay as they are until then. With `waits` there is one plan for a start.
     /// Faults: 1 a number is not finite or a blend is below 0; 2 a limit is not above 0.
-    LongPathPlanner, at_once: AT_ONCE, share: LONG_BLEND_SHARE,
+    LongPathPlanner, at_once: AT_ONCE, shares: LONG_BLEND_SHARES,
     #[input(asynchronous, in_place)]
     points: InPlace<[[f64; 16]; LONG_POINTS_MAX]>,
     #[input(asynchronous, in_place, unit = "rad|m", range = "[0, 100]")]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::path::planner::{BAD_LIMIT, NOT_FINITE, path_planner};
-use crate::path::{BLEND_SHARE, POINTS_MAX, Passing, Path, Planning};
+use crate::path::{BLEND_SHARES, POINTS_MAX, Passing, Path, Planning};
 use crate::profile::Limits;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
@@ -14,7 +14,7 @@ path_planner! {
     /// by repeating its last. Source: Craig, *Introduction to Robotics*, section 7.4. From rest to rest; it allocates nothing. Joints that move are
     /// waited for where `waits` says so: their generator brakes them.
     /// Faults: 1 a number is not finite or a blend is below 0; 2 a limit is not above 0.
-    PathPlanner, at_once: usize::MAX, share: BLEND_SHARE,
+    PathPlanner, at_once: usize::MAX, shares: BLEND_SHARES,
     #[input(asynchronous)]
     points: [[f64; 16]; POINTS_MAX],
     #[input(asynchronous, default = [0.0; POINTS_MAX], unit = "rad|m", range = "[0, 100]")]

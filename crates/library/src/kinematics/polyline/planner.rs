@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The planner of paths of the tool as a block, for tables of a length.
 
-/// Declares the block: `at_once` is what one invocation plans, `share` the part of a line that one blend may take.
+/// Declares the block: `at_once` is what one invocation plans, `shares` the parts of a line that one blend may take.
 macro_rules! polyline_planner {
     (
-        $(#[$about:meta])* $name:ident, at_once: $at_once:expr, share: $share:expr,
+        $(#[$about:meta])* $name:ident, at_once: $at_once:expr, shares: $shares:expr,
         $(#[$poses:meta])* poses: $poses_type:ty,
         $(#[$blend:meta])* blend, $(#[$speed:meta])* speed: $each_type:ty,
         $(#[$path:meta])* path: $path_type:ty
@@ -135,7 +135,7 @@ macro_rules! polyline_planner {
                 let wish = Wish { from: &self.start[..n], goal: Pose::IDENTITY, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
                 if begins {
                     let passing = self.blend.iter().zip(self.speed.iter()).map(|(blend, speed)| Passing { blend: *blend, speed: *speed });
-                    self.planning = PolylinePlanning::begin(&mut self.path.table(), &arm, (&self.poses[..], $share), passing, &wish);
+                    self.planning = PolylinePlanning::begin(&mut self.path.table(), &arm, (&self.poses[..], $shares), passing, &wish);
                     (self.target, self.duration, self.refused) = (self.start, 0.0, -1);
                 }
                 match self.planning.advance(&mut self.path.table(), &arm, &wish, $at_once) {

@@ -37,11 +37,11 @@ pub struct Budget {
 
 impl PolylinePlanning {
     /// Begins a path through poses from where the joints are; `wish.goal` is not used. The caller has checked that numbers are finite,
-    /// quaternions of length 1 and limits positive, and that there is room for the poses. `share` is the part of a line that one blend may take.
+    /// quaternions of length 1 and limits positive, and that there is room for the poses. `shares` are the parts of a line that one blend may take.
     pub fn begin(
         table: &mut PolylineTable,
         arm: &Arm,
-        (poses, share): (&[Numbers], f64),
+        (poses, shares): (&[Numbers], &[f64]),
         passing: impl Iterator<Item = Passing>,
         wish: &Wish,
     ) -> PolylinePlanning {
@@ -52,7 +52,7 @@ impl PolylinePlanning {
         let mut here = arm.posture(wish.from).tool;
         let ([x, y, z], mut angle) = (here.position, 0.0);
         table.quaternion[0] = here.quaternion;
-        let path = Planning::begin(&mut table.path, SPACE, &[x, y, z, angle], share);
+        let path = Planning::begin(&mut table.path, SPACE, &[x, y, z, angle], shares);
         for (pose, passing) in poses.iter().filter_map(Pose::of).zip(passing) {
             let Some(turn) = way_on(&here, &pose) else { continue };
             angle += turn;

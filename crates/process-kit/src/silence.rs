@@ -7,12 +7,14 @@ use std::time::{Duration, Instant};
 const LOOK_MAX: Duration = Duration::from_millis(250);
 
 /// Time since the last word of the other side.
-pub(crate) struct Silence {
+pub struct Silence {
     looked: Instant,
     lasted: Duration,
 }
 
 impl Silence {
+    /// Makes a silence that begins now.
+    #[must_use]
     pub fn begins() -> Silence {
         Silence { looked: Instant::now(), lasted: Duration::ZERO }
     }
@@ -28,6 +30,8 @@ impl Silence {
         self.lasted = if heard { Duration::ZERO } else { self.lasted + since };
     }
 
+    /// Returns how long it has lasted, as far as this side was there.
+    #[must_use]
     pub fn lasted(&self) -> Duration {
         self.lasted
     }

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Standstills of whole processes, as the first firing after them tells: a paused virtual machine, a frozen container. The log has each
+//! source, and one alarm says how long it was where nobody attended to the outputs meanwhile.
+use crate::alarms::causes::{alarm_returns, raise};
+use crate::alarms::list::{Cause, Raised, Severity};
+use crate::core::Core;
+use kernel::SourceId;
+
+/// Code of the alarm, and of the condition by which motions end after a gap.
+const TIME_LOST: &str = "time_lost";
+
+/// Notes that a source stood still until `time_ns`. Of several that stood still together, the first one raises the alarm.
+pub(crate) fn stood_still(core: &mut Core, source: SourceId, late_ns: i64, is_unattended: bool, time_ns: i64) {
+    let name = core.registry.source_name(source).to_owned();
+    let text = format!("source '{name}' stood still for {:.1} s (its process was stopped, or the machine)", late_ns as f64 * 1e-9);
+    core.observation.log.add(time_ns, "late", &name, text.clone());
+    if !is_unattended || core.safety.stood_still_until_ns.is_some_and(|until_ns| time_ns - late_ns < until_ns) {
+        return;
+    }
+    core.safety.stood_still_until_ns = Some(time_ns);
+    let text =
+        format!("{text}, and nobody attended to outputs: devices that were commanded are safe, and lost; time limits ran on, and what uses no device goes on");
+    let remedy = "see what paused it, look at the machine, then call reset()";
+    raise(core, Raised { code: TIME_LOST, source: "system", block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
+    alarm_returns(core, TIME_LOST, "system");
+}
