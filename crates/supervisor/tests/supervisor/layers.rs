@@ -21,7 +21,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("kernel", &["opengpac", "device", "forks", "interconnect"]),
     ("runtime", &["opengpac", "device", "forks", "process-kit", "interconnect", "kernel", "modules"]),
     ("guard", &["device", "interconnect", "process-kit"]),
-    ("driver-kit", &["device", "forks", "process-kit", "interconnect", "interval"]),
+    ("driver-kit", &["opengpac", "device", "forks", "process-kit", "interconnect", "interval"]),
     ("cia402", &["device"]),
     ("canopen", &["cia402", "device", "forks"]),
     ("ethercat", &["cia402", "device", "forks", "suggest"]),
