@@ -104,7 +104,11 @@ def test_another_version_of_a_package_says_which_is_meant(tmp_path: Path, monkey
     arm: Named = ARMS["panda"]
     file = tmp_path / arm.package.folder / arm.path
     file.parent.mkdir(parents=True)
-    file.write_text('<robot name="other"><link name="base"/></robot>')
+    file.write_text(
+        '<robot name="other"><link name="base"/><link name="tip"/>'
+        '<joint name="turn" type="revolute"><parent link="base"/><child link="tip"/>'
+        '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>'
+    )
     with pytest.raises(gpac.DeviceFailed, match=r"the file of 'panda' is not the one of 'example-robot-data' 6\.0\.0.*panda_hand_tcp"):
         gpac.robots.load("panda", clock="virtual")
 

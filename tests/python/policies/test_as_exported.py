@@ -236,8 +236,8 @@ DECLARATIONS = {
     "an infinite scale": ({"scale": float("inf")}, {}, "not a list of finite numbers"),
     "text": ({"offset": "much"}, {}, "not a list of finite numbers"),
     "never": ({}, {"every": "0 s"}, "the interval of the policy is '0 s'; give more than 0"),
-    "negative": ({}, {"every": -0.02}, "the interval of the policy is -0.02"),
-    "a negative age": ({}, {"age_max": "-1 s"}, "age_max of the policy is '-1 s'; give more than 0"),
+    "negative": ({}, {"every": -0.02}, "the interval of the policy cannot be -0.02 s: its range is at least 0 s"),
+    "a negative age": ({}, {"age_max": "-1 s"}, "age_max of the policy cannot be -1 s: its range is at least 0 s"),
 }
 
 
