@@ -139,7 +139,10 @@ ODD_GOALS: dict[str, tuple[Any, str]] = {
     "a column": (np.zeros((2, 1)), "it takes a number, not a list of 1; give a number, or a text with a unit"),
     "a truth value": ([True, 0.0], "it takes a number, not true"),
     "a table": ([{"rad": 1.0}, 0.0], "it takes a number, not a record"),
-    "a masked array": (np.ma.array([0.1, 0.2], mask=[True, False]), "'goal' has 1 masked elements of 2, which have no value; fill them"),
+    "a masked array": (
+        np.ma.array([0.1, 0.2], mask=[True, False]),
+        "'goal' is an array whose element 0 (from 0) is masked: there is no number; give every element a number: .filled(…)",
+    ),
     "a number beyond all": (["1e400 deg", 0.0], "the number of '1e400 deg' is beyond the range of a double"),
 }
 

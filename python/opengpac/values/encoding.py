@@ -76,9 +76,6 @@ def plain(value: Any, what: str = "the value") -> Any:
         return value
     if isinstance(value, np.void) and value.dtype.names:
         return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names}
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        masked = int(np.ma.count_masked(value))
-        refuse(ValueRefused, f"{what} has {masked} masked elements of {value.size}, which have no value", "fill them: array.filled(…)")
     if isinstance(value, np.ndarray) and value.dtype == float and value.ndim and np.isfinite(value).all():
         # A table of thousands of numbers, number by number, takes half a second.
         return value.tolist()
