@@ -31,7 +31,7 @@ pub struct Planning {
     pass: Pass,
     /// Of a line, the part that one blend may take.
     share: f64,
-    /// Another part that is to be tried.
+    /// Part of a line that is tried next.
     other: Option<f64>,
     /// The part that was tried, and the duration that it makes, s.
     tried: Option<(f64, f64)>,

@@ -75,7 +75,7 @@ pub(crate) fn gap_text(device: &str, lost_s: f64, gap_max_s: Option<f64>) -> Str
     )
 }
 
-/// Returns the message for a motion whose generator has brought its joints to rest after a gap; `gap_max_s`: the least that a joint of it allows.
+/// Returns the message for a motion whose generator has brought its joints to rest after a gap. `gap_max_s` is the smallest bound of its joints.
 pub(crate) fn motion_gap_text(lost_s: f64, gap_max_s: Option<f64>) -> String {
     let most = gap_max_s.map_or_else(|| "max_gap".to_owned(), |most| format!("max_gap ({})", quantity(most, "s")));
     format!(

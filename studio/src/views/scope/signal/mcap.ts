@@ -12,7 +12,7 @@ interface Message {
 
 /**
  * The values as an MCAP file: a channel of JSON messages for each SVV or private cell, `{"value": …, "number": n}` at the time of its value.
- * What is missing stands in the metadata `missing`. `gpac.open_recording` reads it: channels and metadata are those of a recording.
+ * The metadata `missing` names the values that are missing. `gpac.open_recording` reads the file, as it reads a recording.
  */
 export async function mcap(
   channels: readonly Exported[],
