@@ -22,9 +22,8 @@ CARGO_BLOCK = re.compile(r"^---- (.+) stdout ----\n(.*?)(?=^---- .+ stdout ----$
 PYTEST_BLOCK = re.compile(r"^_{3,} (.+?) _{3,}\n(.*?)(?=^_{3,} .+? _{3,}$|^={3,} )", re.DOTALL | re.MULTILINE)
 PYTEST_NAMED = re.compile(r"^(?:FAILED|ERROR) (?:.*?::|[^ ]+$).*", re.MULTILINE)
 PYTEST_ENDS = re.compile(r"^=* ?(\d+ (?:passed|failed|errors?)\b.* in [\d.]+s.*?)=*$", re.MULTILINE)
-PYTEST_LASTED = re.compile(r"^ *([\d.]+)s (?:call|setup|teardown) +(\S.*?) *$", re.MULTILINE)
 LONGEST = 10
-"""Number of tests that are named for their length."""
+"""Number of tests that are named for their time, and for their processor time."""
 COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 
 
@@ -42,10 +41,10 @@ def closing(text: str) -> Iterator[str]:
     yield from (line.strip() for line in PYTEST_ENDS.findall(text))
 
 
-def longest(text: str) -> Iterator[str]:
-    """The longest tests of a log of pytest, longest first, with their seconds."""
-    lasted = sorted(((float(s), name) for s, name in PYTEST_LASTED.findall(COLOURS.sub("", text))), reverse=True)
-    yield from (f"{s:7.1f} s  {name}" for s, name in lasted[:LONGEST])
+def longest(notes: list[dict[str, Any]], key: str) -> Iterator[str]:
+    """The tests that took most of `lasted_s` or `processor_s`, longest first, with these seconds."""
+    for note in sorted(notes, key=lambda note: -note[key])[:LONGEST]:
+        yield f"{note[key]:7.1f} s  {note['test']}"
 
 
 def noted(file: Path) -> list[dict[str, Any]]:
@@ -93,11 +92,11 @@ def main() -> None:
     if notes := noted(out / "strands.jsonl"):
         draw(notes, out / "strands.svg")
         print("==== strands (out/strands.svg)", *strands(notes), sep="\n")
-    waited = sum(note["waited_s"] for note in noted(out / "turns.jsonl"))
-    pytest_log = out / "pytest.log"
-    if pytest_log.exists() and (lines := [*longest(pytest_log.read_text(errors="replace"))]):
-        print("==== longest tests", *lines, sep="\n")
-        print(f"Its processes waited {waited:.0f} s in all for tests that have to be alone.")
+    if tests := noted(out / "tests.jsonl"):
+        print("==== longest tests", *longest(tests, "lasted_s"), sep="\n")
+        print("==== tests that took most processor time (out/tests.jsonl)", *longest(tests, "processor_s"), sep="\n")
+        alone = [note["lasted_s"] for note in tests if note["alone"]]
+        print(f"Tests that have to be alone came last, {len(alone)} in {sum(alone):.0f} s.")
     for log in map(Path, sys.argv[1:]):
         print(f"==== {log.name}")
         print("\n".join(closing(log.read_text(errors="replace"))) if log.exists() else "it was not made")

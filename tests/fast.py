@@ -105,7 +105,7 @@ def main() -> None:
         if command[0] in ("python", "pytest", "ruff", "pyright"):
             command = [str(Path(sys.executable).parent / command[0]), *command[1:]]
         if Path(command[0]).name == "pytest":
-            command = [*command, "-n", "3", "--dist", "worksteal"]
+            command = [*command, "-n", "3"]
         print("$", " ".join([Path(command[0]).name, *command[1:]]), flush=True)
         ended = subprocess.run(command, cwd=ROOT)
         if ended.returncode not in (0, 5 if "pytest" in command[0] else 0):

@@ -248,9 +248,11 @@ class _ModbusServer(Bench):
     channel, value = "level", 2.5
 
     def __init__(self) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.port: int = free.getsockname()[1]
+        # Bound, it is given to nobody else; a server that allows the reuse of addresses can listen there.
+        self._held = socket.socket()
+        self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._held.bind(("127.0.0.1", 0))
+        self.port: int = self._held.getsockname()[1]
         self.seen: float | None = None
         self._ends = threading.Event()
         self._thread = threading.Thread(target=self._ask, daemon=True)
@@ -273,6 +275,7 @@ class _ModbusServer(Bench):
     def close(self) -> None:
         self._ends.set()
         self._thread.join()
+        self._held.close()
 
     def _ask(self) -> None:
         while not self._ends.wait(0.005):

@@ -24,7 +24,7 @@ IN_VIRTUAL_TIME = ("virtual", "message")
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The paths of the compiled C blocks, by file name; of several processes that test side by side the first one compiles them."""
-    side_by_side = "PYTEST_XDIST_WORKER" in os.environ
+    side_by_side = "PYTEST_WORKER" in os.environ
     folder = tmp_path_factory.getbasetemp().parent / "blocks" if side_by_side else tmp_path_factory.mktemp("blocks")
     folder.mkdir(exist_ok=True)
     paths = {f.stem: str(folder / f"{f.stem}.so") for f in sorted(BLOCKS.glob("*.c"))}

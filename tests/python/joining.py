@@ -10,16 +10,20 @@ import subprocess
 import sys
 
 from daemons import PATIENCE_S, environment
+from ports import hold_port
 
 LISTENER = "cell-a"
 """The name of the host that listens."""
 
 
+_held: list[socket.socket] = []
+"""Ports that were given out; no other program gets them while this one lives."""
+
+
 def free_endpoint(scheme: str = "tcp", host: str = "127.0.0.1") -> str:
-    """An endpoint of this machine whose port nobody has."""
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return f"{scheme}/{host}:{found.getsockname()[1]}"
+    """An endpoint of this machine whose port nobody has or gets."""
+    _held.append(hold_port())
+    return f"{scheme}/{host}:{_held[-1].getsockname()[1]}"
 
 
 class Joining:

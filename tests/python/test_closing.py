@@ -102,15 +102,17 @@ def test_a_logged_command_is_over_with_its_end_whatever_it_leaves_behind(tmp_pat
         os.kill(int(left.read_text()), signal.SIGKILL)
 
 
-SLOW = """
-  12.34s call     tests/test_gate.py::test_it_opens[a b]
-   0.50s setup    tests/test_gate.py::test_it_shuts
-"""
+SLOW = [
+    {"test": "tests/test_gate.py::test_it_shuts", "lasted_s": 0.5, "processor_s": 0.46, "alone": False},
+    {"test": "tests/test_gate.py::test_it_opens[a b]", "lasted_s": 12.34, "processor_s": 0.02, "alone": False},
+]
 
 
 def test_the_longest_tests_are_named(program: ModuleType) -> None:
-    assert [*program.longest(SLOW)] == ["   12.3 s  tests/test_gate.py::test_it_opens[a b]", "    0.5 s  tests/test_gate.py::test_it_shuts"]
-    assert len([*program.longest(SLOW * 20)]) == program.LONGEST
+    long, short = "   12.3 s  tests/test_gate.py::test_it_opens[a b]", "    0.5 s  tests/test_gate.py::test_it_shuts"
+    assert [*program.longest(SLOW, "lasted_s")] == [long, short]
+    assert next(program.longest(SLOW, "processor_s")) == short
+    assert len([*program.longest(SLOW * 20, "lasted_s")]) == program.LONGEST
 
 
 def test_a_strand_is_noted_counted_and_drawn(program: ModuleType, tmp_path: Path) -> None:

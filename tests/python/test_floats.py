@@ -11,7 +11,7 @@ from pathlib import Path
 
 def test_attacks_in_a_process_of_their_own() -> None:
     attacks = Path(__file__).with_name("attacks_on_floats.py")
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", attacks]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", attacks]
     surroundings = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
     ran = subprocess.run(command, capture_output=True, text=True, env=surroundings)
     assert ran.returncode == 0, ran.stdout[-6000:] + ran.stderr[-2000:]

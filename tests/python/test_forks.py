@@ -21,6 +21,7 @@ from afar import until
 from opengpac.errors import End, several
 from opengpac.refusals.source_location import Place
 from orphans import lives
+from ports import held_port
 from rig import Rig
 
 FORKS = """
@@ -185,18 +186,17 @@ def test_a_forked_child_does_not_hold_a_device() -> None:
 
 def test_a_forked_child_does_not_hold_a_port() -> None:
     """Others can listen where the parent's system has listened, though the child lives."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    command = [sys.executable, "-W", "ignore", "-c", WITH_A_DEVICE, "server", f"tcp/127.0.0.1:{port}"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
-        assert run.stdout and run.stdin
-        child = int(run.stdout.readline())
-        try:
-            assert lives(child)
-            socket.create_server(("127.0.0.1", port)).close()
-        finally:
-            os.kill(child, signal.SIGKILL)
-            run.stdin.close()
+    with held_port() as port:
+        command = [sys.executable, "-W", "ignore", "-c", WITH_A_DEVICE, "server", f"tcp/127.0.0.1:{port}"]
+        with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
+            assert run.stdout and run.stdin
+            child = int(run.stdout.readline())
+            try:
+                assert lives(child)
+                socket.create_server(("127.0.0.1", port)).close()
+            finally:
+                os.kill(child, signal.SIGKILL)
+                run.stdin.close()
 
 
 EXECUTED = """
@@ -301,6 +301,27 @@ def test_a_block_that_forks_is_a_fault_and_leaves_no_process(where: str, tmp_pat
     assert "block 'b' (forks.forks) called fork(); the copy of the process was ended" in said[0], ran.stdout + ran.stderr
     assert said[1:] == ["logged: True", "closed"], ran.stdout + ran.stderr
     assert ran.returncode == 0, ran.stderr
+
+
+FORKS_WITH_FILES = """
+import os, sys
+from opengpac.storage.process_folders import process_folder
+folder = process_folder("components")
+(folder / "built.so").touch()
+if os.fork() == 0:
+    print(process_folder("components") == folder, flush=True)
+    sys.exit(0)
+os.wait()
+print((folder / "built.so").exists(), folder, flush=True)
+"""
+
+
+def test_a_forked_child_that_ends_leaves_the_files_of_its_parent() -> None:
+    """Blocks that are built for this process lie in its folder, which goes with it and not before."""
+    ran = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKS_WITH_FILES], capture_output=True, text=True, timeout=120, check=False)
+    assert ran.returncode == 0, ran.stderr
+    of_child, kept, folder = ran.stdout.split()
+    assert (of_child, kept) == ("False", "True") and not Path(folder).exists()
 
 
 KINDS = [kind for kind in vars(gpac.errors).values() if isinstance(kind, type) and issubclass(kind, gpac.Error)]

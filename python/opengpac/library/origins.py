@@ -4,15 +4,12 @@ folders of the user. What cannot be taken up is a `Problem` and does not stop th
 
 from __future__ import annotations
 
-import atexit
 import functools
 import importlib
 import itertools
 import json
 import os
 import pkgutil
-import shutil
-import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -23,6 +20,7 @@ from ..definition.blocks import Block
 from ..definition.entering import without_system
 from ..errors import Error, refusals
 from ..storage.files import is_source
+from ..storage.process_folders import process_folder
 from .components import Component, Problem, block_component, members
 
 if TYPE_CHECKING:
@@ -131,17 +129,9 @@ def _of_file(file: Path, origin: str) -> Iterator[Component]:
 _builds = itertools.count()
 
 
-@functools.cache
-def _workshop() -> Path:
-    """A folder for what this process builds, gone with it."""
-    folder = Path(tempfile.mkdtemp(prefix="opengpac-components-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
-
-
 def _built(file: Path) -> Path:
     """Builds a source file once for all systems of this process; a file that is read again is built again, under another name."""
-    built = _workshop() / f"{file.stem}-{next(_builds)}.so"
+    built = process_folder("components") / f"{file.stem}-{next(_builds)}.so"
     with refusals:
         _native.build([str(file)], str(built))
     return built

@@ -4,13 +4,10 @@ is written into a copy of the file, so that downloads, daemons, recordings and r
 
 from __future__ import annotations
 
-import atexit
 import functools
 import hashlib
 import json
 import os
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +16,7 @@ from .. import _native
 from ..definition.blocks import Block
 from ..definition.entering import without_system
 from ..errors import CallError, DefinitionError, ModuleError, ValueRefused, refusals, refuse
+from ..storage.process_folders import process_folder
 from ..values.quantities import Quantity, optional_ns
 from .terms import Terms, terms_json
 
@@ -79,7 +77,7 @@ def policy(
         if ports.count(port) > 1:
             refuse(DefinitionError, f"policy '{declaration['name']}' has two ports '{port}'", "give each a name of its own")
     content = whole_content(source) + _entry(_KEY, json.dumps(declaration))
-    file = _folder() / f"{declaration['name']}-{hashlib.sha256(content).hexdigest()[:12]}.onnx"
+    file = process_folder("policies") / f"{declaration['name']}-{hashlib.sha256(content).hexdigest()[:12]}.onnx"
     if not file.exists():
         file.write_bytes(content)
     try:
@@ -117,14 +115,6 @@ def _positive(duration: Quantity | None, what: str) -> int | None:
 def _described(file: Path) -> list[dict[str, Any]]:
     module = file.stem.replace("-", "_")
     return without_system().enter_module(module, str(file))
-
-
-@functools.cache
-def _folder() -> Path:
-    """The declared files of this process, gone with it."""
-    folder = Path(tempfile.mkdtemp(prefix="opengpac-policies-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
 
 
 def _entry(key: str, value: str) -> bytes:

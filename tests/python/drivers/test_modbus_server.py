@@ -15,6 +15,7 @@ from pymodbus.client import ModbusTcpClient
 import opengpac as gpac
 from afar import until
 from opengpac.cell import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput, set_output
+from ports import held_port
 
 CHANNELS = {
     "wanted": {"holding": 100, "type": "float", "unit": "mm"},
@@ -28,11 +29,9 @@ CHANNELS = {
 
 @pytest.fixture
 def port() -> Iterator[int]:
-    """A port that nobody else gets: it is held without listening, which keeps it free for who allows others, as servers do."""
-    with socket.socket() as held:
-        held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        held.bind(("127.0.0.1", 0))
-        yield held.getsockname()[1]
+    """A port that nobody else gets."""
+    with held_port() as held:
+        yield held
 
 
 @pytest.fixture

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Temporary folders of a process."""
+
+from __future__ import annotations
+
+import atexit
+import functools
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+
+def process_folder(purpose: str) -> Path:
+    """Returns the folder of this process for `purpose`, removed when it ends. A forked child gets its own and leaves its parent's alone."""
+    return _made(purpose, os.getpid())
+
+
+@functools.cache
+def _made(purpose: str, process: int) -> Path:
+    folder = Path(tempfile.mkdtemp(prefix=f"opengpac-{purpose}-"))
+    atexit.register(_remove, folder, process)
+    return folder
+
+
+def _remove(folder: Path, process: int) -> None:
+    # Exit functions are copied to a forked child, too.
+    if os.getpid() == process:
+        shutil.rmtree(folder, ignore_errors=True)
