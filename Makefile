@@ -224,7 +224,7 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/no_jump.py
 	OPENGPAC_CYCLES=100000 $(BIN)/python -m pytest -q tests/python/conformance/test_r098_instances.py -k leave_no_memory_behind
 	OPENGPAC_MOVED=2000 $(BIN)/python -m pytest -q tests/python/motion/test_motions_come_to_rest.py
-	OPENGPAC_COMPOSITIONS=25000 $(BIN)/python -m pytest -q tests/python/test_stops.py -k any_composition
+	OPENGPAC_COMPOSITIONS=25000 $(BIN)/python -m pytest -q tests/python/test_stops.py -k "any_composition or is_closed"
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
 	$(BIN)/python tests/faults/ur_peer.py
 	@$(call install,libclang==18.1.1)

@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Random compositions of verbs that count, and the ways to tell one to end: what must not begin afterwards is looked at from outside."""
+
+from __future__ import annotations
+
+import random
+import signal
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+import opengpac as gpac
+from opengpac import activate, deactivate, on, wait
+from opengpac.application import progress, waiting
+from rig import Rig
+
+LEAVES = 6
+Leaf = gpac.Verb[..., Any]
+
+
+def leaf(rig: Rig, number: int, *, brakes: bool = True, loops: bool = False, uses: bool = False, enough: int = 4) -> Leaf:
+    """Counts into `y…` until it comes to `enough`; one that brakes counts into `b…` for 3 ms when it is told to end; one that `uses` the
+    joint `slide` ends where that is disabled or lost.
+    """
+    lists = {"start": [activate("count", every="1 ms")], "again": [activate("count", every="1 ms"), wait("2 ms")]}
+    blocks = {"count": rig.block("count.count")}
+    conditions = {"enough": on("count.enough", returns=[])}
+    transitions: dict[tuple[str, str], str] = {}
+    arguments, inputs = {f"y{number}": ["count.y"]}, {f"limit{number}": gpac.input("count.enough", default=enough)}
+    if brakes:
+        blocks["brake"] = rig.block("count.count")
+        arguments[f"b{number}"] = ["brake.y"]
+        inputs[f"way{number}"] = gpac.input("brake.enough", default=3)
+        lists["stop"] = [activate("brake", every="1 ms")]
+        conditions["stopped"] = on("brake.enough", returns=[], during="stop")
+        for told in ("halted", "time_limit", *(["device_disabled", "device_lost"] if uses else [])):
+            transitions |= {(begins, told): "stop" for begins in ("start", "again", "stop")}
+    if loops:
+        lists["start"] += [wait("2 ms"), deactivate("count")]
+        lists["again"] += [deactivate("count")]
+        transitions |= {("start", "completed"): "again", ("again", "completed"): "start"}
+    else:
+        del lists["again"]
+        transitions = {key: to for key, to in transitions.items() if key[0] != "again"}
+    return gpac.Verb(
+        f"leaf{number}", blocks=blocks, objects={"slide": gpac.robots.Joint} if uses else {}, instantiation_parameters=arguments,
+        input_parameters=inputs, command_lists=lists, conditions=conditions, transitions=transitions, initial="start",
+    )  # fmt: skip
+
+
+def of_svvs(rig: Rig, count: int = LEAVES) -> dict[str, gpac.SVV[Any]]:
+    return {name: rig.cell.svv(name) for number in range(count) for name in (f"y{number}", f"b{number}")}
+
+
+def arguments_of(verb: Leaf, svvs: dict[str, gpac.SVV[Any]]) -> list[gpac.SVV[Any]]:
+    return [svvs[name] for name in verb.instantiation_parameters]
+
+
+def work(svvs: dict[str, gpac.SVV[Any]], allowed: frozenset[int] = frozenset()) -> dict[str, float]:
+    """What the parts have counted that are no declared recovery."""
+    return {name: svv.value for name, svv in svvs.items() if name[0] == "y" and int(name[1:]) not in allowed}
+
+
+class Drawn:
+    """A random composition, and the leaves that it declares as what a halt leads to."""
+
+    def __init__(self, rig: Rig, rng: random.Random, devices: random.Random | None) -> None:
+        self.rig, self.rng, self.devices = rig, rng, devices
+        self.free = list(range(LEAVES))
+        rng.shuffle(self.free)
+        self.recovery: set[int] = set()
+        self.count = 0
+        self.verb = self.draw(3).on(rig.fast)
+
+    @property
+    def uses_a_device(self) -> bool:
+        """Whether one of its leaves does."""
+        return bool(self.verb.objects)
+
+    def leaf(self) -> Leaf:
+        rng, uses = self.rng, self.devices is not None and self.devices.random() < 0.4
+        return leaf(self.rig, self.free.pop(), brakes=rng.random() < 0.7, loops=rng.random() < 0.2, uses=uses, enough=rng.randint(2, 12))
+
+    def name(self) -> str:
+        self.count += 1
+        return f"drawn{self.count}"
+
+    def draw(self, depth: int) -> Leaf:
+        rng = self.rng
+        kind = rng.choice(["leaf", "chain", "chain", "loop", "together", "recovery"]) if depth and len(self.free) > 2 else "leaf"
+        if kind == "leaf":
+            return self.leaf()
+        first = self.draw(depth - 1)
+        if not self.free:
+            return first
+        if kind == "recovery":
+            number = self.free[-1]
+            after = leaf(self.rig, self.free.pop(), brakes=rng.random() < 0.5, enough=rng.randint(2, 6))
+            if first.conditions.keys() and not any(condition == "halted" for _, condition in first.transitions):
+                self.recovery.add(number)
+                return gpac.compose(self.name(), {"a": first, "r": after}, transitions={("a", None): "r", ("a", "halted"): "r"})
+            return gpac.compose(self.name(), {"a": first, "r": after}, transitions={("a", None): "r"})
+        second = self.draw(depth - 1)
+        parts = {"a": first, "b": second}
+        if kind == "together":
+            return gpac.together(parts, name=self.name(), until=rng.choice(["any", "all"]))
+        back = {("b", None): "a"} if kind == "loop" else {}
+        return gpac.compose(self.name(), parts, transitions={("a", None): "b", **back})
+
+
+# ---- ways to end ----
+
+ENDS = ("halt", "time_limit", "suspended", "paused", "emergency_stop", "halted twice", "ctrl_c")
+"""Ways to tell any instance to end."""
+ENDS_OF_DEVICES = ("disabled", "device_lost")
+"""Ways to end one that uses a device."""
+ALLOWED = {
+    "emergency_stop": {"emergency_stop"}, "disabled": {"device_disabled"},
+    "device_lost": {"device_lost", "stopped"}, "time_limit": {"time_limit", "stopped", "halted", "completed"},
+}  # fmt: skip
+"""Conditions with which an instance ends that was told so in this way; `halted` by all others."""
+LOST_MS = 150
+"""Time from the opening of the failing device to its loss."""
+
+
+class Slides:
+    """A joint whose device holds, and one whose device is lost `LOST_MS` after it was opened."""
+
+    def __init__(self, rig: Rig) -> None:
+        self.rig = rig
+        self.holds = self._joint("holds", None)
+        self.fails = self._joint("fails", f"{LOST_MS} ms")
+        self._opened = rig.cell.now
+
+    def _joint(self, name: str, fail_at: str | None) -> gpac.robots.Joint:
+        device = self.rig.rtp.physical_device(f"{name}-drive", gpac.drivers.loopback("x", fail_at=fail_at), exchange=self.rig.fast)
+        return gpac.robots.Joint(name, drive=device["x"], on=self.rig.fast, kp=50.0, kd=0.0)
+
+    def ready(self, how: str, at_ms: float) -> gpac.robots.Joint:
+        """Returns a joint that is enabled; where its device is to be lost, that is about so much later."""
+        if how != "device_lost":
+            return self.holds.enable()
+        self.rig.cell.advance(f"{LOST_MS} ms")
+        opened = self.rig.cell.now
+        self.rig.cell.reset()
+        self.fails.enable()
+        self.rig.cell.advance(opened + (LOST_MS - at_ms) * 1e-3 - self.rig.cell.now)
+        return self.fails
+
+
+@contextmanager
+def ctrl_c_after(cell: gpac.System, wait_for: str, told: Callable[[], None]) -> Iterator[None]:
+    """Presses Ctrl-C in the first wait within, after so much time of the virtual clock; `told` runs right before it."""
+
+    def pressed(*arguments: Any) -> Any:
+        patched.undo()
+        cell.advance(wait_for)
+        told()
+        signal.raise_signal(signal.SIGINT)
+
+    with pytest.MonkeyPatch.context() as patched:
+        # The call returns to Python after its first step.
+        patched.setattr(progress, "SLICE_NS", 1)
+        patched.setattr(waiting, "_wait", pressed)
+        yield
+
+
+def tell(rig: Rig, vi: gpac.VerbInstance[Any], how: str, slide: gpac.robots.Joint | None) -> None:
+    """Tells an instance to end; a time limit has been given at its start, and a device is lost by itself."""
+    if how == "suspended":
+        vi.suspend()
+    elif how == "paused":
+        rig.cell.pause()
+    if how == "emergency_stop":
+        rig.cell.emergency_stop("a test")
+    elif how == "disabled":
+        assert slide is not None
+        slide.disable()
+    elif how not in ("time_limit", "device_lost"):
+        vi.halt()
+    if how == "halted twice" and not vi.done:
+        vi.halt()
+    if how == "paused":
+        rig.cell.resume()
+
+
+class Trial:
+    """A random composition that is told to end at random instants. `told` counts in which ways it was, while it ran."""
+
+    def __init__(self, rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, slides: Slides | None = None) -> None:
+        self.rig, self.slides, self.svvs, self.seed = rig, slides, svvs, seed
+        self.rng, self.told = random.Random(seed), Counter[str]()
+        self.drawn = Drawn(rig, self.rng, random.Random(seed + 1) if slides else None)
+
+    def try_ends(self, ends: Sequence[str] = ()) -> None:
+        """Ends it in four ways, or in these."""
+        kinds = [*ENDS, *(ENDS_OF_DEVICES if self.drawn.uses_a_device else ())]
+        for how in ends or self.rng.sample(kinds, 4):
+            self.try_end(how, self.rng.randint(0, 25) + 0.5)
+
+    def try_end(self, how: str, at_ms: float) -> None:
+        """Starts it, tells it to end after so long, and looks whether anything begins."""
+        cell = self.rig.cell
+        slide = self.slides.ready(how, at_ms) if self.slides and self.drawn.uses_a_device else None
+        given = [*([slide] if slide else []), *arguments_of(self.drawn.verb, self.svvs)]
+        where = f"seed {self.seed}, {how} at {at_ms} ms: {self.drawn.verb!r}"
+        # Only a halt leads to what is declared for one.
+        endings = frozenset[int]() if how in ALLOWED else frozenset(self.drawn.recovery)
+        counted: list[dict[str, float]] = []
+        count = lambda: counted.append(work(self.svvs, endings))  # noqa: E731
+        if how == "ctrl_c":
+            self._press(given, at_ms, count)
+        else:
+            vi = self.drawn.verb.new_instance(*given)
+            vi.start(**({"time_limit": f"{at_ms} ms"} if how == "time_limit" else {}))
+            cell.advance(f"{at_ms} ms")
+            if how == "device_lost" and slide is not None:
+                cell.advance(until=lambda: slide.state == "fault", within="20 ms")
+            if how == "device_lost" or not vi.done:
+                count()
+                tell(self.rig, vi, how, slide)
+            cell.advance("40 ms")
+            assert vi.report is not None, where
+            expected = ALLOWED.get(how, {"halted", "stopped", "completed"})
+            if how == "device_lost" and vi.report.condition == "enough":
+                # It had ended before.
+                counted.clear()
+            assert not counted or vi.report.condition in expected, (where, vi.report)
+            vi.delete()
+        for _ in range(2):
+            cell.advance("20 ms")
+            assert not counted or work(self.svvs, endings) == counted[0], where
+            if how == "emergency_stop":
+                cell.reset()
+        self.told[how] += len(counted)
+
+    def try_close(self) -> bool:
+        """Starts it and closes the system while it runs; false if it had ended before. Its report tells the way to its end."""
+        at_ms = self.rng.randint(0, 25) + 0.5
+        slide = [self.slides.ready("close", at_ms)] if self.slides and self.drawn.uses_a_device else []
+        vi = self.drawn.verb.new_instance(*slide, *arguments_of(self.drawn.verb, self.svvs)).start()
+        self.rig.cell.advance(f"{at_ms} ms")
+        if vi.done:
+            return False
+        self.rig.cell.close()
+        where = f"seed {self.seed}, closed at {at_ms} ms: {vi.report}, {vi.report and vi.report.way}: {self.drawn.verb!r}"
+        assert vi.report is not None and vi.report.condition in {"halted", "stopped", "completed"}, where
+        conditions = [passed.condition for passed in vi.report.way]
+        begun = conditions.index("halted") + 1 if "halted" in conditions else len(conditions)
+        lists = [passed.command_list for passed in vi.report.way[begun:]] + ([vi.report.command_list] if "halted" in conditions else [])
+        recovery = tuple(f"leaf{number}" for number in self.drawn.recovery)
+        labels = self.labels()
+        assert all(name.endswith("stop") or labels[name.rpartition(".")[0]] in recovery for name in lists), where
+        return True
+
+    def labels(self) -> dict[str, str]:
+        """The leaf behind each label of a list, `a.b.r`."""
+        found: dict[str, str] = {}
+
+        def walk(verb: Leaf, label: str) -> None:
+            if not verb.parts:
+                found[label] = verb.name
+            for name, part in verb.parts.items():
+                walk(part, f"{label}.{name}" if label else name)
+
+        walk(self.drawn.verb, "")
+        return found
+
+    def _press(self, given: Sequence[Any], at_ms: float, told: Callable[[], None]) -> None:
+        with ctrl_c_after(self.rig.cell, f"{at_ms} ms", told):
+            try:
+                self.drawn.verb(*given)
+            except KeyboardInterrupt:
+                return
+
+
+def drawn_trial(rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, slides: Slides | None = None) -> Trial | None:
+    """A random composition, with devices if there are slides; none that the model refuses."""
+    try:
+        trial = Trial(rig, svvs, seed, slides)
+        slide = [slides.holds] if slides and trial.drawn.uses_a_device else []
+        trial.drawn.verb.new_instance(*slide, *arguments_of(trial.drawn.verb, svvs)).delete()
+    except gpac.Error:
+        return None
+    return trial

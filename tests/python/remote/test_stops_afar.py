@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A program that is cut off in the middle of a random composition: it is halted, and nothing of it begins any more."""
+
+from __future__ import annotations
+
+import datetime
+
+import opengpac as gpac
+from afar import until
+from daemons import Daemon
+from drawn_compositions import Trial, drawn_trial, of_svvs, work
+from rig import Rig
+
+TRIED = 10
+"""Compositions that are cut off while they run."""
+
+
+class FarRig(Rig):
+    """The rig of a program that comes to what others made."""
+
+    def __init__(self, cell: gpac.System, built: dict[str, str]) -> None:
+        self.cell, self.built, self._modules = cell, built, {}
+        self.fast = cell.sources["rtp0.fast"]
+
+
+def cut_off(trial: Trial, watcher: gpac.System) -> bool:
+    """Starts it and cuts its program off while it runs; false if it had ended before."""
+    operator = trial.rig.cell
+    assert operator.session is not None and watcher.session is not None
+    at_ms = trial.rng.randint(0, 25) + 0.5
+    vi = trial.drawn.verb.new_instance(*(trial.svvs[name] for name in trial.drawn.verb.instantiation_parameters)).start()
+    operator.advance(f"{at_ms} ms")
+    if vi.done:
+        return False
+    svvs = {name: watcher.svv(name) for name in trial.svvs}
+    counted = work(svvs, frozenset(trial.drawn.recovery))
+    name = operator.session.name
+    operator.session.abandon()
+    session = watcher.session
+    until(lambda: not any(line["name"] == name and line["alive"] for line in session.sessions), "the session is lost")
+    session.take_command()
+    where = f"seed {trial.seed}, cut off at {at_ms} ms: {trial.drawn.verb!r}"
+    for _ in range(2):
+        watcher.advance("20 ms")
+        assert work(svvs, frozenset(trial.drawn.recovery)) == counted, where
+    assert all(instance.state == "ended" for instance in watcher.instances), where
+    session.release_command()
+    return True
+
+
+def test_nothing_begins_in_a_composition_whose_program_was_cut_off(daemon: Daemon, built: dict[str, str]) -> None:
+    tried, seed = 0, datetime.date.today().toordinal() * 100_000
+    with gpac.connect(daemon.url, name="builder") as cell:
+        Rig(cell, built)
+    with gpac.connect(daemon.url, name="watcher", command=False) as watcher:
+        while tried < TRIED:
+            seed += 1
+            with gpac.connect(daemon.url, name=f"operator{seed}") as cell:
+                rig = FarRig(cell, built)
+                trial = drawn_trial(rig, of_svvs(rig), seed)
+                tried += trial is not None and cut_off(trial, watcher)
