@@ -6,6 +6,7 @@
 mod definitions;
 mod door;
 mod frames;
+mod heard;
 mod http;
 mod inside;
 mod leaving;
@@ -22,6 +23,7 @@ mod serve;
 mod site;
 mod slots;
 mod socket;
+mod strangers;
 mod stream;
 mod tls;
 mod told;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Accepting connections: as many as there are slots for, each with who is at its other end.
+use crate::heard::HeardStream;
 use crate::paced::PacedStream;
 use crate::rest::Rest;
-use crate::slots::{Doors, Origin, Slot, Slots};
+use crate::slots::{Doors, Slot, Slots};
+use crate::strangers::Origin;
 use crate::tls::{Tls, fingerprint};
 use axum::Router;
 use axum::body::Body;
@@ -17,7 +19,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::{TcpListener, TcpStream, UnixListener};
+use tokio::net::{TcpListener, TcpSocket, UnixListener};
 use tokio::runtime::Runtime;
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
@@ -26,6 +28,8 @@ use tower::ServiceExt;
 const IDLE_MAX: Duration = Duration::from_secs(60);
 /// Time for which the other end may take nothing of an answer.
 const TAKE_MAX: Duration = Duration::from_secs(10);
+/// Connections that wait to be accepted, where the operating system allows as many.
+const BACKLOG: u32 = 1024;
 /// The largest headers, bytes.
 const HEADERS_BYTES_MAX: usize = 16 << 10;
 /// Time for which accepting rests after it failed (no descriptors left).
@@ -43,12 +47,15 @@ impl Listener {
         let _inside = runtime.enter();
         Ok(Listener::Unix(UnixListener::from_std(listener)?))
     }
+}
 
-    pub fn tcp(runtime: &Runtime, listener: std::net::TcpListener, tls: Option<Arc<Tls>>) -> io::Result<Listener> {
-        listener.set_nonblocking(true)?;
-        let _inside = runtime.enter();
-        Ok(Listener::Tcp(TcpListener::from_std(listener)?, tls))
-    }
+/// Listens on TCP. Connections that came and were not accepted yet have room for a burst: one that finds none would come again after a second.
+pub(crate) fn bound(runtime: &Runtime, address: SocketAddr) -> io::Result<TcpListener> {
+    let _inside = runtime.enter();
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    socket.set_reuseaddr(true)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
 }
 
 /// Accepts connections as long as the runtime lives.
@@ -85,11 +92,13 @@ async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) 
     }
 }
 
-/// Accepts on TCP, where no connection waits: one that is not authenticated, and has not begun to speak, gives way to the next.
+/// Accepts on TCP, where no connection waits: where there are too many, one that is not authenticated gives way to the next.
 async fn accept_tcp(listener: TcpListener, tls: Option<Arc<Tls>>, router: Router, slots: Arc<Slots>) {
     loop {
         match listener.accept().await {
             Ok((stream, from)) => {
+                // One that is gone already ends as soon as it is read.
+                let _gone = stream.set_nodelay(true);
                 let slot = slots.enter(from.ip());
                 let served = greet(stream, from, tls.as_ref().map(|tls| tls.acceptor()), router.clone(), slot.clone());
                 tokio::spawn(within(slot, served));
@@ -107,14 +116,15 @@ async fn within(slot: Arc<Slot>, served: impl Future<Output = ()>) {
     }
 }
 
-/// Serves one connection of TCP, after its handshake where there is TLS.
-async fn greet(stream: TcpStream, from: SocketAddr, acceptor: Option<TlsAcceptor>, router: Router, slot: Arc<Slot>) {
-    // One that is gone already ends as soon as it is read.
-    let _gone = stream.set_nodelay(true);
-    // A connection that breaks before it says anything ends as soon as it is read.
-    if stream.peek(&mut [0]).await.is_ok_and(|bytes| bytes > 0) {
-        slot.spoke();
-    }
+/// Serves one connection of the network, after its handshake where there is TLS.
+async fn greet<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
+    stream: S,
+    from: SocketAddr,
+    acceptor: Option<TlsAcceptor>,
+    router: Router,
+    slot: Arc<Slot>,
+) {
+    let stream = HeardStream { stream, slot: Some(slot.clone()) };
     let Some(acceptor) = acceptor else { return serve(stream, Peer::Tcp { from }, router, Some(slot)).await };
     // A client that does not speak TLS, or whose certificate is not known, is told by TLS itself.
     let Ok(stream) = acceptor.accept(stream).await else { return };
@@ -152,9 +162,12 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, pe
 }
 
 #[cfg(test)]
+mod knocking;
+
+#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::slots::STRANGER_MAX;
+    use crate::strangers::STRANGER_MAX;
     use std::net::IpAddr;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 

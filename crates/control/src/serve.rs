@@ -254,14 +254,14 @@ impl Server {
                 let class = if why.kind() == ErrorKind::AddrInUse { Class::InUse } else { Class::DefinitionError };
                 vec![Refusal::new(class, format!("cannot listen on '{address}': {why}")).remedy("take another port, or 0 for any that is free")]
             };
-            let listener = std::net::TcpListener::bind(address).map_err(cannot)?;
+            let listener = listen::bound(runtime, address).map_err(cannot)?;
             let scheme = if tls.is_some() { "https" } else { "http" };
             let url = format!("{scheme}://{}", listener.local_addr().map_err(cannot)?);
             let fragment = token.map(|token| format!("#token={token}")).unwrap_or_default();
             studio = door.page.is_some().then(|| format!("{url}/{fragment}"));
             spoken.clone_from(&tls);
             addresses.push(url);
-            listeners.push(Listener::tcp(runtime, listener, tls).map_err(failed)?);
+            listeners.push(Listener::Tcp(listener, tls));
         }
         let router = crate::http::router(door.clone());
         for listener in listeners {

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import signal
 import sys
 import time
@@ -18,6 +19,7 @@ from ..errors import CallError, FileFailed, refusals, refuse
 from ..studio import offered_motions, server
 from ..system import open_systems, programs, system
 
+_DESCRIPTORS = 8192
 _ROLES = ("observe", "operate", "configure", "download")
 _DAY_S = 86_400
 
@@ -82,6 +84,7 @@ def _rts(given: argparse.Namespace) -> int:
         hung_up.clear()
         return asked
 
+    _take_descriptors()
     # It is the system that others connect to.
     os.environ.pop("OPENGPAC_SYSTEM", None)
     # Remote programs bring their models, and leave out where the library lies: that is of this machine.
@@ -106,6 +109,14 @@ def _rts(given: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         pass
     return 0
+
+
+def _take_descriptors() -> None:
+    """Takes as many descriptors as a crowd of clients needs, as far as this process may."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = _DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, _DESCRIPTORS)
+    if soft not in (resource.RLIM_INFINITY, hard) and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
 
 
 def _tell(text: str) -> None:

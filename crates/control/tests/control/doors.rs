@@ -53,6 +53,83 @@ fn strangers_who_say_nothing_keep_nobody_out() {
     drop(rig);
 }
 
+/// Half of the connections for which this process has descriptors, both ends being its own; at most so many.
+fn affordable(most: usize) -> usize {
+    let limits = std::fs::read_to_string("/proc/self/limits").expect("limits");
+    let files = limits.lines().find_map(|line| line.strip_prefix("Max open files")?.split_whitespace().next()?.parse::<usize>().ok());
+    files.map_or(most, |files| most.min(files / 4))
+}
+
+/// A served system with TLS at this address, and what its clients trust.
+fn with_tls(listen: &str, token: &mut String) -> (Rig, std::net::SocketAddr, tokio_rustls::TlsConnector) {
+    let key = rcgen::generate_simple_self_signed(["localhost".to_owned()]).expect("a certificate");
+    let rig = Rig::with("virtual", |options, folder| {
+        let (tokens, certificate, secret) = (folder.file("tokens.json"), folder.file("cert.pem"), folder.file("key.pem"));
+        *token = tokens::add(&tokens, "panel", Role::Operate, None).expect("a token");
+        std::fs::write(&certificate, key.cert.pem()).expect("room");
+        std::fs::write(&secret, key.key_pair.serialize_pem()).expect("room");
+        std::fs::set_permissions(&secret, std::os::unix::fs::PermissionsExt::from_mode(0o600)).expect("it is ours");
+        (options.listen, options.tokens) = (Some(listen.to_owned()), Some(tokens));
+        (options.tls_cert, options.tls_key) = (Some(certificate), Some(secret));
+    });
+    let address = rig.server.addresses()[1].strip_prefix("https://").expect("https").parse().expect("an address");
+    let mut roots = rustls::RootCertStore::empty();
+    roots.add(key.cert.der().clone()).expect("a certificate");
+    let provider = std::sync::Arc::new(rustls::crypto::ring::default_provider());
+    let client = rustls::ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions().expect("versions");
+    (rig, address, std::sync::Arc::new(client.with_root_certificates(roots).with_no_client_auth()).into())
+}
+
+/// Connects from this address of this machine.
+async fn connect_from(from: std::net::IpAddr, to: std::net::SocketAddr) -> std::io::Result<tokio::net::TcpStream> {
+    let socket = if from.is_ipv4() { tokio::net::TcpSocket::new_v4() } else { tokio::net::TcpSocket::new_v6() }?;
+    socket.bind((from, 0).into())?;
+    socket.connect(to).await
+}
+
+/// Asks for the time as a panel with TLS does.
+async fn time_asked(stream: tokio::net::TcpStream, connector: tokio_rustls::TlsConnector, token: &str) -> String {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let name = rustls::pki_types::ServerName::try_from("localhost").expect("a name");
+    let Ok(mut stream) = connector.connect(name, stream).await else { return "no handshake".to_owned() };
+    let head = format!("POST /v1/call/now HTTP/1.1\r\nhost: localhost\r\nauthorization: Bearer {token}\r\ncontent-length: 0\r\n\r\n");
+    let mut answer = [0; 1024];
+    let asked = stream.write_all(head.as_bytes()).await;
+    let length = if asked.is_ok() { stream.read(&mut answer).await.unwrap_or(0) } else { 0 };
+    String::from_utf8_lossy(&answer[..length]).into_owned()
+}
+
+#[test]
+fn panels_with_tls_get_in_while_strangers_of_hundreds_of_addresses_have_begun_handshakes() {
+    use tokio::io::AsyncWriteExt;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().expect("a runtime");
+    for listen in ["127.0.0.1:0", "[::1]:0"] {
+        let mut token = String::new();
+        let (rig, address, connector) = with_tls(listen, &mut token);
+        let stranger = |number: usize| match address.ip() {
+            std::net::IpAddr::V4(_) => std::net::IpAddr::from([127, 1, (number >> 8) as u8, number as u8]),
+            loopback => loopback,
+        };
+        runtime.block_on(async {
+            let mut strangers = Vec::new();
+            for number in 0..affordable(500) {
+                let mut stream = connect_from(stranger(number), address).await.expect("it listens");
+                // Half of them have begun a handshake. Those that gave way are gone.
+                if number % 2 == 0 {
+                    let _gone = stream.write_all(&[22, 3, 1, 2, 0]).await;
+                }
+                strangers.push(stream);
+                if number % 25 == 24 {
+                    let panel = connect_from(stranger(10_000 + number), address).await.expect("it listens");
+                    let answer = time_asked(panel, connector.clone(), &token).await;
+                    assert!(answer.starts_with("HTTP/1.1 200"), "{listen}, {number} strangers: '{answer}'");
+                }
+            }
+        });
+        drop(rig);
+    }
+}
+
 #[test]
 fn a_caller_has_so_many_connections_and_an_emergency_stop_one_more() {
     let (_rig, address, [line, panel]) = on_a_port(["line", "panel"]);
