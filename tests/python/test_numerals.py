@@ -99,6 +99,42 @@ def test_arrays_tensors_and_tables_are_lists_of_numbers() -> None:
     assert encoding.plain(record) == encoding.plain(record[()]) == {"a": 1.0, "b": 2}
 
 
+class Series:
+    """A column as pandas has it: no sequence, with a length, numbers and labels."""
+
+    ndim = 1
+
+    def __init__(self, data: Any) -> None:
+        self.data = np.asarray(data, dtype=float)
+
+    def to_numpy(self) -> np.ndarray:
+        return self.data
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def __iter__(self) -> Iterator[float]:
+        return iter(self.data)
+
+
+@pytest.mark.parametrize("of", [np.array, Tensor, Series])
+def test_several_numbers_of_an_arm_are_taken(of: Callable[[Any], Any]) -> None:
+    arm = gpac.robots.load("ur5e", clock="virtual")
+    with arm.system:
+        arm.enable()
+        home, pose = np.array(arm.values("home")), np.array([*arm.pose()])
+        arm.payload = gpac.robots.Payload(of(1.0) if of is not Series else 1.0, of([0.0, 0.0, 0.1]))
+        assert arm.payload == gpac.robots.Payload(1.0, (0.0, 0.0, 0.1))
+        arm.max_acceleration = of(np.full(6, 3.0))
+        assert arm.values("max_acceleration") == [3.0] * 6
+        assert gpac.motion.move_absolute(arm, of(home + 0.05)).condition == "arrived"
+        assert gpac.motion.move_linear(arm, of(pose)).condition == "arrived"
+        assert np.allclose(arm.inverse(of(pose), near=of(home)), home, atol=1e-6)
+        assert arm.forward(of(home)) == arm.forward(home.tolist())
+        arm.tool = of([0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0])
+        assert gpac.Pose(of([0.1, 0.2, 0.3])) == gpac.Pose((0.1, 0.2, 0.3))
+
+
 def test_behind_a_mask_there_is_no_number() -> None:
     whole = np.ma.array([1.0, 2.0])
     assert encoding.plain(whole) == [1.0, 2.0] and encoding.plain(np.ma.array(3.0)) == 3.0

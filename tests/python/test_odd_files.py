@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 import os
 import random
 import re
@@ -84,7 +85,68 @@ def nested(chance: random.Random, content: bytes) -> bytes:
     return content[:at] + b"<link>" * depth + b"</link>" * depth + content[at:]
 
 
-DAMAGES: list[Callable[[random.Random, bytes], bytes]] = [turned, cut, twice, without, nonsense, nonsense, nested]
+NUMBER = rb"[-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?"
+READ = {
+    ".urdf": (
+        rb"<(?:origin|axis|mass|inertia|box|cylinder|sphere|mesh|dynamics|mimic)\b[^<>]*>",
+        rb"xyz|rpy|value|ixx|iyy|izz|ixy|ixz|iyz|size|radius|length|scale|damping|friction|multiplier|offset",
+    ),
+    ".xml": (
+        rb"<(?:body|joint|geom|site|inertial|motor|general|position|key|option|default)\b[^<>]*>",
+        rb"pos|quat|size|fromto|axis|range|damping|armature|frictionloss|mass|diaginertia|gear|ctrlrange|forcerange|qpos|timestep|gravity",
+    ),
+    ".srdf": (rb"<joint\b[^<>]*>", rb"value"),
+}
+"""By kind of file, the elements and attributes with numbers that are read."""
+BEYOND = ["nan", "inf", "-inf", "1e30", "-1e30"]
+"""Numbers that nothing has."""
+
+
+def beyond(chance: random.Random, content: bytes) -> bytes:
+    """A number is one that nothing has."""
+    seen = re.sub(rb"<!--.*?-->", lambda comment: b" " * len(comment[0]), content, flags=re.DOTALL)
+    tags, words = READ[".srdf" if b"<group" in seen else ".urdf" if b"<robot" in seen else ".xml"]
+    values = [
+        (tag.start() + value.start(1), tag.start() + value.end(1))
+        for tag in re.finditer(tags, seen)
+        for value in re.finditer(rb"\b(?:" + words + rb')="\s*((?:' + NUMBER + rb'\s*)+)"', tag[0])
+    ]
+    first, last = chance.choice(values)
+    numbers = content[first:last].split()
+    numbers[chance.randrange(len(numbers))] = chance.choice(BEYOND).encode()
+    return content[:first] + b" ".join(numbers) + content[last:]
+
+
+def hung(chance: random.Random, content: bytes) -> bytes:
+    """A joint of a URDF file joins other links: some on themselves, on two joints or in a circle."""
+    ends = [*re.finditer(rb'<(?:parent|child)\s+link="([^"]*)"', content)] or [*re.finditer(rb'<joint\b[^<>]*\bname="([^"]*)"', content)]
+    changed, other = chance.choice(ends), chance.choice(ends)
+    return content[: changed.start(1)] + other[1] + content[changed.end(1) :]
+
+
+def led(chance: random.Random, content: bytes) -> bytes:
+    """A joint of a URDF file follows another one, itself, or one that is not there."""
+    names = re.findall(rb'<joint\b[^<>]*\bname="([^"]*)"', content)
+    ends = [*re.finditer(rb"<child\b[^<>]*/>", content)]
+    if not names or not ends:
+        return hung(chance, content)
+    at = chance.choice(ends).end()
+    return content[:at] + b'<mimic joint="' + chance.choice([*names, b"nobody"]) + b'"/>' + content[at:]
+
+
+DAMAGES: list[Callable[[random.Random, bytes], bytes]] = [
+    turned,
+    cut,
+    twice,
+    without,
+    nonsense,
+    nonsense,
+    nested,
+    beyond,
+    beyond,
+    hung,
+    led,
+]
 
 
 SYNTAX = re.compile(r"not XML|XML [Pp]arse|XML_ERROR|is no text|UTF-8")
@@ -154,5 +216,9 @@ def test_an_odd_file_loads_or_says_what_and_where(number: int, tmp_path: Path, m
             sentence = said.replace(f"at {__file__}", "").replace(str(file), "").replace(str(tmp_path), "")
             assert names_the_place(sentence, *(text.decode(errors="replace") for text in (whole, content))), told
             return
+        texts = [text.decode(errors="replace") for text in (whole, content)]
+        told = f"{damage.__name__} of {original.name}, seed {FIRST + number}: {arm.notes}"
+        assert damage is not beyond or any(names_the_place(note, *texts) for note in arm.notes), told
         with arm.system:
             arm.system.advance("10 ms")
+            assert all(map(math.isfinite, arm.values("home")))

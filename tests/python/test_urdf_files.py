@@ -78,6 +78,50 @@ PUT_RIGHT = {
         {"limit": LIMIT.replace('upper="2"', 'upper="99999999999"')},
         r"arm.urdf:3: the range of joint 'turn' is -2 to 1e\+11: it turns or slides without end",
     ),
+    "an infinite range": (
+        {"limit": LIMIT.replace('upper="2"', 'upper="inf"')},
+        r"arm.urdf:3: the range of joint 'turn' is -2 to inf: it turns or slides without end",
+    ),
+    "an effort that is no limit": (
+        {"limit": LIMIT.replace('effort="100"', 'effort="1e30"')},
+        r"arm.urdf:3: joint 'turn' has an effort of 1e\+30, which is no limit: its motor has none",
+    ),
+    "a speed that no joint has": (
+        {"limit": LIMIT.replace('velocity="2"', 'velocity="1e-30"')},
+        r"arm.urdf:3: joint 'turn' has a maximum speed of 1e-30, which no joint has: it is left out",
+    ),
+    "a damping below zero": (
+        {"limit": LIMIT + '<dynamics damping="-1"/>'},
+        r"arm.urdf:3: joint 'turn' has a damping of -1: its absolute value is taken",
+    ),
+    "a friction below zero": (
+        {"limit": LIMIT + '<dynamics friction="-1"/>'},
+        r"arm.urdf:3: joint 'turn' has a friction of -1: its absolute value is taken",
+    ),
+    "a radius below zero": (
+        {"shape": BOX.replace('<box size="0.1 0.1 0.1"/>', '<sphere radius="-0.1"/>')},
+        r"""arm.urdf:4: a <collision> of link 'upper' is left out: its <sphere> has radius="-0.1", and a size is above 0""",
+    ),
+    "no radius": (
+        {"shape": BOX.replace('<box size="0.1 0.1 0.1"/>', "<sphere/>")},
+        r"arm.urdf:4: a <collision> of link 'upper' is left out: its <sphere> has no radius",
+    ),
+    "commas": (
+        {"inertial": INERTIAL.replace('xyz="0.2 0 0"', 'xyz="0.2, 0, 0"')},
+        r"""arm.urdf:4: xyz="0.2, 0, 0" of <origin> of link 'upper' separates its numbers by commas""",
+    ),
+    "a number too many": (
+        {"inertial": INERTIAL.replace('xyz="0.2 0 0"', 'xyz="0.2 0 0 1"')},
+        r"""arm.urdf:4: xyz="0.2 0 0 1" of <origin> of link 'upper' has 4 numbers, and the first 3 are taken""",
+    ),
+    "one scale": (
+        {"shape": MESH.format("cube.obj").replace('"/>', '" scale="0.1"/>')},
+        r"""arm.urdf:4: scale="0.1" of <mesh> of link 'upper' has one number, which is taken for all directions""",
+    ),
+    "a follower of nobody": (
+        {"more": MORE.format(name="fold", kind="revolute", inside='<mimic joint="gone"/>')},
+        r"arm.urdf:5: joint 'fold' mimics joint 'gone', which is not in the file: it stands still",
+    ),
     "one name twice": (
         {"more": MORE.format(name="turn", kind="revolute", inside="")},
         r"arm.urdf:5: a second joint 'turn' is called 'turn_2'",
@@ -89,6 +133,7 @@ PUT_RIGHT = {
 def test_what_no_arm_can_have_is_put_right_and_told(tmp_path: Path, kind: str) -> None:
     parts, note = PUT_RIGHT[kind]
     (tmp_path / "odd.obj").write_text("v 0 0 0\n")
+    (tmp_path / "cube.obj").write_text(CUBE_OBJ)
     file = arm(tmp_path, **parts)
     converted = urdf.convert(file)
     assert any(re.search(note, told) for told in converted.notes), converted.notes
@@ -104,6 +149,8 @@ def test_what_no_arm_can_have_is_put_right_and_told(tmp_path: Path, kind: str) -
 
 
 WHOLE = ARM.format(limit=LIMIT, inertial=INERTIAL, shape="", more="")
+TWO = ARM.format(limit=LIMIT, inertial=INERTIAL, shape="", more=MORE.format(name="fold", kind="revolute", inside=""))
+THIRD = '<joint name="third" type="revolute"><parent link="{}"/><child link="{}"/><axis xyz="0 1 0"/>' + LIMIT + "</joint></robot>"
 REFUSED = {
     "no XML": ("<robot", r"arm.urdf:1: this is not XML: unclosed token"),
     "another root": ("<sdf/>", r"begins with <sdf>, not with <robot>"),
@@ -111,7 +158,46 @@ REFUSED = {
         WHOLE.replace('child link="upper"', 'child link="uper"'),
         r"arm.urdf:3: the child link of joint 'turn' is 'uper'",
     ),
-    "a number that is none": (WHOLE.replace('upper="2"', 'upper="2 rad"'), r'arm.urdf:3: upper="2 rad" of <limit> is not a number'),
+    "a number that is none": (
+        WHOLE.replace('velocity="2"', 'velocity="fast"'),
+        r"""arm.urdf:3: velocity="fast" of <limit> of joint 'turn' is not a number; write a number there""",
+    ),
+    "no number": (
+        WHOLE.replace('effort="100"', 'effort="nan"'),
+        r"""arm.urdf:3: effort="nan" of <limit> of joint 'turn' is not a number""",
+    ),
+    "a mass that nothing has": (
+        WHOLE.replace('mass value="2"', 'mass value="1e30"'),
+        r"""arm.urdf:4: value="1e30" of <mass> of link 'upper' is above 1,000,000 kg, which nothing has; check its unit""",
+    ),
+    "an inertia that nothing has": (
+        WHOLE.replace('ixx="0.01"', 'ixx="1e30"'),
+        r"""ixx="1e30" of <inertia> of link 'upper' is above 1,000""",
+    ),
+    "a place that nothing has": (
+        WHOLE.replace('xyz="0.2 0 0"', 'xyz="0.2 0 inf"'),
+        r"""arm.urdf:4: xyz="0.2 0 inf" of <origin> of link 'upper' is not 3 numbers; write 3 numbers there""",
+    ),
+    "a mimic of itself": (
+        WHOLE.replace(LIMIT, LIMIT + '<mimic joint="turn"/>'),
+        r"arm.urdf:3: joint 'turn' mimics itself; name the joint that it follows, or leave <mimic> out",
+    ),
+    "a circle of mimics": (
+        TWO.replace(LIMIT, LIMIT + '<mimic joint="fold"/>').replace('effort="50" velocity="1"/>', 'effort="50"/><mimic joint="turn"/>'),
+        r"arm.urdf:3: joints 'turn', 'fold' mimic each other: nobody leads; leave the <mimic> of one of them out",
+    ),
+    "two parents": (
+        TWO.replace("</robot>", THIRD.format("base", "fore")),
+        r"arm.urdf:6: link 'fore' hangs on two joints, 'fold' \(line 5\) and 'third': links are a tree; leave one of the joints out",
+    ),
+    "a circle": (
+        TWO.replace("</robot>", THIRD.format("fore", "base")),
+        r"arm.urdf:3: joints 'turn', 'third', 'fold' are a circle: none of their links stands on the base; leave one of them out",
+    ),
+    "a link on itself": (
+        TWO.replace('parent link="upper"', 'parent link="fore"'),
+        r"arm.urdf:5: joint 'fold' joins link 'fore' to itself; name the link that it hangs on as its parent",
+    ),
     "an axis of no length": (WHOLE.replace("0 1 0", "0 0 0", 1), r"the axis of joint 'turn' is 0 0 0"),
     "an unknown kind": (WHOLE.replace("revolute", "hinge"), r"joint 'turn' is of type 'hinge'"),
     "two links of a name": (WHOLE.replace("</robot>", '<link name="upper"/></robot>'), r"there are two links 'upper'"),
@@ -124,6 +210,32 @@ def test_what_has_no_meaning_is_refused_with_its_place(tmp_path: Path, kind: str
     (tmp_path / "arm.urdf").write_text(text)
     with pytest.raises(gpac.DeviceFailed, match=problem):
         robots.load(tmp_path / "arm.urdf", clock="virtual")
+
+
+def test_a_follower_of_a_fixed_joint_stands_where_that_puts_it(tmp_path: Path) -> None:
+    """The elbow is held at 0.5 rad by its range, its follower at twice that; MuJoCo would let the follower swing."""
+    follower = (
+        '<joint name="tip" type="revolute"><parent link="fore"/><child link="hand"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/>'
+        '<mimic joint="fold" multiplier="2" offset="0.25"/>' + LIMIT + '</joint><link name="hand">' + INERTIAL + "</link>"
+    )
+    more = MORE.format(name="fold", kind="revolute", inside="").replace('lower="-1" upper="1"', 'lower="0.5" upper="0.5"') + follower
+    with pytest.warns(UserWarning, match=r"joint 'tip' mimics 'fold', which is fixed: it stands still at 1.25"):
+        loaded = robots.load(arm(tmp_path, more=more), clock="virtual", name="held")
+    with loaded.system:
+        assert [joint.short_name for joint in loaded] == ["turn"]
+        half = (0.5 + 1.25) / 2.0
+        flange = [0.4 + 0.4 * np.cos(0.5), 0.0, -0.4 * np.sin(0.5), np.cos(half), 0.0, np.sin(half), 0.0]
+        assert np.allclose([*loaded.forward([0.0])], flange, atol=1e-6)
+
+
+@pytest.mark.parametrize("before", ["\n", "<!-- exported -->\n"])
+def test_a_declaration_that_does_not_come_first_and_a_zero_at_the_end_are_no_obstacle(tmp_path: Path, before: str) -> None:
+    file = tmp_path / "arm.urdf"
+    file.write_text(f'{before}<?xml version="1.0"?>\n{WHOLE}\0')
+    assert urdf.convert(file).notes == ()
+    file.write_text(file.read_text().replace('effort="100"', 'effort="much"'))
+    with pytest.raises(gpac.DeviceFailed, match=r"arm.urdf:5: effort"):
+        urdf.convert(file)
 
 
 def test_prefixes_that_nobody_declared_and_plugins_are_no_obstacle(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ Packages are downloaded once, to `out/robots`, and unpacked, not installed. No f
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import re
@@ -15,6 +16,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -25,6 +27,8 @@ from opengpac.robots.catalogue import ELSEWHERE, KNOWN, OWN, Named
 HERE = Path(__file__).parent
 TOP = HERE.parents[1]
 PLACE = TOP / "out" / "robots"
+FOUND = PLACE / "found.jsonl"
+"""Results of trials, a line each; the last one of a name counts."""
 PAGE = TOP / "docs" / "robots.md"
 PICTURES = TOP / "docs" / "robots"
 SECONDS = 1800
@@ -32,34 +36,45 @@ SECONDS = 1800
 
 
 def main() -> None:
-    """Tries every file, or those whose package or path contains a word of the command line; of all, the page is written."""
+    """Tries every file, or those whose package or path contains a word of the command line; the page is written of the last trial of each.
+
+    `--page` alone tries none.
+    """
     words = sys.argv[1:]
     packages = tomllib.loads((HERE / "files.toml").read_text())
-    wanted = [
-        (package, about["version"], about["folder"], file)
-        for package, about in packages.items()
-        for file in about["files"]
-        if not words or any(word in f"{package}/{file}" for word in words)
-    ]
-    files = [unpacked(package, version) / folder / file for package, version, folder, file in wanted]
+    every = [(package, about["version"], about["folder"], file) for package, about in packages.items() for file in about["files"]]
+    files = [of for of in every if not words or any(word in f"{of[0]}/{of[3]}" for word in words)]
     arms = [arm for arm in KNOWN.values() if not words or any(word in arm.name for word in words)]
-    # An unpacked package is found as an installed one is.
-    places = [None if arm.package.name == OWN else places_of(arm) for arm in arms]
-    named, rows = [], []
-    drawings = [picture(package, file) for package, _, _, file in wanted]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for arm, found in zip(arms, pool.map(tried, [arm.name for arm in arms], places), strict=True):
-            named.append((arm, found))
-            print(f"{arm.name:20} {arm.package.name:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
-        for (package, version, _, file), found in zip(wanted, pool.map(tried, files, [None] * len(files), drawings), strict=True):
-            rows.append((f"{package} {version}", file, found))
-            print(f"{package:20} {file:60} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
-    if not words:
-        PICTURES.mkdir(exist_ok=True)
-        for arm, found in named:
-            (PICTURES / f"{arm.name}.svg").write_text(sketch.drawn(arm.name, found["sketch"]))
-        PAGE.write_text(page(named, rows))
-        print(f"{PAGE.relative_to(TOP)} is written")
+    tries: dict[str, Callable[[], dict[str, Any]]] = {}
+    for arm in arms:
+        # An unpacked package is found as an installed one is.
+        places = None if arm.package.name == OWN else places_of(arm)
+        tries[arm.name] = functools.partial(tried, arm.name, places)
+    for package, version, folder, file in files:
+        path = unpacked(package, version) / folder / file
+        tries[f"{package} {version}/{file}"] = functools.partial(tried, path, None, picture(package, file))
+    FOUND.parent.mkdir(parents=True, exist_ok=True)
+    with ThreadPoolExecutor(os.cpu_count()) as pool, FOUND.open("a") as kept:
+        for name, found in zip(tries, pool.map(lambda attempt: attempt(), tries.values()), strict=True):
+            print(f"{name:80} {found['joints']:2} joints  {found['why'] or 'arrives'}", flush=True)
+            kept.write(json.dumps({"name": name, **found}) + "\n")
+            kept.flush()
+    write_page(every)
+
+
+def write_page(files: list[tuple[str, str, str, str]]) -> None:
+    """Writes the page and the drawings of the arms known by name, where each of them and each file has been tried."""
+    last = {found["name"]: found for found in map(json.loads, FOUND.read_text().splitlines())}
+    rows = [(f"{package} {version}", file, last.get(f"{package} {version}/{file}")) for package, version, _, file in files]
+    missing = [name for name in KNOWN if name not in last] + [f"{package}/{file}" for package, file, found in rows if found is None]
+    if missing:
+        print(f"{PAGE.relative_to(TOP)} is as it was: not tried are {', '.join(missing)}")
+        return
+    PICTURES.mkdir(exist_ok=True)
+    for arm in KNOWN.values():
+        (PICTURES / f"{arm.name}.svg").write_text(sketch.drawn(arm.name, last[arm.name]["sketch"]))
+    PAGE.write_text(page([(arm, last[arm.name]) for arm in KNOWN.values()], [(of, file, found) for of, file, found in rows if found]))
+    print(f"{PAGE.relative_to(TOP)} is written")
 
 
 def unpacked(package: str, version: str) -> Path:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
@@ -14,6 +15,7 @@ from ..errors import CallError, UnknownName, did_you_mean, refuse
 from ..refusals.argument_types import all_taking
 from ..refusals.declared_names import Declared
 from ..system.svvs import rows_of
+from ..values.encoding import plain
 from ..values.numbers import number
 from ..values.quantities import Quantity, optional_ns
 from ..values.tables import Shown, Table, identifiers
@@ -146,6 +148,7 @@ class Group(Shown, Declared, Argument, Generic[D]):
             return [own.get(device.name, old) for device, old in zip(self._devices, before, strict=True)]
         if np.ndim(value) == 0:
             return [value] * len(self._devices)
+        value = plain(value, f"'{member}' of group '{self.name}'")
         if len(value) != len(self._devices):
             remedy = f"give one for all, one for each, or {{'{self.short_names[0]}': …}}"
             refuse(CallError, f"'{member}' of group '{self.name}' is given {len(value)} values for {len(self._devices)} devices", remedy)
@@ -166,7 +169,8 @@ class Group(Shown, Declared, Argument, Generic[D]):
     def short_names(self) -> list[str]:
         """Names of its devices in their order: of each the fewest last words that no other one ends in, `elbow`, or `left.elbow`."""
         names = [device.name for device in self._devices]
-        return [next((ending for ending in _endings(name) if sum(map(ending.__eq__, _all_endings(names))) == 1), name) for name in names]
+        counts = Counter(ending for name in names for ending in _endings(name))
+        return [next((ending for ending in _endings(name) if counts[ending] == 1), name) for name in names]
 
     def __iter__(self) -> Iterator[D]:
         return iter(self._devices)
@@ -226,10 +230,6 @@ def _endings(name: str) -> list[str]:
     """Returns the last word of a name, the last two, and so on."""
     words = name.split(".")
     return [".".join(words[-count:]) for count in range(1, len(words) + 1)]
-
-
-def _all_endings(names: list[str]) -> list[str]:
-    return [ending for name in names for ending in _endings(name)]
 
 
 def _short(value: Any) -> str:

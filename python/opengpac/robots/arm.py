@@ -18,7 +18,9 @@ from ..application.instances import VerbInstance
 from ..devices.groups import Group
 from ..errors import CallError, Error, NotEnabled, UnknownName, did_you_mean, refuse
 from ..values.configurations import Configuration
+from ..values.encoding import plain
 from ..values.frames import Pose
+from ..values.numbers import number
 from ..values.quantities import Quantity
 from .joints import Joint
 from .kinematics import Kinematics
@@ -45,12 +47,15 @@ class Payload:
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        items = library.payload_effort.items
+        items, centre = library.payload_effort.items, plain(self.centre, "the centre of mass of a payload")
         items["mass"].check(self.mass, "the mass of a payload")
-        if not isinstance(self.centre, Sequence | np.ndarray) or len(self.centre) != 3:
+        if not isinstance(centre, list) or len(centre) != 3:
             refuse(CallError, f"the centre of mass of a payload is {self.centre!r}", "give three coordinates in the flange's frame, m")
-        for coordinate in self.centre:
+        for coordinate in centre:
             items["centre"].check(coordinate, "the centre of mass of a payload")
+        # Plain numbers: payloads of arrays could not be compared.
+        object.__setattr__(self, "mass", number(self.mass))
+        object.__setattr__(self, "centre", tuple(centre))
 
 
 class Arm(Group[Joint]):

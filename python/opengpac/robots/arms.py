@@ -287,6 +287,9 @@ class _Model:
         is_simulated: bool,
         named: Named | None,
     ) -> Self:
+        for file in (arm, tool, scene):
+            if file is not None and not urdf.is_urdf(file):
+                mjcf.check_numbers(file)
         own, speeds, notes, held_back = None, {}, (), frozenset[str]()
         joints, converted = set[str](), None
         if urdf.is_urdf(arm):

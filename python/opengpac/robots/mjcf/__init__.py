@@ -13,7 +13,8 @@ import sys
 from pathlib import Path
 
 from ...errors import DeviceFailed, refuse
-from ..urdf.source import check_xml
+from .. import plausible
+from ..urdf.source import Source, check_xml, parsed
 
 _SURVEY = Path(__file__).parent / "survey.py"
 SECONDS_MAX = 60.0
@@ -38,3 +39,26 @@ def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str
         refuse(DeviceFailed, f"{file}: {found}", "mend it in the file")
     text, notes, held_back = found
     return text, tuple(f"{file.name}: {note}" for note in notes), frozenset(held_back)
+
+
+def check_numbers(file: Path) -> None:
+    """Refuses an MJCF file, or one that it includes, for a number that nothing can have; one that is no XML is left to its reader."""
+    seen: set[Path] = set()
+    waiting = [file]
+    while waiting:
+        found = _elements(one := waiting.pop())
+        seen.add(one)
+        if found is None:
+            continue
+        plausible.check_mjcf(found)
+        included = [include.get("file", "") for include in found.root.iter("include")]
+        # Older versions of MuJoCo look beside the whole file, newer ones beside the file that includes.
+        waiting += {folder / name for name in included for folder in (file.parent, one.parent)} - seen
+
+
+def _elements(file: Path) -> Source | None:
+    """Returns the elements of a file, nothing where it is not there or no XML."""
+    try:
+        return parsed(file, file.read_bytes(), "MJCF or URDF")
+    except (OSError, DeviceFailed):
+        return None

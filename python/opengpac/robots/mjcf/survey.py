@@ -57,13 +57,7 @@ def main(file: Path, is_whole: bool) -> None:
 
 
 def _impossible(spec: Any, model: Any) -> str | None:
-    """Returns a sentence about a number with which no simulation goes on: not finite, huge, or negative where only its size counts."""
-    for joint in [joint for joint in spec.joints if joint.type in _KINDS]:
-        dof = model.jnt_dofadr[joint.id]
-        numbers = {"armature": model.dof_armature[dof], "frictionloss": model.dof_frictionloss[dof]}
-        for word, number in numbers.items():
-            if not 0.0 <= number <= NUMBER_MAX:
-                return f"joint '{joint.name}' has {word} {number:g}: it is a number from 0"
+    """Returns a sentence about a mass or an inertia with which no simulation goes on, as it follows from sizes and densities."""
     for body in spec.bodies:
         if not 0.0 <= model.body_mass[body.id] <= NUMBER_MAX:
             return f"body '{body.name}' has mass {model.body_mass[body.id]:g} kg: it is a number from 0"

@@ -163,7 +163,7 @@ def _compiled(mujoco: Any, source: Source, selected: selection.Selection, pairs:
         except ValueError as error:
             if not meshes.leave_out(source, str(error)):
                 raise
-    if selected.home:
+    if any(name not in selected.still for name in selected.home):
         equipment.add_home(mujoco, spec, model, selected.home)
     equipment.collide(spec, source, pairs)
     equipment.tell_weak(source, spec.compile())

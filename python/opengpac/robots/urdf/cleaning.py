@@ -5,21 +5,27 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
+from . import numbers, structure
 from .source import Source
+from .structure import MOVING
 
 _READ = ("link", "joint", "mujoco")
 """What is taken from a file; materials, transmissions, plugins and `ros2_control` are not."""
-_MOVING = ("revolute", "continuous", "prismatic")
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _PRODUCTS = _MOMENTS[3:]
 
 BALL_M = 0.05
 """Radius of the ball whose inertia a link is given that has a mass alone, m."""
 _ONCE = ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "inertial", "mass", "inertia", "geometry")
-_SHAPES = ("box", "cylinder", "sphere", "mesh", "capsule")
 RANGE_MAX = 1e6
 """A range beyond this is none, rad or m."""
-_KINDS = (*_MOVING, "fixed", "floating", "planar")
+EFFORT_MAX = 1e9
+"""An effort beyond this is no limit, N.m or N."""
+SPEEDS = (1e-6, 1e6)
+"""A maximum speed outside these is none, rad/s or m/s."""
+_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",), "mesh": ()}
+"""The shapes, with the attributes that say how large they are."""
+_KINDS = (*MOVING, "fixed", "floating", "planar")
 
 
 def clean(source: Source) -> dict[str, float]:
@@ -30,6 +36,7 @@ def clean(source: Source) -> dict[str, float]:
     root = source.root
     for element in [element for element in root if element.tag not in _READ]:
         root.remove(element)
+    numbers.clean(source)
     for element in [*root.findall("joint"), *root.findall("link"), *root.findall("link/*")]:
         _drop_second(source, element)
     for geometry in root.iter("geometry"):
@@ -42,7 +49,9 @@ def clean(source: Source) -> dict[str, float]:
         speed = _clean_joint(source, joint, links)
         if speed > 0.0:
             speeds[joint.get("name", "")] = speed
-    moved = {child.get("link") for joint in root.findall("joint") if joint.get("type") in _MOVING for child in joint.findall("child")}
+    structure.check_tree(source)
+    structure.resolve_followers(source)
+    moved = {child.get("link") for joint in root.findall("joint") if joint.get("type") in MOVING for child in joint.findall("child")}
     for link in root.findall("link"):
         _clean_link(source, link, link.get("name") in moved)
     return speeds
@@ -62,7 +71,7 @@ def _drop_second(source: Source, element: ElementTree.Element) -> None:
 
 def _drop_second_shape(source: Source, geometry: ElementTree.Element) -> None:
     """Takes the first of several shapes: a geometry is one."""
-    first, *more = [part for part in geometry if part.tag in _SHAPES] or [None]
+    first, *more = [part for part in geometry if part.tag in _SIZES] or [None]
     for part in more:
         assert first is not None and part is not None
         source.note(f"a <geometry> has a <{part.tag}> behind its <{first.tag}>: the first is taken", part)
@@ -99,13 +108,12 @@ def _clean_joint(source: Source, joint: ElementTree.Element, links: set[str]) ->
         if link is None or link.get("link") not in links:
             found = "none" if link is None else f"'{link.get('link')}'"
             source.refuse(joint, f"the {end} link of joint '{name}' is {found}, which is not in the file", "name one of its links")
-    if kind not in _MOVING:
+    if kind not in MOVING:
         return 0.0
     axis = joint.find("axis")
     if axis is not None and not any(source.numbers(axis, "xyz", 3, "1 0 0")):
         source.refuse(axis, f"the axis of joint '{name}' is 0 0 0", "give it a direction")
-    if joint.find("mimic") is not None:
-        source.followers.add(name)
+    _clean_dynamics(source, joint)
     return _clean_limit(source, joint)
 
 
@@ -117,9 +125,11 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
             source.note(f"{kind} joint '{name}' has no limit: it turns or slides without end, with any effort", joint)
             _free(joint)
         return 0.0
-    low, high = (source.numbers(limit, bound, 1, "0")[0] for bound in ("lower", "upper"))
-    speed, effort = (source.numbers(limit, word, 1, "0")[0] for word in ("velocity", "effort"))
+    low, high = (source.numbers(limit, bound, 1, "0", is_finite=False)[0] for bound in ("lower", "upper"))
+    speed, effort = (source.numbers(limit, word, 1, "0", is_finite=False)[0] for word in ("velocity", "effort"))
     if kind == "continuous":
+        if max(abs(low), abs(high)) > RANGE_MAX:
+            source.note(f"continuous joint '{name}' has the range {low:g} to {high:g}: it has none", limit)
         limit.attrib.pop("lower", None)
         limit.attrib.pop("upper", None)
     elif max(abs(low), abs(high)) > RANGE_MAX:
@@ -134,15 +144,40 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
         source.note(f"{kind} joint '{name}' has no range: it turns or slides without end", limit)
         _free(joint)
     elif low == high:
-        source.note(f"the range of joint '{name}' is {low:g} to {high:g}: it is fixed there" + (", at its zero" if low else ""), limit)
-        joint.set("type", "fixed")
-        return 0.0
+        source.note(f"the range of joint '{name}' is {low:g} to {high:g}: it is fixed there", limit)
+        source.fixed[name] = low
     if effort < 0.0 or speed < 0.0:
         source.note(f"joint '{name}' has a negative limit: its absolute value is taken", limit)
-    if effort == 0.0:
-        source.note(f"joint '{name}' has no limit of effort: its motor has none", limit)
-    limit.set("effort", f"{abs(effort)}")
-    return abs(speed)
+    limit.set("effort", f"{_effort(source, limit, name, abs(effort))}")
+    return _speed(source, limit, name, abs(speed))
+
+
+def _effort(source: Source, limit: ElementTree.Element, joint: str, effort: float) -> float:
+    """The limit of effort of a joint, 0 for none."""
+    if 0.0 < effort <= EFFORT_MAX:
+        return effort
+    said = "no limit of effort" if effort == 0.0 else f"an effort of {effort:g}, which is no limit"
+    source.note(f"joint '{joint}' has {said}: its motor has none", limit)
+    return 0.0
+
+
+def _speed(source: Source, limit: ElementTree.Element, joint: str, speed: float) -> float:
+    """The maximum speed of a joint, 0 for none."""
+    low, high = SPEEDS
+    if speed == 0.0 or low <= speed <= high:
+        return speed
+    source.note(f"joint '{joint}' has a maximum speed of {speed:g}, which no joint has: it is left out", limit)
+    return 0.0
+
+
+def _clean_dynamics(source: Source, joint: ElementTree.Element) -> None:
+    """Takes the absolute value of damping and dry friction: below zero they would drive the joint."""
+    for dynamics in joint.findall("dynamics"):
+        for word in ("damping", "friction"):
+            value = source.numbers(dynamics, word, 1, "0")[0]
+            if value < 0.0:
+                source.note(f"joint '{joint.get('name')}' has a {word} of {value:g}: its absolute value is taken", dynamics)
+                dynamics.set(word, f"{-value}")
 
 
 def _free(joint: ElementTree.Element) -> None:
@@ -157,8 +192,12 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
     """
     inertial, name = link.find("inertial"), link.get("name", "")
     for shape in [*link.findall("visual"), *link.findall("collision")]:
-        if not any(shape.find(f"geometry/{kind}") is not None for kind in _SHAPES):
-            source.note(f"a <{shape.tag}> of link '{name}' has no shape, and is left out; it is one of {', '.join(_SHAPES)}", shape)
+        found = next((part for kind in _SIZES for part in shape.findall(f"geometry/{kind}")), None)
+        if found is None:
+            source.note(f"a <{shape.tag}> of link '{name}' has no shape, and is left out; it is one of {', '.join(_SIZES)}", shape)
+            link.remove(shape)
+        elif flat := _flat(found):
+            source.note(f"a <{shape.tag}> of link '{name}' is left out: its <{found.tag}> has {flat}, and a size is above 0", found)
             link.remove(shape)
     if inertial is None:
         if moves and link.find("collision") is None:
@@ -179,6 +218,17 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
         moment = 0.4 * kilograms * BALL_M**2
         element = ElementTree.SubElement(inertial, "inertia") if inertia is None else inertia
         element.attrib.update({word: f"{0.0 if word in _PRODUCTS else moment}" for word in _MOMENTS})
+
+
+def _flat(shape: ElementTree.Element) -> str:
+    """Returns the size of a shape that is not above 0, empty where all are."""
+    for word in _SIZES[shape.tag]:
+        text = shape.get(word)
+        if text is None:
+            return f"no {word}"
+        if min(float(value) for value in text.split()) <= 0.0:
+            return f'{word}="{text}"'
+    return ""
 
 
 def _is_possible(moments: list[float]) -> bool:

@@ -8,10 +8,8 @@ from dataclasses import dataclass
 
 from . import srdf
 from .source import Source
+from .structure import MOVING
 from .tree import Tree
-
-MOVING = ("revolute", "continuous", "prismatic")
-"""The types of joints that have one position."""
 
 
 @dataclass(frozen=True)
@@ -38,16 +36,18 @@ def select(source: Source, semantics: srdf.Semantics, initial: Mapping[str, floa
     """
     tree = Tree(source.root)
     moving = [name for name, joint in tree.joints.items() if joint.get("type") in MOVING]
-    driven = {name for name in moving if name not in source.followers and name not in semantics.passive}
+    fixed = {name: position for name, position in source.fixed.items() if name in moving}
+    driven = {name for name in moving if name not in source.followers and name not in semantics.passive and name not in fixed}
     if group is None:
         state, home = semantics.home_of(driven)
-        return Selection(frozenset(driven), frozenset(), frozenset(), _inside(source, tree, home or initial, state), state, "")
+        positions = {**_inside(source, tree, home or initial, state), **fixed}
+        return Selection(frozenset(driven), frozenset(), frozenset(fixed), positions, state, "")
     members = srdf.chosen(semantics, group, driven)
     state, home = semantics.home_of(members)
     hands = _hands(tree, semantics, group, members)
     motors = driven & (set(members) | hands)
-    still = {name for name in moving if name in driven - motors or _leader(tree, name) in driven - motors}
-    positions = _inside(source, tree, _followed(tree, home or initial, still), state)
+    still = {name for name in moving if name in driven - motors or _leader(tree, name) in driven - motors} | {*fixed}
+    positions = {**_inside(source, tree, _followed(tree, home or initial, still - {*fixed}), state), **fixed}
     return Selection(frozenset(motors), frozenset(members), frozenset(still), positions, state, _tip(tree, semantics, group, members))
 
 

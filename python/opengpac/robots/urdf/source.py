@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 from pathlib import Path
 from typing import NoReturn
 from xml.etree import ElementTree
@@ -16,13 +17,15 @@ from ...storage.files import XML_DEPTH_MAX
 class Source:
     """A file that is being put right: its elements, and the notes on what was changed."""
 
-    def __init__(self, file: Path, root: ElementTree.Element, lines: dict[ElementTree.Element, int]) -> None:
+    def __init__(self, file: Path, root: ElementTree.Element, places: dict[ElementTree.Element, tuple[int, str]]) -> None:
         self.file = file
         self.root = root
         self.notes: list[str] = []
         self.followers: set[str] = set()
         """Joints that follow another one (`mimic`)."""
-        self._lines = lines
+        self.fixed: dict[str, float] = {}
+        """Joints that cannot move, with the position at which they stand, rad or m."""
+        self._places = places
 
     @classmethod
     def read(cls, file: Path, kind: str = "URDF") -> Source:
@@ -32,16 +35,21 @@ class Source:
         except OSError as error:
             refuse(DeviceFailed, f"cannot read '{file}': {error.strerror}", f"give the path of a {kind} file")
         kinds = "URDF or MJCF" if kind == "URDF" else kind
-        found = _parsed(file, content, kinds)
+        found = parsed(file, content, kinds)
         if file.suffix == ".xacro" or any(element.tag.startswith("xacro:") or _is_macro(element) for element in found.root.iter()):
-            found = _parsed(file, _expanded(file), kinds)
+            found = parsed(file, _expanded(file), kinds)
         if found.root.tag != "robot":
             refuse(DeviceFailed, f"'{file}' begins with <{found.root.tag}>, not with <robot>", f"give a {kinds} file")
         return found
 
     def line(self, element: ElementTree.Element) -> int:
         """The line that an element begins at."""
-        return self._lines.get(element, 1)
+        return self._places.get(element, (1, ""))[0]
+
+    def called(self, element: ElementTree.Element) -> str:
+        """The kind and name of an element; without a name, its tag and the nearest element around it that has one."""
+        owner = self._places.get(element, (1, ""))[1]
+        return owner if "name" in element.attrib else f"<{element.tag}>" + (f" of {owner}" if owner else "")
 
     def note(self, sentence: str, element: ElementTree.Element | None = None) -> None:
         """Tells what was put right."""
@@ -52,16 +60,20 @@ class Source:
         """Refuses the file for what stands at an element."""
         refuse(DeviceFailed, f"{self.file}:{self.line(element)}: {problem}", remedy)
 
-    def numbers(self, element: ElementTree.Element, attribute: str, count: int, default: str) -> list[float]:
-        """The numbers of an attribute; refused where they are none, or not finite."""
+    def refuse_number(self, element: ElementTree.Element, attribute: str, problem: str, remedy: str) -> NoReturn:
+        """Refuses the file for the value of an attribute."""
+        self.refuse(element, f'{attribute}="{element.get(attribute, "")[:60]}" of {self.called(element)} {problem}', remedy)
+
+    def numbers(self, element: ElementTree.Element, attribute: str, count: int, default: str, is_finite: bool = True) -> list[float]:
+        """The numbers of an attribute; refused where they are none, or, with `is_finite`, infinite."""
         text = element.get(attribute, default)
         try:
             values = [float(word) for word in text.split()]
         except ValueError:
             values = []
-        if len(values) != count or not all(abs(value) < float("inf") for value in values):
+        if len(values) != count or any(math.isnan(value) or (is_finite and math.isinf(value)) for value in values):
             wanted = "a number" if count == 1 else f"{count} numbers"
-            self.refuse(element, f'{attribute}="{text[:60]}" of <{element.tag}> is not {wanted}', f"write {wanted} there")
+            self.refuse_number(element, attribute, f"is not {wanted}", f"write {wanted} there")
         return values
 
     def text(self) -> str:
@@ -75,7 +87,7 @@ def check_xml(file: Path, kinds: str) -> None:
         content = file.read_bytes()
     except OSError:
         return
-    _parsed(file, content, kinds)
+    parsed(file, content, kinds)
 
 
 def _is_macro(element: ElementTree.Element) -> bool:
@@ -98,16 +110,19 @@ def _expanded(file: Path) -> bytes:
         refuse(DeviceFailed, f"xacro cannot expand '{file}': {error}", "try it in a terminal: xacro FILE")
 
 
-def _parsed(file: Path, content: bytes, kinds: str) -> Source:
+def parsed(file: Path, content: bytes, kinds: str) -> Source:
     """The elements, with their lines. Prefixes need no declaration: those of plugins and macros often have none."""
+    content = _without_late_declaration(content.rstrip(b"\0"))
     parser = expat.ParserCreate()
-    lines: dict[ElementTree.Element, int] = {}
+    places: dict[ElementTree.Element, tuple[int, str]] = {}
     open_elements: list[ElementTree.Element] = []
     roots: list[ElementTree.Element] = []
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         element = ElementTree.Element(tag, attributes)
-        lines[element] = parser.CurrentLineNumber
+        name = attributes.get("name", "")
+        around = places[open_elements[-1]][1] if len(open_elements) > 1 else ""
+        places[element] = parser.CurrentLineNumber, f"{tag} '{name}'" if name else around
         if len(open_elements) >= XML_DEPTH_MAX:
             deep = f"{file}:{parser.CurrentLineNumber}: its elements are nested more than {XML_DEPTH_MAX} deep"
             refuse(DeviceFailed, deep, f"give a {kinds} file")
@@ -127,4 +142,13 @@ def _parsed(file: Path, content: bytes, kinds: str) -> Source:
     except expat.ExpatError as error:
         what = expat.ErrorString(error.code)
         refuse(DeviceFailed, f"{file}:{error.lineno}: this is not XML: {what}", f"give the path of a {kinds} file")
-    return Source(file, roots[0], lines)
+    return Source(file, roots[0], places)
+
+
+def _without_late_declaration(content: bytes) -> bytes:
+    """Blanks an XML declaration that does not stand at the beginning, as many files have it; lines keep their numbers."""
+    start = content.find(b"<?xml")
+    end = content.find(b"?>", start) + 2
+    if start <= 0 or end < 2 or content.startswith((b"\xef\xbb\xbf<?xml", b"\xff\xfe", b"\xfe\xff")):
+        return content
+    return content[:start] + b"\n" * content.count(b"\n", start, end) + content[end:]

@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from ...errors import DeviceFailed, UnknownName, did_you_mean, refuse
+from ..plausible import ANGLE
 from .source import Source
 from .tree import Tree
 
@@ -192,7 +193,7 @@ class _Reading:
             value = float(text)
         except ValueError:
             value = float("inf")
-        if not abs(value) < float("inf"):
+        if ANGLE.broken_by([value]) or value != value:
             self.source.refuse(member, f"the value of {of} is '{text[:60]}'", "write a number there, rad or m")
         return value
 

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Meshes of URDF files in each format that people have: the shape that collides is the one in the file."""
+
+from __future__ import annotations
+
+import importlib
+import itertools
+import struct
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import opengpac as gpac
+from opengpac.robots import urdf
+
+ARM = """<robot name="arm"><link name="base"/>
+<joint name="turn" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+<limit lower="-2" upper="2" effort="100" velocity="2"/></joint>
+<link name="upper"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>
+<collision><geometry><mesh filename="{}"/></geometry></collision></link></robot>"""
+POINTS = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+"""A tetrahedron of 1 m."""
+
+
+def obj() -> bytes:
+    lines = [f"v {x} {y} {z}" for x, y, z in POINTS] + ["f " + " ".join(str(index + 1) for index in face) for face in FACES]
+    return "\n".join(lines).encode()
+
+
+def ply() -> bytes:
+    head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n"
+    lines = [f"{x} {y} {z}" for x, y, z in POINTS] + ["3 " + " ".join(map(str, face)) for face in FACES]
+    return (head + "property list uchar int vertex_indices\nend_header\n" + "\n".join(lines) + "\n").encode()
+
+
+def stl_as_text() -> bytes:
+    corners = [["vertex {} {} {}".format(*POINTS[index]) for index in face] for face in FACES]
+    faces = ["facet normal 0 0 0\nouter loop\n" + "\n".join(of) + "\nendloop\nendfacet" for of in corners]
+    return ("solid part\n" + "\n".join(faces) + "\nendsolid part\n").encode()
+
+
+def stl() -> bytes:
+    faces = b"".join(struct.pack("<12fH", 0.0, 0.0, 0.0, *(value for index in face for value in POINTS[index]), 0) for face in FACES)
+    return bytes(80) + struct.pack("<I", len(FACES)) + faces
+
+
+READ: dict[str, Callable[[], bytes]] = {"part.obj": obj, "part.stl": stl}
+OTHERS: dict[str, Callable[[], bytes]] = {"text.stl": stl_as_text, "part.ply": ply, "part.dae": lambda: b"<COLLADA/>"}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_a_mesh_of_that_format_is_the_shape_of_its_link(tmp_path: Path, name: str) -> None:
+    mujoco: Any = importlib.import_module("mujoco")
+    (tmp_path / name).write_bytes(READ[name]())
+    (tmp_path / "arm.urdf").write_text(ARM.format(name))
+    converted = urdf.convert(tmp_path / "arm.urdf")
+    assert converted.notes == ()
+    corners = mujoco.MjModel.from_xml_string(converted.text).mesh_vert
+    edges = [float(np.linalg.norm(one - other)) for one, other in itertools.combinations(corners, 2)]
+    assert sorted(edges) == pytest.approx([1.0] * 3 + [2.0**0.5] * 3, abs=1e-5)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_an_arm_moves_without_a_mesh_that_nothing_here_reads(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    (tmp_path / name).write_bytes(OTHERS[name]())
+    (tmp_path / "arm.urdf").write_text(ARM.format(name))
+    with pytest.warns(UserWarning, match=rf"arm.urdf:5: mesh '{name}' is left out: 'trimesh' reads .*, and is not installed"):
+        arm = gpac.robots.load(tmp_path / "arm.urdf", clock="virtual")
+    with arm.system:
+        assert arm.enable().turn.state == "standstill"
