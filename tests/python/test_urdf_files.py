@@ -265,6 +265,16 @@ def test_packages_are_found_where_everybody_looks(tmp_path: Path, monkeypatch: p
     assert converted.notes == () and "cube.obj" in converted.text
 
 
+def test_a_relative_path_may_count_from_the_folder_of_the_package(tmp_path: Path) -> None:
+    for folder in ("meshes", "urdf"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "meshes" / "cube.obj").write_text(CUBE_OBJ)
+    converted = urdf.convert(arm(tmp_path / "urdf", shape=MESH.format("meshes/cube.obj")))
+    assert converted.notes == () and "cube.obj" in converted.text
+    converted = urdf.convert(arm(tmp_path / "urdf", shape=MESH.format("meshes/gone.obj")))
+    assert "gone.obj' was not found" in converted.notes[0]
+
+
 def test_macros_need_xacro(tmp_path: Path) -> None:
     file = arm(tmp_path, limit=LIMIT.replace("100", "${effort}"))
     with pytest.raises(gpac.DeviceFailed, match=r"has macros of xacro, which is not installed; pip install xacro"):

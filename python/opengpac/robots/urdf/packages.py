@@ -9,6 +9,9 @@ from pathlib import Path
 from urllib.parse import unquote
 from xml.etree import ElementTree
 
+ABOVE = 2
+"""How many folders above a file a relative path is looked for in."""
+
 
 class Packages:
     """The folders in which the files of a URDF are looked for.
@@ -24,14 +27,15 @@ class Packages:
         self._roots = [*given, *ros, *ament, *file.absolute().parents]
 
     def find(self, name: str) -> Path | None:
-        """The file of that name, as URDF writes it: in a package, by a URL, relative to the URDF, else beside it."""
+        """The file of that name: in a package, by a URL, relative to the URDF or to a folder above it, else beside it."""
         name = unquote(name.strip())
         if name.startswith("package://"):
             package, _, path = name.removeprefix("package://").partition("/")
             candidates = [folder / path for folder in self._folders(package)]
         else:
             path = name.removeprefix("file://")
-            candidates = [self._folder / path]
+            # Some files count from the folder of their package, which is above their own.
+            candidates = [folder / path for folder in (self._folder, *self._folder.absolute().parents[:ABOVE])]
         candidates += [self._folder / path, self._folder / Path(path).name]
         return next((found for found in candidates if found.is_file()), None)
 
