@@ -229,6 +229,7 @@ class Trial:
                 # It had ended before.
                 counted.clear()
             assert not counted or vi.report.condition in expected, (where, vi.report)
+            self._shown(vi.report, where)
             vi.delete()
         for _ in range(2):
             cell.advance("20 ms")
@@ -236,6 +237,13 @@ class Trial:
             if how == "emergency_stop":
                 cell.reset()
         self.told[how] += len(counted)
+
+    def _shown(self, report: gpac.Report, where: str) -> None:
+        """Looks whether the verb's table has the way that was gone."""
+        rows = {(name, condition): outcome for name, condition, outcome in self.drawn.verb.table()}
+        lists = [*(passed.command_list for passed in report.way), report.command_list]
+        for passed, to in zip(report.way, lists[1:], strict=True):
+            assert rows[passed.command_list, passed.condition] == f"→ {to}", (where, passed, to)
 
     def try_close(self) -> bool:
         """Starts it and closes the system while it runs; false if it had ended before. Its report tells the way to its end."""

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from html import escape
 from inspect import Signature
 from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import Terminated
 from ..pictures import PictureOwner
+from . import endings
 from .conditions import Termination
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ class VerbTables(PictureOwner):
     command_lists: dict[str, list[Any]]
     conditions: dict[str, Termination]
     transitions: dict[tuple[str, str], str]
+    initial: str | None
     _supported: list[str]
 
     @property
@@ -54,14 +56,15 @@ class VerbTables(PictureOwner):
     def table(self) -> list[tuple[str, str, str]]:
         """Lists × conditions: (command list, condition, what happens)."""
         rows: list[tuple[str, str, str]] = []
+        never = endings.never_made(self.transitions, self.initial or next(iter(self.command_lists), ""))
         for name in self.command_lists:
             held = [self.reported(key) for key, t in self.conditions.items() if not t.during or name in t.during]
             for condition in dict.fromkeys([*held, *(t for c, t in self.transitions if c == name)]):
-                rows.append((name, condition, self._outcome(name, condition)))
+                rows.append((name, condition, self._outcome(name, condition, never)))
         return rows
 
-    def _outcome(self, name: str, condition: str) -> str:
-        if (name, condition) in self.transitions:
+    def _outcome(self, name: str, condition: str, never: Collection[tuple[str, str]]) -> str:
+        if (name, condition) in self.transitions and (name, condition) not in never:
             to = f"→ {self.transitions[name, condition]}"
             return f"{to}, where that runs on processors that are left" if condition == "processor_lost" else to
         termination = self.termination(condition, name)

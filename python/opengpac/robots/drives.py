@@ -29,6 +29,15 @@ INTEGRAL_SHARE = 4.0 / 27.0
 FASTEST = 100.0
 """Fastest joint that is plausible, rad/s or m/s: one that a model allows more is no faster here."""
 
+QUICKEST = 1e4
+"""Largest acceleration that is plausible, rad/s² or m/s²: the fastest joint is up to its speed in 10 ms."""
+
+JERKIEST = 1e7
+"""Largest jerk that is plausible, rad/s³ or m/s³: the quickest joint is up to its acceleration in 1 ms."""
+
+LEAST_LIMIT = 1e-5
+"""Smallest limit of speed, acceleration and jerk: a share of it is a number that a motion takes."""
+
 _SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0, "max_ripple": 4e-4}
 """Limits of sliding joints, in m, where nothing says others."""
 
@@ -104,7 +113,7 @@ def _limits(drive: Part, verb: Verb[..., Any] | None) -> dict[str, Any]:
     if about.get("speed_max", UNLIMITED) < UNLIMITED:
         found["max_speed"] = min(about["speed_max"], FASTEST)
     if "acceleration_max" in about:
-        found["max_acceleration"] = about["acceleration_max"]
+        found["max_acceleration"] = min(about["acceleration_max"], QUICKEST)
     if _takes_positions(drive):
         found.pop("max_ripple", None)
         return found

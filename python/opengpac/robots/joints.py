@@ -16,7 +16,7 @@ from ..system.sources import Source
 from ..system.svvs import SVV
 from ..system.system import System
 from ..values.quantities import Quantity
-from .drives import FASTEST, JOG_SPEED, MAX_RIPPLE, suited
+from .drives import FASTEST, JERKIEST, JOG_SPEED, LEAST_LIMIT, MAX_RIPPLE, QUICKEST, suited
 from .servos import HISTORY, MAX_GAP, joint_servo
 
 _logger = logging.getLogger("opengpac")
@@ -65,10 +65,10 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     home: float = parameter(0.0, unit="rad")
     position_min: float = parameter(-1e6, unit="rad", within=(-1e9, "position_max"))
     position_max: float = parameter(1e6, unit="rad", within=("position_min", 1e9))
-    max_speed: float = parameter(3.14, unit="rad/s", within=f"(0, {FASTEST:g}]")
-    jog_speed: float = parameter(JOG_SPEED, unit="rad/s", within=f"(0, {FASTEST:g}]")
-    max_acceleration: float = parameter(5.0, unit="rad/s^2", within="(0, inf)")
-    max_jerk: float = parameter(50.0, unit="rad/s^3", within="(0, inf)")
+    max_speed: float = parameter(3.14, unit="rad/s", within=f"[{LEAST_LIMIT:g}, {FASTEST:g}]")
+    jog_speed: float = parameter(JOG_SPEED, unit="rad/s", within=f"[{LEAST_LIMIT:g}, {FASTEST:g}]")
+    max_acceleration: float = parameter(5.0, unit="rad/s^2", within=f"[{LEAST_LIMIT:g}, {QUICKEST:g}]")
+    max_jerk: float = parameter(50.0, unit="rad/s^3", within=f"[{LEAST_LIMIT:g}, {JERKIEST:g}]")
     max_gap: float = parameter(MAX_GAP, unit="s", tunable=True, within="(0, inf)")
     max_effort: float = parameter(150.0, unit="N.m", within="[0, inf)")
     max_following_error: float = parameter(0.1, unit="rad", within="[0, inf)")

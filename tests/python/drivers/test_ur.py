@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import itertools
 import os
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -138,6 +139,33 @@ def test_a_restart_of_the_controller_is_survived(arm: gpac.robots.Arm, robot: gp
     recovered(arm)
     gpac.motion.move_absolute(arm, START)
     assert within_its_speed(robot)
+
+
+def test_a_reset_waits_for_a_controller_that_boots_and_its_silence_is_none_of_the_arm(
+    arm: gpac.robots.Arm, robot: gpac.drivers.fake.ur
+) -> None:
+    robot.off()
+    assert "restarted" in lost(arm)
+    booting = threading.Thread(target=robot.on)
+    booting.start()
+    arm.system.reset()
+    booting.join()
+    assert str(arm.system.statistics["physical_devices"]["ur5e"]["lost"]) == "None"
+    arm.enable()
+    arm.system.advance("0.5 s")
+    gpac.motion.move_absolute(arm, START)
+    assert within_its_speed(robot)
+
+
+def test_a_reset_says_what_is_lost_still_where_the_controller_stays_off(robot: gpac.drivers.fake.ur) -> None:
+    cell = gpac.System("cell", clock="virtual")
+    fast = cell.processor("rtp0").timer("fast", period="2 ms", priority=80)
+    driver = gpac.drivers.ur(robot.host, wait="0 s")
+    device = cell.processors["rtp0"].physical_device("ur5e", driver, exchange=fast)
+    robot.off()
+    cell.advance("0.1 s")
+    left = cell.reset()
+    assert [*left] == [device.name] and "waited for" not in str(left), left
 
 
 def test_an_arm_that_cannot_follow_is_refused_with_the_cause(robot: gpac.drivers.fake.ur) -> None:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import pytest
 
 import opengpac as gpac
-from axes import machine
 from opengpac.cell import AnalogInput, DigitalInput
 
 
@@ -46,9 +45,3 @@ def test_nothing_is_read_of_an_input_that_was_never_enabled() -> None:
             device.enable()
         cell.advance("10 ms")
         assert (part.value.value, pressure.value.value) == (True, 5.9)
-
-
-def test_a_speed_in_degrees_is_asked_back() -> None:
-    words = r"max_speed.*cannot be 200 rad/s: its range is above 0 to 100 rad/s; did you mean '200 deg/s'\?"
-    with gpac.System("fast", clock="virtual") as cell, pytest.raises(gpac.OutOfRange, match=words):
-        machine(cell, on=cell.processor("rtp0"), max_speed=200)
