@@ -91,6 +91,30 @@ def test_a_program_loads_what_it_uses_and_no_more() -> None:
     assert not unused & {*loaded}
 
 
+NUMBERS = """
+import sys
+import opengpac as gpac
+from opengpac import activate, library
+with gpac.System("cell", clock="virtual") as cell:
+    fast = cell.processor("rtp0").timer("fast", period="1 ms")
+    drive = fast.processor.physical_device("drive", gpac.drivers.loopback("x"), exchange=fast)
+    verb = gpac.Verb("v", blocks={"g": library.signal_generator}, instantiation_parameters={"y": "g.y"},
+                     command_lists={"start": [activate("g", every="1 ms")]})
+    y = cell.svv("y")
+    running = verb.on(fast).asynch(y)
+    cell.advance(until=y >= 0.0)
+    cell.advance("10 ms")
+    running.halt()
+    y.value = 3.0
+    print(y.value, cell.read(y, drive["x"].position), "numpy" in sys.modules)
+    print(y.dtype, "numpy" in sys.modules)
+"""
+
+
+def test_a_program_of_plain_numbers_needs_no_numpy() -> None:
+    assert printed(NUMBERS).splitlines() == ["3.0 (3.0, 0.0) False", "float64 True"]
+
+
 def test_a_verb_can_be_chained_before_anything_of_composition_was_used() -> None:
     program = """
 from opengpac import Verb, activate, library

@@ -7,12 +7,11 @@ import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Self
 
-import numpy as np
-
 from .. import _native, checking
 from ..application.application import checked_application, checked_values
 from ..application.reports import Report
 from ..errors import Error, refusals
+from ..values.arrays import np
 from ..values.encoding import dtype_of, plain
 
 if TYPE_CHECKING:

@@ -7,11 +7,10 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from .. import _native
 from ..errors import CallError, ValueRefused, did_you_mean, refusals, refuse
 from ..refusals.argument_types import whole
+from ..values.arrays import np
 from ..values.encoding import plain
 from ..values.quantities import Quantity, duration_ns
 

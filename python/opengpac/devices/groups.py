@@ -8,13 +8,12 @@ from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
 
-import numpy as np
-
 from ..application.arguments import Argument
 from ..errors import CallError, UnknownName, did_you_mean, refuse
 from ..refusals.argument_types import all_taking
 from ..refusals.declared_names import Declared
 from ..system.svvs import rows_of
+from ..values.arrays import np
 from ..values.encoding import plain
 from ..values.numbers import number
 from ..values.quantities import Quantity, optional_ns

@@ -7,14 +7,13 @@ import functools
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..application.arguments import Argument
 from ..drivers.catalog import safe_state_text
 from ..errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from ..refusals.declared_names import Declared
 from ..refusals.source_location import here
 from ..system.sources import Source
+from ..values.arrays import np
 from ..values.encoding import dtype_of
 from ..values.tables import Shown, Table, Tables, identifiers
 from .services import Services
@@ -40,10 +39,14 @@ class Channel(Declared, Argument):
         self.unit: str = described["unit"]
 
     @functools.cached_property
+    def _about(self) -> dict[str, Any]:
+        with refusals:
+            return self.system._alive().svv_about(f"{self.full_name}@channel")
+
+    @property
     def dtype(self) -> np.dtype[Any]:
         """The dtype of its value."""
-        with refusals:
-            return dtype_of(self.system._alive().svv_about(f"{self.full_name}@channel")["type"])
+        return dtype_of(self._about["type"])
 
     @property
     def full_name(self) -> str:

@@ -6,11 +6,10 @@ from __future__ import annotations
 import json
 from typing import Any
 
-import numpy as np
-
 from .. import _native
 from ..definition.blocks import Block, Item
 from ..errors import refusals
+from ..values.arrays import np
 from ..values.encoding import dtype_of, from_bytes
 from .components import Component, items_of
 

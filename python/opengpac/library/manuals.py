@@ -7,10 +7,9 @@ import re
 import textwrap
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-
 from ..definition.blocks import Block, Item
 from ..definition.parameters import InputParameter
+from ..values.arrays import np
 from .components import Component, items_of
 from .examples import default_of, example
 

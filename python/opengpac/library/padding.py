@@ -5,9 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from ..errors import ValueRefused, refuse
+from ..values.arrays import np
 
 
 def padded(values: Any, length: int = 8) -> np.ndarray:

@@ -12,10 +12,9 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
-import numpy as np
-
 from .. import _native
 from ..errors import CallError, DefinitionError, Error, did_you_mean, refusals, refuse
+from ..values.arrays import is_array
 from ..values.numbers import is_number, number
 
 P = ParamSpec("P")
@@ -28,7 +27,7 @@ def _is_whole(value: Any) -> bool:
 
 
 def _is_list(value: Any) -> bool:
-    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str | bytes)
+    return (isinstance(value, Sequence) or is_array(value)) and not isinstance(value, str | bytes)
 
 
 _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {

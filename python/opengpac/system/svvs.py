@@ -8,13 +8,12 @@ import operator
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-import numpy as np
-
 from .. import checking
 from ..application.arguments import Argument
 from ..errors import CallError, Error, NotEnabled, UnknownName, ValueRefused, gone, refusals, refuse
 from ..refusals.declared_names import Declared
-from ..values.encoding import dtype_of, from_bytes, plain
+from ..values.arrays import np
+from ..values.encoding import dtype_of, from_bytes, plain, value_of
 from ..values.tables import Shown, Table
 
 if TYPE_CHECKING:
@@ -122,7 +121,7 @@ class SVV(Shown, Declared, Argument, Generic[T]):
     def _read(self) -> tuple[Any, int, float]:
         with refusals:
             _, [(data, number, time_ns)] = self.system._alive().read([self._asked])
-        return from_bytes(data, self.dtype), number, time_ns * 1e-9
+        return value_of(data, self._about["type"]), number, time_ns * 1e-9
 
     @property
     def value(self) -> T:
@@ -168,7 +167,8 @@ class SVV(Shown, Declared, Argument, Generic[T]):
     def _compare(self, operation: Callable[[Any, Any], Any], sign: str, other: Any) -> Predicate:
         def ask() -> bool:
             right = other.value if isinstance(other, SVV) else other
-            return bool(np.all(operation(self.value, right)))
+            found = operation(self.value, right)
+            return found if isinstance(found, bool) else bool(np.all(found))
 
         return Predicate(ask, f"{self.name} {sign} {other.name if isinstance(other, SVV) else other}")
 
@@ -262,4 +262,4 @@ def rows_of(system: System, svvs: Sequence[SVV[Any] | Channel]) -> tuple[int, li
     """Reads these at one time: when that was, ns, and value, number and time of each, ns."""
     with refusals:
         time_ns, rows = system._alive().read([each._asked for each in svvs])
-    return time_ns, [(from_bytes(data, svv.dtype), number, at_ns) for svv, (data, number, at_ns) in zip(svvs, rows, strict=True)]
+    return time_ns, [(value_of(data, svv._about["type"]), number, at_ns) for svv, (data, number, at_ns) in zip(svvs, rows, strict=True)]

@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import json
 import math
+import struct
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
-
 from ..errors import ValueRefused, refuse
+from .arrays import is_array, is_record, np
 from .numbers import is_masked, number, rows
 
 _SCALARS = {
@@ -19,6 +19,13 @@ _SCALARS = {
     "int8_t": "<i1", "int16_t": "<i2", "int32_t": "<i4", "int64_t": "<i8",
     "uint8_t": "<u1", "uint16_t": "<u2", "uint32_t": "<u4", "uint64_t": "<u8",
 }  # fmt: skip
+
+_FORMATS = {
+    "double": "<d", "float": "<f", "bool": "?",
+    "int8_t": "<b", "int16_t": "<h", "int32_t": "<i", "int64_t": "<q",
+    "uint8_t": "<B", "uint16_t": "<H", "uint32_t": "<I", "uint64_t": "<Q",
+}  # fmt: skip
+"""The same for one number alone, which needs no array."""
 
 
 def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
@@ -57,6 +64,17 @@ def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
     return array[()] if base.names else array.item()
 
 
+def value_of(data: bytes, tree: Mapping[str, Any]) -> Any:
+    """Returns the Python value of an object's bytes, whose C type is given as the model's tree.
+
+    >>> value_of(bytes([0, 0, 0, 63]), {"scalar": "float"})
+    0.5
+    """
+    if "scalar" in tree:
+        return struct.unpack(_FORMATS[tree["scalar"]], data)[0]
+    return from_bytes(data, dtype_of(tree))
+
+
 def plain(value: Any, what: str = "the value") -> Any:
     """The JSON form of a value: numbers, text, lists and dictionaries. `what` it is the value of, for a refusal.
 
@@ -74,12 +92,12 @@ def plain(value: Any, what: str = "the value") -> Any:
         if not math.isfinite(value):
             refuse(ValueRefused, f"{what} {value} is not a finite number")
         return value
-    if isinstance(value, np.void) and value.dtype.names:
-        return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names}
-    if isinstance(value, np.ndarray) and value.dtype == float and value.ndim and np.isfinite(value).all():
+    if is_record(value):
+        return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names or ()}
+    if is_array(value) and value.dtype == float and value.ndim and np.isfinite(value).all():
         # A table of thousands of numbers, number by number, takes half a second.
         return value.tolist()
-    if isinstance(value, np.ndarray) and value.dtype.names is not None:
+    if is_array(value) and value.dtype.names is not None:
         return plain(value[()], what) if value.ndim == 0 else [plain(v, what) for v in value]
     listed = rows(value)
     if listed is not value:

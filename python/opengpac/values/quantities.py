@@ -8,10 +8,9 @@ import re
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from .. import _native
 from ..errors import OutOfRange, ValueRefused, refusals, refuse
+from .arrays import np
 from .numbers import number
 
 Quantity: TypeAlias = float | int | str
