@@ -28,8 +28,10 @@ const ROUNDING: f64 = 1e-6;
 /// Set-points at one place that count as rest.
 const REST: u32 = 3;
 /// Way of the tool, m or rad, for which the joints' ways are taken to be straight, and the damping of the equation for them.
-const SMALL: f64 = 1e-3;
-const DAMPING: f64 = 1e-9;
+const SMALL: f64 = 1e-6;
+const DAMPING: f64 = 1e-12;
+/// Way of a joint for one of the tool beyond which a singularity is not approached further, rad or m for 1 m or 1 rad.
+const SLOPE_MAX: f64 = 2e3;
 const ANYWHERE: Ranges = Ranges { min: &[f64::NEG_INFINITY; JOINTS_MAX], max: &[f64::INFINITY; JOINTS_MAX] };
 
 /// Velocity of the tool, m/s and rad/s, in the frame of the arm's base or of the tool.
@@ -216,11 +218,7 @@ impl ToolJog {
             acceleration: part(wish.linear.acceleration, linear).min(part(wish.angular.acceleration, angular)),
             jerk: part(wish.linear.jerk, linear).min(part(wish.angular.jerk, angular)),
         };
-        let posture = arm.posture(&self.q[0][..arm.joints()]);
-        let error: [f64; 6] = std::array::from_fn(|i| if i < 3 { heading.linear[i] } else { heading.angular[i - 3] } * SMALL);
-        let slopes = damped(&arm.jacobian(&posture)[..arm.joints()], &error, DAMPING);
-        for (slope, joint) in slopes.iter().zip(wish.joints) {
-            let slope = slope.abs() / SMALL;
+        for (slope, joint) in slopes(arm, heading, &self.q[0]).into_iter().zip(wish.joints) {
             limits.acceleration = limits.acceleration.min(part(SHARE * joint.acceleration, slope));
             limits.jerk = limits.jerk.min(part(SHARE * joint.jerk, slope));
         }
@@ -248,7 +246,17 @@ impl ToolJog {
             check(wish, &last[0], &last)?;
             last = [last[0], last[0], last[1]];
         }
+        self.check_approach(arm, wish, heading, &last[0])?;
         Ok(stop)
+    }
+
+    /// Checks that a place of rest is not too near to a singularity that lies ahead: there the joints' ways for that of the tool are so
+    /// long that the direction is given up. The way back, along which they become shorter, is always free.
+    fn check_approach(&self, arm: &Arm, wish: &Wish, heading: &Heading, rest: &[f64; JOINTS_MAX]) -> Result<(), Obstacle> {
+        let slowest = SLOWEST * wish.twist.speed();
+        let (now, then) = (slopes(arm, heading, &self.q[0]), slopes(arm, heading, rest));
+        let is_too_near = |i: usize, joint: &Limits| then[i] > now[i] && (then[i] > SLOPE_MAX || then[i] * slowest > joint.speed);
+        if wish.joints.iter().enumerate().any(|(i, joint)| is_too_near(i, joint)) { Err(Obstacle::Singular) } else { Ok(()) }
     }
 
     /// Takes the next set-point of the stop that was checked last, or stays.
@@ -266,6 +274,13 @@ impl ToolJog {
         self.rest = if q == self.q[0] && way.is_at_rest() { self.rest.saturating_add(1) } else { 0 };
         (self.q, self.way) = ([q, self.q[0], self.q[1]], way);
     }
+}
+
+/// Returns the way of each joint for a way of the tool of 1 m, or 1 rad, along the direction, where the joints are at `q`.
+fn slopes(arm: &Arm, heading: &Heading, q: &[f64; JOINTS_MAX]) -> [f64; JOINTS_MAX] {
+    let posture = arm.posture(&q[..arm.joints()]);
+    let error: [f64; 6] = std::array::from_fn(|i| if i < 3 { heading.linear[i] } else { heading.angular[i - 3] } * SMALL);
+    damped(&arm.jacobian(&posture)[..arm.joints()], &error, DAMPING).map(|slope| slope.abs() / SMALL)
 }
 
 /// The joint positions for a pose, near those before it and within the ranges; a joint that is outside its range may come back.
@@ -300,7 +315,7 @@ mod tests {
     use crate::kinematics::chain::samples::{HOME, six_joints};
     use crate::path::samples::numbers;
 
-    const JOINT: Limits = Limits { speed: 0.5, acceleration: 5.0, jerk: 50.0 };
+    const JOINT: Limits = Limits { speed: 0.25, acceleration: 5.0, jerk: 50.0 };
     const LINEAR: Limits = Limits { speed: f64::INFINITY, acceleration: 0.5, jerk: 5.0 };
     const ANGULAR: Limits = Limits { speed: f64::INFINITY, acceleration: 2.5, jerk: 25.0 };
     const CYCLE_S: f64 = 0.02;
@@ -382,6 +397,35 @@ mod tests {
             // And back.
             let back = run(&mut jog, 200, range, |_| (twist([-0.1, 0.0, 0.0], [0.0; 3], false), f64::INFINITY));
             assert!(start.to(&back[199]).0[0] < gone[0] - 0.05);
+        }
+    }
+
+    /// Presses one after the other against the end of the reach, each from rest: they creep nearer to it, and the way back stays free.
+    #[test]
+    fn the_way_back_is_free_however_often_a_jog_was_pressed_against_its_end() {
+        let chain = six_joints();
+        let arm = chain.read(6).expect("a chain");
+        for seed in 0..12 {
+            let mut number = numbers(seed + 1);
+            let q = if seed == 0 { HOME } else { std::array::from_fn(|i| HOME[i] + number(-0.3, 0.3)) };
+            let out: [f64; 3] = if seed == 0 { [0.0, 0.0, 1.0] } else { std::array::from_fn(|_| number(-1.0, 1.0)) };
+            let out = scale(out, 1.0 / length(out));
+            let mut jog = at(q);
+            for press in 0..5 {
+                let speed = if number(0.0, 1.0) < 0.5 { 0.25 } else { 0.05 };
+                let there = *jog.setpoint();
+                jog.begin(&there);
+                run(&mut jog, 2000, 6.3, |_| (twist(scale(out, speed), [0.0; 3], false), f64::INFINITY));
+                assert!(jog.obstacle().is_some(), "seed {seed}, press {press}");
+                let end = arm.posture(&jog.setpoint()[..6]).tool;
+                for speed in [0.25, 0.05] {
+                    let mut back = jog;
+                    back.begin(jog.setpoint());
+                    let poses = run(&mut back, 200, 6.3, |_| (twist(scale(out, -speed), [0.0; 3], false), f64::INFINITY));
+                    let gone = length(end.to(&poses[199]).0);
+                    assert!(gone > 0.02, "seed {seed}, press {press}: {gone} m back at {speed} m/s, {:?}", back.obstacle());
+                }
+            }
         }
     }
 
