@@ -12,7 +12,7 @@ import pytest
 
 import opengpac as gpac
 from opengpac import cli
-from opengpac.robots.catalogue import ARMS, ELSEWHERE, EXTRA, KNOWN, OWN, Named
+from opengpac.robots.catalogue import ARMS, ELSEWHERE, EXTRA, KNOWN, OWN, NamedArm
 
 TRIED = [name for name, arm in KNOWN.items() if arm.package.name in (*EXTRA, OWN)]
 STEP = 0.1
@@ -101,7 +101,7 @@ def test_another_version_of_a_package_says_which_is_meant(tmp_path: Path, monkey
     monkeypatch.setattr(metadata, "version", lambda name: "9.9")
     with pytest.raises(gpac.DeviceFailed, match=r"'example-robot-data' 9\.9 has no file 'panda_.*; install version 6\.0\.0"):
         gpac.robots.load("panda", clock="virtual")
-    arm: Named = ARMS["panda"]
+    arm: NamedArm = ARMS["panda"]
     file = tmp_path / arm.package.folder / arm.path
     file.parent.mkdir(parents=True)
     file.write_text(

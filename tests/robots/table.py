@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from opengpac.robots import sketch
-from opengpac.robots.catalogue import ELSEWHERE, KNOWN, OWN, Named
+from opengpac.robots.catalogue import ELSEWHERE, KNOWN, OWN, NamedArm
 
 HERE = Path(__file__).parent
 TOP = HERE.parents[1]
@@ -98,7 +98,7 @@ def picture(package: str, file: str) -> Path:
     return PICTURES / package / f"{re.sub(r'[^0-9A-Za-z]+', '_', file.rpartition('.')[0])}.webp"
 
 
-def places_of(arm: Named) -> str:
+def places_of(arm: NamedArm) -> str:
     """The folders of the packages that an arm known by name needs, for `PYTHONPATH`."""
     name, _, version = arm.package.reader.partition("==")
     folders = [unpacked(arm.package.name, arm.package.version), *([unpacked(name, version)] if name else [])]
@@ -131,7 +131,7 @@ def told(limits: list[float | None]) -> str:
     return (low if low == high else f"{low} to {high}") + (", of some not in its file" if len(known) < len(limits) else "")
 
 
-def page(named: list[tuple[Named, dict[str, Any]]], rows: list[tuple[str, str, dict[str, Any]]]) -> str:
+def page(named: list[tuple[NamedArm, dict[str, Any]]], rows: list[tuple[str, str, dict[str, Any]]]) -> str:
     """The page of docs."""
     loaded = sum(found["joints"] > 0 for _, _, found in rows)
     arrive = sum(not found["why"] for _, _, found in rows)

@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 
 /// Result of a call; a value as JSON, or as the text of that.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Answered<O = Json> {
+pub enum CallResult<O = Json> {
     /// The call is over, with this result.
     Done(O),
     /// Its slice is over: it goes on with this call and these arguments.
@@ -32,10 +32,10 @@ impl<T> From<T> for Outcome<T> {
 impl<T: Serialize> Outcome<T> {
     /// Its answer in the form that is asked for.
     #[doc(hidden)]
-    pub fn answered<O: Form>(self) -> Result<Answered<O>, Refusals> {
+    pub fn answered<O: Form>(self) -> Result<CallResult<O>, Refusals> {
         Ok(match self {
-            Outcome::Done(answer) => Answered::Done(O::of(answer)?),
-            Outcome::GoesOn { call, arguments } => Answered::Waiting { call, arguments },
+            Outcome::Done(answer) => CallResult::Done(O::of(answer)?),
+            Outcome::GoesOn { call, arguments } => CallResult::Waiting { call, arguments },
         })
     }
 }

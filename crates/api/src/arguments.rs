@@ -4,7 +4,7 @@ use model::refusal::{Class, Refusal, Refusals};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value as Json};
 
-/// Arguments read straight into their type; nothing where they are not of that form: [`Given`] says what is wrong.
+/// Arguments read straight into their type; nothing where they are not of that form: [`CallArguments`] says what is wrong.
 #[doc(hidden)]
 pub fn quick<T: DeserializeOwned>(text: &str) -> Option<T> {
     let text = text.trim_ascii_start();
@@ -15,16 +15,16 @@ pub fn quick<T: DeserializeOwned>(text: &str) -> Option<T> {
 
 /// The arguments of a call, taken one by one; what is left over is refused.
 #[doc(hidden)]
-pub struct Given {
+pub struct CallArguments {
     call: &'static str,
     given: Map<String, Json>,
 }
 
-impl Given {
+impl CallArguments {
     /// Reads the arguments of one call from their JSON text; empty: none.
-    pub fn of(call: &'static str, text: &str) -> Result<Given, Refusals> {
+    pub fn of(call: &'static str, text: &str) -> Result<CallArguments, Refusals> {
         let given = if text.trim().is_empty() { Map::new() } else { crate::from_json(text)? };
-        Ok(Given { call, given })
+        Ok(CallArguments { call, given })
     }
 
     /// Takes an argument that must be given.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A call as it is declared, and making one.
-use crate::answered::Answered;
+use crate::answered::CallResult;
 use crate::arguments::peek;
 use crate::calls::find;
 use crate::effect::{DriverArgument, Effect, RecordArguments};
-use crate::journal::{Journalled, Recorded};
+use crate::journal::{JournalEntry, JournalRule};
 use crate::role::Role;
 use model::refusal::{Class, Refusal, Refusals};
 use schemars::{Schema, SchemaGenerator};
@@ -17,7 +17,7 @@ const SLICE: Duration = Duration::from_millis(50);
 /// Argument that is the number of an instance.
 const INSTANCE: &str = "instance";
 
-type Run<O> = fn(&System, &str, Duration) -> Result<Answered<O>, Refusals>;
+type Run<O> = fn(&System, &str, Duration) -> Result<CallResult<O>, Refusals>;
 type SchemaOf = fn(&mut SchemaGenerator) -> Schema;
 
 /// A call on a system: all that is known of it. [`calls!`](crate::calls!) declares one.
@@ -36,7 +36,7 @@ pub struct Call {
     pub told: bool,
     /// There it is about the system, not about its argument.
     pub told_of_system: bool,
-    pub journal: Journalled,
+    pub journal: JournalRule,
     pub effect: Effect,
     /// Argument by which it defines a name; of several definitions of one name the last one counts.
     pub defines: Option<&'static str>,
@@ -89,8 +89,8 @@ impl Call {
         run: Run<Json>,
         tell: Run<String>,
     ) -> Call {
-        let recorded = if matches!(role, Role::Configure | Role::Download) { Recorded::Call } else { Recorded::Nothing };
-        let journal = Journalled { recorded, replaces: None, goes_with: None, watches: false, secret: &[] };
+        let recorded = if matches!(role, Role::Configure | Role::Download) { JournalEntry::Call } else { JournalEntry::Nothing };
+        let journal = JournalRule { recorded, replaces: None, goes_with: None, watches: false, secret: &[] };
         let records = RecordArguments { path: None, folder: None, trust: None, identity: None, resumes: None };
         let (commands, whole) = (None, None);
         Call {
@@ -231,37 +231,37 @@ impl Call {
 
     /// Declares that a journal records it, though it does not configure.
     pub const fn journalled(self) -> Call {
-        Call { journal: Journalled { recorded: Recorded::Call, ..self.journal }, ..self }
+        Call { journal: JournalRule { recorded: JournalEntry::Call, ..self.journal }, ..self }
     }
 
     /// Declares that a journal records what becomes of that which runs.
     pub const fn outcome_journalled(self) -> Call {
-        Call { journal: Journalled { recorded: Recorded::Outcome, ..self.journal }, ..self }
+        Call { journal: JournalRule { recorded: JournalEntry::Outcome, ..self.journal }, ..self }
     }
 
     /// Declares that a journal does not record it, though it configures.
     pub const fn unjournalled(self) -> Call {
-        Call { journal: Journalled { recorded: Recorded::Nothing, ..self.journal }, ..self }
+        Call { journal: JournalRule { recorded: JournalEntry::Nothing, ..self.journal }, ..self }
     }
 
     /// Declares that in a journal only the last one with the same values of these arguments counts.
     pub const fn replaces(self, of: &'static [&'static str]) -> Call {
-        Call { journal: Journalled { replaces: Some(of), ..self.journal }, ..self }
+        Call { journal: JournalRule { replaces: Some(of), ..self.journal }, ..self }
     }
 
     /// Declares that in a journal it goes when this call deletes what this argument names.
     pub const fn goes_with(self, deletes: &'static str, by: &'static str) -> Call {
-        Call { journal: Journalled { goes_with: Some((deletes, by)), ..self.journal }, ..self }
+        Call { journal: JournalRule { goes_with: Some((deletes, by)), ..self.journal }, ..self }
     }
 
     /// Declares that nothing is started if its replay fails.
     pub const fn watches(self) -> Call {
-        Call { journal: Journalled { watches: true, ..self.journal }, ..self }
+        Call { journal: JournalRule { watches: true, ..self.journal }, ..self }
     }
 
     /// Declares that these arguments are in no file.
     pub const fn secret(self, arguments: &'static [&'static str]) -> Call {
-        Call { journal: Journalled { secret: arguments, ..self.journal }, ..self }
+        Call { journal: JournalRule { secret: arguments, ..self.journal }, ..self }
     }
 }
 
@@ -311,12 +311,12 @@ impl Call {
     }
 
     /// Begins it: it answers after `slice` of real time at the latest.
-    pub fn begin(&self, system: &System, arguments: &str, slice: Duration) -> Result<Answered, Refusals> {
+    pub fn begin(&self, system: &System, arguments: &str, slice: Duration) -> Result<CallResult, Refusals> {
         (self.run)(system, arguments, slice)
     }
 
     /// Begins it as the program that holds the system: the log has what commands. Its answer is text.
-    pub fn begin_as_program(&self, system: &System, arguments: &str, slice: Duration) -> Result<Answered<String>, Refusals> {
+    pub fn begin_as_program(&self, system: &System, arguments: &str, slice: Duration) -> Result<CallResult<String>, Refusals> {
         let run = || (self.tell)(system, arguments, slice);
         let Some(about) = self.commands.filter(|_| self.told) else { return run() };
         let named;
@@ -337,7 +337,7 @@ impl Call {
     }
 
     /// Goes on with it, which the log has already.
-    pub fn go_on(&self, system: &System, arguments: &str, slice: Duration) -> Result<Answered<String>, Refusals> {
+    pub fn go_on(&self, system: &System, arguments: &str, slice: Duration) -> Result<CallResult<String>, Refusals> {
         (self.tell)(system, arguments, slice)
     }
 }
@@ -366,14 +366,14 @@ pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusa
     let mut answered = begin(system, name, arguments, SLICE)?;
     loop {
         match answered {
-            Answered::Done(result) => return Ok(result),
-            Answered::Waiting { call, arguments } => answered = begin(system, call, &arguments.to_string(), SLICE)?,
+            CallResult::Done(result) => return Ok(result),
+            CallResult::Waiting { call, arguments } => answered = begin(system, call, &arguments.to_string(), SLICE)?,
         }
     }
 }
 
 /// Begins a call: as [`call`], but one that lasts answers after `slice` of real time at the latest, with the call by which it goes on.
-pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> Result<Answered, Refusals> {
+pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> Result<CallResult, Refusals> {
     known(name)?.begin(system, arguments, slice)
 }
 

@@ -66,7 +66,7 @@ macro_rules! declared_call {
 
         fn careful(text: &str) -> Result<(Arguments, ($($all,)?)), $crate::Refusals> {
             #[allow(unused_mut, reason = "a call without arguments takes none")]
-            let mut given = $crate::Given::of(stringify!($name), text)?;
+            let mut given = $crate::CallArguments::of(stringify!($name), text)?;
             $(let $field: $of = given.$need(stringify!($field))?;)*
             $(let $whole: $all = given.whole()?;)?
             given.none_left()?;

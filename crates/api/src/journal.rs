@@ -3,7 +3,7 @@
 
 /// Entry of a journal for a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Recorded {
+pub enum JournalEntry {
     /// The journal records nothing: it only looks, or is of this life of the daemon alone.
     Nothing,
     /// Later outcome of what the call started, not the call itself.
@@ -14,8 +14,8 @@ pub enum Recorded {
 
 /// Treatment of a call by a journal and its replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Journalled {
-    pub recorded: Recorded,
+pub struct JournalRule {
+    pub recorded: JournalEntry,
     /// Arguments of which, among calls with the same values of them, only the last call counts.
     pub replaces: Option<&'static [&'static str]>,
     /// The call that deletes what this one made, and the argument of this one that names it.

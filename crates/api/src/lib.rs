@@ -22,13 +22,13 @@ mod role;
 mod values;
 mod waits;
 
-pub use answered::{Answered, Outcome};
+pub use answered::{CallResult, Outcome};
 #[doc(hidden)]
-pub use arguments::{Given, quick};
+pub use arguments::{CallArguments, quick};
 pub use call::{Argument, Call, begin, call, commanded, known};
 pub use calls::{add, calls, find, is_recording, with_effect};
 pub use effect::{DriverArgument, Effect, RecordArguments};
-pub use journal::{Journalled, Recorded};
+pub use journal::{JournalEntry, JournalRule};
 pub use open::open;
 pub use performing::{PreparedVerb, StartedVerb, prepare};
 pub use role::Role;

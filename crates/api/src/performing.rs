@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Call of a verb in steps: its instance is made, started, waited for and deleted. A daemon keeps owners and its journal between the steps.
-use crate::answered::{Answered, Outcome};
-use crate::arguments::Given;
+use crate::answered::{CallResult, Outcome};
+use crate::arguments::CallArguments;
 use crate::calls::with_effect;
 use crate::effect::Effect;
 use crate::waits::lasting;
@@ -9,7 +9,7 @@ use model::definition::Application;
 use model::refusal::Refusals;
 use serde_json::json;
 use std::time::Duration;
-use supervisor::{Limits, Report, StartedInstance, System, Waited};
+use supervisor::{Limits, Report, StartedInstance, System, WaitResult};
 
 /// An instance that was made for a call of a verb and has not started.
 pub struct PreparedVerb<'a> {
@@ -27,7 +27,7 @@ pub struct StartedVerb<'a> {
 
 /// Reads the arguments of a call of a verb, and makes its instance.
 pub fn prepare<'a>(system: &'a System, arguments: &str) -> Result<PreparedVerb<'a>, Refusals> {
-    let mut given = Given::of(with_effect(Effect::PerformsVerb).name, arguments)?;
+    let mut given = CallArguments::of(with_effect(Effect::PerformsVerb).name, arguments)?;
     let limits = given.may("limits")?;
     PreparedVerb::of(system, given.whole()?, limits)
 }
@@ -52,7 +52,7 @@ impl<'a> PreparedVerb<'a> {
 
 impl StartedVerb<'_> {
     /// Waits for its end, at most `slice` of real time; it is deleted then. Returns the answer of the call.
-    pub fn complete(self, slice: Duration) -> Result<Answered, Refusals> {
+    pub fn complete(self, slice: Duration) -> Result<CallResult, Refusals> {
         self.completed(slice)?.answered()
     }
 
@@ -67,6 +67,6 @@ pub(crate) fn performed(system: &System, instance: u64, slice: Duration) -> Resu
     Ok(ended(system.performed(instance, slice)?, instance))
 }
 
-fn ended(waited: Waited<Report>, instance: u64) -> Outcome<Option<Report>> {
+fn ended(waited: WaitResult<Report>, instance: u64) -> Outcome<Option<Report>> {
     lasting(waited, None, "performed", || json!({ "instance": instance }))
 }

@@ -4,7 +4,7 @@ use crate::answered::Outcome;
 use model::refusal::{Class, Refusal, Refusals};
 use serde_json::{Value as Json, json};
 use std::time::{Duration, Instant};
-use supervisor::{System, Waited};
+use supervisor::{System, WaitResult};
 
 /// Virtual time between two looks at the slice, ns.
 const ADVANCE_SLICE_NS: i64 = 10_000_000;
@@ -19,18 +19,18 @@ pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i
 }
 
 /// Returns the outcome of a wait: if its slice is over, it goes on with this call.
-pub(crate) fn lasting<T, U: From<T>>(waited: Waited<T>, timed_out: U, call: &'static str, arguments: impl FnOnce() -> Json) -> Outcome<U> {
+pub(crate) fn lasting<T, U: From<T>>(waited: WaitResult<T>, timed_out: U, call: &'static str, arguments: impl FnOnce() -> Json) -> Outcome<U> {
     match waited {
-        Waited::Done(result) => Outcome::Done(result.into()),
-        Waited::TimedOut => Outcome::Done(timed_out),
-        Waited::Slice => Outcome::GoesOn { call, arguments: arguments() },
+        WaitResult::Done(result) => Outcome::Done(result.into()),
+        WaitResult::TimedOut => Outcome::Done(timed_out),
+        WaitResult::Slice => Outcome::GoesOn { call, arguments: arguments() },
     }
 }
 
 pub(crate) fn paused(system: &System, ids: &[u64], names: Vec<String>, slice: Duration) -> Result<Outcome<Vec<String>>, Refusals> {
     Ok(match system.paused(ids, slice)? {
-        Waited::Slice => Outcome::GoesOn { call: "paused", arguments: json!({ "instances": ids, "names": names }) },
-        Waited::Done(()) | Waited::TimedOut => Outcome::Done(names),
+        WaitResult::Slice => Outcome::GoesOn { call: "paused", arguments: json!({ "instances": ids, "names": names }) },
+        WaitResult::Done(()) | WaitResult::TimedOut => Outcome::Done(names),
     })
 }
 

@@ -150,21 +150,21 @@ fn a_cell_is_paused_switched_and_alarmed_by_texts_alone() {
 
 #[test]
 fn a_call_that_lasts_answers_slice_by_slice() {
-    use api::{Answered, begin};
+    use api::{CallResult, begin};
     use std::time::Duration;
     let system = system();
     let instance = wave(&system);
     say(&system, "start", json!({ "instance": instance }));
     let slice = Duration::from_millis(1);
     let waited = begin(&system, "wait", &json!({ "instance": instance, "timeout_ns": 1_000_000_000_000_i64 }).to_string(), slice).expect("it waits");
-    assert_eq!(waited, Answered::Waiting { call: "wait", arguments: json!({ "instance": instance, "until_ns": 1_000_000_000_000_i64 }) });
+    assert_eq!(waited, CallResult::Waiting { call: "wait", arguments: json!({ "instance": instance, "until_ns": 1_000_000_000_000_i64 }) });
     let now = say(&system, "now", json!({}));
     let advanced = begin(&system, "advance", r#"{"duration_ns": 1000000000000}"#, slice).expect("it advances");
-    let Answered::Waiting { call: "advance", arguments } = advanced else { panic!("{advanced:?}") };
+    let CallResult::Waiting { call: "advance", arguments } = advanced else { panic!("{advanced:?}") };
     let passed = say(&system, "now", json!({})).as_i64().expect("ns") - now.as_i64().expect("ns");
     assert_eq!(arguments["duration_ns"].as_i64().expect("ns") + passed, 1_000_000_000_000);
     let halted = begin(&system, "halt", &json!({ "instance": instance }).to_string(), Duration::from_secs(60)).expect("it halts");
-    assert!(matches!(&halted, Answered::Done(report) if report["condition"] == "halted"), "{halted:?}");
+    assert!(matches!(&halted, CallResult::Done(report) if report["condition"] == "halted"), "{halted:?}");
     assert!(refused(&system, "wait", r#"{"instance": 1, "timeout_ns": 1, "until_ns": 1}"#).contains("not both"));
 }
 

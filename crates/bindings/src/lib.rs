@@ -111,12 +111,12 @@ fn check_name(what: &str, name: &str) -> PyResult<()> {
 
 #[pyfunction]
 fn did_you_mean(word: &str, candidates: Vec<String>) -> String {
-    model::suggest::did_you_mean(word, candidates.iter().map(String::as_str))
+    model::hints::did_you_mean(word, candidates.iter().map(String::as_str))
 }
 
 #[pyfunction]
 fn nearest(word: &str, candidates: Vec<String>) -> Option<String> {
-    model::suggest::nearest(word, candidates.iter().map(String::as_str)).map(str::to_owned)
+    model::hints::nearest(word, candidates.iter().map(String::as_str)).map(str::to_owned)
 }
 
 /// The endings of files that are built where they are loaded, without the dot.
@@ -163,7 +163,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<system::System>()?;
     m.add_class::<recordings::Recording>()?;
     m.add_function(wrap_pyfunction!(recordings::open_recording, m)?)?;
-    m.add_class::<serve::Served>()?;
+    m.add_class::<serve::SystemServer>()?;
     m.add_function(wrap_pyfunction!(version, m)?)?;
     m.add_function(wrap_pyfunction!(library_json, m)?)?;
     m.add_function(wrap_pyfunction!(header_text, m)?)?;

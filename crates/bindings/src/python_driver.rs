@@ -3,8 +3,8 @@
 //! `python/opengpac/driver/process.py` has its other half, which packs and unpacks what its exchange reads and writes.
 use crate::convert::to_json;
 use device::{
-    Channel, Counters, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Reach, ServiceWord, Services, Slot,
-    Told, Type,
+    Channel, Counters, Declaration, DeclaredServices, DeviceError, Direction, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Reach,
+    ServiceWord, Services, Slot, Type,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -75,7 +75,7 @@ impl Services for ObjectServices {
 }
 
 /// Makes an object of its class; nothing is opened yet.
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let made = Python::attach(|py| {
         let module = py.import("opengpac.driver.process")?;
         let exchange = module.getattr("Exchange")?.call1((to_json(given.value())?,))?;
@@ -84,7 +84,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     });
     let (channels, beside, exchange) = made.map_err(|why| DriverError::Failed(told(&why)))?;
     let mut about: Value = serde_json::from_str(&beside).map_err(|why| DriverError::Failed(format!("its services and counters: {why}")))?;
-    let words = Told::read(&about).map_err(DriverError::Failed)?;
+    let words = DeclaredServices::read(&about).map_err(DriverError::Failed)?;
     about["age"] = AGE.into();
     let declared: Vec<ChannelDeclaration> = serde_json::from_str(&channels).map_err(|why| DriverError::Failed(format!("its channels: {why}")))?;
     let mut layout = Layout::default();

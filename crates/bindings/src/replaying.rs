@@ -2,15 +2,15 @@
 //! `_native.replay`: a record that is run again.
 use crate::SLICE;
 use crate::convert::{from_json, interpreter, to_json};
-use ::replay::{Asked, Run};
+use ::replay::{ReplayOptions, Run};
 use model::refusal::{Class, Refusal};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// Runs a record again: what is asked for and what is found as JSON (`replay::Asked`, `replay::Found`).
+/// Runs a record again: what is asked for and what is found as JSON (`replay::ReplayOptions`, `replay::ReplayResult`).
 #[pyfunction]
 pub fn replay(py: Python<'_>, path: PathBuf, asked_json: &str) -> PyResult<String> {
-    let asked = Asked { python: interpreter(py)?, ..from_json(asked_json)? };
+    let asked = ReplayOptions { python: interpreter(py)?, ..from_json(asked_json)? };
     let refused = |why: String| crate::convert::refused(vec![Refusal::new(Class::CallError, why)]);
     let mut run = Run::open(&path, asked).map_err(refused)?;
     loop {
@@ -21,7 +21,7 @@ pub fn replay(py: Python<'_>, path: PathBuf, asked_json: &str) -> PyResult<Strin
     }
 }
 
-/// The code modules that a record brings, as JSON (`replay::Brought`). Nothing of them runs.
+/// The code modules that a record brings, as JSON (`replay::CodeFile`). Nothing of them runs.
 #[pyfunction]
 pub fn replay_modules(path: PathBuf) -> PyResult<String> {
     let refused = |why: String| crate::convert::refused(vec![Refusal::new(Class::CallError, why)]);

@@ -36,17 +36,17 @@ impl Watcher for Starting {
 
 /// A system of this process, served by threads of its own as long as this is not stopped.
 #[pyclass(name = "Server", frozen, module = "opengpac._native")]
-pub struct Served(Mutex<Server>);
+pub struct SystemServer(Mutex<Server>);
 
 #[pymethods]
-impl Served {
+impl SystemServer {
     #[new]
-    fn new(py: Python<'_>, system: &System, options_json: &str) -> PyResult<Served> {
+    fn new(py: Python<'_>, system: &System, options_json: &str) -> PyResult<SystemServer> {
         let mut options: Options = from_json(options_json)?;
         options.python = Some(interpreter(py)?);
         let shared = system.shared();
         let server = py.detach(|| Server::start(shared, &options)).map_err(refused)?;
-        Ok(Served(Mutex::new(server)))
+        Ok(SystemServer(Mutex::new(server)))
     }
 
     fn addresses(&self) -> Vec<String> {
@@ -62,7 +62,7 @@ impl Served {
     }
 }
 
-impl Served {
+impl SystemServer {
     fn server(&self) -> MutexGuard<'_, Server> {
         self.0.lock().expect("nobody panics with this lock")
     }

@@ -2,7 +2,7 @@
 //! `_native.System`: every call by its name, and what moves bytes. Calls that last release the interpreter and look at signals.
 use crate::SLICE;
 use crate::convert::refused;
-use api::Answered;
+use api::CallResult;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList};
 use std::sync::Arc;
@@ -36,8 +36,8 @@ impl System {
         let mut answered = py.detach(|| call.begin_as_program(&self.inner, arguments_json, SLICE)).map_err(refused)?;
         loop {
             match answered {
-                Answered::Done(text) => return Ok(text),
-                Answered::Waiting { call, arguments } => {
+                CallResult::Done(text) => return Ok(text),
+                CallResult::Waiting { call, arguments } => {
                     py.check_signals()?;
                     let call = api::known(call).map_err(refused)?;
                     answered = py.detach(|| call.go_on(&self.inner, &arguments.to_string(), SLICE)).map_err(refused)?;
@@ -52,7 +52,7 @@ impl System {
         let call = api::known(name).map_err(refused)?;
         let answered = py.detach(|| call.begin_as_program(&self.inner, arguments_json, Duration::from_nanos(slice_ns))).map_err(refused)?;
         py.check_signals()?;
-        Ok(if let Answered::Done(text) = answered { Some(text) } else { None })
+        Ok(if let CallResult::Done(text) = answered { Some(text) } else { None })
     }
 
     /// Calls a verb, for this much real time; nothing where it is not over then. The number of an instance that goes on comes into `made`
@@ -61,8 +61,8 @@ impl System {
     fn performing(&self, py: Python<'_>, arguments_json: &str, made: &Bound<'_, PyList>, slice_ns: u64) -> PyResult<Option<String>> {
         let call = api::with_effect(api::Effect::PerformsVerb);
         match py.detach(|| call.begin_as_program(&self.inner, arguments_json, Duration::from_nanos(slice_ns))).map_err(refused)? {
-            Answered::Done(text) => Ok(Some(text)),
-            Answered::Waiting { arguments, .. } => {
+            CallResult::Done(text) => Ok(Some(text)),
+            CallResult::Waiting { arguments, .. } => {
                 made.append(arguments["instance"].as_u64())?;
                 Ok(None)
             }

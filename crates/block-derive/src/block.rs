@@ -93,7 +93,7 @@ fn is_bound(item: &Item) -> bool {
 fn value_type(item: &Item) -> TokenStream {
     let ty = &item.ty;
     match item.kind {
-        Kind::ConditionOf => quote!(<#ty as ::opengpac::generated::Reported>::Value),
+        Kind::ConditionOf => quote!(<#ty as ::opengpac::generated::ValuedCondition>::Value),
         _ if item.in_place => quote!(<#ty as ::opengpac::generated::Lying>::Value),
         _ => quote!(#ty),
     }

@@ -61,11 +61,11 @@ impl ValueSpec {
 }
 
 /// A condition with a value.
-pub trait Reported {
+pub trait ValuedCondition {
     type Value: Type;
 }
 
-impl<T: Type> Reported for ConditionOf<T> {
+impl<T: Type> ValuedCondition for ConditionOf<T> {
     type Value = T;
 }
 

@@ -34,7 +34,7 @@ struct Pose {
 }
 
 #[derive(Clone, Copy, Default)]
-struct Remembered {
+struct RunningTotal {
     total: f64,
     seen: [u8; 5],
 }
@@ -83,7 +83,7 @@ struct Everything {
     count: i64,
     /// opaque memory
     #[state(opaque)]
-    memory: Remembered,
+    memory: RunningTotal,
     /// encoder
     #[device(read, unit = "rad")]
     encoder: f64,

@@ -5,7 +5,7 @@ use crate::interface::Interface;
 use crate::link::Link;
 use crate::message::{self, Message};
 use crate::nmt::NODE_MAX;
-use crate::sdo::{Answered, TIMEOUT, Transfer};
+use crate::sdo::{SdoOutcome, TIMEOUT, Transfer};
 use cia402::{Entry, abort_name};
 use std::fmt;
 use std::io;
@@ -22,7 +22,7 @@ pub struct Client {
 
 /// Reason why an object was not read or written.
 #[derive(Debug)]
-pub enum Refused {
+pub enum SdoError {
     /// The node does not answer.
     Silent,
     /// The node refuses, with this code.
@@ -32,13 +32,13 @@ pub enum Refused {
     Link(io::Error),
 }
 
-impl fmt::Display for Refused {
+impl fmt::Display for SdoError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refused::Silent => write!(f, "it does not answer"),
-            Refused::Aborted(code) => write!(f, "it refuses with {code:#010x}, {}", abort_name(*code)),
-            Refused::Broken => write!(f, "it answers what is no SDO"),
-            Refused::Link(error) => write!(f, "it is not reached: {error}"),
+            SdoError::Silent => write!(f, "it does not answer"),
+            SdoError::Aborted(code) => write!(f, "it refuses with {code:#010x}, {}", abort_name(*code)),
+            SdoError::Broken => write!(f, "it answers what is no SDO"),
+            SdoError::Link(error) => write!(f, "it is not reached: {error}"),
         }
     }
 }
@@ -56,7 +56,7 @@ impl Client {
     ///
     /// # Errors
     /// It does not answer, or refuses.
-    pub fn upload(&mut self, node: u8, of: Entry) -> Result<Vec<u8>, Refused> {
+    pub fn upload(&mut self, node: u8, of: Entry) -> Result<Vec<u8>, SdoError> {
         self.transfer(node, Transfer::upload(of))
     }
 
@@ -64,7 +64,7 @@ impl Client {
     ///
     /// # Errors
     /// It does not answer, or refuses.
-    pub fn download(&mut self, node: u8, of: Entry, value: &[u8]) -> Result<(), Refused> {
+    pub fn download(&mut self, node: u8, of: Entry, value: &[u8]) -> Result<(), SdoError> {
         self.transfer(node, Transfer::download(of, value)).map(drop)
     }
 
@@ -76,46 +76,46 @@ impl Client {
         self.link.send(frame)
     }
 
-    fn transfer(&mut self, node: u8, (mut transfer, request): (Transfer, [u8; 8])) -> Result<Vec<u8>, Refused> {
+    fn transfer(&mut self, node: u8, (mut transfer, request): (Transfer, [u8; 8])) -> Result<Vec<u8>, SdoError> {
         let to = 0x600 + u16::from(node);
         // What is late from before is no answer to this.
         for _ in 0..TAKEN_MAX {
-            if self.link.receive().map_err(Refused::Link)?.is_none() {
+            if self.link.receive().map_err(SdoError::Link)?.is_none() {
                 break;
             }
         }
-        self.link.send(&Frame::new(to, &request)).map_err(Refused::Link)?;
+        self.link.send(&Frame::new(to, &request)).map_err(SdoError::Link)?;
         let mut until = Instant::now() + self.answer;
         loop {
             let Some(bytes) = self.next(node)? else {
                 if Instant::now() >= until {
                     let _ = self.link.send(&Frame::new(to, &transfer.abort(TIMEOUT)));
-                    return Err(Refused::Silent);
+                    return Err(SdoError::Silent);
                 }
                 self.link.wait(until.saturating_duration_since(Instant::now()));
                 continue;
             };
             match transfer.answer(&bytes) {
-                Answered::Next(request) => {
-                    self.link.send(&Frame::new(to, &request)).map_err(Refused::Link)?;
+                SdoOutcome::Next(request) => {
+                    self.link.send(&Frame::new(to, &request)).map_err(SdoError::Link)?;
                     until = Instant::now() + self.answer;
                 }
-                Answered::Done(value) => return Ok(value),
-                Answered::Aborted(code) => return Err(Refused::Aborted(code)),
-                Answered::Strange if Instant::now() >= until => return Err(Refused::Silent),
-                Answered::Strange => {}
-                Answered::Broken(code) => {
+                SdoOutcome::Done(value) => return Ok(value),
+                SdoOutcome::Aborted(code) => return Err(SdoError::Aborted(code)),
+                SdoOutcome::Strange if Instant::now() >= until => return Err(SdoError::Silent),
+                SdoOutcome::Strange => {}
+                SdoOutcome::Broken(code) => {
                     let _ = self.link.send(&Frame::new(to, &transfer.abort(code)));
-                    return Err(Refused::Broken);
+                    return Err(SdoError::Broken);
                 }
             }
         }
     }
 
     /// Returns the next answer of this node that is there, behind [`TAKEN_MAX`] other frames at most.
-    fn next(&mut self, node: u8) -> Result<Option<[u8; 8]>, Refused> {
+    fn next(&mut self, node: u8) -> Result<Option<[u8; 8]>, SdoError> {
         for _ in 0..TAKEN_MAX {
-            let Some(came) = self.link.receive().map_err(Refused::Link)? else { break };
+            let Some(came) = self.link.receive().map_err(SdoError::Link)? else { break };
             if let Came::Frame(frame) = came
                 && let Some(Message::Sdo { node: from, bytes }) = message::read(&frame)
                 && from == node

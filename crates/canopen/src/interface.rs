@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Interface of a bus. `can0` is an interface of SocketCAN, `local:NAME` a local socket on which an emulated bus answers, `emulated:NAME` an emulated
 //! bus of this process, `emulated` one of its own.
-use crate::emulator::{Bus, NodeOptions, Shared, Within, published};
+use crate::emulator::{Bus, NodeOptions, SharedBus, Within, published};
 use crate::link::{Link, Socket};
 use std::fmt;
 use std::io;
@@ -13,13 +13,13 @@ const EMULATED: &str = "emulated";
 #[derive(Clone)]
 pub enum Interface {
     Named(String),
-    Own(Arc<Shared>),
+    Own(Arc<SharedBus>),
 }
 
 impl Interface {
     /// Returns the interface of a name. An emulated bus of its own has these nodes.
     pub fn of(interface: &str, nodes: impl FnOnce() -> Vec<NodeOptions>) -> Interface {
-        if interface == EMULATED { Interface::Own(Shared::new(Bus::new(&nodes()))) } else { Interface::Named(interface.to_owned()) }
+        if interface == EMULATED { Interface::Own(SharedBus::new(Bus::new(&nodes()))) } else { Interface::Named(interface.to_owned()) }
     }
 
     /// Opens an end that hears these identifiers: each is one with the bits that count of it. Reports about the bus come always.

@@ -32,7 +32,7 @@ enum Doing {
 
 /// Result of an answer.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Answered {
+pub enum SdoOutcome {
     /// The transfer goes on with this request.
     Next([u8; 8]),
     /// The transfer is done; an upload has this value.
@@ -65,12 +65,12 @@ impl Transfer {
     }
 
     /// Takes an answer.
-    pub fn answer(&mut self, bytes: &[u8; 8]) -> Answered {
+    pub fn answer(&mut self, bytes: &[u8; 8]) -> SdoOutcome {
         let command = bytes[0] >> 5;
         let names = self.names(bytes);
         if bytes[0] == 0x80 && names {
             self.doing = Doing::Over;
-            return Answered::Aborted(four(bytes));
+            return SdoOutcome::Aborted(four(bytes));
         }
         match std::mem::replace(&mut self.doing, Doing::Over) {
             Doing::Upload if command == 2 && names => self.begun(bytes),
@@ -78,9 +78,9 @@ impl Transfer {
             Doing::Download(value) if command == 3 && names && bytes[0] == 0x60 => self.accepted(value),
             Doing::Downloading(value, sent) if command == 1 && bytes[0] & 0x0F == 0 => {
                 if (bytes[0] & 0x10 != 0) != self.toggle {
-                    Answered::Broken(TOGGLE)
+                    SdoOutcome::Broken(TOGGLE)
                 } else if sent == value.len() {
-                    Answered::Done(Vec::new())
+                    SdoOutcome::Done(Vec::new())
                 } else {
                     self.toggle = !self.toggle;
                     self.next(value, sent)
@@ -88,7 +88,7 @@ impl Transfer {
             }
             unchanged => {
                 self.doing = unchanged;
-                Answered::Strange
+                SdoOutcome::Strange
             }
         }
     }
@@ -102,50 +102,50 @@ impl Transfer {
         u16::from_le_bytes([bytes[1], bytes[2]]) == self.of.index && bytes[3] == self.of.sub
     }
 
-    fn begun(&mut self, bytes: &[u8; 8]) -> Answered {
+    fn begun(&mut self, bytes: &[u8; 8]) -> SdoOutcome {
         let (is_expedited, is_sized) = (bytes[0] & 2 != 0, bytes[0] & 1 != 0);
         match (is_expedited, is_sized) {
-            (true, true) => Answered::Done(bytes[4..8 - usize::from(bytes[0] >> 2 & 3)].to_vec()),
-            (true, false) => Answered::Done(bytes[4..].to_vec()),
+            (true, true) => SdoOutcome::Done(bytes[4..8 - usize::from(bytes[0] >> 2 & 3)].to_vec()),
+            (true, false) => SdoOutcome::Done(bytes[4..].to_vec()),
             (false, is_sized) => {
                 let size = is_sized.then_some(four(bytes) as usize);
                 if size.is_some_and(|size| size > VALUE_MAX) {
-                    return Answered::Broken(MEMORY);
+                    return SdoOutcome::Broken(MEMORY);
                 }
                 self.doing = Doing::Uploading(Vec::new(), size);
-                Answered::Next([0x60, 0, 0, 0, 0, 0, 0, 0])
+                SdoOutcome::Next([0x60, 0, 0, 0, 0, 0, 0, 0])
             }
         }
     }
 
-    fn segment(&mut self, mut value: Vec<u8>, size: Option<usize>, bytes: &[u8; 8]) -> Answered {
+    fn segment(&mut self, mut value: Vec<u8>, size: Option<usize>, bytes: &[u8; 8]) -> SdoOutcome {
         if (bytes[0] & 0x10 != 0) != self.toggle {
-            return Answered::Broken(TOGGLE);
+            return SdoOutcome::Broken(TOGGLE);
         }
         value.extend_from_slice(&bytes[1..8 - usize::from(bytes[0] >> 1 & 7)]);
         let is_last = bytes[0] & 1 != 0;
         let fits = size.is_none_or(|size| if is_last { value.len() == size } else { value.len() < size });
         if !fits || value.len() > VALUE_MAX {
-            return Answered::Broken(LENGTH);
+            return SdoOutcome::Broken(LENGTH);
         }
         if is_last {
-            return Answered::Done(value);
+            return SdoOutcome::Done(value);
         }
         self.toggle = !self.toggle;
         self.doing = Doing::Uploading(value, size);
-        Answered::Next([if self.toggle { 0x70 } else { 0x60 }, 0, 0, 0, 0, 0, 0, 0])
+        SdoOutcome::Next([if self.toggle { 0x70 } else { 0x60 }, 0, 0, 0, 0, 0, 0, 0])
     }
 
-    fn accepted(&mut self, value: Vec<u8>) -> Answered {
+    fn accepted(&mut self, value: Vec<u8>) -> SdoOutcome {
         match value.len() {
-            1..=4 => Answered::Done(Vec::new()),
-            0 => Answered::Broken(COMMAND),
+            1..=4 => SdoOutcome::Done(Vec::new()),
+            0 => SdoOutcome::Broken(COMMAND),
             _ => self.next(value, 0),
         }
     }
 
     /// Returns the next segment of what is written.
-    fn next(&mut self, value: Vec<u8>, sent: usize) -> Answered {
+    fn next(&mut self, value: Vec<u8>, sent: usize) -> SdoOutcome {
         let part = &value[sent..value.len().min(sent + 7)];
         let is_last = sent + part.len() == value.len();
         let mut request = [0; 8];
@@ -153,7 +153,7 @@ impl Transfer {
         request[1..=part.len()].copy_from_slice(part);
         let sent = sent + part.len();
         self.doing = Doing::Downloading(value, sent);
-        Answered::Next(request)
+        SdoOutcome::Next(request)
     }
 }
 
@@ -176,33 +176,33 @@ mod tests {
     fn a_short_value_comes_at_once() {
         let (mut transfer, request) = Transfer::upload(Entry { index: 0x1000, sub: 0 });
         assert_eq!(request, [0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
-        assert_eq!(transfer.answer(&[0x4B, 0x00, 0x10, 0, 0x92, 0x01, 9, 9]), Answered::Done(vec![0x92, 0x01]));
+        assert_eq!(transfer.answer(&[0x4B, 0x00, 0x10, 0, 0x92, 0x01, 9, 9]), SdoOutcome::Done(vec![0x92, 0x01]));
     }
 
     #[test]
     fn a_long_value_comes_in_segments_whose_bit_toggles() {
         let (mut transfer, _) = Transfer::upload(NAME);
-        assert_eq!(transfer.answer(&[0x41, 0x08, 0x10, 0, 10, 0, 0, 0]), Answered::Next([0x60, 0, 0, 0, 0, 0, 0, 0]));
-        assert_eq!(transfer.answer(b"\x00emulate"), Answered::Next([0x70, 0, 0, 0, 0, 0, 0, 0]));
-        assert_eq!(transfer.answer(b"\x19d x\0\0\0\0"), Answered::Done(b"emulated x".to_vec()));
+        assert_eq!(transfer.answer(&[0x41, 0x08, 0x10, 0, 10, 0, 0, 0]), SdoOutcome::Next([0x60, 0, 0, 0, 0, 0, 0, 0]));
+        assert_eq!(transfer.answer(b"\x00emulate"), SdoOutcome::Next([0x70, 0, 0, 0, 0, 0, 0, 0]));
+        assert_eq!(transfer.answer(b"\x19d x\0\0\0\0"), SdoOutcome::Done(b"emulated x".to_vec()));
         let (mut transfer, _) = Transfer::upload(NAME);
         transfer.answer(&[0x41, 0x08, 0x10, 0, 10, 0, 0, 0]);
-        assert_eq!(transfer.answer(b"\x10emulate"), Answered::Broken(TOGGLE));
+        assert_eq!(transfer.answer(b"\x10emulate"), SdoOutcome::Broken(TOGGLE));
     }
 
     #[test]
     fn a_long_value_goes_in_segments() {
         let (mut transfer, request) = Transfer::download(NAME, b"conveyor 1");
         assert_eq!(request, [0x21, 0x08, 0x10, 0, 10, 0, 0, 0]);
-        assert_eq!(transfer.answer(&[0x60, 0x08, 0x10, 0, 0, 0, 0, 0]), Answered::Next(*b"\x00conveyo"));
-        assert_eq!(transfer.answer(&[0x20, 0, 0, 0, 0, 0, 0, 0]), Answered::Next(*b"\x19r 1\0\0\0\0"));
-        assert_eq!(transfer.answer(&[0x30, 0, 0, 0, 0, 0, 0, 0]), Answered::Done(vec![]));
+        assert_eq!(transfer.answer(&[0x60, 0x08, 0x10, 0, 0, 0, 0, 0]), SdoOutcome::Next(*b"\x00conveyo"));
+        assert_eq!(transfer.answer(&[0x20, 0, 0, 0, 0, 0, 0, 0]), SdoOutcome::Next(*b"\x19r 1\0\0\0\0"));
+        assert_eq!(transfer.answer(&[0x30, 0, 0, 0, 0, 0, 0, 0]), SdoOutcome::Done(vec![]));
     }
 
     #[test]
     fn an_answer_about_another_object_is_none() {
         let (mut transfer, _) = Transfer::upload(NAME);
-        assert_eq!(transfer.answer(&[0x4F, 0x09, 0x10, 0, 1, 0, 0, 0]), Answered::Strange);
-        assert_eq!(transfer.answer(&[0x80, 0x08, 0x10, 0, 0, 0, 2, 6]), Answered::Aborted(0x0602_0000));
+        assert_eq!(transfer.answer(&[0x4F, 0x09, 0x10, 0, 1, 0, 0, 0]), SdoOutcome::Strange);
+        assert_eq!(transfer.answer(&[0x80, 0x08, 0x10, 0, 0, 0, 2, 6]), SdoOutcome::Aborted(0x0602_0000));
     }
 }

@@ -4,7 +4,7 @@
 mod common;
 use canopen::frame::{self, Came, FRAME_LEN, Frame};
 use canopen::message::{self, Message};
-use canopen::sdo::{Answered, Transfer};
+use canopen::sdo::{SdoOutcome, Transfer};
 use cia402::Entry;
 use proptest::prelude::*;
 
@@ -51,7 +51,7 @@ fn of_a_million_changed_frames_none_is_taken() {
 fn of_a_million_changed_answers_none_is_a_value() {
     let of = Entry { index: 0x6041, sub: 0 };
     let good = [0x4B, 0x41, 0x60, 0x00, 0x37, 0x02, 0, 0];
-    assert_eq!(Transfer::upload(of).0.answer(&good), Answered::Done(vec![0x37, 0x02]));
+    assert_eq!(Transfer::upload(of).0.answer(&good), SdoOutcome::Done(vec![0x37, 0x02]));
     let mut random = Random(23);
     for _ in 0..FRAMES {
         let mut bytes = good;
@@ -61,7 +61,7 @@ fn of_a_million_changed_answers_none_is_a_value() {
         let command = random.next() as u8;
         bytes[0] = if command >> 5 == 2 { bytes[0] } else { command };
         let answered = Transfer::upload(of).0.answer(&bytes);
-        assert_eq!(answered, Answered::Strange, "{bytes:?}");
+        assert_eq!(answered, SdoOutcome::Strange, "{bytes:?}");
     }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The side that commands a drive: which control word, which mode and which target it is told in each cycle.
 use crate::brake::{Brake, BrakeOptions};
-use crate::homing::{ANSWERS, Homed, Homing, HomingStep};
+use crate::homing::{ANSWERS, Homing, HomingState, HomingStep};
 use crate::states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET};
 
 /// Scales and limits of an axis.
@@ -20,7 +20,7 @@ pub struct Scale {
 
 /// Command to a drive until the next cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Told {
+pub struct DriveCommand {
     pub control: u16,
     pub mode: Mode,
     /// Target in the drive's own units; of a torque only 16 bits are used.
@@ -55,7 +55,7 @@ pub struct Commander {
     stale: u32,
     resets: bool,
     homing: Option<Homing>,
-    homed: Homed,
+    homed: HomingState,
     brake: Option<Brake>,
 }
 
@@ -79,7 +79,7 @@ impl Commander {
             stale: 0,
             resets: false,
             homing: None,
-            homed: Homed::No,
+            homed: HomingState::No,
             brake: brake.map(Brake::new),
         }
     }
@@ -152,17 +152,17 @@ impl Commander {
     /// Begins to look for its home. Nobody has it engaged.
     pub fn home(&mut self) {
         (self.is_wanted, self.was_enabled, self.is_stopped, self.awaited_s) = (false, false, false, 0.0);
-        (self.homing, self.homed) = (Some(Homing::default()), Homed::GoingOn);
+        (self.homing, self.homed) = (Some(Homing::default()), HomingState::GoingOn);
     }
 
-    pub fn homed(&self) -> Homed {
+    pub fn homed(&self) -> HomingState {
         self.homed
     }
 
     /// Ends a search for its home.
     pub fn leave_homing(&mut self) {
         if self.homing.take().is_some() {
-            self.homed = Homed::Failed;
+            self.homed = HomingState::Failed;
         }
     }
 
@@ -176,7 +176,7 @@ impl Commander {
     }
 
     /// Returns the command until the next cycle, which comes after `span_s`. Real-time safe.
-    pub fn tell(&mut self, command: f64, is_engaged: bool, span_s: f64) -> Told {
+    pub fn tell(&mut self, command: f64, is_engaged: bool, span_s: f64) -> DriveCommand {
         self.is_stopped &= !is_engaged || self.was_engaged;
         self.was_engaged = is_engaged;
         if is_engaged && self.homing.is_some() {
@@ -199,19 +199,19 @@ impl Commander {
     }
 
     /// Returns the same without a command: its target is where it is. Real-time safe.
-    pub fn tell_idle(&mut self) -> Told {
+    pub fn tell_idle(&mut self) -> DriveCommand {
         self.target = self.position;
         self.told(self.rest())
     }
 
     /// Returns the command that somebody else gives where this process is gone: a quick stop, with the brake closed. No drive goes to its target while it stops;
     /// one that did would not leave where it was.
-    pub fn last_words(&self) -> Told {
+    pub fn last_words(&self) -> DriveCommand {
         let closed = self.brake.map(|mut brake| {
             brake.tell(false, 0.0);
             brake.word()
         });
-        Told { control: QUICK_STOP, mode: self.scale.mode, target: self.rest().round() as i32, brake: closed }
+        DriveCommand { control: QUICK_STOP, mode: self.scale.mode, target: self.rest().round() as i32, brake: closed }
     }
 
     /// Returns the target of an axis that does not move.
@@ -219,14 +219,14 @@ impl Commander {
         if self.scale.mode == Mode::Position { self.position } else { 0.0 }
     }
 
-    fn told(&mut self, target: f64) -> Told {
+    fn told(&mut self, target: f64) -> DriveCommand {
         let control = self.control();
         if self.state == DriveState::OperationEnabled && control != ENABLE && self.homing.is_none() {
             self.stale = ANSWERS;
         }
         let target = if self.scale.mode == Mode::Torque { i32::from(target.round() as i16) } else { target.round() as i32 };
         let mode = if self.homing.is_some() { Mode::Homing } else { self.scale.mode };
-        Told { control, mode, target, brake: self.brake.map(|brake| brake.word()) }
+        DriveCommand { control, mode, target, brake: self.brake.map(|brake| brake.word()) }
     }
 
     fn control(&mut self) -> u16 {
@@ -240,8 +240,8 @@ impl Commander {
         if let Some(homing) = &mut self.homing {
             match homing.step(self.status, self.mode) {
                 HomingStep::Tell(control) => return control,
-                HomingStep::Attained => self.homed = Homed::Yes,
-                HomingStep::Failed => self.homed = Homed::Failed,
+                HomingStep::Attained => self.homed = HomingState::Yes,
+                HomingStep::Failed => self.homed = HomingState::Failed,
             }
             self.homing = None;
         }
@@ -293,7 +293,7 @@ mod tests {
     }
 
     fn told(of: &mut Commander, command: f64, is_engaged: bool) -> (u16, i32) {
-        let Told { control, target, .. } = of.tell(command, is_engaged, 0.01);
+        let DriveCommand { control, target, .. } = of.tell(command, is_engaged, 0.01);
         (control, target)
     }
 
@@ -402,6 +402,6 @@ mod tests {
             x.tell(0.4, true, 0.01);
         }
         assert_eq!(x.tell(0.4, true, 0.01).brake, Some(0), "released");
-        assert_eq!(x.last_words(), Told { control: QUICK_STOP, mode: Mode::Position, target: 400, brake: Some(4) });
+        assert_eq!(x.last_words(), DriveCommand { control: QUICK_STOP, mode: Mode::Position, target: 400, brake: Some(4) });
     }
 }

@@ -20,7 +20,7 @@ pub struct Homing {
 
 /// State of homing, as the axis's channel shows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Homed {
+pub enum HomingState {
     #[default]
     No = 0,
     GoingOn = 1,

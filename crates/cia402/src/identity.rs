@@ -20,7 +20,7 @@ pub struct Identity {
 
 /// The identity that the options ask for; a number that is left out is not compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Expected {
+pub struct ExpectedIdentity {
     pub vendor: Option<u32>,
     pub product: Option<u32>,
     pub revision: Option<u32>,
@@ -38,7 +38,7 @@ impl fmt::Display for Identity {
     }
 }
 
-impl Expected {
+impl ExpectedIdentity {
     /// Returns the first number that `found` has otherwise: option, asked for, found.
     fn difference(&self, found: &Identity) -> Option<(&'static str, u32, u32)> {
         let compared = [
@@ -54,12 +54,12 @@ impl Expected {
 
 /// One device of a bus that is being opened.
 #[derive(Clone, Debug)]
-pub struct Opened {
+pub struct BusDevice {
     /// Its name in errors: `axis 'gripper' at place 1`.
     pub title: String,
     /// Names its place for the next opening: bus, position or node, name of the axis.
     pub place: String,
-    pub expected: Expected,
+    pub expected: ExpectedIdentity,
     pub found: Identity,
 }
 
@@ -67,13 +67,13 @@ pub struct Opened {
 ///
 /// # Errors
 /// For people: the first device that is another one, and where the right one is now.
-pub fn check(devices: &[Opened]) -> Result<(), String> {
+pub fn check(devices: &[BusDevice]) -> Result<(), String> {
     let mut first = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
     let first = first.get_or_insert_default();
     for device in devices {
         let (title, found) = (&device.title, &device.found);
         if let Some((option, asked, is)) = device.expected.difference(found) {
-            let holds = |other: &&Opened| other.place != device.place && device.expected.difference(&other.found).is_none();
+            let holds = |other: &&BusDevice| other.place != device.place && device.expected.difference(&other.found).is_none();
             let elsewhere = told(devices.iter().find(holds));
             return Err(format!("{title} is another device than its options say: its {option} is {is} ({is:#x}) and not {asked} ({asked:#x}){elsewhere}"));
         }
@@ -90,7 +90,7 @@ pub fn check(devices: &[Opened]) -> Result<(), String> {
     Ok(())
 }
 
-fn told(elsewhere: Option<&Opened>) -> String {
+fn told(elsewhere: Option<&BusDevice>) -> String {
     elsewhere.map_or_else(String::new, |other| format!("; the right one is connected as {}: the two are swapped", other.title))
 }
 
@@ -98,9 +98,9 @@ fn told(elsewhere: Option<&Opened>) -> String {
 mod tests {
     use super::*;
 
-    fn opened(bus: &str, name: &str, serial: u32) -> Opened {
+    fn opened(bus: &str, name: &str, serial: u32) -> BusDevice {
         let found = Identity { vendor: 1, product: 2, revision: 3, serial, alias: 0 };
-        Opened { title: format!("axis '{name}'"), place: format!("{bus} {name}"), expected: Expected::default(), found }
+        BusDevice { title: format!("axis '{name}'"), place: format!("{bus} {name}"), expected: ExpectedIdentity::default(), found }
     }
 
     #[test]
@@ -122,15 +122,15 @@ mod tests {
     #[test]
     fn each_number_of_the_options_is_compared() {
         let found = Identity { vendor: 1, product: 2, revision: 3, serial: 4, alias: 5 };
-        let right = Expected { vendor: Some(1), product: Some(2), revision: Some(3), serial: Some(4), alias: Some(5) };
+        let right = ExpectedIdentity { vendor: Some(1), product: Some(2), revision: Some(3), serial: Some(4), alias: Some(5) };
         assert_eq!(right.difference(&found), None);
-        assert_eq!(Expected::default().difference(&found), None);
+        assert_eq!(ExpectedIdentity::default().difference(&found), None);
         for (wrong, option) in [
-            (Expected { vendor: Some(9), ..right }, "vendor"),
-            (Expected { product: Some(9), ..right }, "product"),
-            (Expected { revision: Some(9), ..right }, "revision"),
-            (Expected { serial: Some(9), ..right }, "serial"),
-            (Expected { alias: Some(9), ..right }, "alias"),
+            (ExpectedIdentity { vendor: Some(9), ..right }, "vendor"),
+            (ExpectedIdentity { product: Some(9), ..right }, "product"),
+            (ExpectedIdentity { revision: Some(9), ..right }, "revision"),
+            (ExpectedIdentity { serial: Some(9), ..right }, "serial"),
+            (ExpectedIdentity { alias: Some(9), ..right }, "alias"),
         ] {
             assert_eq!(wrong.difference(&found).map(|(option, asked, _)| (option, asked)), Some((option, 9)));
         }

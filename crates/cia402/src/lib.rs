@@ -21,7 +21,7 @@ mod objects;
 mod states;
 
 pub use brake::{Brake, BrakeOptions};
-pub use commander::{Commander, Scale, Told};
-pub use homing::{Homed, Homing, HomingStep};
+pub use commander::{Commander, DriveCommand, Scale};
+pub use homing::{Homing, HomingState, HomingStep};
 pub use objects::{Entry, abort_name};
 pub use states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET, SHUT_DOWN, SWITCH_ON, error_name};

@@ -10,18 +10,18 @@ const COMPONENTS: &str = "#/components/schemas/";
 struct Other(&'static str, &'static str, &'static [Parameter], &'static str);
 
 /// A parameter of a path: where it stands, its name, its type, what it is.
-struct Parameter(Place, &'static str, &'static str, &'static str);
+struct Parameter(ParameterPlace, &'static str, &'static str, &'static str);
 
 #[derive(PartialEq)]
-enum Place {
+enum ParameterPlace {
     Path,
     Query,
     /// The parameter is in the query, and the request is refused without it.
     Needed,
 }
 
-const SESSION_NAME: Parameter = Parameter(Place::Path, "name", "string", "Name of the session.");
-const SHA256: Parameter = Parameter(Place::Path, "sha256", "string", "SHA-256 of the file, 64 lower-case hexadecimal digits.");
+const SESSION_NAME: Parameter = Parameter(ParameterPlace::Path, "name", "string", "Name of the session.");
+const SHA256: Parameter = Parameter(ParameterPlace::Path, "sha256", "string", "SHA-256 of the file, 64 lower-case hexadecimal digits.");
 
 const OTHERS: &[Other] = &[
     Other("get", "/v1/version", &[], "Version, machine and system, and the role of the caller."),
@@ -34,7 +34,7 @@ const OTHERS: &[Other] = &[
     Other(
         "delete",
         "/v1/sessions/{name}/reports",
-        &[SESSION_NAME, Parameter(Place::Needed, "through", "integer", "Number of the last report that is collected.")],
+        &[SESSION_NAME, Parameter(ParameterPlace::Needed, "through", "integer", "Number of the last report that is collected.")],
         "Collects end reports.",
     ),
     Other("post", "/v1/heartbeat", &[], "A sign of life of the session of the header."),
@@ -50,11 +50,11 @@ const OTHERS: &[Other] = &[
         "put",
         "/v1/modules/{name}",
         &[
-            Parameter(Place::Path, "name", "string", "Name of the module."),
-            Parameter(Place::Needed, "file", "string", "Name of the file; its suffix says what it is."),
-            Parameter(Place::Needed, "sha256", "string", "SHA-256 of the body."),
-            Parameter(Place::Query, "abi", "integer", "Of a shared object: version of the block interface."),
-            Parameter(Place::Query, "target", "string", "Of a shared object: the machine that it is for."),
+            Parameter(ParameterPlace::Path, "name", "string", "Name of the module."),
+            Parameter(ParameterPlace::Needed, "file", "string", "Name of the file; its suffix says what it is."),
+            Parameter(ParameterPlace::Needed, "sha256", "string", "SHA-256 of the body."),
+            Parameter(ParameterPlace::Query, "abi", "integer", "Of a shared object: version of the block interface."),
+            Parameter(ParameterPlace::Query, "target", "string", "Of a shared object: the machine that it is for."),
         ],
         "Downloads a code module: C or C++ source, or a shared object. Needs the role download.",
     ),
@@ -63,7 +63,7 @@ const OTHERS: &[Other] = &[
     Other(
         "get",
         "/v1/stream",
-        &[Parameter(Place::Query, "hold", "boolean", "Where the stream breaks, the session of the header is lost.")],
+        &[Parameter(ParameterPlace::Query, "hold", "boolean", "Where the stream breaks, the session of the header is lost.")],
         "A WebSocket: values, statistics, the log, ends and scopes, as its client subscribes. Its frames are `stream` of GET /v1/schema.",
     ),
 ];
@@ -164,8 +164,8 @@ fn of_call(name: &str, call: &Value) -> Value {
 fn of_other(Other(method, path, parameters, words): &Other, requests: &Value) -> Value {
     let described = &requests[format!("{} {path}", method.to_uppercase())];
     let given = parameters.iter().map(|Parameter(place, name, of, words)| {
-        let at = if *place == Place::Path { "path" } else { "query" };
-        json!({ "name": name, "in": at, "required": *place != Place::Query, "description": words, "schema": { "type": of } })
+        let at = if *place == ParameterPlace::Path { "path" } else { "query" };
+        json!({ "name": name, "in": at, "required": *place != ParameterPlace::Query, "description": words, "schema": { "type": of } })
     });
     let session = [json!({ "$ref": "#/components/parameters/Session" })];
     let mut operation = json!({

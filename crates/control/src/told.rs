@@ -4,7 +4,7 @@ use api::Snapshot;
 use model::refusal::Refusals;
 use schemars::JsonSchema;
 use serde::Serialize;
-use supervisor::{End, Entry, Installed, Statistics};
+use supervisor::{End, Entry, InstalledInstances, Statistics};
 
 /// A text frame of the stream: what a subscription has to say, or why a frame of the client was refused.
 #[derive(Debug, Default, Serialize, JsonSchema)]
@@ -20,7 +20,7 @@ pub(crate) struct StreamAnswer {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub statistics: Option<Statistics>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub installed: Option<Installed>,
+    pub installed: Option<InstalledInstances>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub log: Option<Vec<Entry>>,
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -65,7 +65,7 @@ async fn a_call_is_declared_once_and_is_everywhere() {
     // As the embedded system of Python makes it: the log has it.
     let call = api::known("count_lamps").expect("it is there");
     let told = call.begin_as_program(&system, r#"{"prefix": "lamp.", "most": 1}"#, std::time::Duration::ZERO).expect("one");
-    assert_eq!(told, api::Answered::Done("1".to_owned()));
+    assert_eq!(told, api::CallResult::Done("1".to_owned()));
     assert!(system.log_since(0).iter().any(|entry| entry.kind == "command" && entry.text == "count_lamps" && entry.about == "lamp."));
     over_http(&inside).await;
     listed(before);

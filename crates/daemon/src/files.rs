@@ -15,7 +15,7 @@ use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
-use supervisor::{Reach, Reached};
+use supervisor::{Reach, ReachingValue};
 
 /// A file that is there.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
@@ -109,8 +109,8 @@ impl Files {
 
     /// Lays out the files that a value refers to, and puts their path in its place. A value that is a path, or names code, is the caller's
     /// to give with the role `download` alone: what lies on this machine is nobody else's.
-    pub fn resolve(&self, of: Reached<'_>, role: Role) -> Result<(), Failure> {
-        let Reached { option, reach, value } = of;
+    pub fn resolve(&self, of: ReachingValue<'_>, role: Role) -> Result<(), Failure> {
+        let ReachingValue { option, reach, value } = of;
         let is_reference = value.is_object();
         if role < Role::Download && (reach == Reach::Code || !is_reference) {
             let (what, remedy) = match reach {

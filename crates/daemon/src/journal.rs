@@ -13,7 +13,7 @@ use crate::caller::Caller;
 use crate::calls::Call;
 use crate::failure::Failure;
 use crate::files::{Files, Reference};
-use api::{Effect, Recorded, Role};
+use api::{Effect, JournalEntry, Role};
 use content::Content;
 use file::{LogFile, Unavailable};
 use ledger::Ledger;
@@ -104,7 +104,7 @@ impl Journal {
 
     /// Returns true if the journal records a call.
     pub fn concerns(call: &Call) -> bool {
-        call.journal.recorded != Recorded::Nothing
+        call.journal.recorded != JournalEntry::Nothing
     }
 
     /// Checks, before something is made that cannot go unrecorded, that there is room for its line. Errors: `AuditFailed`, nothing is done.
@@ -346,7 +346,7 @@ impl Inner {
                 arguments = Map::from_iter([("name".to_owned(), name)]);
                 None
             }
-            _ if call.journal.recorded != Recorded::Call => return None,
+            _ if call.journal.recorded != JournalEntry::Call => return None,
             _ => None,
         };
         if matches!(of, Some(Subject::Instance(_))) {

@@ -10,12 +10,12 @@ use crate::journal::lines::{By, Line, Subject};
 use crate::journal::{Journal, needed};
 use crate::service::Service;
 use crate::sessions::Sessions;
-use api::{Answered, Effect};
+use api::{CallResult, Effect};
 use model::refusal::{Class, Refusal, Refusals};
 use serde_json::{Map, Value as Json, json};
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
-use supervisor::{Anew, OfProcessor, TakenOver, Waited};
+use supervisor::{Anew, OfProcessor, TakenOver, WaitResult};
 
 /// Period at which progress is told.
 const SAY: Duration = Duration::from_secs(1);
@@ -273,14 +273,14 @@ impl Player<'_> {
         let until_ns = system.now_ns().saturating_add(ENABLED_WITHIN_NS);
         loop {
             match system.wait_enabled(device, Some(until_ns), SLICE)? {
-                Waited::Done(false) | Waited::TimedOut => {
+                WaitResult::Done(false) | WaitResult::TimedOut => {
                     let message = format!("device '{device}' is not enabled after {} s", ENABLED_WITHIN_NS / 1_000_000_000);
                     return Err(Failure::new(Class::NotEnabled, message, "look at the log, and enable it again"));
                 }
-                Waited::Done(true) => return Ok(()),
+                WaitResult::Done(true) => return Ok(()),
                 // The next question ends it.
-                Waited::Slice if !self.watcher.goes_on() => return Ok(()),
-                Waited::Slice => {}
+                WaitResult::Slice if !self.watcher.goes_on() => return Ok(()),
+                WaitResult::Slice => {}
             }
         }
     }
@@ -296,8 +296,8 @@ fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) ->
     crate::records::place(service.records.as_deref(), &service.trust, &call.records, &mut arguments)?;
     crate::records::go_on(&call.records, &mut arguments);
     match api::begin(&service.system, name, &Json::Object(arguments).to_string(), SLICE)? {
-        Answered::Done(result) => Ok(result),
-        Answered::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' lasts, and cannot be played"), "delete that line")),
+        CallResult::Done(result) => Ok(result),
+        CallResult::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' lasts, and cannot be played"), "delete that line")),
     }
 }
 

@@ -14,13 +14,13 @@ use crate::lanes::Lanes;
 use crate::rates::Rates;
 use crate::requests::{self, CallRequest};
 use crate::sessions::{SessionInstance, Sessions};
-use api::{Answered, DriverArgument, Effect, Role};
+use api::{CallResult, DriverArgument, Effect, Role};
 use model::refusal::Class;
 use serde_json::{Map, Value as Json, json};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use supervisor::{ModuleAbout, Reached, System};
+use supervisor::{ModuleAbout, ReachingValue, System};
 
 /// A system and all that stands between it and its callers.
 pub struct Service {
@@ -209,7 +209,7 @@ impl Service {
     /// Resolves files and refuses code in the options and arguments of drivers: see [`Files::resolve`].
     pub fn resolve(&self, call: &Call, arguments: &mut Map<String, Json>, role: Role) -> Result<(), Failure> {
         let text = |name: &str| arguments.get(name).and_then(Json::as_str).unwrap_or("").to_owned();
-        let mut resolve = |reached: Reached<'_>| self.files.resolve(reached, role);
+        let mut resolve = |reached: ReachingValue<'_>| self.files.resolve(reached, role);
         let mut none = Json::Null;
         match call.for_driver {
             Some(DriverArgument::Options) => {
@@ -242,10 +242,10 @@ impl Service {
         Ok(self.answer(call, answered?, instance, presence))
     }
 
-    fn answer(&self, call: &Call, answered: Answered, instance: Option<u64>, presence: Option<&Presence>) -> Json {
+    fn answer(&self, call: &Call, answered: CallResult, instance: Option<u64>, presence: Option<&Presence>) -> Json {
         let result = match answered {
-            Answered::Done(result) => result,
-            Answered::Waiting { call, arguments } => {
+            CallResult::Done(result) => result,
+            CallResult::Waiting { call, arguments } => {
                 let go_on = json!({ "call": call, "arguments": arguments });
                 return json!({ "waiting": true, "go_on": go_on, "now_ns": self.system.now_ns() });
             }

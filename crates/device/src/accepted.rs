@@ -2,9 +2,38 @@
 //! The options that a driver accepts: those that it declares, and those of its class.
 use crate::class::Class;
 use crate::declaration::Declaration;
-use crate::option_word::OptionWord;
-use crate::watchdog::TIMEOUT;
-use crate::worker;
+use crate::option_word::{Kind, OptionWord};
+
+/// Range of the timeout: no source can keep a shorter one, and a longer one guards nobody.
+const TIMEOUT_NS: [f64; 2] = [1e6, 3.6e12];
+
+/// The watchdog of a driver that declares none itself.
+pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
+    "timeout_ns",
+    Kind::Whole,
+    "none",
+    "its watchdog: without a new command for so long after one that moves anything, it goes to its safe state by itself",
+)
+.unit("ns")
+.within(TIMEOUT_NS[0], TIMEOUT_NS[1]);
+
+/// Exchanges on the thread of its source instead, as under the virtual clock.
+pub(crate) const IN_PLACE: OptionWord =
+    OptionWord::with_default("in_place", Kind::Bool, "false; true under the virtual clock", "exchanges on the thread of its source: for tests");
+
+/// The options that every driver of class `worker` has.
+pub(crate) const WORKER: [OptionWord; 3] = [
+    OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often it exchanges, on a thread of its own").unit("ns").within(1e5, 1e10),
+    OptionWord::with_default(
+        "age_max_ns",
+        Kind::Whole,
+        "what the driver declares; then a device that tells nothing new may do so for long",
+        "older readings are no readings: the device is lost",
+    )
+    .unit("ns")
+    .within(2e5, 3.6e12),
+    IN_PLACE,
+];
 
 /// Returns the options of a driver for a manual: its own, and those that each of its class has.
 pub fn options_of(of: &'static Declaration) -> Vec<&'static OptionWord> {
@@ -18,6 +47,6 @@ pub(crate) fn has_own_timeout(of: &Declaration) -> bool {
 
 /// Returns the options of a driver, and those that each of its class has.
 pub(crate) fn accepted(of: &'static Declaration) -> impl Iterator<Item = &'static OptionWord> + Clone {
-    let of_class: &[OptionWord] = if of.class == Class::Worker { &worker::WORDS } else { &[] };
+    let of_class: &[OptionWord] = if of.class == Class::Worker { &WORKER } else { &[] };
     of.options.iter().chain((!has_own_timeout(of)).then_some(&TIMEOUT)).chain(of_class)
 }

@@ -4,15 +4,15 @@ use crate::class::Class;
 use crate::counters::CounterWord;
 use crate::error::DriverError;
 use crate::life::{Life, SafeState};
-use crate::opening::{Loaded, Opened};
+use crate::opening::{DriverMaker, OpenedDriver};
 use crate::option_word::OptionWord;
-use crate::options::Given;
+use crate::options::GivenOptions;
 use crate::services::{Scan, ServiceWord};
 use crate::shapes::Geometry;
 use serde_json::Value;
 
 /// Function of a driver that takes its checked options and needs no open driver: it makes one, draws its machine, tries its files.
-pub type Of<T> = fn(&Given<'_>) -> Result<T, DriverError>;
+pub type Of<T> = fn(&GivenOptions<'_>) -> Result<T, DriverError>;
 
 /// The kind and the options of the driver that stands for another one.
 pub type StandIn = fn(&Value) -> Option<(String, Value)>;
@@ -38,7 +38,7 @@ pub struct Declaration {
     /// Finds devices that it could open; none: it cannot look.
     pub scan: Option<Scan>,
     /// Makes it. It may allocate, read files and load libraries.
-    pub open: Of<Opened>,
+    pub open: Of<OpenedDriver>,
     /// Bodies, joints, shapes and meshes of its machine, for whatever draws it; without opening it.
     pub geometry: Option<Of<Option<Geometry>>>,
     /// Tries the files that its options name, so that what is wrong with one ends no process but a child.
@@ -46,7 +46,7 @@ pub struct Declaration {
     /// Driver and options that stand for it where time is virtual; none: itself.
     pub in_virtual_time: Option<StandIn>,
     /// Maker of a driver that was loaded from a file: it makes drivers, and looks for devices, in place of `open` and `scan`.
-    pub loaded: Option<&'static dyn Loaded>,
+    pub loaded: Option<&'static dyn DriverMaker>,
 }
 
 impl Declaration {
@@ -54,12 +54,12 @@ impl Declaration {
     ///
     /// # Errors
     /// The driver's own.
-    pub(crate) fn make(&self, given: &Given<'_>) -> Result<Opened, DriverError> {
+    pub(crate) fn make(&self, given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
         self.loaded.map_or_else(|| (self.open)(given), |loaded| loaded.open(given))
     }
 
     /// Makes a declaration with these options, which is inline and has nothing beyond what every driver has.
-    pub const fn new(kind: &'static str, doc: &'static str, options: &'static [OptionWord], open: Of<Opened>) -> Declaration {
+    pub const fn new(kind: &'static str, doc: &'static str, options: &'static [OptionWord], open: Of<OpenedDriver>) -> Declaration {
         Declaration {
             kind,
             doc,

@@ -4,8 +4,9 @@
 use crate::counters::Counters;
 use crate::driver::Driver;
 use crate::error::DriverError;
+use crate::option_check::check_service;
 use crate::registry::find;
-use crate::services::{Services, check_service};
+use crate::services::Services;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;
@@ -20,7 +21,7 @@ pub struct Beside {
 
 /// Reason why a service was not carried out; each in words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Unserved {
+pub enum ServiceError {
     /// The driver has no such service.
     Unknown(String),
     /// An argument is missing, unknown or of another kind.
@@ -40,19 +41,19 @@ impl Beside {
     ///
     /// # Errors
     /// No such service, a wrong argument, what the device refuses; it moves the device, and an emergency stop is latched.
-    pub fn serve(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, Unserved> {
+    pub fn serve(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, ServiceError> {
         let own = self.services.as_ref().and_then(|services| services.words());
         let words = own.unwrap_or_else(|| find(&self.kind).map(|of| of.services).unwrap_or_default());
         let checked = check_service(&self.kind, words, service, arguments).map_err(|why| match why {
-            DriverError::Service { .. } => Unserved::Unknown(why.to_string()),
-            _ => Unserved::Arguments(why.to_string()),
+            DriverError::Service { .. } => ServiceError::Unknown(why.to_string()),
+            _ => ServiceError::Arguments(why.to_string()),
         })?;
         let Some(services) = &self.services else {
-            return Err(Unserved::Failed(format!("driver '{}' declares service '{service}', and carries out none", self.kind)));
+            return Err(ServiceError::Failed(format!("driver '{}' declares service '{service}', and carries out none", self.kind)));
         };
         let moves = services.is_told_of_stops(service) || words.iter().any(|word| word.name == service && word.moves);
         let served = if moves { services.call_moving(service, &checked, is_stopped) } else { services.call(service, &checked) };
-        served.map_err(|why| Unserved::Failed(why.message))
+        served.map_err(|why| ServiceError::Failed(why.message))
     }
 
     /// Returns its counts so far, by name.

@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// The services and counters of one device, as those of a [`Declaration`].
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Told {
+pub struct DeclaredServices {
     pub services: &'static [ServiceWord],
     pub counters: &'static [CounterWord],
 }
@@ -26,14 +26,14 @@ struct Texts {
 }
 
 /// Declarations that were read so far. Words stay for the life of the process, so the same ones are kept once.
-static KEPT: Mutex<Vec<(Texts, Told)>> = Mutex::new(Vec::new());
+static KEPT: Mutex<Vec<(Texts, DeclaredServices)>> = Mutex::new(Vec::new());
 
-impl Told {
+impl DeclaredServices {
     /// Reads `services` and `counters` of what a driver says of its device, in the form of a [`Manual`](crate::Manual).
     ///
     /// # Errors
     /// What is not of that form.
-    pub fn read(about: &Value) -> Result<Told, String> {
+    pub fn read(about: &Value) -> Result<DeclaredServices, String> {
         let texts: Texts = Texts::deserialize(about).map_err(|why| format!("its services and counters: {why}"))?;
         let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, told)) = kept.iter().find(|(of, _)| *of == texts) {
@@ -41,7 +41,7 @@ impl Told {
         }
         let services = texts.services.iter().map(service).collect::<Result<Vec<_>, _>>()?.leak();
         let counters = texts.counters.iter().map(|of| CounterWord { name: stays(&of.name), unit: stays(&of.unit), doc: stays(&of.doc) });
-        let told = Told { services, counters: counters.collect::<Vec<_>>().leak() };
+        let told = DeclaredServices { services, counters: counters.collect::<Vec<_>>().leak() };
         kept.push((texts, told));
         Ok(told)
     }
@@ -81,15 +81,15 @@ mod tests {
         let argument = json!({ "name": "level", "kind": "number", "unit": "W", "default": "1.0", "doc": "how warm" });
         let services = json!([{ "name": "warm", "doc": "warms it", "arguments": [argument], "answer": "bool", "moves": true }]);
         let about = json!({ "parts": [], "services": services, "counters": [{ "name": "late", "unit": "", "doc": "late answers" }] });
-        let told = Told::read(&about).expect("words");
+        let told = DeclaredServices::read(&about).expect("words");
         assert_eq!(
             (told.services[0].name, told.services[0].arguments[0].unit, told.services[0].answer, told.services[0].moves),
             ("warm", "W", Some(Kind::Bool), true)
         );
         assert_eq!(told.counters[0].name, "late");
-        assert!(std::ptr::eq(told.services, Told::read(&about).expect("the same").services));
-        assert!(Told::read(&json!({})).expect("nothing").services.is_empty());
+        assert!(std::ptr::eq(told.services, DeclaredServices::read(&about).expect("the same").services));
+        assert!(DeclaredServices::read(&json!({})).expect("nothing").services.is_empty());
         let wrong = json!({ "services": [{ "name": "warm", "doc": "", "arguments": [], "answer": "heat" }] });
-        assert_eq!(Told::read(&wrong).expect_err("a kind that is none"), "'heat' is no kind of value");
+        assert_eq!(DeclaredServices::read(&wrong).expect_err("a kind that is none"), "'heat' is no kind of value");
     }
 }

@@ -8,8 +8,8 @@
 //! | [`Layout`], [`Slot`] | where they lie: offsets that nobody counts by hand |
 //! | [`Declaration`], [`OptionWord`], [`Class`] | its manual: name, options with units and defaults, where it exchanges |
 //! | [`register`], [`open`], [`geometry`] | the drivers of this process: each registers itself, nobody above names one |
-//! | [`Loaded`], [`lend_loader`] | drivers that come in a file: `name@file.so` |
-//! | [`Given`] | options, checked by one piece of code |
+//! | [`DriverMaker`], [`lend_loader`] | drivers that come in a file: `name@file.so` |
+//! | [`GivenOptions`] | options, checked by one piece of code |
 //! | [`Life`], [`SafeState`] | how its device comes, goes and comes to rest |
 //! | [`Services`], [`ServiceWord`], [`Scan`] | what it does off the cycle: commands, and the search for devices |
 //! | [`Counters`] | what it counts: lost frames, late answers |
@@ -29,6 +29,7 @@ mod declaration;
 mod driver;
 mod driver_services;
 mod error;
+mod factory;
 mod layout;
 mod learned;
 mod lent;
@@ -37,6 +38,7 @@ mod loaded;
 mod manual;
 mod nested;
 mod opening;
+mod option_check;
 mod option_word;
 mod options;
 mod part;
@@ -57,22 +59,24 @@ pub use class::Class;
 pub use counters::{CounterWord, Counters};
 pub use declaration::{Declaration, Of, StandIn};
 pub use driver::Driver;
-pub use driver_services::{Beside, Unserved};
+pub use driver_services::{Beside, ServiceError};
 pub use error::{DeviceError, DriverError};
+pub use factory::{UNGUARDED_WITHOUT_GUARD, check, geometry, in_virtual_time, open, scan, try_options};
 pub use layout::{Layout, Slot};
-pub use learned::Told;
+pub use learned::DeclaredServices;
 pub use lent::{interpreter, lend_interpreter};
 pub use life::{Life, SafeBy, SafeState};
 pub use loaded::{Loader, lend_loader, load};
 pub use manual::{CounterAbout, Manual, OptionAbout, SafeStateAbout, ServiceAbout};
-pub use opening::{Loaded, Opened};
+pub use opening::{DriverMaker, OpenedDriver};
+pub use option_check::check_service;
 pub use option_word::{Inside, Kind, OptionWord, Reach};
-pub use options::Given;
+pub use options::GivenOptions;
 pub use part::{Command, Part, Servo, UNLIMITED};
-pub use reach::{Reached, each_reach, each_reach_of_service};
-pub use registry::{UNGUARDED_WITHOUT_GUARD, check, declarations, find, geometry, in_virtual_time, open, register, scan, try_options};
+pub use reach::{ReachingValue, each_reach, each_reach_of_service};
+pub use registry::{declarations, find, register};
 pub use safe_handle::SafeHandle;
-pub use services::{Found, Scan, ServiceWord, Services, check_service, under_a_stop};
+pub use services::{FoundDevice, Scan, ServiceWord, Services, under_a_stop};
 pub use shapes::{Body, Geometry, Joint, JointKind, Mesh, Shape};
 pub use types::{Number, Type};
 pub use watchdog::timeout_message;

@@ -6,7 +6,7 @@ use crate::declaration::Declaration;
 use crate::life::SafeState;
 use crate::option_word::OptionWord;
 use crate::services::ServiceWord;
-use interval::Interval;
+use hints::Interval;
 use serde::{Deserialize, Serialize};
 
 /// Declaration of a driver.

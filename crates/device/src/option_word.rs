@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A typed word of a declaration: an option of a driver, an argument of a service.
-use interval::Interval;
+use hints::Interval;
 
 /// Kind of an option's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use crate::accepted::accepted;
 use crate::option_word::{Inside, Kind, OptionWord, Reach};
 use crate::registry::find;
-use interval::{Interval, short};
+use hints::{Interval, short};
 use serde_json::Value;
 
 /// Units of time, and how many ns each has.

@@ -7,7 +7,7 @@ use crate::registry::find;
 use serde_json::Value;
 
 /// A value that reaches beyond its device.
-pub struct Reached<'v> {
+pub struct ReachingValue<'v> {
     /// Path of the option: `driver.options.path`.
     pub option: &'v str,
     /// [`Reach::File`] or [`Reach::Code`].
@@ -20,7 +20,7 @@ pub struct Reached<'v> {
 ///
 /// # Errors
 /// The first error of `visit`.
-pub fn each_reach<E>(kind: &str, options: &mut Value, visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>) -> Result<(), E> {
+pub fn each_reach<E>(kind: &str, options: &mut Value, visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>) -> Result<(), E> {
     within("", kind, options, visit)
 }
 
@@ -33,7 +33,7 @@ pub fn each_reach_of_service<E>(
     (kind, options): (&str, &Value),
     service: &str,
     arguments: &mut Value,
-    visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>,
+    visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
     if kind.contains('@') {
         return Ok(());
@@ -49,26 +49,26 @@ pub fn each_reach_of_service<E>(
     Ok(())
 }
 
-fn within<E>(at: &str, kind: &str, options: &mut Value, visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>) -> Result<(), E> {
+fn within<E>(at: &str, kind: &str, options: &mut Value, visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>) -> Result<(), E> {
     if kind.contains('@') {
-        return visit(Reached { option: &format!("{at}kind"), reach: Reach::Code, value: &mut Value::String(kind.to_owned()) });
+        return visit(ReachingValue { option: &format!("{at}kind"), reach: Reach::Code, value: &mut Value::String(kind.to_owned()) });
     }
     // An unknown kind opens nothing.
     let Ok(of) = find(kind) else { return Ok(()) };
     accepted(of).try_for_each(|word| of_word(at, word, options, visit))
 }
 
-fn of_word<E>(at: &str, word: &OptionWord, table: &mut Value, visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>) -> Result<(), E> {
+fn of_word<E>(at: &str, word: &OptionWord, table: &mut Value, visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>) -> Result<(), E> {
     match table.get_mut(word.name).filter(|value| !value.is_null()) {
         Some(value) => one(&format!("{at}{}", word.name), word.reach, value, visit),
         None => Ok(()),
     }
 }
 
-fn one<E>(option: &str, reach: Reach, value: &mut Value, visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>) -> Result<(), E> {
+fn one<E>(option: &str, reach: Reach, value: &mut Value, visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>) -> Result<(), E> {
     match reach {
         Reach::Device => Ok(()),
-        Reach::File | Reach::Code => visit(Reached { option, reach, value }),
+        Reach::File | Reach::Code => visit(ReachingValue { option, reach, value }),
         Reach::Driver => {
             let kind = value["kind"].as_str().unwrap_or("").to_owned();
             match value.get_mut("options") {

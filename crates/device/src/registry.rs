@@ -1,26 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The drivers of this process, by name. Nobody but the driver's own crate names one: it registers its declaration, and a program asks for
 //! it by a text.
-use crate::accepted::{accepted, has_own_timeout};
-use crate::channel::Direction;
-use crate::class::Class;
 use crate::declaration::Declaration;
 use crate::error::DriverError;
 use crate::loaded;
-use crate::manual::Manual;
-use crate::opening::Opened;
-use crate::options::Given;
-use crate::services::Found;
-use crate::shapes::Geometry;
-use crate::watchdog;
-use crate::worker;
-use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::{PoisonError, RwLock};
 
 static DRIVERS: RwLock<BTreeMap<&'static str, &'static Declaration>> = RwLock::new(BTreeMap::new());
 
-/// Makes this driver known to [`open`], in this process. Again is nothing.
+/// Makes this driver known to [`open`](crate::open), in this process. Again is nothing.
 ///
 /// # Errors
 /// [`DriverError::Taken`]: another driver has its name.
@@ -50,106 +39,7 @@ pub fn find(kind: &str) -> Result<&'static Declaration, DriverError> {
     let known = declarations();
     known.iter().find(|driver| driver.kind == kind).copied().ok_or_else(|| {
         let names: Vec<&str> = known.iter().map(|driver| driver.kind).collect();
-        let meant = suggest::nearest(kind, names.iter().copied()).map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
+        let meant = hints::nearest(kind, names.iter().copied()).map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
         DriverError::UnknownKind { kind: kind.into(), meant, known: names.join(", ") }
     })
-}
-
-/// Mark `true` in a description: nothing but a guard makes the device safe once its process is gone. It is for the supervisor, which
-/// knows whether one runs there.
-pub const UNGUARDED_WITHOUT_GUARD: &str = "unguarded_without_guard";
-
-/// Makes the driver `kind` from its options, a table of names and values; it is not opened yet.
-///
-/// The second value describes the machine: what [`Opened`] says, and `watchdog_ns` where it has one (option
-/// `timeout_ns` of any driver). Never on the real-time path. Errors: an unknown kind, a wrong option, and each driver's own.
-pub fn open(kind: &str, options: &Value) -> Result<Opened, DriverError> {
-    let of = find(kind)?;
-    let given = Given::check(of.kind, options, accepted(of))?;
-    let (pace, given) = match of.class {
-        Class::Worker => worker::pace(&given, &of.life).map(|(pace, rest)| (Some(pace), rest))?,
-        Class::Inline | Class::Process => (None, given),
-    };
-    let (driver, mut about) = if has_own_timeout(of) { of.make(&given)? } else { watchdog::watched(&given, of)? };
-    // The watchdog that any driver can have by an option runs in the process of the driver, and ends with it.
-    let is_kept_here = !has_own_timeout(of) && !given.value()[watchdog::TIMEOUT.name].is_null();
-    let has_watchdog = !is_kept_here && driver.watchdog_ns().is_some();
-    let commands = driver.channels().iter().any(|channel| channel.direction == Direction::Write);
-    // Of a driver that runs another one, what that one says of itself does not hold.
-    for (word, guard) in [("unguarded", true), (UNGUARDED_WITHOUT_GUARD, false)] {
-        if commands && of.safe_state.is_unguarded(has_watchdog, guard) {
-            about[word] = true.into();
-        } else if let Some(about) = about.as_object_mut() {
-            about.remove(word);
-        }
-    }
-    let driver = match pace {
-        Some(pace) => worker::lent().ok_or_else(|| DriverError::Class { kind: kind.into(), class: of.class })?(driver, pace),
-        None => driver,
-    };
-    if let Some(timeout_ns) = driver.watchdog_ns() {
-        about["watchdog_ns"] = timeout_ns.into();
-    }
-    tell(of, &mut about);
-    Ok((driver, about))
-}
-
-/// Adds the declaration of each of its devices; a driver that says more of this one has the last word.
-fn tell(of: &'static Declaration, about: &mut Value) {
-    let Manual { class, safe_state, services, counters, .. } = Manual::from(of);
-    let told = [("class", json!(class)), ("safe_state", json!(safe_state)), ("services", json!(services)), ("counters", json!(counters))];
-    for (name, value) in told {
-        if about[name].is_null() && value != json!([]) {
-            about[name] = value;
-        }
-    }
-}
-
-/// Checks options against what the driver `kind` declares, without making one.
-///
-/// # Errors
-/// An unknown kind, an option that is wrong, unknown or missing.
-pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
-    let of = find(kind)?;
-    Given::check(of.kind, options, accepted(of)).map(|_| ())
-}
-
-/// Bodies, joints, shapes and meshes of the machine that a driver of this kind and these options stands for; nothing where it has
-/// none. It may load the model once more and leaves the machine alone, so it may last some tenths of a second: never on the real-time
-/// path. Errors: those of [`open`], for a model that is no longer there.
-pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverError> {
-    let of = find(kind)?;
-    of.geometry.map_or(Ok(None), |geometry| geometry(&Given::check(of.kind, options, accepted(of))?))
-}
-
-/// Tries the files that the options name, as the driver declares it; without a trial nothing is tried.
-///
-/// # Errors
-/// What is wrong with them.
-pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
-    let of = find(kind)?;
-    of.trial.map_or(Ok(()), |trial| trial(&Given::check(of.kind, options, accepted(of))?))
-}
-
-/// Returns the driver and options that stand for these where time is virtual, where nothing can run at a pace of its own.
-pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
-    let Ok(of) = find(kind) else { return (kind.to_owned(), options.clone()) };
-    let other = of.in_virtual_time.and_then(|of| of(options));
-    let (kind, mut options) = other.unwrap_or_else(|| (kind.to_owned(), options.clone()));
-    // No thread has a pace of its own there.
-    if let (Class::Worker, Some(options)) = (of.class, options.as_object_mut()) {
-        options.insert(worker::IN_PLACE.name.to_owned(), true.into());
-    }
-    (kind, options)
-}
-
-/// Looks for devices that the driver `kind` could open; `options` say where, and need not say more.
-///
-/// # Errors
-/// An unknown kind, one that cannot look, a wrong option, and each driver's own.
-pub fn scan(kind: &str, options: &Value) -> Result<Vec<Found>, DriverError> {
-    let of = find(kind)?;
-    let scan = of.scan.ok_or_else(|| DriverError::NoScan { kind: of.kind.into() })?;
-    let given = Given::check_known(of.kind, options, accepted(of))?;
-    of.loaded.map_or_else(|| scan(&given), |loaded| loaded.scan(&given))
 }

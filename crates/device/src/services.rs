@@ -2,7 +2,7 @@
 //! Services of a driver beside its cycle: commands with typed arguments, and the search for devices.
 use crate::error::{DeviceError, DriverError};
 use crate::option_word::{Kind, OptionWord};
-use crate::options::Given;
+use crate::options::GivenOptions;
 use serde_json::Value;
 
 /// A service of a driver: a command off the cycle, as reading an object of a drive or homing it.
@@ -22,7 +22,7 @@ pub struct ServiceWord {
 /// Services of an open driver. It is called from threads that are not the device's source, while the source exchanges,
 /// so it shares with the driver only what may wait for neither.
 pub trait Services: Send + Sync {
-    /// Returns the services of this device, if they are others than its driver declares; none: those. See [`Told`](crate::Told).
+    /// Returns the services of this device, if they are others than its driver declares; none: those. See [`DeclaredServices`](crate::Told).
     fn words(&self) -> Option<&'static [ServiceWord]> {
         None
     }
@@ -60,7 +60,7 @@ pub fn under_a_stop(service: &str) -> DeviceError {
 
 /// A device that a search found.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Found {
+pub struct FoundDevice {
     /// Description, one line.
     pub what: String,
     /// The options that open it.
@@ -68,26 +68,4 @@ pub struct Found {
 }
 
 /// Looks for devices that a driver could open; its options say where. It moves nothing.
-pub type Scan = fn(&Given<'_>) -> Result<Vec<Found>, DriverError>;
-
-/// Checks the arguments of a service against its declaration.
-///
-/// # Errors
-/// [`DriverError::Service`]: the driver has no such service. [`DriverError::Argument`] names an argument.
-pub fn check_service(kind: &str, services: &'static [ServiceWord], name: &str, arguments: &Value) -> Result<Value, DriverError> {
-    let Some(word) = services.iter().find(|word| word.name == name) else {
-        let problem = match services {
-            [] => "it has none".to_owned(),
-            _ => suggest::did_you_mean(name, services.iter().map(|word| word.name)),
-        };
-        return Err(DriverError::Service { kind: kind.into(), service: name.into(), problem });
-    };
-    let given = Given::check(kind, arguments, word.arguments.iter()).map_err(|why| match why {
-        DriverError::Option { kind, option, problem } => {
-            let problem = problem.replace("the driver has no such option", "the service has no such argument");
-            DriverError::Argument { kind, service: name.to_owned(), argument: option, problem }
-        }
-        other => other,
-    })?;
-    Ok(given.value().clone())
-}
+pub type Scan = fn(&GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError>;

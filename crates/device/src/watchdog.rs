@@ -4,20 +4,17 @@
 //!
 //! Option `timeout_ns` of every driver that runs in place (a plant in a process of its own has it in that process). It begins with the first
 //! command that moves anything: a device that is at rest has nothing to time out.
+use crate::accepted::TIMEOUT;
 use crate::channel::Channel;
 use crate::counters::Counters;
 use crate::declaration::Declaration;
 use crate::driver::Driver;
 use crate::error::{DeviceError, DriverError};
-use crate::opening::Opened;
-use crate::option_word::{Kind, OptionWord};
-use crate::options::Given;
+use crate::opening::OpenedDriver;
+use crate::options::GivenOptions;
 use crate::safe_handle::SafeHandle;
 use crate::services::Services;
 use std::sync::Arc;
-
-/// Range of the timeout: no source can keep a shorter one, and a longer one guards nobody.
-const TIMEOUT_NS: [f64; 2] = [1e6, 3.6e12];
 
 struct Watchdog {
     inner: Box<dyn Driver>,
@@ -27,18 +24,8 @@ struct Watchdog {
     is_over: bool,
 }
 
-/// The option that every driver has which does not declare it itself.
-pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
-    "timeout_ns",
-    Kind::Whole,
-    "none",
-    "its watchdog: without a new command for so long after one that moves anything, it goes to its safe state by itself",
-)
-.unit("ns")
-.within(TIMEOUT_NS[0], TIMEOUT_NS[1]);
-
 /// Makes a driver, with a watchdog where its options ask for one.
-pub(crate) fn watched(given: &Given<'_>, of: &Declaration) -> Result<Opened, DriverError> {
+pub(crate) fn watched(given: &GivenOptions<'_>, of: &Declaration) -> Result<OpenedDriver, DriverError> {
     let timeout_ns = given.value()[TIMEOUT.name].as_i64();
     let (inner, about) = of.make(&given.without(TIMEOUT.name))?;
     Ok(match timeout_ns {

@@ -1,32 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of a driver that exchanges on a thread of its own. The program that opens drivers lends the thread: nothing here knows one.
+use crate::accepted::{IN_PLACE, WORKER};
 use crate::driver::Driver;
 use crate::error::DriverError;
 use crate::life::Life;
-use crate::option_word::{Kind, OptionWord};
-use crate::options::Given;
+use crate::option_word::OptionWord;
+use crate::options::GivenOptions;
 use std::sync::OnceLock;
 
 /// Default period of a worker's exchange, ns.
 const PERIOD_NS: i64 = 10_000_000;
-
-/// Exchanges on the thread of its source instead, as under the virtual clock.
-pub(crate) const IN_PLACE: OptionWord =
-    OptionWord::with_default("in_place", Kind::Bool, "false; true under the virtual clock", "exchanges on the thread of its source: for tests");
-
-/// The options that every driver of the class has.
-pub(crate) const WORDS: [OptionWord; 3] = [
-    OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often it exchanges, on a thread of its own").unit("ns").within(1e5, 1e10),
-    OptionWord::with_default(
-        "age_max_ns",
-        Kind::Whole,
-        "what the driver declares; then a device that tells nothing new may do so for long",
-        "older readings are no readings: the device is lost",
-    )
-    .unit("ns")
-    .within(2e5, 3.6e12),
-    IN_PLACE,
-];
 
 /// Pace of a worker's exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,22 +28,22 @@ pub struct Pace {
 /// Makes of a driver one that exchanges on a thread of its own; its last channel is `age`, how old its readings are.
 pub type Worker = fn(Box<dyn Driver>, Pace) -> Box<dyn Driver>;
 
-static WORKER: OnceLock<Worker> = OnceLock::new();
+static LENT: OnceLock<Worker> = OnceLock::new();
 
 /// Sets the worker that gives drivers a thread of their own in this process. The first one stays.
 pub fn lend_worker(worker: Worker) {
-    WORKER.get_or_init(|| worker);
+    LENT.get_or_init(|| worker);
 }
 
 pub(crate) fn lent() -> Option<Worker> {
-    WORKER.get().copied()
+    LENT.get().copied()
 }
 
 /// Returns the pace that the options ask for, and the options without it.
-pub(crate) fn pace<'a>(given: &Given<'a>, life: &Life) -> Result<(Pace, Given<'a>), DriverError> {
+pub(crate) fn pace<'a>(given: &GivenOptions<'a>, life: &Life) -> Result<(Pace, GivenOptions<'a>), DriverError> {
     let of = |word: &OptionWord| given.value()[word.name].as_i64();
-    let rest = WORDS.iter().fold(given.without(""), |rest, word| rest.without(word.name));
-    let [period, age_max, _] = &WORDS;
+    let rest = WORKER.iter().fold(given.without(""), |rest, word| rest.without(word.name));
+    let [period, age_max, _] = &WORKER;
     let period_ns = of(period).unwrap_or(PERIOD_NS);
     let taken_max_ns = of(age_max);
     let age_max_ns = taken_max_ns.unwrap_or(if life.lost_within_ns > 0 { life.lost_within_ns } else { 10 * period_ns });

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver of the worker class on the thread of its source: its readings are as old as the device says.
-use crate::readings::{Aged, check_age};
+use crate::readings::{AgedChannels, check_age};
 use device::{Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
 use std::sync::Arc;
 
 pub(crate) struct InPlace {
     inner: Box<dyn Driver>,
-    aged: Aged,
+    aged: AgedChannels,
     pace: Pace,
 }
 
 impl InPlace {
     pub(crate) fn new(inner: Box<dyn Driver>, pace: Pace) -> Self {
-        let aged = Aged::new(inner.channels());
+        let aged = AgedChannels::new(inner.channels());
         InPlace { inner, aged, pace }
     }
 }

@@ -6,7 +6,7 @@ use device::{Channel, DeviceError, Direction, Pace, Slot, Type};
 const AGE: &str = "age";
 
 /// The channels of a driver with their `age`, and where that lies.
-pub(crate) struct Aged {
+pub(crate) struct AgedChannels {
     pub(crate) channels: Vec<Channel>,
     pub(crate) age: Slot,
     /// Bytes of what the driver itself reads and writes.
@@ -16,15 +16,15 @@ pub(crate) struct Aged {
     pub(crate) written: usize,
 }
 
-impl Aged {
-    pub(crate) fn new(channels: &[Channel]) -> Aged {
+impl AgedChannels {
+    pub(crate) fn new(channels: &[Channel]) -> AgedChannels {
         let end = |direction| channels.iter().filter(|channel| channel.direction == direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0);
         let readings_len = end(Direction::Read);
         let age = Slot { offset: readings_len.next_multiple_of(size_of::<f64>()), len: size_of::<f64>() };
         let channel = Channel::read(AGE, Type::DOUBLE).unit("s").doc("how old the readings are");
         let channels = channels.iter().cloned().chain([Channel { offset: age.offset, ..channel }]).collect::<Vec<_>>();
         let written = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
-        Aged { channels, age, readings_len, commands_len: end(Direction::Write), written }
+        AgedChannels { channels, age, readings_len, commands_len: end(Direction::Write), written }
     }
     /// Stores how old readings are that the device took at a time, and returns it, ns. Real-time safe.
     pub(crate) fn set_age(&self, readings: &mut [u8], release_ns: i64, taken_ns: i64) -> i64 {

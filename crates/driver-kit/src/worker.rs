@@ -10,7 +10,7 @@
 //! | the source leaves no commands for as long | the thread brings the outputs to their safe state |
 //! | source and thread stood still together | neither blames the other: what was silent counts from then on |
 //! | `safe_state` | the thread is woken; it happens behind the exchange that runs |
-use crate::readings::{Aged, check_age};
+use crate::readings::{AgedChannels, check_age};
 use device::{Attendance, Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
 use interconnect::{TripleReader, TripleWriter, triple_buffer};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -51,7 +51,7 @@ impl SharedState {
 pub(crate) struct Worker {
     /// Before `open`; the thread has it then.
     inner: Option<Box<dyn Driver>>,
-    aged: Aged,
+    aged: AgedChannels,
     pace: Pace,
     services: Option<Arc<dyn Services>>,
     counters: Option<Arc<Counters>>,
@@ -72,7 +72,7 @@ struct SourceSide {
 
 impl Worker {
     pub(crate) fn new(inner: Box<dyn Driver>, pace: Pace) -> Self {
-        let aged = Aged::new(inner.channels());
+        let aged = AgedChannels::new(inner.channels());
         let (services, counters, watchdog_ns) = (inner.services(), inner.counters(), inner.watchdog_ns());
         Worker { inner: Some(inner), aged, pace, services, counters, watchdog_ns, safe_handles: Mutex::default(), running: None }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver on a thread of its own: newest readings with their age, commands, safe state, and the ways in which a device is lost.
-use device::{Channel, Class, Declaration, DeviceError, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Slot, Type};
+use device::{Channel, Class, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Slot, Type};
 use serde_json::{Value, json};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
@@ -32,7 +32,7 @@ struct Device {
     value: Slot,
 }
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let bench = given.value()["bench"].as_u64().unwrap_or_default() as usize;
     let mut layout = Layout::default();
     let count = layout.add(Channel::read("count", Type::DOUBLE));

@@ -39,7 +39,7 @@ pub mod any_bytes {
     pub use crate::ur::any_bytes::rtde;
 }
 
-use device::{Declaration, DriverError, Found, Geometry, Manual, Opened, Reached};
+use device::{Declaration, DriverError, FoundDevice, Geometry, Manual, OpenedDriver, ReachingValue};
 pub use driver_kit::conformance::{Outcome, Report, Settings, sanitizer_in};
 use serde_json::Value;
 use std::ops::ControlFlow;
@@ -92,7 +92,7 @@ pub fn manuals() -> Vec<Manual> {
 ///
 /// # Errors
 /// An unknown kind, one that cannot look, and each driver's own.
-pub fn scan(kind: &str, options: &Value) -> Result<Vec<Found>, DriverError> {
+pub fn scan(kind: &str, options: &Value) -> Result<Vec<FoundDevice>, DriverError> {
     register();
     device::scan(kind, options)
 }
@@ -101,7 +101,7 @@ pub fn scan(kind: &str, options: &Value) -> Result<Vec<Found>, DriverError> {
 ///
 /// # Errors
 /// An unknown kind, a wrong option, and each driver's own.
-pub fn open(kind: &str, options: &Value) -> Result<Opened, DriverError> {
+pub fn open(kind: &str, options: &Value) -> Result<OpenedDriver, DriverError> {
     register();
     device::open(kind, options)
 }
@@ -152,7 +152,7 @@ pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
 ///
 /// # Errors
 /// The first error of `visit`.
-pub fn each_reach<E>(kind: &str, options: &mut Value, visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>) -> Result<(), E> {
+pub fn each_reach<E>(kind: &str, options: &mut Value, visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>) -> Result<(), E> {
     register();
     device::each_reach(kind, options, visit)
 }
@@ -165,7 +165,7 @@ pub fn each_reach_of_service<E>(
     of: (&str, &Value),
     service: &str,
     arguments: &mut Value,
-    visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>,
+    visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>,
 ) -> Result<(), E> {
     register();
     device::each_reach_of_service(of, service, arguments, visit)

@@ -8,12 +8,12 @@
 mod services;
 
 use device::{
-    Channel, Command, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Part, SafeState, Services, Servo, Slot,
-    Type, UNLIMITED,
+    Channel, Command, Counters, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Part, SafeState, Services,
+    Servo, Slot, Type, UNLIMITED,
 };
 use serde::Deserialize;
 use serde_json::json;
-use services::{Count, Placed, SERVICES};
+use services::{Count, PlacedParts, SERVICES};
 use std::sync::Arc;
 
 pub(crate) static DRIVER: Declaration = Declaration {
@@ -57,7 +57,7 @@ struct Loopback {
     time_ns: i64,
     position: Vec<f64>,
     velocity: Vec<f64>,
-    placed: Arc<Placed>,
+    placed: Arc<PlacedParts>,
     counters: Arc<Counters>,
     /// Goals of parts that take positions, and are told one.
     goal: Vec<Option<f64>>,
@@ -73,7 +73,7 @@ struct Slots {
 }
 
 /// Makes the device; positions are `initial`.
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let wrong = |option: &str, problem: String| given.wrong(option, problem);
     let count = options.parts.len();
@@ -113,7 +113,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
         opened_ns: 0,
         time_ns: 0,
         velocity: vec![0.0; count],
-        placed: Placed::new(&options.parts),
+        placed: PlacedParts::new(&options.parts),
         counters: Arc::new(Counters::new(Count::WORDS)),
         goal: vec![None; count],
         position,

@@ -27,7 +27,7 @@ mod turn;
 mod value;
 
 use crate::stream::Address;
-use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState};
+use device::{Class, Declaration, DriverError, GivenOptions, Kind, Life, OpenedDriver, OptionWord, SafeBy, SafeState};
 use link::{Link, address_of};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -89,7 +89,7 @@ fn twice() -> u32 {
     2
 }
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let address = address_of(&options.address).map_err(|why| given.wrong("address", why))?;
     if matches!(address, Address::Serial { .. }) && !(1..=247).contains(&options.unit) {

@@ -5,7 +5,9 @@
 //! such a type with `[n]`, unit, safe, slew, loop_of}`, and `table`, a list of rows `{at_ns, values: {name: number or list}}`: from `at_ns` after opening
 //! on, those read channels have those values (0 before). A read channel with `loop_of: "<write channel>"` of the same type reads
 //! what was last written there instead. A write channel whose claim ends gets its safe value from the kernel, as any device.
-use device::{Channel, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Number, Opened, OptionWord, SafeState, Type};
+use device::{
+    Channel, Declaration, DeviceError, Direction, Driver, DriverError, GivenOptions, Kind, Layout, Number, OpenedDriver, OptionWord, SafeState, Type,
+};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
@@ -71,7 +73,7 @@ struct ScriptedDriver {
 }
 
 /// Makes the device. Errors name the channel or row that is wrong.
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let wrong = |option: &str, problem: String| given.wrong(option, problem);
     let options: Options = given.read()?;
     let mut layout = Layout::default();

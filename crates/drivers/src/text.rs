@@ -17,9 +17,9 @@ mod talker;
 
 use crate::serial::Settings;
 use crate::stream::Address;
-use device::{Channel, Class, Declaration, DriverError, Given, Kind, Layout, Life, Opened, OptionWord, SafeBy, SafeState, Type};
+use device::{Channel, Class, Declaration, DriverError, GivenOptions, Kind, Layout, Life, OpenedDriver, OptionWord, SafeBy, SafeState, Type};
 use fields::Field;
-use frame::{Checksum, FRAME_MAX, Framing, Sum, Written};
+use frame::{Checksum, ChecksumForm, FRAME_MAX, Framing, Sum};
 use pattern::{Order, Pattern};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
@@ -87,7 +87,7 @@ struct Options {
 struct ChecksumOptions {
     sum: Sum,
     #[serde(default)]
-    written: Written,
+    written: ChecksumForm,
     #[serde(default)]
     mark: String,
 }
@@ -99,7 +99,7 @@ fn half_a_second() -> u64 {
 /// The channel that counts texts, so that a verb sees that one has come which says the same as the last.
 const COUNT: &str = "count";
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let settings = Settings { baud: 9_600, ..Settings::default() };
     let address = Address::parse(&options.address, "serial", settings, None).map_err(|why| given.wrong("address", why))?;
@@ -112,7 +112,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let reads = made.patterns(&options.reads, &options.fields, false).map_err(|why| given.wrong("reads", why))?;
     let writes = made.patterns(&options.writes, &options.fields, true).map_err(|why| given.wrong("writes", why))?;
     if let Some(name) = options.fields.keys().find(|name| !made.fields.contains_key(*name)) {
-        let meant = suggest::did_you_mean(name, made.fields.keys().map(String::as_str));
+        let meant = hints::did_you_mean(name, made.fields.keys().map(String::as_str));
         return Err(given.wrong("fields", format!("'{name}' is in none of the texts; {meant}").trim_end_matches("; ").to_owned()));
     }
     let asks = options.asks.map(|asks| framing.framed(asks.as_bytes()));

@@ -4,10 +4,10 @@ use device::{Inside, Kind, OptionWord, Reach};
 use serde_json::{Value, json};
 
 /// A place in options: names on the way to a number, a name of its own for each entry.
-type Place = (Vec<String>, OptionWord);
+type OptionPath = (Vec<String>, OptionWord);
 
 /// All numbers at this place and below.
-fn numbers(word: &OptionWord, way: &[String], found: &mut Vec<Place>) {
+fn numbers(word: &OptionWord, way: &[String], found: &mut Vec<OptionPath>) {
     let way = [way, &[word.name.to_owned()]].concat();
     if word.is_numeric() {
         found.push((way.clone(), *word));
@@ -22,7 +22,7 @@ fn numbers(word: &OptionWord, way: &[String], found: &mut Vec<Place>) {
     }
 }
 
-fn numbers_of(kind: &str) -> Vec<Place> {
+fn numbers_of(kind: &str) -> Vec<OptionPath> {
     let mut found = Vec::new();
     let of = device::find(kind).expect("a driver of ours");
     device::options_of(of).into_iter().for_each(|word| numbers(word, &[], &mut found));

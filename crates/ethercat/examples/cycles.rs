@@ -53,7 +53,7 @@ fn main() -> Result<(), String> {
     let counters = driver.counters().into_iter().flat_map(|of| of.all().map(|(word, count)| (word.name, count)).collect::<Vec<_>>());
     let counters: Value = counters.map(|(name, count)| (name.to_owned(), Value::from(count))).collect::<serde_json::Map<_, _>>().into();
     driver.close();
-    let Measured { lateness, spans, allocations, skipped, moved } = measured;
+    let CycleMeasurements { lateness, spans, allocations, skipped, moved } = measured;
     println!(
         "{}",
         json!({ "cycles": spans.len(), "allocations": allocations, "skipped": skipped, "moved": moved, "lateness": said(lateness), "exchange": said(spans), "counters": counters })
@@ -61,7 +61,7 @@ fn main() -> Result<(), String> {
     Ok(())
 }
 
-struct Measured {
+struct CycleMeasurements {
     lateness: Vec<u64>,
     spans: Vec<u64>,
     allocations: u64,
@@ -71,10 +71,10 @@ struct Measured {
     moved: f64,
 }
 
-fn exchange(driver: &mut dyn Driver, axes: usize, cycles: usize) -> Result<Measured, DeviceError> {
+fn exchange(driver: &mut dyn Driver, axes: usize, cycles: usize) -> Result<CycleMeasurements, DeviceError> {
     let position = driver.channels().iter().find(|channel| channel.name == "a0.position").map_or(0, |channel| channel.offset);
     let (mut readings, mut commands, engaged) = (vec![0; 128 * axes], vec![0; 8 * axes], vec![true; axes]);
-    let mut measured = Measured { lateness: Vec::with_capacity(cycles), spans: Vec::with_capacity(cycles), allocations: 0, skipped: 0, moved: 0.0 };
+    let mut measured = CycleMeasurements { lateness: Vec::with_capacity(cycles), spans: Vec::with_capacity(cycles), allocations: 0, skipped: 0, moved: 0.0 };
     let (mut minimum, mut maximum) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut release_ns = now_ns() + PERIOD_NS;
     for cycle in 0..BEGINS + cycles {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Round-trip time of a frame with the process data of all drives: `exchange INTERFACE DRIVES TIMES` prints the median in ns.
-use ethercat::main_device::{Bus, Cycle, Pdos, Replied, Wanted, bring_up, open_link, take};
+use ethercat::main_device::{Bus, Cycle, FrameAnswer, Pdos, SubdeviceSettings, bring_up, open_link, take};
 use ethercat::registers::AL_CONTROL;
 use ethercat::states::State;
 use std::time::{Duration, Instant};
@@ -15,7 +15,8 @@ fn main() -> Result<(), String> {
     let [interface, drives, times] = arguments.as_slice() else { return Err("exchange INTERFACE DRIVES TIMES".to_owned()) };
     let number = |text: &String| text.parse::<usize>().map_err(|error| format!("{text}: {error}"));
     let mut bus = Bus::open(interface)?;
-    let wanted: Vec<Wanted<'_>> = (0..number(drives)?).map(|position| Wanted { position, pdos: &Pdos::Device, settings: &[], is_synced: true }).collect();
+    let wanted: Vec<SubdeviceSettings<'_>> =
+        (0..number(drives)?).map(|position| SubdeviceSettings { position, pdos: &Pdos::Device, settings: &[], is_synced: true }).collect();
     let found = take(&mut bus)?;
     let line = bring_up(&mut bus, &found, &wanted, WATCHDOG_NS, None)?;
     let mut cycle = Cycle::new(open_link(interface)?, &line).ok_or("the process data do not fit into a frame")?;
@@ -49,9 +50,9 @@ fn exchange(cycle: &mut Cycle) -> Result<(), String> {
     let until = Instant::now() + LONG;
     while Instant::now() < until {
         match cycle.receive(|_| {}).map_err(failed)? {
-            Replied::Whole => return Ok(()),
-            Replied::Short => return Err("not all drives take their process data".to_owned()),
-            Replied::Nothing | Replied::NotAsked => std::hint::spin_loop(),
+            FrameAnswer::Whole => return Ok(()),
+            FrameAnswer::Short => return Err("not all drives take their process data".to_owned()),
+            FrameAnswer::Nothing | FrameAnswer::NotAsked => std::hint::spin_loop(),
         }
     }
     Err("nothing comes back".to_owned())

@@ -73,7 +73,7 @@ impl Command {
 
 /// Reason why bytes are no frame of EtherCAT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Malformed {
+pub enum MalformedFrame {
     Short,
     NotEtherCat,
     Length,
@@ -134,26 +134,26 @@ pub struct Datagrams<'a> {
 ///
 /// # Errors
 /// It is none of EtherCAT, or shorter than it says.
-pub fn datagrams(frame: &[u8]) -> Result<Datagrams<'_>, Malformed> {
+pub fn datagrams(frame: &[u8]) -> Result<Datagrams<'_>, MalformedFrame> {
     if frame.len() < DATAGRAMS {
-        return Err(Malformed::Short);
+        return Err(MalformedFrame::Short);
     }
     if u16::from_be_bytes([frame[12], frame[13]]) != ETHERTYPE {
-        return Err(Malformed::NotEtherCat);
+        return Err(MalformedFrame::NotEtherCat);
     }
     let header = u16_at(frame, 14);
     if header & !LEN_MASK != OF_DATAGRAMS {
-        return Err(Malformed::NotEtherCat);
+        return Err(MalformedFrame::NotEtherCat);
     }
     let end = DATAGRAMS + usize::from(header & LEN_MASK);
     if end > frame.len() || end == DATAGRAMS {
-        return Err(Malformed::Length);
+        return Err(MalformedFrame::Length);
     }
     Ok(Datagrams { frame, at: DATAGRAMS, end, ended: false })
 }
 
 impl Iterator for Datagrams<'_> {
-    type Item = Result<Datagram, Malformed>;
+    type Item = Result<Datagram, MalformedFrame>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.ended {
@@ -166,12 +166,12 @@ impl Iterator for Datagrams<'_> {
 }
 
 impl Datagrams<'_> {
-    fn read(&mut self) -> Result<Datagram, Malformed> {
+    fn read(&mut self) -> Result<Datagram, MalformedFrame> {
         let (datagram, more) = datagram_at(&self.frame[..self.end], self.at)?;
         self.at = datagram.data_at() + datagram.len + 2;
         self.ended = !more;
         if self.ended && self.at != self.end {
-            return Err(Malformed::Length);
+            return Err(MalformedFrame::Length);
         }
         Ok(datagram)
     }
@@ -181,15 +181,15 @@ impl Datagrams<'_> {
 ///
 /// # Errors
 /// The bytes end before it does, or it has an unknown command.
-pub fn datagram_at(frame: &[u8], at: usize) -> Result<(Datagram, bool), Malformed> {
+pub fn datagram_at(frame: &[u8], at: usize) -> Result<(Datagram, bool), MalformedFrame> {
     if at + OVERHEAD > frame.len() {
-        return Err(Malformed::Short);
+        return Err(MalformedFrame::Short);
     }
-    let command = Command::of(frame[at]).ok_or(Malformed::Command)?;
+    let command = Command::of(frame[at]).ok_or(MalformedFrame::Command)?;
     let length = u16_at(frame, at + 6);
     let len = usize::from(length & LEN_MASK);
     if at + OVERHEAD + len > frame.len() {
-        return Err(Malformed::Length);
+        return Err(MalformedFrame::Length);
     }
     Ok((Datagram { command, index: frame[at + 1], address: u32_at(frame, at + 2), at, len }, length & MORE != 0))
 }
@@ -275,7 +275,7 @@ mod tests {
         assert_eq!(len, DATAGRAMS + 2 + 100 + 2 * OVERHEAD);
         let read: Vec<_> = datagrams(&frame[..len]).unwrap().collect();
         assert_eq!(read, [Ok(first), Ok(second)]);
-        assert_eq!(datagrams(&frame[..len - 1]).err(), Some(Malformed::Length));
-        assert_eq!(datagrams(&frame[..9]).err(), Some(Malformed::Short));
+        assert_eq!(datagrams(&frame[..len - 1]).err(), Some(MalformedFrame::Length));
+        assert_eq!(datagrams(&frame[..9]).err(), Some(MalformedFrame::Short));
     }
 }

@@ -3,7 +3,7 @@
 mod common;
 use common::{COUNTS, LONG, OPERATION_ENABLED, Rig, drive};
 use ethercat::emulator::{DriveOptions, Segment, serve_at};
-use ethercat::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Sync0, Wanted, bring_up, open_link, take};
+use ethercat::main_device::{Bus, Clocks, Cycle, FrameAnswer, Pdos, SubdeviceSettings, Sync0, bring_up, open_link, take};
 use ethercat::registers::AL_CONTROL;
 use ethercat::states::State;
 use serde_json::json;
@@ -37,7 +37,7 @@ fn clocks_keep_to_the_host_and_outputs_are_there_before_sync0() {
     let interface = format!("local:clocks-{}", std::process::id());
     let server = serve_at(&interface, Segment::new(&drives), move || segment_time.fetch_add(10_000, Ordering::Relaxed)).unwrap();
     let mut bus = Bus::open(&interface).unwrap();
-    let wanted = [0, 1, 2, 3].map(|position| Wanted { position, pdos: &Pdos::Device, settings: &[], is_synced: true });
+    let wanted = [0, 1, 2, 3].map(|position| SubdeviceSettings { position, pdos: &Pdos::Device, settings: &[], is_synced: true });
     let clocks = Clocks { sync0: Sync0 { cycle_ns: PERIOD_NS as u32, shift_ns: SHIFT_NS }, now_ns: &|| host_ns(host_time.load(Ordering::Relaxed)) };
     let found = take(&mut bus).unwrap();
     let line = bring_up(&mut bus, &found, &wanted, 1_000_000_000, Some(&clocks)).unwrap();
@@ -61,7 +61,7 @@ fn clocks_keep_to_the_host_and_outputs_are_there_before_sync0() {
         let there_ns = true_ns((first + number) * PERIOD_NS) + late_ns;
         time_ns.store(there_ns, Ordering::Relaxed);
         cycle.send(Some(host_ns(there_ns - 2_000 - late_ns % 2_000))).unwrap();
-        assert_eq!(cycle.wait(LONG).unwrap(), Replied::Whole);
+        assert_eq!(cycle.wait(LONG).unwrap(), FrameAnswer::Whole);
     }
 
     let (segment, now_ns) = (server.lock(), time_ns.load(Ordering::Relaxed));

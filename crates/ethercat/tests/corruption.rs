@@ -4,7 +4,7 @@ mod common;
 use common::{COUNTS, Rig};
 use ethercat::coe::Entry;
 use ethercat::frames::datagrams;
-use ethercat::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Sync0, Wanted, bring_up, open_link, take};
+use ethercat::main_device::{Bus, Clocks, Cycle, FrameAnswer, Pdos, SubdeviceSettings, Sync0, bring_up, open_link, take};
 use serde_json::json;
 
 const FRAMES: usize = 1_000_000;
@@ -25,7 +25,7 @@ fn of_a_million_changed_frames_none_is_taken() {
     let rig = Rig::of(json!([{ "name": "x", "counts": COUNTS }]));
     let mut bus = Bus::open(&rig.interface).unwrap();
     let settings: [(Entry, Vec<u8>, bool); 0] = [];
-    let wanted = [0, 1].map(|position| Wanted { position, pdos: &Pdos::Device, settings: &settings, is_synced: true });
+    let wanted = [0, 1].map(|position| SubdeviceSettings { position, pdos: &Pdos::Device, settings: &settings, is_synced: true });
     let found = take(&mut bus).unwrap();
     let line = bring_up(&mut bus, &found, &wanted, 1_000_000_000, Some(&Clocks { sync0: Sync0 { cycle_ns: 1_000_000, shift_ns: 0 }, now_ns: &|| 0 })).unwrap();
     assert_eq!(line.outputs, OUTPUTS);
@@ -34,7 +34,7 @@ fn of_a_million_changed_frames_none_is_taken() {
     cycle.send(Some(0)).unwrap();
     let mut answer = cycle.sent().to_vec();
     assert!(rig.server.lock().pass(&mut answer, 5_000_000_000));
-    assert_eq!(cycle.check(&answer), Ok(Replied::Whole));
+    assert_eq!(cycle.check(&answer), Ok(FrameAnswer::Whole));
 
     let places = places(&answer);
     let mut random = Random(1);
@@ -48,7 +48,7 @@ fn of_a_million_changed_frames_none_is_taken() {
             changed.truncate(random.below(answer.len()));
         }
         // Two turns of the same bit are none.
-        taken += usize::from(changed != answer && cycle.check(&changed) == Ok(Replied::Whole));
+        taken += usize::from(changed != answer && cycle.check(&changed) == Ok(FrameAnswer::Whole));
     }
     assert_eq!(taken, 0);
 }

@@ -7,7 +7,7 @@
 //! | barrier | where it acts |
 //! |---|---|
 //! | [`bind_thread`] | a child that a bound thread makes by `fork()` ends before `fork()` returns there |
-//! | [`Unforked`], [`keep_from_children`] | memory that the child does not have: its first access ends it, however it was made |
+//! | [`UnforkedMemory`], [`keep_from_children`] | memory that the child does not have: its first access ends it, however it was made |
 //! | [`Device`] | a descriptor in whose place a child that is made by `fork()` finds `/dev/null` |
 //! | [`end_if_child`] | one load of a word that the operating system sets to 0 in every child, before a device or another process is touched |
 //!
@@ -19,7 +19,7 @@ mod device;
 mod memory;
 
 pub use device::Device;
-pub use memory::{Unforked, keep_from_children};
+pub use memory::{UnforkedMemory, keep_from_children};
 use std::cell::Cell;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering};

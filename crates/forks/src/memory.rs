@@ -6,23 +6,23 @@ use std::sync::atomic::AtomicU32;
 
 /// Private memory, zero at first, that no forked child has.
 #[derive(Debug)]
-pub struct Unforked {
+pub struct UnforkedMemory {
     start: NonNull<u8>,
     len: usize,
 }
 
 // SAFETY: a mapping, bound to no thread; who reaches into it answers for how.
-unsafe impl Send for Unforked {}
+unsafe impl Send for UnforkedMemory {}
 // SAFETY: as for `Send`.
-unsafe impl Sync for Unforked {}
+unsafe impl Sync for UnforkedMemory {}
 
-impl Unforked {
+impl UnforkedMemory {
     /// Maps at least `len` bytes, on a page. `None` where the operating system has no memory left.
-    pub fn new(len: usize) -> Option<Unforked> {
+    pub fn new(len: usize) -> Option<UnforkedMemory> {
         let start = map(len)?;
         // SAFETY: the mapping was made just now.
         unsafe { keep_from_children(start.as_ptr(), len) };
-        Some(Unforked { start, len })
+        Some(UnforkedMemory { start, len })
     }
 
     /// Returns the address of its first byte.
@@ -31,7 +31,7 @@ impl Unforked {
     }
 }
 
-impl Drop for Unforked {
+impl Drop for UnforkedMemory {
     fn drop(&mut self) {
         // SAFETY: the mapping is this value's own.
         unsafe { libc::munmap(self.start().cast::<c_void>(), self.len) };

@@ -4,7 +4,7 @@ use canopen::eds::Eds;
 use canopen::emulator::{Bus, NodeOptions, Terminals};
 use canopen::frame::{self, Came, FRAME_LEN, Frame};
 use canopen::message;
-use canopen::sdo::{Answered, Transfer};
+use canopen::sdo::{SdoOutcome, Transfer};
 use cia402::Entry;
 
 /// The longest value that is written here.
@@ -39,8 +39,8 @@ fn answers(bytes: &[u8]) {
         let mut is_over = false;
         for answer in answers.as_chunks::<8>().0 {
             let answered = transfer.answer(answer);
-            assert!(!is_over || matches!(answered, Answered::Strange | Answered::Aborted(_)), "{answered:?} behind the end");
-            is_over |= matches!(answered, Answered::Done(_) | Answered::Aborted(_) | Answered::Broken(_));
+            assert!(!is_over || matches!(answered, SdoOutcome::Strange | SdoOutcome::Aborted(_)), "{answered:?} behind the end");
+            is_over |= matches!(answered, SdoOutcome::Done(_) | SdoOutcome::Aborted(_) | SdoOutcome::Broken(_));
         }
     }
 }

@@ -16,9 +16,9 @@ fn corpus(name: &str) -> Vec<Vec<u8>> {
 }
 
 /// A generator of numbers, the same ones on each run.
-struct Chosen(u64);
+struct NumberGenerator(u64);
 
-impl Chosen {
+impl NumberGenerator {
     fn below(&mut self, bound: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -28,7 +28,7 @@ impl Chosen {
 }
 
 /// One to four changes: a byte, a bit, a piece left out, repeated, or taken from another input.
-fn change(chosen: &mut Chosen, corpus: &[Vec<u8>]) -> Vec<u8> {
+fn change(chosen: &mut NumberGenerator, corpus: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = corpus[chosen.below(corpus.len())].clone();
     for _ in 0..=chosen.below(4) {
         let at = chosen.below(bytes.len());
@@ -60,7 +60,7 @@ fn hold(name: &str, changed: usize) {
     for input in &corpus {
         target(input);
     }
-    let mut chosen = Chosen(0x9e37_79b9_7f4a_7c15);
+    let mut chosen = NumberGenerator(0x9e37_79b9_7f4a_7c15);
     for _ in 0..changed {
         target(&change(&mut chosen, &corpus));
     }

@@ -2,7 +2,7 @@
 //! The supervisor's side of the guard: two guard processes that are told the same and act alike. While one of them is dead, stands still or is
 //! being replaced, the other one guards, whatever becomes of the supervisor meanwhile.
 use crate::canary;
-use crate::guard_event::{Found, GuardCommand, GuardError, GuardEvent};
+use crate::guard_event::{FoundWard, GuardCommand, GuardError, GuardEvent};
 use crate::member::{Member, Tells};
 use crate::messages::WardText;
 use crate::registry::{Registry, Request, Ward, copied};
@@ -60,7 +60,7 @@ impl Guard {
     ///
     /// # Errors
     /// [`GuardError`]: nobody listens there, or what answers is no guard.
-    pub fn adopt(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<(Guard, Vec<Found>), GuardError> {
+    pub fn adopt(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<(Guard, Vec<FoundWard>), GuardError> {
         let reports = Arc::new(Reports::new(Box::new(tell)));
         let [first, second] = commands(command);
         let adopt = |command: &GuardCommand, watches| Member::adopt(command.clone(), watches, says(&reports));

@@ -42,7 +42,7 @@ pub enum GuardEvent {
 
 /// A process that a guard of a predecessor guards.
 #[derive(Debug)]
-pub struct Found {
+pub struct FoundWard {
     /// The number it was registered with.
     pub ward: u64,
     /// Its name.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Safe handles on their way from the process that runs a device to the supervisor that registers them with the guard.
 use device::SafeHandle;
-use interconnect::{Closed, Link};
+use interconnect::{Link, LinkClosed};
 use process_kit::{DESCRIPTORS_MAX, UnixLink};
 use serde::{Deserialize, Serialize};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -22,8 +22,8 @@ struct Text {
 /// Sends what makes a device safe, at most [`DESCRIPTORS_MAX`] handles; none: the device is closed. Over a link that carries nothing else.
 ///
 /// # Errors
-/// [`Closed`]: the other side is gone, does not read, or there are too many handles.
-pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Result<(), Closed> {
+/// [`LinkClosed`]: the other side is gone, does not read, or there are too many handles.
+pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Result<(), LinkClosed> {
     let text = Text {
         device: device.to_owned(),
         writes: handles.iter().map(|handle| handle.writes.clone()).collect(),
@@ -31,7 +31,7 @@ pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Re
     };
     let descriptors: Vec<BorrowedFd<'_>> = handles.iter().map(|handle| handle.descriptor.as_fd()).collect();
     if descriptors.len() > DESCRIPTORS_MAX {
-        return Err(Closed);
+        return Err(LinkClosed);
     }
     link.send_with(&crate::messages::encode(&text), &descriptors, Some(UNREAD))
 }
@@ -39,8 +39,8 @@ pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Re
 /// Returns the next device and what makes it safe, for [`Guard::hold`](crate::Guard::hold); none if `limit` passed without one.
 ///
 /// # Errors
-/// [`Closed`]: the other side is gone, or what came is no handles of a device.
-pub fn receive_handles(link: &UnixLink, limit: Duration) -> Result<Option<(String, Vec<SafeHandle>)>, Closed> {
+/// [`LinkClosed`]: the other side is gone, or what came is no handles of a device.
+pub fn receive_handles(link: &UnixLink, limit: Duration) -> Result<Option<(String, Vec<SafeHandle>)>, LinkClosed> {
     let Some((frame, descriptors)) = link.receive_with(limit)? else { return Ok(None) };
     match serde_json::from_slice::<Text>(&frame) {
         Ok(text) if text.writes.len() == descriptors.len() && text.latches.len() == descriptors.len() => {
@@ -50,7 +50,7 @@ pub fn receive_handles(link: &UnixLink, limit: Duration) -> Result<Option<(Strin
         }
         _ => {
             link.close();
-            Err(Closed)
+            Err(LinkClosed)
         }
     }
 }

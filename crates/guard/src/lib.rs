@@ -31,7 +31,7 @@ pub mod watch;
 mod watcher;
 
 pub use guard::Guard;
-pub use guard_event::{Found, GuardCommand, GuardError, GuardEvent};
+pub use guard_event::{FoundWard, GuardCommand, GuardError, GuardEvent};
 pub use handles::{receive_handles, send_handles};
 pub use messages::Loss;
 pub use safe::make_safe;

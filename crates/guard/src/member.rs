@@ -7,7 +7,7 @@ use crate::registry::{Registry, Request};
 use crate::serve::Hearts;
 use crate::starting::{ANSWER, launch, send, tale};
 use crate::watcher::{self, Watcher};
-use interconnect::{Closed, Link};
+use interconnect::{Link, LinkClosed};
 use process_kit::{Child, Heartbeat, Restarts, Silence, UnixLink, connect, now_ns};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -104,7 +104,7 @@ impl Member {
         let link = Arc::new(link);
         watcher.guarded_by(child.as_ref(), &link, true);
         // It fails nowhere: what is said is only passed on.
-        let _all: Result<(), Closed> = registry.everything(|ask, descriptors| {
+        let _all: Result<(), LinkClosed> = registry.everything(|ask, descriptors| {
             watcher.act(&ask, descriptors);
             Ok(())
         });
@@ -221,7 +221,7 @@ impl MemberState {
             match link.receive_with(Duration::from_secs(3600)) {
                 Ok(Some((frame, _))) => self.hear(&frame),
                 Ok(None) => {}
-                Err(Closed) => {
+                Err(LinkClosed) => {
                     if !self.restore() {
                         return;
                     }
@@ -335,7 +335,7 @@ impl MemberState {
             awaited += 1;
             send(&link, HANDED_OVER, ask, descriptors)
         });
-        told.map_err(|Closed| "it ended at once".to_owned())?;
+        told.map_err(|LinkClosed| "it ended at once".to_owned())?;
         (state.link, state.child) = (Arc::new(link), Some(child));
         self.watcher.guarded_by(state.child.as_ref(), &state.link, false);
         Ok(awaited)

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// To the guard. Each is answered by one [`Tell::Done`] or [`Tell::Refused`] with its number.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Asked {
+pub(crate) struct GuardRequest {
     pub request: u64,
     pub ask: Ask,
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Registrations of a supervisor with its guard: kept, so that another guard can be told all of them.
-use crate::guard_event::Found;
+use crate::guard_event::FoundWard;
 use crate::messages::{Ask, HandleText, Loss, WardText};
 use device::SafeHandle;
 use process_kit::{Child, Heartbeat};
@@ -160,12 +160,12 @@ impl Registry {
     }
 
     /// Returns each process, for the supervisor that adopts it.
-    pub fn found(&self) -> io::Result<Vec<Found>> {
+    pub fn found(&self) -> io::Result<Vec<FoundWard>> {
         let found = |ward: &Ward| {
             let mut devices: Vec<String> = ward.handles.iter().map(|(device, _)| device.clone()).collect();
             devices.dedup();
             let process = Child::adopt(ward.process.try_clone()?)?;
-            Ok(Found { ward: ward.text.ward, name: ward.text.name.clone(), process, devices, loss: ward.loss.clone() })
+            Ok(FoundWard { ward: ward.text.ward, name: ward.text.name.clone(), process, devices, loss: ward.loss.clone() })
         };
         self.wards.values().map(found).collect()
     }

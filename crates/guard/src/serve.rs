@@ -4,11 +4,11 @@
 //! One thread, one loop. In each round its own heart beats, then it looks at every process that it guards, and only then hears who talks to it; nothing
 //! in a round waits: neither a write to a device nor a supervisor that does not read. It guards on when its supervisor is gone, and ends
 //! when nothing is left to guard and nobody is connected.
-use crate::messages::{Ask, Asked, Tell, encode};
+use crate::messages::{Ask, GuardRequest, Tell, encode};
 use crate::rights;
-use crate::ward::Seen;
+use crate::ward::WardReport;
 use crate::wards::Wards;
-use interconnect::Closed;
+use interconnect::LinkClosed;
 use process_kit::{Heartbeat, Listener, UnixLink, has_ended, inherited, now_ns, process_descriptor};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
@@ -128,9 +128,9 @@ impl Guarding {
     fn look(&mut self) {
         for seen in self.wards.look(true, now_ns()) {
             let frame = encode(&match seen {
-                Seen::Lost(loss) => Tell::Lost(loss),
-                Seen::MadeSafe(loss) => Tell::MadeSafe(loss),
-                Seen::GoesOn(ward) => Tell::GoesOn { ward },
+                WardReport::Lost(loss) => Tell::Lost(loss),
+                WardReport::MadeSafe(loss) => Tell::MadeSafe(loss),
+                WardReport::GoesOn(ward) => Tell::GoesOn { ward },
             });
             self.tell_everyone(&frame);
         }
@@ -171,9 +171,9 @@ impl Guarding {
             let (frame, descriptors) = match link.receive_with(Duration::ZERO) {
                 Ok(Some(frame)) => frame,
                 Ok(None) => return !has_ended,
-                Err(Closed) => return false,
+                Err(LinkClosed) => return false,
             };
-            let Ok(Asked { request, ask }) = serde_json::from_slice(&frame) else { return false };
+            let Ok(GuardRequest { request, ask }) = serde_json::from_slice(&frame) else { return false };
             let answer = match self.act(ask, descriptors, link) {
                 Ok(()) => Tell::Done { request },
                 Err(problem) => Tell::Refused { request, problem },

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The first words with a guard process: it is started, or one that runs is taken over.
 use crate::guard_event::{GuardCommand, GuardError};
-use crate::messages::{Ask, Asked, Tell, encode};
+use crate::messages::{Ask, GuardRequest, Tell, encode};
 use crate::registry::Registry;
 use crate::serve::{HEART, Hearts, LINK, PATH, SUPERVISOR};
-use interconnect::Closed;
+use interconnect::LinkClosed;
 use process_kit::{Child, Heartbeat, Launch, UnixLink};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::path::Path;
@@ -14,9 +14,9 @@ use std::time::Duration;
 pub(crate) const ANSWER: Duration = Duration::from_secs(10);
 
 /// Sends an ask with its descriptors.
-pub(crate) fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[OwnedFd]) -> Result<(), Closed> {
+pub(crate) fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[OwnedFd]) -> Result<(), LinkClosed> {
     let borrowed: Vec<BorrowedFd<'_>> = descriptors.iter().map(AsFd::as_fd).collect();
-    link.send_with(&encode(&Asked { request, ask }), &borrowed, Some(ANSWER))
+    link.send_with(&encode(&GuardRequest { request, ask }), &borrowed, Some(ANSWER))
 }
 
 pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts) -> Result<(UnixLink, Child), GuardError> {
@@ -34,9 +34,9 @@ pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts) -> Result<(UnixLin
 pub(crate) fn tale(link: &UnixLink, path: &Path) -> Result<(Registry, Hearts, Vec<String>), GuardError> {
     let silent = || GuardError(format!("what listens at '{}' does not answer as a guard does", path.display()));
     let (mut registry, mut hearts, mut lacks) = (Registry::default(), None, Vec::new());
-    send(link, 0, Ask::Adopt, &[]).map_err(|Closed| silent())?;
+    send(link, 0, Ask::Adopt, &[]).map_err(|LinkClosed| silent())?;
     loop {
-        let (frame, descriptors) = link.receive_with(ANSWER).map_err(|Closed| silent())?.ok_or_else(silent)?;
+        let (frame, descriptors) = link.receive_with(ANSWER).map_err(|LinkClosed| silent())?.ok_or_else(silent)?;
         match serde_json::from_slice::<Tell>(&frame).map_err(|_| silent())? {
             Tell::Hello { missing } => lacks = missing,
             Tell::Hearts => {

@@ -44,7 +44,7 @@ pub(crate) struct Handle {
 
 /// Report on a process.
 #[derive(Debug)]
-pub(crate) enum Seen {
+pub(crate) enum WardReport {
     Lost(Loss),
     MadeSafe(Loss),
     GoesOn(u64),
@@ -99,17 +99,17 @@ impl Ward {
 
     /// Looks at it; what is to be told is true by then: its outputs are safe.
     /// `leads`: not beside a guard that serves.
-    pub fn look(&mut self, leads: bool, now_ns: i64) -> Option<Seen> {
+    pub fn look(&mut self, leads: bool, now_ns: i64) -> Option<WardReport> {
         self.parts.look_for_canary();
         let event = if leads { self.watch.look(&mut self.parts, now_ns) } else { self.watch.look_beside(&mut self.parts, now_ns) };
         match event? {
             Event::Lost { cause, seen_ns } => {
                 let loss = self.told(cause, seen_ns);
                 self.loss = Some(loss.clone());
-                Some(Seen::Lost(loss))
+                Some(WardReport::Lost(loss))
             }
-            Event::MadeSafe { cause, seen_ns } => Some(Seen::MadeSafe(self.told(cause, seen_ns))),
-            Event::GoesOn => Some(Seen::GoesOn(self.text.ward)),
+            Event::MadeSafe { cause, seen_ns } => Some(WardReport::MadeSafe(self.told(cause, seen_ns))),
+            Event::GoesOn => Some(WardReport::GoesOn(self.text.ward)),
         }
     }
 

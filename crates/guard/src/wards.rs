@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Processes that are watched: the guard, and the supervisor's watcher beside it, hold the same and judge alike.
 use crate::messages::Ask;
-use crate::ward::{Seen, Ward};
+use crate::ward::{Ward, WardReport};
 use process_kit::{Heartbeat, now_ns};
 use std::collections::VecDeque;
 use std::os::fd::{BorrowedFd, OwnedFd};
@@ -32,7 +32,7 @@ impl Wards {
 
     /// Looks at every one; what is lost is safe before anybody is told.
     /// `leads`: not beside a guard that serves.
-    pub fn look(&mut self, leads: bool, now_ns: i64) -> Vec<Seen> {
+    pub fn look(&mut self, leads: bool, now_ns: i64) -> Vec<WardReport> {
         self.0.iter_mut().filter_map(|ward| ward.look(leads, now_ns)).collect()
     }
 

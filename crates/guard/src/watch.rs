@@ -51,7 +51,7 @@ const RETRY_NS: i64 = 10_000_000;
 
 /// State of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum ProcessStanding {
     /// Its heart beats, or has not been silent for long.
     Serves,
     /// The operating system holds it stopped, and has done so for the bound.
@@ -83,17 +83,17 @@ impl Pulse {
 
     /// Takes one look. `is_stopped` is asked only of a heart that has stood still for long enough. A long time between two looks counts as two
     /// intervals only: then it was who looks, or the whole machine, that stood still. A heart that has not beaten yet is not silent.
-    pub fn look(&mut self, beats: u64, is_stopped: impl FnOnce() -> bool, now_ns: i64) -> Standing {
+    pub fn look(&mut self, beats: u64, is_stopped: impl FnOnce() -> bool, now_ns: i64) -> ProcessStanding {
         let elapsed_ns = (now_ns - self.looked_ns).clamp(0, 2 * self.interval_ns());
         self.looked_ns = now_ns;
         self.still_ns = if beats == self.seen { self.still_ns.saturating_add(elapsed_ns) } else { 0 };
         self.seen = beats;
         if self.still_ns >= self.bounds.stopped_ns && is_stopped() {
-            Standing::Stopped
+            ProcessStanding::Stopped
         } else if beats != 0 && self.still_ns >= self.bounds.silent_ns {
-            Standing::Silent
+            ProcessStanding::Silent
         } else {
-            Standing::Serves
+            ProcessStanding::Serves
         }
     }
 }
@@ -281,9 +281,9 @@ impl Watch {
 
     fn stands_still(&mut self, of: &impl Subject, now_ns: i64) -> Option<Cause> {
         match self.pulse.as_mut()?.look(of.beats(), || of.is_stopped(), now_ns) {
-            Standing::Serves => None,
-            Standing::Stopped => Some(Cause::Stopped),
-            Standing::Silent => Some(Cause::Frozen),
+            ProcessStanding::Serves => None,
+            ProcessStanding::Stopped => Some(Cause::Stopped),
+            ProcessStanding::Silent => Some(Cause::Frozen),
         }
     }
 
@@ -326,7 +326,7 @@ impl Watchers {
     /// of this process safe, and it does so itself.
     pub fn look(&mut self, guard: u64, supervisor: u64, now_ns: i64) -> bool {
         // One that has not beaten yet has the patience, too, and no more.
-        let silent = |pulse: &mut Pulse, beats: u64| pulse.look(beats.saturating_add(1), || false, now_ns) == Standing::Silent;
+        let silent = |pulse: &mut Pulse, beats: u64| pulse.look(beats.saturating_add(1), || false, now_ns) == ProcessStanding::Silent;
         let (guard, supervisor) = (silent(&mut self.guard, guard), silent(&mut self.supervisor, supervisor));
         guard && supervisor
     }

@@ -6,9 +6,9 @@ use crate::canary::Sings;
 use crate::messages::{Ask, Loss};
 use crate::serve::{BEAT_NS, Hearts};
 use crate::stopped::Stops;
-use crate::ward::Seen;
+use crate::ward::WardReport;
 use crate::wards::Wards;
-use crate::watch::{Bounds, Cause, Pulse, Standing};
+use crate::watch::{Bounds, Cause, ProcessStanding, Pulse};
 use interconnect::Link;
 use process_kit::{Child, UnixLink, now_ns};
 use process_kit::{pid_of, process_descriptor, signal};
@@ -141,7 +141,7 @@ impl Watcher {
             let now_ns = now_ns();
             let leads = !self.serves(now_ns);
             let seen = locked(&self.wards).look(leads, now_ns);
-            for loss in seen.into_iter().filter_map(|seen| if let Seen::Lost(loss) = seen { Some(loss) } else { None }) {
+            for loss in seen.into_iter().filter_map(|seen| if let WardReport::Lost(loss) = seen { Some(loss) } else { None }) {
                 // Why a process was ended, only who ended it can say.
                 let due_ns = if loss.cause == Cause::Died && !leads { now_ns + SAID_NS } else { now_ns };
                 said.push((due_ns, loss));
@@ -182,7 +182,7 @@ impl Watcher {
     fn serves(&self, now_ns: i64) -> bool {
         let mut present = locked(&self.guard);
         let Some(guard) = present.as_mut() else { return false };
-        if guard.pulse.look(self.hearts.guard.count(), || guard.stops.now(), now_ns) != Standing::Serves {
+        if guard.pulse.look(self.hearts.guard.count(), || guard.stops.now(), now_ns) != ProcessStanding::Serves {
             self.is_ended.store(true, Ordering::Release);
             signal(guard.process.as_fd(), libc::SIGKILL);
             guard.link.close();

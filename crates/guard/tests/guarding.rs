@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guard over real processes: whatever ends a process, its outputs are safe, and nothing is left behind.
 use device::SafeHandle;
-use guard::{Bounds, Cause, Found, Guard, GuardCommand, GuardEvent, Loss};
+use guard::{Bounds, Cause, FoundWard, Guard, GuardCommand, GuardEvent, Loss};
 use interconnect::Link;
 use process_kit::{Child, Heartbeat, Launch, SharedMemory, Status, UnixLink, fresh_folder, now_ns};
 use std::ffi::OsString;
@@ -377,7 +377,7 @@ impl Drop for Orphans {
     }
 }
 
-fn adopt(folder: &Path) -> (Guard, Vec<Found>, Receiver<GuardEvent>) {
+fn adopt(folder: &Path) -> (Guard, Vec<FoundWard>, Receiver<GuardEvent>) {
     let (tell, told) = channel();
     let command = GuardCommand { command: vec![program()], path: Some(folder.join("guard")) };
     let (guard, found) = Guard::adopt(command, move |event| tell.send(event).expect("the test is there")).unwrap();

@@ -2,7 +2,7 @@
 //! Safe handles on their way to the supervisor.
 use device::SafeHandle;
 use guard::{receive_handles, send_handles};
-use interconnect::{Closed, Link};
+use interconnect::{Link, LinkClosed};
 use process_kit::{SharedMemory, UnixLink};
 use std::time::Duration;
 
@@ -28,5 +28,5 @@ fn safe_handles_reach_the_supervisor_with_their_device() {
     assert!(receive_handles(&b, LIMIT).unwrap().is_some_and(|(device, handles)| device == "lamp" && handles.is_empty()));
     assert!(receive_handles(&b, Duration::ZERO).unwrap().is_none());
     a.send(br#"{"device": "arm", "writes": [[]], "latches": [true]}"#).unwrap();
-    assert_eq!(receive_handles(&b, LIMIT).err(), Some(Closed), "a handle without its descriptor");
+    assert_eq!(receive_handles(&b, LIMIT).err(), Some(LinkClosed), "a handle without its descriptor");
 }

@@ -20,15 +20,15 @@ fn until(what: &str, mut holds: impl FnMut() -> bool) {
 }
 
 /// A program that is guarded itself, whose third guard and all after it take nothing until they are let go on.
-struct Delayed {
+struct DelayedProgram {
     folder: PathBuf,
     program: Child,
     output: SharedMemory,
     link: UnixLink,
 }
 
-impl Delayed {
-    fn start() -> Delayed {
+impl DelayedProgram {
+    fn start() -> DelayedProgram {
         let folder = fresh_folder().unwrap();
         let (script, gate) = (folder.join("guard.sh"), folder.join("gate"));
         let (first, second, guard) = (folder.join("first"), folder.join("second"), env!("CARGO_BIN_EXE_opengpac-guard"));
@@ -40,7 +40,7 @@ impl Delayed {
         let (output, (link, theirs)) = (SharedMemory::new(16).unwrap(), UnixLink::pair().unwrap());
         let launch = Launch::new([env!("CARGO_BIN_EXE_guard-stand-in").into(), "program".into()]).descriptor("link", theirs);
         let program = launch.descriptor("output", output.descriptor().unwrap()).variable("TEST_GUARD", &script).start().unwrap();
-        Delayed { folder, program, output, link }
+        DelayedProgram { folder, program, output, link }
     }
 
     /// The next words of the program.
@@ -87,7 +87,7 @@ impl Delayed {
     }
 }
 
-impl Drop for Delayed {
+impl Drop for DelayedProgram {
     fn drop(&mut self) {
         self.program.kill();
         let _gone = std::fs::remove_dir_all(&self.folder);
@@ -96,7 +96,7 @@ impl Drop for Delayed {
 
 #[test]
 fn a_guard_is_told_of_when_it_has_taken_what_it_guards() {
-    let delayed = Delayed::start();
+    let delayed = DelayedProgram::start();
     let said = delayed.loses_guards(1, libc::SIGKILL);
     assert!(!said.iter().any(|words| words.contains("Restarted")), "{said:?}");
     delayed.goes_on();
@@ -106,7 +106,7 @@ fn a_guard_is_told_of_when_it_has_taken_what_it_guards() {
 #[test]
 fn a_program_that_ends_while_one_guard_is_being_replaced_is_made_safe_by_the_other() {
     for signal in [libc::SIGKILL, libc::SIGSTOP] {
-        let delayed = Delayed::start();
+        let delayed = DelayedProgram::start();
         delayed.loses_guards(1, signal);
         assert!(!delayed.is_safe());
         delayed.program.kill();
@@ -117,7 +117,7 @@ fn a_program_that_ends_while_one_guard_is_being_replaced_is_made_safe_by_the_oth
 #[test]
 fn a_program_that_stands_still_while_one_guard_is_being_replaced_is_made_safe_by_the_other() {
     for signal in [libc::SIGKILL, libc::SIGSTOP] {
-        let delayed = Delayed::start();
+        let delayed = DelayedProgram::start();
         delayed.loses_guards(1, signal);
         // SAFETY: signals a child of ours, which is not reaped meanwhile.
         unsafe { libc::kill(delayed.program.pid(), libc::SIGSTOP) };
@@ -127,7 +127,7 @@ fn a_program_that_stands_still_while_one_guard_is_being_replaced_is_made_safe_by
 
 #[test]
 fn guards_that_hear_of_a_program_after_its_end_make_it_safe() {
-    let delayed = Delayed::start();
+    let delayed = DelayedProgram::start();
     delayed.loses_guards(2, libc::SIGKILL);
     delayed.program.kill();
     assert!(delayed.program.wait(LIMIT).is_some());

@@ -5,8 +5,8 @@ use crate::bell::Bell;
 use crate::control::Control;
 use crate::network::{Network, NetworkError, Outlet, Subscription, Urgency};
 use crate::options::Options;
-use crate::peers::{Heard, Peers};
-use crate::slots::{Served, Slots};
+use crate::peers::{MessageMeaning, Peers};
+use crate::slots::{BridgeWork, Slots};
 use crate::timebase::Timebase;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -153,8 +153,8 @@ impl Core {
         }
     }
 
-    fn act_on(&self, heard: Option<Heard>) {
-        let Some(Heard { whole_again, clock }) = heard else { return };
+    fn act_on(&self, heard: Option<MessageMeaning>) {
+        let Some(MessageMeaning { whole_again, clock }) = heard else { return };
         self.peers_changed.notify_all();
         if whole_again {
             self.whole_again.store(true, Ordering::Release);
@@ -217,7 +217,7 @@ impl Core {
     /// Returns true if everything that was sent is known to have arrived.
     fn is_idle(&self) -> bool {
         let idle = AtomicBool::new(true);
-        self.slots.each(|served: &dyn Served| {
+        self.slots.each(|served: &dyn BridgeWork| {
             idle.fetch_and(served.is_idle(), Ordering::Relaxed);
         });
         idle.into_inner()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `tcp/HOST:PORT` and `tls/HOST:PORT`.
-use crate::refused::Refused;
+use crate::refused::JoinError;
 use std::fmt;
 use std::net::{IpAddr, ToSocketAddrs};
 use std::str::FromStr;
@@ -33,10 +33,10 @@ impl Endpoint {
 }
 
 impl FromStr for Endpoint {
-    type Err = Refused;
+    type Err = JoinError;
 
-    fn from_str(text: &str) -> Result<Self, Refused> {
-        let refused = || Refused::Endpoint { endpoint: text.to_owned() };
+    fn from_str(text: &str) -> Result<Self, JoinError> {
+        let refused = || JoinError::Endpoint { endpoint: text.to_owned() };
         let (scheme, address) = text.split_once('/').ok_or_else(refused)?;
         let scheme = match scheme {
             "tcp" => Scheme::Tcp,

@@ -11,7 +11,7 @@ use crate::bell::Bell;
 use crate::inbound::Inbound;
 use crate::network::{Outlet, Subscription};
 use crate::outbound::{Outbound, Packets};
-use crate::slots::Served;
+use crate::slots::BridgeWork;
 use crate::timebase::Timebase;
 use interconnect::message::packet::{Packet, Repr};
 use interconnect::{Carrier, ConnectionSpec, Full, Header, Memory, Receiver, Sender};
@@ -129,7 +129,7 @@ impl WritingState {
     }
 }
 
-impl Served for Writing {
+impl BridgeWork for Writing {
     fn rung(&self, now_ns: i64) {
         self.send(|state, out| state.drain(&self.time, now_ns, out));
     }
@@ -293,7 +293,7 @@ impl ReadingState {
     }
 }
 
-impl Served for Reading {
+impl BridgeWork for Reading {
     fn rung(&self, now_ns: i64) {
         self.send(|state, out| {
             self.look(state);

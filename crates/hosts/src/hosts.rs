@@ -7,8 +7,8 @@ use crate::ends;
 use crate::link::{HostLink, LinkState, Outlets};
 use crate::network::{Network, NetworkError, Outlet, Urgency};
 use crate::options::Options;
-use crate::peers::{Known, Peer};
-use crate::refused::Refused;
+use crate::peers::{KnownPeer, Peer};
+use crate::refused::JoinError;
 use crate::renewing::ZenohWire;
 use crate::secret;
 use crate::session::Side;
@@ -33,8 +33,8 @@ impl Hosts {
     /// Listens for other hosts: where the supervisor is.
     ///
     /// # Errors
-    /// [`Refused`]: the endpoint is taken, or not secured as its address needs.
-    pub fn listen(options: Options) -> Result<Hosts, Refused> {
+    /// [`JoinError`]: the endpoint is taken, or not secured as its address needs.
+    pub fn listen(options: Options) -> Result<Hosts, JoinError> {
         let wire = wire_to_listen(&options)?;
         Hosts::listen_over(options, wire)
     }
@@ -43,9 +43,9 @@ impl Hosts {
     ///
     /// # Errors
     /// As for [`listen`](Self::listen).
-    pub fn listen_over(options: Options, wire: Arc<dyn Network>) -> Result<Hosts, Refused> {
+    pub fn listen_over(options: Options, wire: Arc<dyn Network>) -> Result<Hosts, JoinError> {
         let endpoint = options.check()?.to_string();
-        let no_way = |error: NetworkError| Refused::NoWay { endpoint: endpoint.clone(), reason: error.message };
+        let no_way = |error: NetworkError| JoinError::NoWay { endpoint: endpoint.clone(), reason: error.message };
         let id = crate::random::number();
         let core = Core::new(options, wire, id, id);
         let bridge = Bridge::start(core).map_err(no_way)?;
@@ -59,8 +59,8 @@ impl Hosts {
     /// Joins the host that listens at the endpoint.
     ///
     /// # Errors
-    /// [`Refused`]: nobody there, this host is not let in, or the two builds do not fit.
-    pub fn join(options: Options) -> Result<Hosts, Refused> {
+    /// [`JoinError`]: nobody there, this host is not let in, or the two builds do not fit.
+    pub fn join(options: Options) -> Result<Hosts, JoinError> {
         let wire = wire_to_join(&options)?;
         Hosts::join_over(options, wire)
     }
@@ -69,20 +69,20 @@ impl Hosts {
     ///
     /// # Errors
     /// As for [`join`](Self::join).
-    pub fn join_over(options: Options, wire: Arc<dyn Network>) -> Result<Hosts, Refused> {
+    pub fn join_over(options: Options, wire: Arc<dyn Network>) -> Result<Hosts, JoinError> {
         let endpoint = options.check()?.to_string();
-        let no_way = |error: NetworkError| Refused::NoWay { endpoint: endpoint.clone(), reason: error.message };
-        let no_answer = || Refused::NoAnswer { system: options.system.clone(), endpoint: endpoint.clone(), seconds: options.join_max.as_secs() };
+        let no_way = |error: NetworkError| JoinError::NoWay { endpoint: endpoint.clone(), reason: error.message };
+        let no_answer = || JoinError::NoAnswer { system: options.system.clone(), endpoint: endpoint.clone(), seconds: options.join_max.as_secs() };
         let until = Instant::now() + options.join_max;
         let id = crate::random::number();
         let answer = knock(&options, wire.as_ref(), (id, port_of(&endpoint)), until).map_err(no_way)?.ok_or_else(no_answer)?;
         let (listener, name, target) = match answer {
             Control::Welcome { id, name, target, .. } => (id, name, target),
-            Control::Refusal { reason } => return Err(Refused::ByListener { system: options.system, endpoint, name: options.name, reason }),
+            Control::Refusal { reason } => return Err(JoinError::ByListener { system: options.system, endpoint, name: options.name, reason }),
             _ => return Err(no_answer()),
         };
         let core = Core::new(options.clone(), wire, id, listener);
-        let known = Known::new(listener, name, target, core.time.steady_ns());
+        let known = KnownPeer::new(listener, name, target, core.time.steady_ns());
         core.peers().admit(known, core.time.steady_ns()).expect("the first host is let in");
         let bridge = Bridge::start(core).map_err(no_way)?;
         if !bridge.core.wait_for_peers(until, |peers| peers.pings(listener) >= PINGS_TO_JOIN) {
@@ -185,7 +185,7 @@ impl Ends for Hosts {
 ///
 /// # Errors
 /// As for [`Hosts::listen`].
-pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Network>, Refused> {
+pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Network>, JoinError> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Listens)?))
 }
 
@@ -193,7 +193,7 @@ pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Network>, Refused> {
 ///
 /// # Errors
 /// As for [`Hosts::join`].
-pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Network>, Refused> {
+pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Network>, JoinError> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Joins)?))
 }
 
@@ -282,7 +282,7 @@ fn admit(core: &Core, hello: &Hello) -> Result<(), String> {
         return Err(format!("the host that listens is named '{}' too; give this one another name", here.name));
     }
     let now_ns = core.time.steady_ns();
-    let replaced = core.peers().admit(Known::new(hello.id, hello.name.clone(), hello.target.clone(), now_ns), now_ns)?;
+    let replaced = core.peers().admit(KnownPeer::new(hello.id, hello.name.clone(), hello.target.clone(), now_ns), now_ns)?;
     if let Some(replaced) = replaced {
         core.slots.each(|served| served.lose(replaced));
     }

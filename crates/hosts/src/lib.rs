@@ -47,5 +47,5 @@ pub use faulty::{Faulty, WireFaults};
 pub use hosts::{Hosts, TARGET, wire_to_join, wire_to_listen};
 pub use options::{ClockWatch, Clocks, Options, Security};
 pub use peers::Peer;
-pub use refused::Refused;
+pub use refused::JoinError;
 pub use secret::secret_of_user;

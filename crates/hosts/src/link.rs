@@ -4,10 +4,10 @@
 use crate::inbound::Inbound;
 use crate::network::{Outlet, Subscription};
 use crate::outbound::{Outbound, Packets};
-use crate::slots::Served;
+use crate::slots::BridgeWork;
 use crate::timebase::Timebase;
 use interconnect::message::packet::{Packet, Repr};
-use interconnect::{Closed, Link};
+use interconnect::{Link, LinkClosed};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -143,17 +143,17 @@ impl LinkState {
     }
 
     /// Sends one part, as soon as there is room.
-    fn send_part(&self, part: Vec<u8>) -> Result<(), Closed> {
+    fn send_part(&self, part: Vec<u8>) -> Result<(), LinkClosed> {
         let mut packets = Packets::new();
         let mut outbox = self.outbox();
         while !outbox.outbound.has_room() {
             if self.closed.load(Ordering::Acquire) {
-                return Err(Closed);
+                return Err(LinkClosed);
             }
             outbox = self.room.wait(outbox).unwrap_or_else(PoisonError::into_inner);
         }
         if self.closed.load(Ordering::Acquire) {
-            return Err(Closed);
+            return Err(LinkClosed);
         }
         outbox.outbound.push(0, part, self.time.steady_ns(), &mut packets);
         drop(outbox);
@@ -189,8 +189,8 @@ impl LinkState {
 }
 
 impl Inbox {
-    /// Returns the next frame, if all of it is here. `Closed` behind the last.
-    fn frame(&mut self) -> Result<Option<Vec<u8>>, Closed> {
+    /// Returns the next frame, if all of it is here. `LinkClosed` behind the last.
+    fn frame(&mut self) -> Result<Option<Vec<u8>>, LinkClosed> {
         while let Some(part) = self.parts.pop_front() {
             self.taken += 1;
             let Some((kind, bytes)) = part.split_first() else { continue };
@@ -201,11 +201,11 @@ impl Inbox {
                 _ => self.ended = true,
             }
         }
-        if self.ended { Err(Closed) } else { Ok(None) }
+        if self.ended { Err(LinkClosed) } else { Ok(None) }
     }
 }
 
-impl Served for LinkState {
+impl BridgeWork for LinkState {
     fn rung(&self, _now_ns: i64) {}
 
     fn tick(&self, now_ns: i64) -> bool {
@@ -256,7 +256,7 @@ impl Served for LinkState {
 pub(crate) struct HostLink(pub(crate) Arc<LinkState>);
 
 impl Link for HostLink {
-    fn send(&self, frame: &[u8]) -> Result<(), Closed> {
+    fn send(&self, frame: &[u8]) -> Result<(), LinkClosed> {
         let _one_at_a_time = self.0.sending.lock().unwrap_or_else(PoisonError::into_inner);
         let parts = frame.len().div_ceil(PART_BYTES).max(1);
         for at in 0..parts {
@@ -269,7 +269,7 @@ impl Link for HostLink {
         Ok(())
     }
 
-    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, Closed> {
+    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, LinkClosed> {
         let until = Instant::now().checked_add(limit);
         let mut inbox = self.0.inbox();
         loop {
@@ -278,7 +278,7 @@ impl Link for HostLink {
             }
             // Closed here, or the other side is gone: what had come whole was received above.
             if self.0.lost.load(Ordering::Acquire) || self.0.dropped.load(Ordering::Acquire) || self.0.closed_here(&inbox) {
-                return Err(Closed);
+                return Err(LinkClosed);
             }
             let left = until.map_or(Duration::from_secs(3600), |until| until.saturating_duration_since(Instant::now()));
             if left.is_zero() {

@@ -2,7 +2,7 @@
 //! Options of a host that listens or joins.
 use crate::agreement::ClockReport;
 use crate::endpoint::{Endpoint, Scheme};
-use crate::refused::Refused;
+use crate::refused::JoinError;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -54,11 +54,11 @@ impl Options {
     }
 
     /// Returns the endpoint, if these options may be used on it.
-    pub(crate) fn check(&self) -> Result<Endpoint, Refused> {
+    pub(crate) fn check(&self) -> Result<Endpoint, JoinError> {
         for (what, name) in [("system", &self.system), ("host", &self.name)] {
             let fits = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
             if !fits {
-                return Err(Refused::Name { what, name: name.clone() });
+                return Err(JoinError::Name { what, name: name.clone() });
             }
         }
         let endpoint: Endpoint = self.endpoint.parse()?;
@@ -97,18 +97,18 @@ pub enum Security {
 }
 
 impl Security {
-    fn check(&self, endpoint: &Endpoint) -> Result<(), Refused> {
+    fn check(&self, endpoint: &Endpoint) -> Result<(), JoinError> {
         let plain = matches!(self, Security::Loopback { .. });
         match endpoint.scheme {
-            Scheme::Tcp if !plain => return Err(Refused::CertificatesUnused { endpoint: endpoint.to_string() }),
-            Scheme::Tcp if !endpoint.is_loopback() => return Err(Refused::PlainOutside { endpoint: endpoint.to_string() }),
-            Scheme::Tls if plain => return Err(Refused::NoCertificates { endpoint: endpoint.to_string() }),
+            Scheme::Tcp if !plain => return Err(JoinError::CertificatesUnused { endpoint: endpoint.to_string() }),
+            Scheme::Tcp if !endpoint.is_loopback() => return Err(JoinError::PlainOutside { endpoint: endpoint.to_string() }),
+            Scheme::Tls if plain => return Err(JoinError::NoCertificates { endpoint: endpoint.to_string() }),
             Scheme::Tcp | Scheme::Tls => {}
         }
         if let Security::Token { token, .. } | Security::Loopback { secret: token } = self
             && (token.len() < 16 || token.contains(char::is_whitespace))
         {
-            return Err(Refused::WeakToken);
+            return Err(JoinError::WeakToken);
         }
         self.files().try_for_each(|(what, path, secret)| check_file(what, path, secret))
     }
@@ -135,9 +135,9 @@ impl Security {
     }
 }
 
-fn check_file(what: &'static str, path: &Path, secret: bool) -> Result<(), Refused> {
+fn check_file(what: &'static str, path: &Path, secret: bool) -> Result<(), JoinError> {
     use std::os::unix::fs::PermissionsExt;
-    let refused = |reason: String| Refused::File { what, path: path.to_owned(), reason };
+    let refused = |reason: String| JoinError::File { what, path: path.to_owned(), reason };
     let found = std::fs::metadata(path).map_err(|error| refused(error.to_string()))?;
     if secret && found.permissions().mode() & 0o077 != 0 {
         return Err(refused("others may read it; chmod 600 it".to_owned()));

@@ -23,7 +23,7 @@ pub struct Peer {
 }
 
 #[derive(Debug)]
-pub(crate) struct Known {
+pub(crate) struct KnownPeer {
     pub(crate) id: u64,
     pub(crate) name: String,
     pub(crate) target: String,
@@ -35,9 +35,9 @@ pub(crate) struct Known {
     beyond: bool,
 }
 
-impl Known {
+impl KnownPeer {
     pub(crate) fn new(id: u64, name: String, target: String, now_ns: i64) -> Self {
-        Known { id, name, target, heard_ns: now_ns, gone: false, agreement: Agreement::default(), offset: None, beyond: false }
+        KnownPeer { id, name, target, heard_ns: now_ns, gone: false, agreement: Agreement::default(), offset: None, beyond: false }
     }
 
     fn peer(&self, now_ns: i64) -> Peer {
@@ -48,12 +48,12 @@ impl Known {
 
 #[derive(Debug, Default)]
 pub(crate) struct Peers {
-    known: Vec<Known>,
+    known: Vec<KnownPeer>,
 }
 
 /// Meaning of a message from another host.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(crate) struct Heard {
+pub(crate) struct MessageMeaning {
     /// True if it was silent: everything is sent again.
     pub(crate) whole_again: bool,
     /// To be told.
@@ -62,7 +62,7 @@ pub(crate) struct Heard {
 
 impl Peers {
     /// Takes a host in, or says why not. `Ok` has the number of the host whose place it takes.
-    pub(crate) fn admit(&mut self, host: Known, now_ns: i64) -> Result<Option<u64>, String> {
+    pub(crate) fn admit(&mut self, host: KnownPeer, now_ns: i64) -> Result<Option<u64>, String> {
         if self.known.iter().any(|known| known.id == host.id) {
             return Ok(None);
         }
@@ -79,7 +79,7 @@ impl Peers {
     }
 
     /// Notes that a host was heard; it said, or its answer to a ping showed, how far its clocks are.
-    pub(crate) fn heard(&mut self, id: u64, said: Option<ClockOffset>, ping: Option<Ping>, limit_ns: Option<i64>, now_ns: i64) -> Option<Heard> {
+    pub(crate) fn heard(&mut self, id: u64, said: Option<ClockOffset>, ping: Option<Ping>, limit_ns: Option<i64>, now_ns: i64) -> Option<MessageMeaning> {
         let known = self.known.iter_mut().find(|known| known.id == id)?;
         let whole_again = now_ns - known.heard_ns > PARTITION_NS;
         known.heard_ns = known.heard_ns.max(now_ns);
@@ -94,7 +94,7 @@ impl Peers {
             let crossed = beyond != std::mem::replace(&mut known.beyond, beyond);
             crossed.then(|| ClockReport { host: known.name.clone(), offset, limit_ns, beyond })
         });
-        Some(Heard { whole_again, clock })
+        Some(MessageMeaning { whole_again, clock })
     }
 
     /// Notes that this side stood still for so long: that is no silence of the others.
@@ -137,8 +137,8 @@ mod tests {
 
     const MS: i64 = 1_000_000;
 
-    fn host(id: u64, name: &str, now_ns: i64) -> Known {
-        Known::new(id, name.to_owned(), "target".to_owned(), now_ns)
+    fn host(id: u64, name: &str, now_ns: i64) -> KnownPeer {
+        KnownPeer::new(id, name.to_owned(), "target".to_owned(), now_ns)
     }
 
     #[test]
@@ -162,8 +162,8 @@ mod tests {
         assert_eq!(peers.take_gone(5_000 * MS, 5_001 * MS), [1]);
         assert!(peers.take_gone(5_000 * MS, 5_002 * MS).is_empty());
         assert_eq!(peers.id("b"), None, "no link is made to a host that is gone");
-        assert_eq!(peers.heard(1, None, None, None, 9_000 * MS), Some(Heard { whole_again: true, clock: None }));
-        assert_eq!(peers.heard(1, None, None, None, 9_100 * MS), Some(Heard::default()));
+        assert_eq!(peers.heard(1, None, None, None, 9_000 * MS), Some(MessageMeaning { whole_again: true, clock: None }));
+        assert_eq!(peers.heard(1, None, None, None, 9_100 * MS), Some(MessageMeaning::default()));
         assert_eq!((peers.id("b"), peers.heard(7, None, None, None, 0)), (Some(1), None));
     }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// Reason why a host does not take part. Nothing was started.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Refused {
+pub enum JoinError {
     /// The endpoint has no known form.
     #[error("'{endpoint}' is no endpoint; write tcp/HOST:PORT or tls/HOST:PORT")]
     Endpoint {

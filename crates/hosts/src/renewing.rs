@@ -5,7 +5,7 @@
 use crate::endpoint::Endpoint;
 use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use crate::options::Options;
-use crate::refused::Refused;
+use crate::refused::JoinError;
 use crate::session::{self, Side};
 use crate::threads;
 use std::sync::mpsc::{self, RecvTimeoutError};
@@ -66,7 +66,7 @@ fn no_way(error: impl ToString) -> NetworkError {
 }
 
 impl ZenohWire {
-    pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Self, Refused> {
+    pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Self, JoinError> {
         let session = session::open(options, endpoint, side)?;
         let shared = Arc::new(SharedSession { open: RwLock::new(Open { session, renewals: 0 }), subscribed: Mutex::default() });
         if side == Side::Listens {
@@ -75,7 +75,7 @@ impl ZenohWire {
         let (alive, ended) = mpsc::channel();
         let (watched, options, to) = (shared.clone(), Options { join_max: RENEWAL, ..options.clone() }, endpoint.clone());
         let thread = std::thread::Builder::new().name("hosts-way".to_owned()).spawn(move || watched.watch(&ended, || session::open(&options, &to, side)));
-        let no_thread = |error| Refused::NoWay { endpoint: endpoint.to_string(), reason: format!("no thread for the way: {error}") };
+        let no_thread = |error| JoinError::NoWay { endpoint: endpoint.to_string(), reason: format!("no thread for the way: {error}") };
         let thread = thread.map_err(no_thread)?;
         Ok(ZenohWire { shared, watching: Some((alive, thread)) })
     }
@@ -103,7 +103,7 @@ impl SharedSession {
     }
 
     /// Looks after the way until `ended` says so.
-    fn watch(&self, ended: &mpsc::Receiver<()>, open: impl Fn() -> Result<Session, Refused>) {
+    fn watch(&self, ended: &mpsc::Receiver<()>, open: impl Fn() -> Result<Session, JoinError>) {
         let mut looks = 0;
         while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
             looks = if self.session().info().routers_zid().wait().next().is_some() { 0 } else { looks + 1 };

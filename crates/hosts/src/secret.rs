@@ -4,7 +4,7 @@
 //! Who joins shows it to the transport before anything else is heard of it: an HMAC over a number that the listening side has drawn. Who listens shows it in its
 //! welcome: an HMAC over a number that the joining side has drawn, and the port that it came to. Without that, another user who listens where the
 //! system is expected would be given this host, and could have any code run there.
-use crate::refused::Refused;
+use crate::refused::JoinError;
 use hmac::{Hmac, Mac};
 use sha2::Sha256;
 use std::fs::{File, OpenOptions};
@@ -24,10 +24,10 @@ const LEN: usize = 64;
 /// none.
 ///
 /// # Errors
-/// [`Refused::File`]: it cannot be read or made, or others may read it.
-pub fn secret_of_user(folder: &Path) -> Result<String, Refused> {
+/// [`JoinError::File`]: it cannot be read or made, or others may read it.
+pub fn secret_of_user(folder: &Path) -> Result<String, JoinError> {
     let path = folder.join(FILE);
-    let refused = |reason: String| Refused::File { what: "secret of this user", path: path.clone(), reason };
+    let refused = |reason: String| JoinError::File { what: "secret of this user", path: path.clone(), reason };
     // Written whole under a name of its own first: nobody reads half of it, and of two who make it at once one has made it.
     let own = folder.join(format!("{FILE}-{}-{:016x}", std::process::id(), crate::random::number()));
     for _ in 0..2 {

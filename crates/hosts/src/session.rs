@@ -3,7 +3,7 @@
 //! one address. Multicast and gossip are off: nobody is found that was not named.
 use crate::endpoint::Endpoint;
 use crate::options::{Options, Security};
-use crate::refused::Refused;
+use crate::refused::JoinError;
 use crate::threads;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -27,14 +27,14 @@ const USER: &str = "opengpac";
 const ANOTHER_SECRET: &str = "; if a system listens there, it is another user's: what joins it then needs the token that it was given to listen with";
 
 /// Opens a session: of a joining side where the listening one lets it in.
-pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Session, Refused> {
+pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Session, JoinError> {
     // Removed when this returns: zenoh has read it by then.
     let dictionary = match (&options.security, side) {
         (Security::Token { token, .. } | Security::Loopback { secret: token }, Side::Listens) => Some(Dictionary::write(token)?),
         _ => None,
     };
     threads::one_for_links();
-    let no_way = |reason: String| Refused::NoWay { endpoint: endpoint.to_string(), reason };
+    let no_way = |reason: String| JoinError::NoWay { endpoint: endpoint.to_string(), reason };
     let mut config = Config::default();
     for (key, value) in settings(options, endpoint, side)? {
         config.insert_json5(&key, &value).map_err(|error| no_way(format!("{key}: {error}")))?;
@@ -47,7 +47,7 @@ pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result
 }
 
 /// Keys and values of zenoh's configuration.
-fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(String, String)>, Refused> {
+fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(String, String)>, JoinError> {
     let endpoints = format!("[{:?}]", endpoint.to_string());
     let mut settings = match side {
         Side::Listens => vec![("mode", "\"router\"".to_owned()), ("listen/endpoints", endpoints), ("connect/endpoints", "[]".to_owned())],
@@ -81,7 +81,7 @@ fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(S
 /// Maximum bytes of a group, row or part of a frame.
 const MESSAGE_BYTES_MAX: usize = 1 << 26;
 
-fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)>, Refused> {
+fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)>, JoinError> {
     const ROOT: &str = "transport/link/tls/root_ca_certificate";
     const LISTEN: [&str; 2] = ["transport/link/tls/listen_certificate", "transport/link/tls/listen_private_key"];
     const CONNECT: [&str; 2] = ["transport/link/tls/connect_certificate", "transport/link/tls/connect_private_key"];
@@ -99,12 +99,12 @@ fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)
             ]
         }
         (Security::Token { certificate, .. }, Side::Listens) => {
-            let missing = Refused::TokenAlone { purpose: "listen", needed: "this host's certificate and its key" };
+            let missing = JoinError::TokenAlone { purpose: "listen", needed: "this host's certificate and its key" };
             let (certificate, key) = certificate.as_ref().ok_or(missing)?;
             vec![(LISTEN[0], text(certificate)), (LISTEN[1], text(key))]
         }
         (Security::Token { token, authority, .. }, Side::Joins) => {
-            let authority = authority.as_ref().ok_or(Refused::TokenAlone { purpose: "join", needed: "the authority of the other side's certificate" })?;
+            let authority = authority.as_ref().ok_or(JoinError::TokenAlone { purpose: "join", needed: "the authority of the other side's certificate" })?;
             [(ROOT, text(authority))].into_iter().chain(shown(token)).collect()
         }
     })
@@ -124,10 +124,10 @@ fn text(path: &Path) -> String {
 struct Dictionary(PathBuf);
 
 impl Dictionary {
-    fn write(token: &str) -> Result<Self, Refused> {
+    fn write(token: &str) -> Result<Self, JoinError> {
         use std::os::unix::fs::OpenOptionsExt;
         let path = std::env::temp_dir().join(format!("opengpac-{:016x}", crate::random::number()));
-        let refused = |error: std::io::Error| Refused::File { what: "file of tokens", path: path.clone(), reason: error.to_string() };
+        let refused = |error: std::io::Error| JoinError::File { what: "file of tokens", path: path.clone(), reason: error.to_string() };
         let mut file = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path).map_err(refused)?;
         let written = Dictionary(path.clone());
         writeln!(file, "{USER}:{token}").map_err(refused)?;

@@ -5,7 +5,7 @@ use interconnect::EndError;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Work of the bridge for an end or a link. Times are of the host's CLOCK_MONOTONIC.
-pub(crate) trait Served: Send + Sync {
+pub(crate) trait BridgeWork: Send + Sync {
     /// Notes that the real-time end rang.
     fn rung(&self, now_ns: i64);
 
@@ -25,11 +25,11 @@ pub(crate) trait Served: Send + Sync {
 }
 
 #[derive(Default)]
-pub(crate) struct Slots(Mutex<Vec<Option<Arc<dyn Served>>>>);
+pub(crate) struct Slots(Mutex<Vec<Option<Arc<dyn BridgeWork>>>>);
 
 impl Slots {
     /// Takes a free slot for what `make` makes, given its number.
-    pub(crate) fn take<S: Served + 'static>(&self, make: impl FnOnce(usize) -> Arc<S>) -> Result<Arc<S>, EndError> {
+    pub(crate) fn take<S: BridgeWork + 'static>(&self, make: impl FnOnce(usize) -> Arc<S>) -> Result<Arc<S>, EndError> {
         let mut slots = self.all();
         let free = slots.iter().position(Option::is_none).unwrap_or(slots.len());
         if free == SLOTS {
@@ -45,12 +45,12 @@ impl Slots {
         Ok(served)
     }
 
-    pub(crate) fn at(&self, slot: usize) -> Option<Arc<dyn Served>> {
+    pub(crate) fn at(&self, slot: usize) -> Option<Arc<dyn BridgeWork>> {
         self.all().get(slot).cloned().flatten()
     }
 
     /// Calls every slot; one for which that is false becomes free.
-    pub(crate) fn keep(&self, each: impl Fn(&dyn Served) -> bool) {
+    pub(crate) fn keep(&self, each: impl Fn(&dyn BridgeWork) -> bool) {
         let served: Vec<_> = self.all().iter().cloned().enumerate().collect();
         for (slot, served) in served.into_iter().filter_map(|(slot, served)| Some((slot, served?))) {
             if !each(served.as_ref()) {
@@ -60,14 +60,14 @@ impl Slots {
     }
 
     /// Calls every slot.
-    pub(crate) fn each(&self, each: impl Fn(&dyn Served)) {
+    pub(crate) fn each(&self, each: impl Fn(&dyn BridgeWork)) {
         self.keep(|served| {
             each(served);
             true
         });
     }
 
-    fn all(&self) -> MutexGuard<'_, Vec<Option<Arc<dyn Served>>>> {
+    fn all(&self) -> MutexGuard<'_, Vec<Option<Arc<dyn BridgeWork>>>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -3,7 +3,7 @@
 mod common;
 use common::*;
 use hosts::{Faulty, Hosts, Options, WireFaults, wire_to_join};
-use interconnect::{Closed, Link};
+use interconnect::{Link, LinkClosed};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -57,11 +57,11 @@ fn a_closed_link_is_closed_on_both_sides_behind_its_last_frame() {
     let (_a, _b, near, far) = pair("closed");
     near.send(b"last").expect("it is open");
     near.close();
-    assert_eq!(near.send(b"too late"), Err(Closed));
-    assert_eq!(near.receive(LONG), Err(Closed));
+    assert_eq!(near.send(b"too late"), Err(LinkClosed));
+    assert_eq!(near.receive(LONG), Err(LinkClosed));
     assert_eq!(far.receive(LONG), Ok(Some(b"last".to_vec())));
-    assert_eq!(far.receive(LONG), Err(Closed));
-    assert_eq!(far.send(b"nobody there"), Err(Closed));
+    assert_eq!(far.receive(LONG), Err(LinkClosed));
+    assert_eq!(far.send(b"nobody there"), Err(LinkClosed));
 }
 
 #[test]
@@ -70,13 +70,13 @@ fn a_dropped_link_and_a_host_that_goes_close_too() {
     far.send(b"one").expect("it is open");
     drop(far);
     assert_eq!(near.receive(LONG), Ok(Some(b"one".to_vec())));
-    assert_eq!(near.receive(LONG), Err(Closed));
+    assert_eq!(near.receive(LONG), Err(LinkClosed));
 
     let (near, far) = (a.link("cell-b", 2).expect("joined"), b.link("cell-a", 2).expect("listens"));
     far.send(b"two").expect("it is open");
     drop(b);
     assert_eq!(near.receive(LONG), Ok(Some(b"two".to_vec())));
-    assert_eq!(near.receive(LONG), Err(Closed));
+    assert_eq!(near.receive(LONG), Err(LinkClosed));
     assert!(a.peers().is_empty(), "its name is free at once");
     drop(far);
 }
@@ -87,7 +87,7 @@ fn a_receiver_that_waits_learns_of_a_close_here() {
     std::thread::scope(|scope| {
         let waits = scope.spawn(|| near.receive(LONG));
         near.close();
-        assert_eq!(waits.join().expect("it does not panic"), Err(Closed));
+        assert_eq!(waits.join().expect("it does not panic"), Err(LinkClosed));
     });
 }
 
@@ -109,13 +109,13 @@ fn a_silent_host_closes_its_links_and_a_shorter_silence_does_not() {
     assert_eq!(near.receive(LONG), Ok(Some(b"in the partition".to_vec())));
 
     wire.set(WireFaults::cut());
-    assert_eq!(near.receive(LONG), Err(Closed), "cell-a hears nothing");
-    assert_eq!(far.receive(LONG), Err(Closed), "and says nothing that cell-b hears, as it answers pings only");
+    assert_eq!(near.receive(LONG), Err(LinkClosed), "cell-a hears nothing");
+    assert_eq!(far.receive(LONG), Err(LinkClosed), "and says nothing that cell-b hears, as it answers pings only");
     assert!(a.peers()[0].gone);
     assert!(a.link("cell-b", 2).is_err());
     wire.set(WireFaults::default());
     wait_until("each hears the other again", || !a.peers()[0].gone && !b.peers()[0].gone);
-    assert_eq!(near.send(b"closed is closed"), Err(Closed));
+    assert_eq!(near.send(b"closed is closed"), Err(LinkClosed));
     let (near, far) = (a.link("cell-b", 3).expect("it is back"), b.link("cell-a", 3).expect("it is back"));
     near.send(b"a new link").expect("it is open");
     assert_eq!(far.receive(LONG), Ok(Some(b"a new link".to_vec())));

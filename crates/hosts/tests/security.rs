@@ -2,14 +2,14 @@
 //! Tests of security: hosts that are let in, and refusals before anything starts.
 mod common;
 use common::*;
-use hosts::{Hosts, Options, Refused, Security, wire_to_listen};
+use hosts::{Hosts, JoinError, Options, Security, wire_to_listen};
 use interconnect::Link;
 use std::path::PathBuf;
 use std::time::Duration;
 
 const TOKEN: &str = "a-token-of-some-length";
 
-fn refusal(made: Result<Hosts, Refused>) -> String {
+fn refusal(made: Result<Hosts, JoinError>) -> String {
     made.err().expect("it is refused").to_string()
 }
 

@@ -48,7 +48,7 @@ mod sync;
 pub mod triple;
 
 pub use carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
-pub use link::{Closed, EndError, Ends, Link, LostConnection};
+pub use link::{EndError, Ends, Link, LinkClosed, LostConnection};
 pub use memory::Memory;
 pub use message::{Counters, Faults, Message};
 pub use queue::{QueueMemory, QueueReader, QueueWriter, queue};

@@ -45,14 +45,14 @@ pub trait Link: Send + Sync {
     /// Sends a frame. It may wait for room, but not longer than the link lives.
     ///
     /// # Errors
-    /// [`Closed`]: the other side is gone.
-    fn send(&self, frame: &[u8]) -> Result<(), Closed>;
+    /// [`LinkClosed`]: the other side is gone.
+    fn send(&self, frame: &[u8]) -> Result<(), LinkClosed>;
 
     /// Returns the next frame; none if `limit` passed without one.
     ///
     /// # Errors
-    /// [`Closed`]: the other side is gone, and everything it had sent has been received.
-    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, Closed>;
+    /// [`LinkClosed`]: the other side is gone, and everything it had sent has been received.
+    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, LinkClosed>;
 
     /// Closes it: both sides see that.
     fn close(&self);
@@ -75,12 +75,12 @@ impl std::error::Error for EndError {}
 
 /// The other side of a link is gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Closed;
+pub struct LinkClosed;
 
-impl fmt::Display for Closed {
+impl fmt::Display for LinkClosed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("the other side of the link is gone")
     }
 }
 
-impl std::error::Error for Closed {}
+impl std::error::Error for LinkClosed {}

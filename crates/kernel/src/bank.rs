@@ -37,11 +37,11 @@ pub(crate) enum Entry {
 }
 
 /// Fused steps: where they begin and end, and their entry.
-pub(crate) type Fused = (Range<u32>, Bank);
+pub(crate) type FusedSteps = (Range<u32>, Bank);
 
 /// Cuts strips at what is fused, and what lies between at its banks. A block that is watched has an entry of its own and is in none. Off the
 /// real-time path.
-pub(crate) fn stretches(strips: &[Strip], calls: &[Call], fused: &[Fused]) -> Vec<Stretch> {
+pub(crate) fn stretches(strips: &[Strip], calls: &[Call], fused: &[FusedSteps]) -> Vec<Stretch> {
     let mut stretches: Vec<Stretch> = Vec::with_capacity(strips.len());
     for strip in strips {
         let mut start = strip.start;

@@ -2,7 +2,7 @@
 //! Between two firings: scripts are carried out.
 use crate::event::Event;
 use crate::memory::Cell;
-use crate::phase::Paced;
+use crate::phase::CountedInvocations;
 use crate::process::Process;
 use crate::running_time::TimeState;
 use crate::schedule::{Activation, Due, Inbound, Outbound};

@@ -3,12 +3,12 @@
 //! the first that moves its process.
 use crate::block::BlockId;
 use crate::event::Event;
-use crate::phase::Paced;
+use crate::phase::CountedInvocations;
 use crate::process::{Process, Reaction, Response, Watch};
 use crate::process_word::Word;
 use crate::running_time::TimeState;
 use crate::script::{Op, Script};
-use crate::serving::{self, Moved, Occurrence, Server};
+use crate::serving::{self, ConditionEffect, Occurrence, Server};
 use crate::state::{Kernel, is_so, word_of};
 use crate::steps::{SIGNAL, fault};
 use crate::table::{Candidate, ColdStep, Report};
@@ -208,7 +208,7 @@ impl Server for InFiring<'_> {
         is_so(&self.kernel.source, moved)
     }
 
-    fn react(&mut self, process: &Process, word: Word, reaction: &dyn Reaction, next: Option<u16>) -> Option<Moved> {
+    fn react(&mut self, process: &Process, word: Word, reaction: &dyn Reaction, next: Option<u16>) -> Option<ConditionEffect> {
         if self.kernel.stopped {
             // Nothing that it leads to would run here.
             return self.freeze(process, word);
@@ -230,9 +230,9 @@ impl Server for InFiring<'_> {
             self.kernel.apply(op, self.now_ns, &mut captured);
         }
         self.kernel.captured = captured;
-        let Some(next) = next else { return Some(Moved::Ended) };
+        let Some(next) = next else { return Some(ConditionEffect::Ended) };
         self.kernel.enter(process);
-        Some(Moved::To(next))
+        Some(ConditionEffect::To(next))
     }
 }
 

@@ -5,7 +5,7 @@
 //! member's update. The members' values follow, where `QueueMember::offset` says.
 use crate::connection_identity::{Nowhere, Way};
 use crate::memory::{Cell, Span, spans};
-use crate::phase::{Paced, State, stores};
+use crate::phase::{CountedInvocations, State, stores};
 use crate::source::SourceId;
 use interconnect::{Full, Sender};
 use std::cell::UnsafeCell;
@@ -63,7 +63,7 @@ unsafe impl<A: Send + Sync> Send for Outbound<A> {}
 // SAFETY: as for `Send`.
 unsafe impl<A: Send + Sync> Sync for Outbound<A> {}
 
-impl<A: Paced> Outbound<A> {
+impl<A: CountedInvocations> Outbound<A> {
     /// Makes the outbound side. `group`: the asynchronous members, in the order in which they lie in the group. `wake` is raised once a firing in
     /// which a
     /// row was sent, or, of a connection without a queue, in each firing.

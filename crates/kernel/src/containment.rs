@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The face of containment: a step loop that a signal inside block code ends, and the stack that its handlers run on.
 use crate::hearing::{self, Unheard};
-use forks::Unforked;
+use forks::UnforkedMemory;
 use opengpac::abi::Run;
 pub use opengpac::bank::Call;
 use std::cell::Cell;
@@ -60,7 +60,7 @@ impl Over {
 pub struct Containment {
     shared: *mut ContainmentMemory,
     /// Memory of its own; none where it lies in a black box.
-    _memory: Option<Unforked>,
+    _memory: Option<UnforkedMemory>,
     /// The thread that runs the loop, for the watchdog.
     thread: AtomicPtr<c_void>,
     /// Kernel thread ID of the source's own thread; 0: it has none.
@@ -107,7 +107,7 @@ impl Containment {
     pub fn new(budget_ns: i64) -> Containment {
         // SAFETY: a constant.
         let len = unsafe { opengpac_containment_size() };
-        let memory = Unforked::new(len).expect("there is memory for a page");
+        let memory = UnforkedMemory::new(len).expect("there is memory for a page");
         let shared = memory.start().cast::<ContainmentMemory>();
         // SAFETY: all zeroes is a valid `ContainmentMemory`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
@@ -128,7 +128,7 @@ impl Containment {
         Containment::of(shared, None)
     }
 
-    fn of(shared: *mut ContainmentMemory, memory: Option<Unforked>) -> Containment {
+    fn of(shared: *mut ContainmentMemory, memory: Option<UnforkedMemory>) -> Containment {
         Containment {
             shared,
             _memory: memory,

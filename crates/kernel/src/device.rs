@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
 use crate::block::Block;
-use crate::device_state::{AT_ZERO, Ask, DeviceCall, OFF, STOP, Standing, TELL};
+use crate::device_state::{AT_ZERO, Ask, DeviceCall, DeviceStanding, OFF, STOP, TELL};
 use crate::memory::{Cell, Extent};
-use crate::service::{Seen, Service};
+use crate::service::{LatestReading, Service};
 use crate::tape::Tape;
 use device::{Channel, DeviceError, Direction, Driver, SafeHandle};
 use std::cell::UnsafeCell;
@@ -19,7 +19,7 @@ pub struct Device {
     pub(crate) commands: Cell,
     /// For each channel: claimed by a running verb.
     pub(crate) engaged: Vec<AtomicBool>,
-    pub(crate) standing: Standing,
+    pub(crate) standing: DeviceStanding,
     /// While it is set, every write is the safe one; the first is the driver's safe state.
     pub(crate) stop: OnceLock<Arc<AtomicBool>>,
     pub(crate) is_asking: AtomicBool,
@@ -27,7 +27,7 @@ pub struct Device {
     pub(crate) calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
     pub(crate) safe_handles: Mutex<Arc<Vec<SafeHandle>>>,
     /// Readings for an heir.
-    pub(crate) seen: Seen,
+    pub(crate) seen: LatestReading,
     pub(crate) service: UnsafeCell<Service>,
 }
 
@@ -66,13 +66,13 @@ impl Device {
             readings,
             commands,
             engaged: channels.iter().map(|_| AtomicBool::new(false)).collect(),
-            standing: Standing::new(channels.len()),
+            standing: DeviceStanding::new(channels.len()),
             channels,
             stop: OnceLock::new(),
             is_asking: AtomicBool::new(false),
             calls: OnceLock::new(),
             safe_handles,
-            seen: Seen::default(),
+            seen: LatestReading::default(),
             service: UnsafeCell::new(service),
         }))
     }
@@ -103,7 +103,7 @@ impl Device {
     }
 
     /// Returns its state: lost or not, the channels that ask, the slew limits that acted.
-    pub fn standing(&self) -> &Standing {
+    pub fn standing(&self) -> &DeviceStanding {
         &self.standing
     }
 
@@ -113,7 +113,7 @@ impl Device {
     }
 
     /// Returns the readings that its heir sees.
-    pub fn seen(&self) -> &Seen {
+    pub fn seen(&self) -> &LatestReading {
         &self.seen
     }
 

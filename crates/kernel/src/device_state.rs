@@ -12,7 +12,7 @@ pub enum Ask {
 }
 
 /// State of a device. Of a remote one: as it was told last.
-pub struct Standing {
+pub struct DeviceStanding {
     /// True after it failed: it is no longer read or written.
     pub lost: AtomicBool,
     /// True if it has been read since it was opened. Of a remote one nothing is told.
@@ -25,10 +25,10 @@ pub struct Standing {
     pub forgotten: AtomicU64,
 }
 
-impl Standing {
-    pub(crate) fn new(channels: usize) -> Standing {
+impl DeviceStanding {
+    pub(crate) fn new(channels: usize) -> DeviceStanding {
         let (asking, limited) = ((0..channels).map(|_| Asking::default()).collect(), (0..channels).map(|_| AtomicU64::new(0)).collect());
-        Standing { lost: AtomicBool::new(false), read: AtomicBool::new(false), asking, limited, forgotten: AtomicU64::new(0) }
+        DeviceStanding { lost: AtomicBool::new(false), read: AtomicBool::new(false), asking, limited, forgotten: AtomicU64::new(0) }
     }
 
     /// Marks it as open again, and not read yet.

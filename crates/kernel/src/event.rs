@@ -91,7 +91,7 @@ pub enum Event {
 }
 
 /// An event on its way, and how many bytes of the byte ring belong to its `value` and `captured`.
-pub(crate) struct Told {
+pub(crate) struct QueuedEvent {
     pub(crate) serial: u64,
     pub(crate) event: Event,
     pub(crate) value_len: usize,
@@ -104,7 +104,7 @@ const BYTES: usize = 256 * 1024;
 
 /// A source's end: tells without waiting or allocating.
 pub struct Teller {
-    events: Producer<Told>,
+    events: Producer<QueuedEvent>,
     bytes: Producer<u8>,
     lost: u64,
     source: SourceId,
@@ -123,7 +123,7 @@ impl Teller {
         for bytes in [value, captured] {
             self.bytes.push_entire_slice(bytes).expect("the room was counted above, and only this end takes it");
         }
-        let told = Told { serial: serials.fetch_add(1, Ordering::AcqRel), event, value_len: value.len(), captured_len: captured.len() };
+        let told = QueuedEvent { serial: serials.fetch_add(1, Ordering::AcqRel), event, value_len: value.len(), captured_len: captured.len() };
         if self.events.push(told).is_err() {
             unreachable!("the room was counted above, and only this end takes it");
         }
@@ -142,7 +142,7 @@ impl Teller {
             return false;
         }
         let lost = Event::Lost { source: self.source, count: self.lost };
-        let told = Told { serial: serials.fetch_add(1, Ordering::AcqRel), event: lost, value_len: 0, captured_len: 0 };
+        let told = QueuedEvent { serial: serials.fetch_add(1, Ordering::AcqRel), event: lost, value_len: 0, captured_len: 0 };
         let is_told = self.events.push(told).is_ok();
         if is_told {
             self.lost = 0;
@@ -153,7 +153,7 @@ impl Teller {
 
 /// The supervisor's end of one source.
 pub struct Listener {
-    events: Consumer<Told>,
+    events: Consumer<QueuedEvent>,
     bytes: Consumer<u8>,
     done: VecDeque<Box<Submission>>,
 }

@@ -8,12 +8,12 @@ use crate::counters::add;
 use crate::device::Device;
 use crate::event::Event;
 use crate::floats;
-use crate::phase::Paced;
+use crate::phase::CountedInvocations;
 use crate::preempt::{Never, Preempt};
 use crate::schedule::Due;
 use crate::source::SourceId;
 use crate::state::Kernel;
-use crate::steps::{self, Ended};
+use crate::steps::{self, EarlyEnd};
 use crate::tape::{Occasion, Tape};
 use device::DeviceError;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use std::sync::atomic::Ordering;
 
 /// Result of the first part of a firing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Computed {
+pub enum ComputeResult {
     /// The source was stopped before.
     Nothing,
     /// A step stopped it.
@@ -39,29 +39,29 @@ impl Kernel {
 
     /// Runs the first part of a firing: nobody else sees anything of it yet.
     #[inline]
-    pub fn compute<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) -> Computed {
+    pub fn compute<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) -> ComputeResult {
         self.firing = number;
         self.begin();
         if self.stopped {
-            return Computed::Nothing;
+            return ComputeResult::Nothing;
         }
         self.careful = false;
         floats::begin();
         self.latch(release_ns, preempt);
         self.decide(number, release_ns);
-        if self.work(release_ns, started_ns, preempt) { Computed::All } else { Computed::Stopped }
+        if self.work(release_ns, started_ns, preempt) { ComputeResult::All } else { ComputeResult::Stopped }
     }
 
     /// Runs the second part: devices are written, what was computed is published, conditions are served.
     #[inline]
-    pub fn conclude<P: Preempt>(&mut self, computed: Computed, release_ns: i64, preempt: &P) {
-        if computed == Computed::All {
+    pub fn conclude<P: Preempt>(&mut self, computed: ComputeResult, release_ns: i64, preempt: &P) {
+        if computed == ComputeResult::All {
             self.write_devices(release_ns);
             self.stamp(release_ns);
             self.publish(release_ns, preempt);
             self.advance();
         }
-        if computed != Computed::Nothing {
+        if computed != ComputeResult::Nothing {
             self.serve(release_ns);
         }
         self.settle(release_ns);
@@ -351,7 +351,7 @@ impl Kernel {
     /// that were
     /// through have stored their values where anybody may come to read them: these get their numbers.
     #[cold]
-    fn stop(&mut self, ended: Ended, time_ns: i64) {
+    fn stop(&mut self, ended: EarlyEnd, time_ns: i64) {
         self.stopped = true;
         containment::look_soon();
         if ended.is_lost {

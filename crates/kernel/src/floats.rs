@@ -35,7 +35,7 @@ const WATCHED: u64 = 1 << 62;
 
 /// A block whose invocations are looked at one by one.
 #[repr(C)]
-pub(crate) struct Watched {
+pub(crate) struct WatchedBlock {
     /// Where the containment finds whether the block may be ended: the address of its header, and [`WATCHED`].
     header: u64,
     call: Call,
@@ -44,9 +44,9 @@ pub(crate) struct Watched {
     before: Vec<u8>,
 }
 
-impl Watched {
+impl WatchedBlock {
     /// Returns the watcher of `block`; none if nothing is to be feared of it.
-    pub(crate) fn of(block: &Block) -> Option<Box<Watched>> {
+    pub(crate) fn of(block: &Block) -> Option<Box<WatchedBlock>> {
         if !are_looked_at(block) {
             return None;
         }
@@ -54,7 +54,7 @@ impl Watched {
         let before = vec![0; stores.iter().map(Cell::len).sum()];
         let call = Call { run: block.descriptor().run, instance: block.instance().cast(), invocation: ptr::null() };
         let header = WATCHED | call.instance as u64;
-        Some(Box::new(Watched { header, call, stores, before }))
+        Some(Box::new(WatchedBlock { header, call, stores, before }))
     }
 
     fn note(&mut self) {
@@ -83,10 +83,10 @@ impl Watched {
 /// Entry of a block that is watched.
 ///
 /// # Safety
-/// `watched` is a [`Watched`] that nothing else refers to; `invocation` is in order.
+/// `watched` is a [`WatchedBlock`] that nothing else refers to; `invocation` is in order.
 pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation) -> u64 {
     // SAFETY: the table keeps what it watches, and calls each with its own; no other reference to it is alive.
-    let watched = unsafe { &mut *watched.cast::<Watched>() };
+    let watched = unsafe { &mut *watched.cast::<WatchedBlock>() };
     watched.note();
     // SAFETY: the block is held, its memory in order.
     let result = unsafe { (watched.call.run)(watched.call.instance, invocation) };
@@ -107,8 +107,8 @@ pub fn outside<R>(call: impl FnOnce() -> R) -> (R, bool) {
 }
 
 /// Returns the entry that the table calls for `block`: its own, or that of its watcher, which the table has to keep.
-pub(crate) fn entry(block: &Block) -> (Run, *mut c_void, Option<Box<Watched>>) {
-    match Watched::of(block) {
+pub(crate) fn entry(block: &Block) -> (Run, *mut c_void, Option<Box<WatchedBlock>>) {
+    match WatchedBlock::of(block) {
         None => (block.descriptor().run, block.instance().cast(), None),
         Some(mut watched) => (run, (&raw mut *watched).cast(), Some(watched)),
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Fused blocks: blocks that stand behind each other and have one entry together.
-use crate::bank::{Fused, stretches};
+use crate::bank::{FusedSteps, stretches};
 use crate::block::Block;
 use crate::containment::trust_code;
 use crate::table::Table;
@@ -15,7 +15,7 @@ impl Table {
     /// path.
     #[must_use]
     pub fn fused(mut self, mut find: impl FnMut(&[&Arc<Block>]) -> Vec<(Range<usize>, Bank)>) -> Table {
-        let mut fused: Vec<Fused> = Vec::new();
+        let mut fused: Vec<FusedSteps> = Vec::new();
         for strip in &self.strips {
             let own = |step: u32| {
                 let block = self.steps[step as usize].block.as_ref()?;

@@ -3,7 +3,7 @@
 use crate::connection::{End, QueueMember, WORD};
 use crate::connection_identity::{Nowhere, Way};
 use crate::memory::{Cell, Span, spans};
-use crate::phase::{Paced, State};
+use crate::phase::{CountedInvocations, State};
 use interconnect::Receiver;
 use std::cell::UnsafeCell;
 use std::sync::Arc;
@@ -60,7 +60,7 @@ unsafe impl<A: Send + Sync> Send for Inbound<A> {}
 // SAFETY: as for `Send`.
 unsafe impl<A: Send + Sync> Sync for Inbound<A> {}
 
-impl<A: Paced> Inbound<A> {
+impl<A: CountedInvocations> Inbound<A> {
     /// Makes the inbound side: `group` and `queue` as the writing end has them, with cells of the reader's image.
     pub fn new(receiver: impl Into<End<dyn Receiver>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>) -> Arc<Inbound<A>> {
         let (spans, _) = spans(&group);

@@ -2,7 +2,7 @@
 //! Where in its numbers an activation is: what its own kernel counts, and connections go by.
 
 /// Something whose invocations have numbers.
-pub trait Paced {
+pub trait CountedInvocations {
     /// Returns the state that changes while it runs. The pointer is used by the kernel of its source alone.
     fn state(&self) -> *mut State;
 }

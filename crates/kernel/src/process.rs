@@ -89,12 +89,12 @@ pub enum Home {
 /// Reaches the word of a process whose sources are all remote.
 pub trait RemoteWord: Send + Sync {
     /// Carries out [`Process::take`] there. `None`: nobody answers.
-    fn take(&self, process: u64, generation: u32, insist: bool) -> Option<Taken>;
+    fn take(&self, process: u64, generation: u32, insist: bool) -> Option<TakeResult>;
 }
 
 /// Result of [`Process::take`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum Taken {
+pub enum TakeResult {
     /// The process was in this stage.
     From(u16),
     /// The process had not entered a stage in that generation yet.
@@ -156,34 +156,34 @@ impl Process {
     /// later, and stages of `generation` that are still on their way change nothing. A kernel that ended it in `generation` was
     /// faster, and, unless
     /// `insist`, one that froze it: then nothing changes, its event tells.
-    pub fn take(&self, generation: u32, insist: bool) -> Taken {
+    pub fn take(&self, generation: u32, insist: bool) -> TakeResult {
         let Home::There(remote) = &self.home else { return self.take_here(generation, insist, None) };
         match remote.take(self.id, generation, insist) {
-            Some(Taken::Late) => Taken::Late,
+            Some(TakeResult::Late) => TakeResult::Late,
             Some(taken) => {
                 // What moved it there may not have been told yet: its stage is the one in which it was taken.
-                let stage = if let Taken::From(stage) = taken { Some(stage) } else { None };
+                let stage = if let TakeResult::From(stage) = taken { Some(stage) } else { None };
                 self.take_here(generation, true, stage);
                 taken
             }
             // Nobody there moves it any more.
             None => match self.take_here(generation, true, None) {
-                Taken::Late => Taken::From(self.word().stage),
+                TakeResult::Late => TakeResult::From(self.word().stage),
                 taken => taken,
             },
         }
     }
 
     /// Takes it here. `stage`: its stage, if its word here does not know it.
-    fn take_here(&self, generation: u32, insist: bool, stage: Option<u16>) -> Taken {
+    fn take_here(&self, generation: u32, insist: bool, stage: Option<u16>) -> TakeResult {
         let taken = self.change(|word| {
             let late = word.generation > generation || (word.generation == generation && (word.flags & ENDED != 0 || (word.flags == FROZEN && !insist)));
             (!late).then_some(Word { generation: generation + 1, stage: stage.unwrap_or(word.stage), flags: FROZEN | CLAIMED })
         });
         match taken {
-            None => Taken::Late,
-            Some(before) if before.generation < generation => Taken::Before,
-            Some(before) => Taken::From(before.stage),
+            None => TakeResult::Late,
+            Some(before) if before.generation < generation => TakeResult::Before,
+            Some(before) => TakeResult::From(before.stage),
         }
     }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Activations: when a set of steps is due.
 use crate::memory::Cell;
-use crate::phase::{Paced, STAMP_LEN, State, stores};
+use crate::phase::{CountedInvocations, STAMP_LEN, State, stores};
 use crate::{connection, inbound};
 use std::cell::UnsafeCell;
 use std::sync::{Arc, Mutex};
@@ -59,7 +59,7 @@ unsafe impl Send for Activation {}
 // SAFETY: as for `Send`.
 unsafe impl Sync for Activation {}
 
-impl Paced for Activation {
+impl CountedInvocations for Activation {
     #[inline]
     fn state(&self) -> *mut State {
         self.state.get()

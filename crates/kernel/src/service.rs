@@ -73,7 +73,7 @@ impl Service {
 }
 
 /// Where others can see what a device read last, and how long nobody wrote it while it was handed over.
-pub struct Seen {
+pub struct LatestReading {
     /// Last readings, for one heir.
     pub view: Mutex<Option<Box<dyn Receiver>>>,
     gap_ns: AtomicI64,
@@ -82,13 +82,13 @@ pub struct Seen {
 /// Mark: no gap is known.
 const NO_GAP: i64 = -1;
 
-impl Default for Seen {
-    fn default() -> Seen {
-        Seen { view: Mutex::default(), gap_ns: AtomicI64::new(NO_GAP) }
+impl Default for LatestReading {
+    fn default() -> LatestReading {
+        LatestReading { view: Mutex::default(), gap_ns: AtomicI64::new(NO_GAP) }
     }
 }
 
-impl Seen {
+impl LatestReading {
     /// Notes a write; the first one after a device was taken over ends the gap.
     pub(crate) fn written(&self, gap_ns: i64) {
         self.gap_ns.store(gap_ns, Ordering::Release);

@@ -19,17 +19,17 @@ pub trait Server {
     fn is_so(&self, moved: bool) -> bool;
 
     /// Carries out a prepared answer; none where somebody was faster.
-    fn react(&mut self, process: &Process, word: Word, reaction: &dyn Reaction, next: Option<u16>) -> Option<Moved>;
+    fn react(&mut self, process: &Process, word: Word, reaction: &dyn Reaction, next: Option<u16>) -> Option<ConditionEffect>;
 
     /// Freezes `process` for the supervisor; none where somebody was faster.
-    fn freeze(&mut self, process: &Process, word: Word) -> Option<Moved> {
-        self.is_so(process.freeze(word)).then_some(Moved::Frozen)
+    fn freeze(&mut self, process: &Process, word: Word) -> Option<ConditionEffect> {
+        self.is_so(process.freeze(word)).then_some(ConditionEffect::Frozen)
     }
 }
 
 /// Effect of a condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Moved {
+pub enum ConditionEffect {
     /// The supervisor carries on.
     Frozen,
     /// The process is in this stage now.
@@ -39,7 +39,7 @@ pub enum Moved {
 }
 
 /// Lets a condition act. `may_act`: nothing moved the process before it; else it is only remembered, where it is one for later.
-pub fn act(server: &mut impl Server, process: &Process, word: Word, watch: &Watch, may_act: bool) -> Option<Moved> {
+pub fn act(server: &mut impl Server, process: &Process, word: Word, watch: &Watch, may_act: bool) -> Option<ConditionEffect> {
     if may_act {
         return respond(server, process, word, watch);
     }
@@ -50,7 +50,7 @@ pub fn act(server: &mut impl Server, process: &Process, word: Word, watch: &Watc
 }
 
 /// Lets a condition act that came before the stage which waits for it was entered.
-pub fn act_late<'p>(server: &mut impl Server, process: &'p Process) -> Option<(Word, &'p Watch, Moved)> {
+pub fn act_late<'p>(server: &mut impl Server, process: &'p Process) -> Option<(Word, &'p Watch, ConditionEffect)> {
     let word = server.word(process);
     if !word.acts() {
         return None;
@@ -61,7 +61,7 @@ pub fn act_late<'p>(server: &mut impl Server, process: &'p Process) -> Option<(W
     Some((word, watch, moved))
 }
 
-fn respond(server: &mut impl Server, process: &Process, word: Word, watch: &Watch) -> Option<Moved> {
+fn respond(server: &mut impl Server, process: &Process, word: Word, watch: &Watch) -> Option<ConditionEffect> {
     match &watch.response {
         Response::Remember => {
             process.remember(watch.condition);
@@ -100,10 +100,10 @@ impl Occurrence {
     }
 
     /// Returns the event that tells the supervisor what the condition did. `alone`: no other condition came in the firing.
-    pub fn watched(self, watch: &Watch, moved: Option<Moved>, alone: bool, value: Vec<u8>) -> Event {
+    pub fn watched(self, watch: &Watch, moved: Option<ConditionEffect>, alone: bool, value: Vec<u8>) -> Event {
         let Occurrence { source, process, generation, block, item, fault, number, time_ns } = self;
-        let (condition, acted, ended) = (watch.condition, moved.is_some(), moved == Some(Moved::Ended));
-        let stage = if let Some(Moved::To(next)) = moved { Some(next) } else { None };
+        let (condition, acted, ended) = (watch.condition, moved.is_some(), moved == Some(ConditionEffect::Ended));
+        let stage = if let Some(ConditionEffect::To(next)) = moved { Some(next) } else { None };
         let captured = Vec::new();
         Event::Condition { source, process, generation, condition, block, item, fault, number, time_ns, alone, acted, ended, stage, value, captured }
     }

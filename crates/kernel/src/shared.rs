@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 /// State shared by all kernels of a host.
 #[derive(Default)]
-pub struct Shared {
+pub struct HostState {
     /// Order of the events of the host.
     pub serials: AtomicU64,
     /// Bell of the supervisor's sleep.
@@ -27,7 +27,7 @@ pub struct Shared {
 /// Default time for which a timer may stand still.
 const STANDSTILL_NS: i64 = 2_000_000_000;
 
-impl Shared {
+impl HostState {
     /// Returns for how long a timer may stand still before the outputs of its devices count as unattended.
     pub fn standstill_ns(&self) -> i64 {
         match self.standstill_ns.load(Ordering::Relaxed) {
@@ -48,7 +48,7 @@ impl Shared {
         self.supervisor.ring();
     }
 
-    /// Takes what [`Shared::tell_replaced`] has kept.
+    /// Takes what [`HostState::tell_replaced`] has kept.
     pub fn take_replaced(&self) -> Option<String> {
         if !self.is_replaced.swap(false, Ordering::AcqRel) {
             return None;

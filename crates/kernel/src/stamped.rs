@@ -21,7 +21,7 @@ pub fn unstamped() -> [u8; STAMP_LEN] {
 
 /// A value that a block stores, with what belongs to the value and not to the block.
 #[derive(Clone)]
-pub struct Stamped {
+pub struct StampedValue {
     /// The block that stores it.
     pub block: Arc<Block>,
     /// n where its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
@@ -39,7 +39,7 @@ pub struct Mark {
     header: *const Header,
     stamp: *mut u8,
     row: Option<[Span; 1]>,
-    pub of: Stamped,
+    pub of: StampedValue,
 }
 
 /// Stamps of a table, by activation.
@@ -53,8 +53,8 @@ pub struct Marks {
 impl Marks {
     /// Makes the stamps of a table with `slots` activations: `found` gives step, slot and header of a block; values of blocks that it has not are
     /// left out.
-    pub(crate) fn new(stamped: Vec<Stamped>, slots: usize, found: impl Fn(BlockId) -> Option<(u32, u32, *const Header)>) -> Marks {
-        let mark = |of: Stamped| {
+    pub(crate) fn new(stamped: Vec<StampedValue>, slots: usize, found: impl Fn(BlockId) -> Option<(u32, u32, *const Header)>) -> Marks {
+        let mark = |of: StampedValue| {
             assert!(of.stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
             let (step, slot, header) = found(of.block.id())?;
             let row = of.history.as_ref().map(|(value, _)| [Span { start: value.start(), at: 0, len: value.len() }]);

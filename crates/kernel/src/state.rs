@@ -5,7 +5,7 @@ use crate::event::{Event, Teller};
 use crate::memory::Span;
 use crate::process::{CAPTURED_MAX, Process};
 use crate::process_word::Word;
-use crate::shared::{Shared, Source};
+use crate::shared::{HostState, Source};
 use crate::table::Table;
 use crate::tape::{Occasion, digest};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The kernel of one source. Its own thread alone touches it; under the virtual clock, the one thread.
 pub struct Kernel {
     pub source: Arc<Source>,
-    pub shared: Arc<Shared>,
+    pub shared: Arc<HostState>,
     pub table: Box<Table>,
     pub(crate) teller: Teller,
     /// Number of the last firing. Scripts switch intervals on from the next.
@@ -42,7 +42,7 @@ pub struct Kernel {
 unsafe impl Send for Kernel {}
 
 impl Kernel {
-    pub fn new(source: Arc<Source>, shared: Arc<Shared>, teller: Teller, firing: u64, budget_ns: i64) -> Kernel {
+    pub fn new(source: Arc<Source>, shared: Arc<HostState>, teller: Teller, firing: u64, budget_ns: i64) -> Kernel {
         let (entered, captured) = (Vec::with_capacity(1024), Vec::with_capacity(CAPTURED_MAX));
         let table = Box::new(Table::empty());
         Kernel {

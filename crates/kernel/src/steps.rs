@@ -6,7 +6,7 @@ use crate::containment::{OUTSIDE, Over, budget_signal};
 use crate::counters::add;
 use crate::event::Fault;
 use crate::floats;
-use crate::phase::{Paced, stores};
+use crate::phase::{CountedInvocations, stores};
 use crate::preempt::Preempt;
 use crate::schedule::Activation;
 use crate::state::Kernel;
@@ -17,7 +17,7 @@ use std::ffi::c_void;
 use std::sync::atomic::Ordering;
 
 /// Early end of a contained loop.
-pub(crate) struct Ended {
+pub(crate) struct EarlyEnd {
     /// Step at fault.
     pub(crate) step: u32,
     /// The step that was ended, which stored nothing; `None`: all ran.
@@ -27,7 +27,7 @@ pub(crate) struct Ended {
     pub is_lost: bool,
 }
 
-impl Ended {
+impl EarlyEnd {
     pub(crate) fn fault(&self) -> Fault {
         fault(self.result).expect("a signal is a fault")
     }
@@ -81,7 +81,7 @@ struct Frame<'a, P> {
 
 /// Runs the steps that are due. `started_ns` of CLOCK_MONOTONIC, for the budget.
 #[inline]
-pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: i64, preempt: &P) -> Option<Ended> {
+pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: i64, preempt: &P) -> Option<EarlyEnd> {
     let containment = &raw const kernel.source.containment;
     let probes = started_ns < kernel.source.probe_until_ns.load(Ordering::Relaxed);
     let mut frame = Frame { kernel, now_ns, probes, preempt };
@@ -89,22 +89,22 @@ pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns
     let ended = unsafe { (*containment).run(body::<P>, (&raw mut frame).cast::<c_void>(), started_ns) };
     forks::end_if_child();
     let changed = changed(&kernel.table);
-    ended.map(|over| Ended { step: over.step, at: over.at, result: ended_by(&over), is_lost: over.is_lost }).or(changed)
+    ended.map(|over| EarlyEnd { step: over.step, at: over.at, result: ended_by(&over), is_lost: over.is_lost }).or(changed)
 }
 
 /// Returns, when the steps of a firing are through, the step that is answerable if the words have changed.
 #[inline]
-fn changed(table: &Table) -> Option<Ended> {
+fn changed(table: &Table) -> Option<EarlyEnd> {
     if Words::standardise() { answerable(table) } else { None }
 }
 
 /// Returns the last of the due blocks, one of a module rather than one that this program was built with.
 #[cold]
-fn answerable(table: &Table) -> Option<Ended> {
+fn answerable(table: &Table) -> Option<EarlyEnd> {
     floats::DISTRUST.store(true, Ordering::Relaxed);
     let blocks = table.steps.iter().enumerate().filter(|(_, step)| table.due[step.slot as usize]);
     let blocks = blocks.filter_map(|(index, step)| Some((step.block.as_ref()?.descriptor().reserved & mark::LOADED != 0, index)));
-    blocks.max().map(|(_, index)| Ended { step: index as u32, at: None, result: FLOATS, is_lost: false })
+    blocks.max().map(|(_, index)| EarlyEnd { step: index as u32, at: None, result: FLOATS, is_lost: false })
 }
 
 /// Body of the contained loop. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what

@@ -7,14 +7,14 @@ use crate::containment::{Call, OUTSIDE};
 use crate::copies::{Appends, Aside, Copies, append, copy};
 use crate::device::Device;
 use crate::edge::Edge;
-use crate::floats::{self, Watched};
+use crate::floats::{self, WatchedBlock};
 use crate::memory::{Cell, Span, spans};
-use crate::phase::Paced;
+use crate::phase::CountedInvocations;
 use crate::process::Process;
 use crate::running_time::{RunningTime, TimeState};
 use crate::schedule::{Activation, Inbound, Outbound};
 use crate::source::{Requests, SourceId};
-use crate::stamped::{Marks, Stamped};
+use crate::stamped::{Marks, StampedValue};
 use crate::step::{Rows, Step, StepKind, in_driving_order};
 use crate::visits::Visits;
 use opengpac::abi::Header;
@@ -81,7 +81,7 @@ pub struct Table {
     pub appends: Vec<Box<Appends>>,
     /// Blocks whose invocations are looked at one by one, as above.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
-    pub(crate) watched: Vec<Box<Watched>>,
+    pub(crate) watched: Vec<Box<WatchedBlock>>,
     /// Values that are stamped where its blocks store them.
     pub marks: Marks,
 }
@@ -192,7 +192,7 @@ impl Table {
 
     /// Adds values that are stamped when its blocks store them; those of other blocks are left out.
     #[must_use]
-    pub fn with_stamped(mut self, stamped: Vec<Stamped>) -> Table {
+    pub fn with_stamped(mut self, stamped: Vec<StampedValue>) -> Table {
         let blocks = self.steps.iter().zip(0..).filter_map(|(step, index)| Some((step.block.as_ref()?.id(), index)));
         let steps: HashMap<BlockId, u32> = blocks.collect();
         let found = |block: BlockId| {

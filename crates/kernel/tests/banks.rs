@@ -21,7 +21,7 @@ const MS: i64 = 1_000_000;
 
 /// Adds what it reads to a sum, and does what it is told on one invocation: y = sum + u.
 #[derive(FunctionBlock)]
-struct Told {
+struct ScriptedSum {
     /// value that is added
     #[input]
     u: f64,
@@ -56,7 +56,7 @@ mod act {
     pub const LOOP: u32 = 7;
 }
 
-impl opengpac::Step for Told {
+impl opengpac::Step for ScriptedSum {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         self.sum += self.u;
         self.y = self.sum + invocation.number as f64;
@@ -86,7 +86,7 @@ thread_local! {
     static BANKED: Local<u64> = const { Local::new(0) };
 }
 
-/// The language that a `Told` is written in.
+/// The language that a `ScriptedSum` is written in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Language {
     Rust,
@@ -95,11 +95,11 @@ enum Language {
 
 const LANGUAGES: [Language; 2] = [Language::Rust, Language::C];
 
-/// Returns `Told`, and the bank entry that its module gives.
+/// Returns `ScriptedSum`, and the bank entry that its module gives.
 fn told(language: Language) -> (&'static Descriptor, Bank) {
     static IN_C: OnceLock<(&Descriptor, Bank)> = OnceLock::new();
     match language {
-        Language::Rust => (Told::descriptor(), bank::of(Told::descriptor().run).unwrap()),
+        Language::Rust => (ScriptedSum::descriptor(), bank::of(ScriptedSum::descriptor().run).unwrap()),
         Language::C => *IN_C.get_or_init(|| {
             let blocks = modules::with_banks_of("told", &modules::AS_A_USER);
             let of = |name: &CStr| *blocks.iter().find(|(block, _)| unsafe { CStr::from_ptr(block.name) } == name).unwrap();
@@ -112,7 +112,7 @@ fn told(language: Language) -> (&'static Descriptor, Bank) {
     }
 }
 
-/// Counted entries of `Told`; `KIND` makes them those of different blocks, the odd ones of those in C.
+/// Counted entries of `ScriptedSum`; `KIND` makes them those of different blocks, the odd ones of those in C.
 unsafe extern "C" fn single<const KIND: usize>(memory: *mut c_void, given: *const Invocation) -> u64 {
     SINGLE.set(SINGLE.get() + 1);
     unsafe { (told(LANGUAGES[black_box(KIND) % 2]).0.run)(memory, given) }
@@ -146,7 +146,7 @@ fn kinds(language: Language, has_bank: bool) -> Kinds {
 
 /// One block of a program.
 #[derive(Clone, Debug)]
-struct Made {
+struct ProgramBlock {
     kind: usize,
     reads: usize,
     /// Its activation, due at every firing or at every second one.
@@ -156,12 +156,12 @@ struct Made {
 }
 
 /// Blocks side by side, each with a value of its own.
-fn side_by_side(n: usize) -> Vec<Made> {
-    (0..n).map(|at| Made { kind: 0, reads: at, slot: 0, drivers: vec![], told: (0, act::NOTHING) }).collect()
+fn side_by_side(n: usize) -> Vec<ProgramBlock> {
+    (0..n).map(|at| ProgramBlock { kind: 0, reads: at, slot: 0, drivers: vec![], told: (0, act::NOTHING) }).collect()
 }
 
 #[derive(Debug, PartialEq)]
-struct Seen {
+struct RunResult {
     values: Vec<Vec<u8>>,
     /// Output, sum, number, number at activation.
     blocks: Vec<(Vec<u8>, Vec<u8>, u64, u64)>,
@@ -180,7 +180,7 @@ struct Program {
 }
 
 impl Program {
-    fn new(made: &[Made], kinds: Kinds) -> Program {
+    fn new(made: &[ProgramBlock], kinds: Kinds) -> Program {
         let host = virtual_host(1);
         let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
         let cells = cells(2 * made.len());
@@ -197,14 +197,14 @@ impl Program {
         program
     }
 
-    fn block(&self, at: usize, made: &Made, reads: usize, kind: &'static Descriptor) -> Arc<Block> {
+    fn block(&self, at: usize, made: &ProgramBlock, reads: usize, kind: &'static Descriptor) -> Arc<Block> {
         let mut block = install(at as u32, kind, Some(&self.cells[reads]), Some(&self.cells[self.cells.len() / 2 + at]));
         block.set(WHEN, &made.told.0.to_ne_bytes());
         block.set(ACT, &made.told.1.to_ne_bytes());
         Arc::new(block)
     }
 
-    fn table(&self, made: &[Made]) -> Table {
+    fn table(&self, made: &[ProgramBlock]) -> Table {
         let steps = self.blocks.iter().zip(made).map(|(block, made)| step(block, &self.activations[made.slot], &self.process, &made.drivers));
         table(steps.collect())
     }
@@ -220,7 +220,7 @@ impl Program {
     }
 
     /// Returns all that can be seen: values, items and headers of the blocks, and what was told.
-    fn seen(&self) -> Seen {
+    fn seen(&self) -> RunResult {
         let of = |block: &Arc<Block>| {
             let Header { number, activated } = unsafe { *block.header() };
             (block.value(1).load(), block.value(5).load(), number, activated)
@@ -228,7 +228,7 @@ impl Program {
         let values = self.cells.iter().map(|cell| cell.load().to_vec()).collect();
         let blocks = self.blocks.iter().map(of).collect();
         let stopped = self.host.statistics(self.source).stopped;
-        Seen { values, blocks, told: self.told.clone(), stopped }
+        RunResult { values, blocks, told: self.told.clone(), stopped }
     }
 
     fn numbers(&self) -> Vec<u64> {
@@ -245,12 +245,12 @@ fn counted(run: impl FnOnce()) -> (u64, u64) {
 }
 
 /// Runs both programs for `firings`, checks that they are equal, and returns the one with bank entries.
-fn alike(language: Language, made: &[Made], firings: i64) -> Program {
+fn alike(language: Language, made: &[ProgramBlock], firings: i64) -> Program {
     alike_of(language, made, firings, "")
 }
 
 /// Does the same with a program that `origin` makes again.
-fn alike_of(language: Language, made: &[Made], firings: i64, origin: &str) -> Program {
+fn alike_of(language: Language, made: &[ProgramBlock], firings: i64, origin: &str) -> Program {
     let [single, banked] = [false, true].map(|has_bank| {
         let mut program = Program::new(made, kinds(language, has_bank));
         program.fire(firings);
@@ -351,7 +351,7 @@ fn a_block_is_exchanged_within_a_bank() {
 }
 
 /// Blocks of two kinds and two activations in runs of any length, that read each other, drive each other, and are told something now and then.
-fn any(seed: &mut u64) -> Vec<Made> {
+fn any(seed: &mut u64) -> Vec<ProgramBlock> {
     let n = 1 + random_below(seed, 40) as usize;
     let acts = if random_below(seed, 4) == 0 { act::DIVIDE } else { act::NONFINITE };
     let (mut kind, mut slot) = (0, 0);
@@ -361,7 +361,7 @@ fn any(seed: &mut u64) -> Vec<Made> {
         }
         let drivers = (0..at as u32).filter(|_| random_below(seed, 8 * n as u64) < 8).collect();
         let told = if random_below(seed, 5) == 0 { (random_below(seed, 10), random_below(seed, u64::from(acts) + 1) as u32) } else { (0, act::NOTHING) };
-        Made { kind, reads: random_below(seed, 2 * n as u64) as usize, slot, drivers, told }
+        ProgramBlock { kind, reads: random_below(seed, 2 * n as u64) as usize, slot, drivers, told }
     });
     made.collect()
 }

@@ -172,7 +172,7 @@ fn a_store_between_firings_is_published_before_it_is_acknowledged() {
 struct Unreachable;
 
 impl RemoteWord for Unreachable {
-    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
+    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<TakeResult> {
         None
     }
 }

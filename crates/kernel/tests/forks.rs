@@ -25,14 +25,14 @@ fn block(name: &str) -> &'static Descriptor {
 }
 
 /// Counters in memory that a child shares, whatever becomes of it.
-struct Shared(*mut u8);
+struct SharedCounters(*mut u8);
 
-impl Shared {
-    fn new() -> Shared {
+impl SharedCounters {
+    fn new() -> SharedCounters {
         let (access, way) = (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_SHARED | libc::MAP_ANONYMOUS);
         let memory = unsafe { libc::mmap(std::ptr::null_mut(), 4096, access, way, -1, 0) };
         assert_ne!(memory, libc::MAP_FAILED);
-        Shared(memory.cast())
+        SharedCounters(memory.cast())
     }
 
     fn word(&self, index: usize) -> &'static AtomicU64 {
@@ -83,7 +83,7 @@ impl Driver for Counting {
     fn close(&mut self) {}
 }
 
-fn counting(name: &str, shared: &Shared, at: usize, forks_at: u64) -> Arc<Device> {
+fn counting(name: &str, shared: &SharedCounters, at: usize, forks_at: u64) -> Arc<Device> {
     let channel = Channel {
         name: "brake.force".into(),
         direction: Direction::Write,
@@ -143,7 +143,7 @@ fn value(cell: &Cell) -> i64 {
 }
 
 /// Waits until this process has written `shared`'s device `more` times.
-fn writes(shared: &Shared, more: u64) {
+fn writes(shared: &SharedCounters, more: u64) {
     let (begun, until) = (Instant::now(), shared.word(0).load(Ordering::SeqCst) + more);
     while shared.word(0).load(Ordering::SeqCst) < until {
         assert!(begun.elapsed() < NET, "the source does not fire");
@@ -152,7 +152,7 @@ fn writes(shared: &Shared, more: u64) {
 }
 
 fn is_told(name: &str) {
-    let (host, shared) = (monotonic_host(), Shared::new());
+    let (host, shared) = (monotonic_host(), SharedCounters::new());
     let (source, child) = runs(&host, name, vec![counting("brake", &shared, 0, u64::MAX)]);
     let fault = await_event(&host, |event| match event {
         Event::Stopped { source: of, fault, .. } if of == source => Some(fault),
@@ -171,7 +171,7 @@ fn a_block_that_forks_stops_its_source_and_its_copy_has_ended() {
 
 #[test]
 fn under_the_virtual_clock_too() {
-    let (host, shared) = (virtual_host(1), Shared::new());
+    let (host, shared) = (virtual_host(1), SharedCounters::new());
     let (source, child) = runs(&host, "calls_fork", vec![counting("brake", &shared, 0, u64::MAX)]);
     let mut stopped = None;
     while stopped.is_none() {
@@ -189,7 +189,7 @@ fn under_the_virtual_clock_too() {
 
 #[test]
 fn a_copy_that_no_handler_saw_ends_before_it_touches_a_device() {
-    let (host, shared) = (monotonic_host(), Shared::new());
+    let (host, shared) = (monotonic_host(), SharedCounters::new());
     let (_, child) = runs(&host, "forks_unseen", vec![counting("brake", &shared, 0, u64::MAX)]);
     writes(&shared, 5);
     has_ended_by_us(value(&child));
@@ -199,7 +199,7 @@ fn a_copy_that_no_handler_saw_ends_before_it_touches_a_device() {
 
 #[test]
 fn a_copy_made_by_a_driver_writes_no_other_device_and_never_fires() {
-    let (host, shared) = (monotonic_host(), Shared::new());
+    let (host, shared) = (monotonic_host(), SharedCounters::new());
     let devices = vec![counting("brake", &shared, 0, 3), counting("lamp", &shared, 4, u64::MAX)];
     runs(&host, "spawns", devices);
     writes(&shared, 10);
@@ -210,7 +210,7 @@ fn a_copy_made_by_a_driver_writes_no_other_device_and_never_fires() {
 
 #[test]
 fn a_block_may_start_a_program() {
-    let (host, shared) = (monotonic_host(), Shared::new());
+    let (host, shared) = (monotonic_host(), SharedCounters::new());
     let (source, child) = runs(&host, "spawns", vec![counting("brake", &shared, 0, u64::MAX)]);
     writes(&shared, 5);
     assert_eq!(status_of(value(&child)), 0);

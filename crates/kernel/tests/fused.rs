@@ -55,7 +55,7 @@ fn entry(members: &[Member]) -> Bank {
 
 /// One block of a program.
 #[derive(Clone, Debug)]
-struct Made {
+struct ProgramBlock {
     kind: usize,
     /// Block and output that each input reads, which may come later; or a constant.
     reads: Vec<Option<(usize, usize)>>,
@@ -67,8 +67,10 @@ struct Made {
 }
 
 /// Makes `told` blocks, each of which reads the one before it.
-fn chain(n: usize) -> Vec<Made> {
-    (0..n).map(|at| Made { kind: 0, reads: vec![at.checked_sub(1).map(|before| (before, 0))], slot: 0, drivers: vec![], told: (0, act::NOTHING) }).collect()
+fn chain(n: usize) -> Vec<ProgramBlock> {
+    (0..n)
+        .map(|at| ProgramBlock { kind: 0, reads: vec![at.checked_sub(1).map(|before| (before, 0))], slot: 0, drivers: vec![], told: (0, act::NOTHING) })
+        .collect()
 }
 
 /// Items of a kind of block, by their index: inputs; outputs.
@@ -85,7 +87,7 @@ fn type_of(kind: usize, item: usize) -> &'static str {
 }
 
 #[derive(Debug, PartialEq)]
-struct Seen {
+struct RunResult {
     values: Vec<Vec<u8>>,
     /// Its instance behind its addresses, and its header.
     blocks: Vec<(Vec<Vec<u8>>, u64, u64)>,
@@ -97,7 +99,7 @@ struct Program {
     host: Host,
     source: SourceId,
     blocks: Vec<Arc<Block>>,
-    made: Vec<Made>,
+    made: Vec<ProgramBlock>,
     cells: Vec<Vec<Cell>>,
     activations: [Arc<Activation>; 2],
     process: Arc<Process>,
@@ -105,13 +107,13 @@ struct Program {
 }
 
 impl Program {
-    fn new(made: &[Made], is_fused: bool) -> Program {
+    fn new(made: &[ProgramBlock], is_fused: bool) -> Program {
         let host = virtual_host(1);
         let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
         let process = Process::new(1, 1);
         process.set_stages(vec![Stage { watches: vec![Watch { block: None, item: Watch::FAULT, condition: 9, priority: 0, response: Response::Tell }] }]);
         // Of each block: its outputs, then a constant for each input.
-        let place = |made: &Made| {
+        let place = |made: &ProgramBlock| {
             let items: Vec<usize> = ports(made.kind).into_iter().rev().flatten().collect();
             items.into_iter().map(|item| unsafe { (*kinds()[made.kind].items.add(item)).size } as usize).map(|size| Extent::new(size).cell(0, size)).collect()
         };
@@ -177,7 +179,7 @@ impl Program {
     }
 
     /// Returns all that can be seen: values, items and headers of the blocks, and what was told.
-    fn seen(&self) -> Seen {
+    fn seen(&self) -> RunResult {
         let of = |block: &Arc<Block>| {
             let Header { number, activated } = unsafe { *block.header() };
             let items = block.items().iter().enumerate().filter(|(_, item)| item.offset != NONE && item.kind != kind::INPUT);
@@ -185,7 +187,7 @@ impl Program {
         };
         let values = self.cells.iter().flatten().map(|cell| cell.load().to_vec()).collect();
         let stopped = self.host.statistics(self.source).stopped;
-        Seen { values, blocks: self.blocks.iter().map(of).collect(), told: self.told.clone(), stopped }
+        RunResult { values, blocks: self.blocks.iter().map(of).collect(), told: self.told.clone(), stopped }
     }
 
     fn numbers(&self) -> Vec<u64> {
@@ -194,7 +196,7 @@ impl Program {
 }
 
 /// Runs the program fused for `firings`, and checks that it equals the one that runs one by one, and one that is fused and unfused while it runs.
-fn alike(made: &[Made], firings: i64, origin: &str) -> Program {
+fn alike(made: &[ProgramBlock], firings: i64, origin: &str) -> Program {
     let [single, fused] = [false, true].map(|is_fused| {
         let mut program = Program::new(made, is_fused);
         program.fire(firings);
@@ -212,14 +214,14 @@ fn alike(made: &[Made], firings: i64, origin: &str) -> Program {
 
 #[test]
 fn blocks_that_read_each_other_are_fused_and_no_others() {
-    let of = |made: &[Made]| Program::new(made, false).groups();
+    let of = |made: &[ProgramBlock]| Program::new(made, false).groups();
     assert_eq!(of(&chain(9)), [(0, 9)]);
     assert_eq!(of(&chain(250)), [(0, 100), (100, 200), (200, 250)]);
     let mut made = chain(9);
     made[4].slot = 1;
     assert_eq!(of(&made), [(0, 4), (5, 9)]);
     let mut made = chain(9);
-    made[4] = Made { kind: named("large"), reads: vec![], ..made[4].clone() };
+    made[4] = ProgramBlock { kind: named("large"), reads: vec![], ..made[4].clone() };
     made[5].reads = vec![None];
     assert_eq!(of(&made), [(0, 4), (5, 9)]);
     // What stands beside the others gains nothing; a value of the firing before is no wire.
@@ -301,7 +303,7 @@ fn a_wire_that_leads_elsewhere_is_seen() {
 }
 
 /// Blocks of all kinds and two activations, that read each other, drive each other, and are told something now and then.
-fn any(seed: &mut u64) -> Vec<Made> {
+fn any(seed: &mut u64) -> Vec<ProgramBlock> {
     let n = 2 + random_below(seed, 30) as usize;
     let acts = if random_below(seed, 4) == 0 { act::DIVIDE } else { act::NONFINITE };
     let mut slot = 0;
@@ -324,7 +326,7 @@ fn any(seed: &mut u64) -> Vec<Made> {
         let reads = reads.collect();
         let drivers = (0..at as u32).filter(|_| random_below(seed, 8 * n as u64) < 8).collect();
         let told = if random_below(seed, 5) == 0 { (random_below(seed, 10), random_below(seed, u64::from(acts) + 1) as u32) } else { (0, act::NOTHING) };
-        Made { kind: kind_of[at], reads, slot, drivers, told }
+        ProgramBlock { kind: kind_of[at], reads, slot, drivers, told }
     });
     made.collect()
 }

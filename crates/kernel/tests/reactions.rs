@@ -206,7 +206,7 @@ fn a_reset_restores_the_initial_state_and_number_and_its_parameters() {
 fn a_process_that_is_taken_before_its_stage_never_enters_it() {
     let p = program(&[2]);
     p.process.set_stages(vec![Stage { watches: vec![watch(1, 1, 0, Response::Tell)] }]);
-    assert_eq!(p.process.take(1, false), Taken::Before);
+    assert_eq!(p.process.take(1, false), TakeResult::Before);
     p.start(&[0]);
     run_until(&p.host, 4 * MS);
     assert_eq!(p.conditions(), [(1, false, false, None, 2)], "the stage of the generation that was passed is not in force");
@@ -218,8 +218,8 @@ fn a_freeze_is_taken_over_only_by_who_insists() {
     p.process.set_stages(vec![Stage { watches: vec![watch(1, 1, 0, Response::Tell)] }]);
     p.start(&[0]);
     run_until(&p.host, 3 * MS);
-    assert_eq!(p.process.take(1, false), Taken::Late);
-    assert_eq!(p.process.take(1, true), Taken::From(0));
-    assert_eq!(p.process.take(1, true), Taken::Late, "once");
+    assert_eq!(p.process.take(1, false), TakeResult::Late);
+    assert_eq!(p.process.take(1, true), TakeResult::From(0));
+    assert_eq!(p.process.take(1, true), TakeResult::Late, "once");
     assert_eq!(p.process.now().0, 2);
 }

@@ -14,23 +14,23 @@ type Ends = (End<dyn Sender>, End<dyn Receiver>);
 
 /// A remote place: what lies there of each connection that was made to here.
 #[derive(Default)]
-struct Place {
+struct RelayPlace {
     host: Option<&'static str>,
     senders: Mutex<Vec<Lying>>,
     receivers: Mutex<Vec<(u64, Box<dyn Receiver>)>>,
     /// Answer to the taker of a process.
-    taken: Option<Taken>,
+    taken: Option<TakeResult>,
     /// Held by each reading end here that values come over from there.
     reading: Arc<()>,
 }
 
 /// A reading end of which the place knows whether it is still there.
-struct Known {
+struct TrackedEnd {
     end: Box<dyn Receiver>,
     _place: Arc<()>,
 }
 
-impl Receiver for Known {
+impl Receiver for TrackedEnd {
     fn latch(&mut self, now_ns: i64) -> Option<interconnect::Header> {
         self.end.latch(now_ns)
     }
@@ -48,13 +48,13 @@ impl Receiver for Known {
     }
 }
 
-impl RemoteWord for Place {
-    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
+impl RemoteWord for RelayPlace {
+    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<TakeResult> {
         self.taken
     }
 }
 
-impl Remote for Place {
+impl Remote for RelayPlace {
     fn submit(&self, _source: SourceId, _script: Box<Script>) {}
     fn request(&self, _source: SourceId) {}
     fn restart(&self, _source: SourceId) {}
@@ -78,15 +78,15 @@ impl Remote for Place {
     fn receiver(&self, number: u64, spec: &ConnectionSpec, raise: Raise) -> Result<Box<dyn Receiver>, EndError> {
         let (sender, receiver) = Memory.connect(spec);
         self.senders.lock().unwrap().push((number, sender, raise));
-        Ok(Box::new(Known { end: receiver, _place: self.reading.clone() }))
+        Ok(Box::new(TrackedEnd { end: receiver, _place: self.reading.clone() }))
     }
     fn close(&self) {}
 }
 
 /// Makes a process here and a remote host, with a source each, and a connection from the one to the other.
-fn between(group_len: usize, depth: usize) -> (Host, Arc<Place>, Arc<Place>, Ends) {
+fn between(group_len: usize, depth: usize) -> (Host, Arc<RelayPlace>, Arc<RelayPlace>, Ends) {
     let host = monotonic_host();
-    let (process, other) = (Arc::new(Place::default()), Arc::new(Place { host: Some("cell-b"), ..Place::default() }));
+    let (process, other) = (Arc::new(RelayPlace::default()), Arc::new(RelayPlace { host: Some("cell-b"), ..RelayPlace::default() }));
     let writer = host.add_remote_source(software("near", 50), process.clone());
     let reader = host.add_remote_source(software("far", 50), other.clone());
     let spec = ConnectionSpec { writer: writer.0, reader: reader.0, asynchronous_len: group_len, queue_row_len: 8 * depth.min(1), queue_depth: depth };
@@ -104,7 +104,7 @@ fn until<T>(mut found: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-fn row(place: &Place) -> Option<(u64, u64)> {
+fn row(place: &RelayPlace) -> Option<(u64, u64)> {
     let mut receivers = place.receivers.lock().unwrap();
     let (_, receiver) = &mut receivers[0];
     let row = receiver.peek_row().map(|(number, bytes)| (number, u64::from_ne_bytes(bytes.try_into().unwrap())))?;
@@ -116,9 +116,9 @@ fn row(place: &Place) -> Option<(u64, u64)> {
 #[test]
 fn what_is_taken_elsewhere_is_in_the_stage_that_a_kernel_there_had_moved_it_to() {
     let host = monotonic_host();
-    let source = host.add_remote_source(software("far", 50), Arc::new(Place { taken: Some(Taken::From(3)), ..Place::default() }));
+    let source = host.add_remote_source(software("far", 50), Arc::new(RelayPlace { taken: Some(TakeResult::From(3)), ..RelayPlace::default() }));
     let process = host.process(1, 1, &[source]);
-    assert_eq!(process.take(1, false), Taken::From(3), "the event that tells of the move has not come yet");
+    assert_eq!(process.take(1, false), TakeResult::From(3), "the event that tells of the move has not come yet");
     assert_eq!(process.now(), (2, 3), "what goes on from here goes on there");
 }
 

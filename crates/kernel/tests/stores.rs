@@ -43,15 +43,15 @@ fn in_c() -> &'static Descriptor {
 }
 
 /// The outputs of a block: where they are stored, and their stamp.
-struct Stored {
+struct StoredOutputs {
     block: Arc<Block>,
     cells: Vec<Cell>,
     stamp: Cell,
 }
 
-impl Stored {
+impl StoredOutputs {
     /// Makes a stored block. `before`: what its input reads, if it has one.
-    fn new(id: u32, descriptor: &'static Descriptor, before: Option<&Cell>) -> Stored {
+    fn new(id: u32, descriptor: &'static Descriptor, before: Option<&Cell>) -> StoredOutputs {
         let memory = Extent::new(descriptor.instance_size as usize).cell(0, descriptor.instance_size as usize);
         let mut block = Block::install(BlockId(id), &format!("b{id}"), descriptor, Arc::new(()), memory);
         let mut cells = Vec::new();
@@ -65,7 +65,7 @@ impl Stored {
         }
         let stamp = Extent::new(24).cell(0, 24);
         stamp.store(&unstamped());
-        Stored { block: Arc::new(block), cells, stamp }
+        StoredOutputs { block: Arc::new(block), cells, stamp }
     }
 
     /// Returns what every reader would come to see: a value and its number. Errs where they do not belong together.
@@ -122,7 +122,7 @@ impl Drop for Alarm {
 struct Program {
     host: Host,
     source: SourceId,
-    stored: Vec<Stored>,
+    stored: Vec<StoredOutputs>,
     now_ns: i64,
 }
 
@@ -130,14 +130,14 @@ impl Program {
     fn new(kinds: &[&'static Descriptor]) -> Program {
         let host = virtual_host(1);
         let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
-        let mut stored: Vec<Stored> = Vec::new();
+        let mut stored: Vec<StoredOutputs> = Vec::new();
         for (kind, id) in kinds.iter().zip(1..) {
-            let next = Stored::new(id, kind, stored.last().map(|before| &before.cells[0]));
+            let next = StoredOutputs::new(id, kind, stored.last().map(|before| &before.cells[0]));
             stored.push(next);
         }
         let (process, activation) = (Process::new(1, 1), Activation::with_budget(Due::Interval, None, Some(1)));
         let steps = stored.iter().map(|stored| step(&stored.block, &activation, &process, &[])).collect();
-        let stamped = stored.iter().map(|of| Stamped { block: of.block.clone(), ratio: 1, stamp: of.stamp.clone(), history: None }).collect();
+        let stamped = stored.iter().map(|of| StampedValue { block: of.block.clone(), ratio: 1, stamp: of.stamp.clone(), history: None }).collect();
         let fused = |blocks: &[&Arc<Block>]| groups(blocks).into_iter().map(|group| (group.blocks, fuse(&group.members).unwrap())).collect();
         let table = support::table(steps).with_stamped(stamped).fused(fused);
         host.submit(source, script(vec![Op::Table(Box::new(table)), Op::On(activation, 1)]));

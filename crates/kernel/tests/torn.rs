@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use support::*;
 
 /// State shared by the blocks and the carrier of the one test that runs. Relaxed would do for counts; this is not a benchmark.
-struct Shared {
+struct TestState {
     /// The writer is in its firing; in a publication.
     firing: AtomicBool,
     publishing: AtomicBool,
@@ -47,11 +47,11 @@ const HIGH: usize = 0;
 const LOW: usize = 1;
 const OTHER: usize = 2;
 
-static SHARED: Shared = {
+static SHARED: TestState = {
     const ZERO: AtomicU64 = AtomicU64::new(0);
     const NO: AtomicBool = AtomicBool::new(false);
     const READER: Reader = Reader { inside_firing: ZERO, inside_publication: ZERO, reads: ZERO, torn: ZERO, oldest: ZERO, first: ZERO };
-    Shared { firing: NO, publishing: NO, low_firing: NO, low_latching: NO, readers: [READER; 3], linger: ZERO, invocations: ZERO, newest: ZERO }
+    TestState { firing: NO, publishing: NO, low_firing: NO, low_latching: NO, readers: [READER; 3], linger: ZERO, invocations: ZERO, newest: ZERO }
 };
 
 /// Lets one test run at a time, from zero.
@@ -75,12 +75,12 @@ fn linger() {
 }
 
 /// Memory that says when it is in a publication, and notes in what a latch begins.
-struct Watched;
+struct WatchedMemory;
 
 struct WatchedSender(Box<dyn Sender>, usize);
 struct WatchedReceiver(Box<dyn Receiver>, usize);
 
-impl Carrier for Watched {
+impl Carrier for WatchedMemory {
     fn connect(&mut self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>) {
         let (sender, receiver) = Memory.connect(spec);
         let place = spec.reader as usize - 1;
@@ -249,7 +249,7 @@ fn assert_none_torn(age_max: u64) {
 /// By seed. The writer costs 90 % of its period, the reader of lower priority 80 % of its own.
 fn by_seed(seed: u64, svvs: usize, invocations: u64) -> Vec<[u64; 3]> {
     let _alone = alone();
-    let host = Host::new(ClockKind::Virtual { seed }, Box::new(Watched));
+    let host = Host::new(ClockKind::Virtual { seed }, Box::new(WatchedMemory));
     let spec = |rtp, name, period, priority, virtual_cost_ns| SourceSpec { rtp, virtual_cost_ns, ..timer(name, period, priority) };
     let specs =
         [spec(0, "writer", 100_000, 50, 90_000), spec(0, "high", 17_000, 80, 0), spec(0, "low", 500_000, 20, 400_000), spec(1, "other", 13_000, 50, 5_000)];
@@ -286,7 +286,7 @@ fn by_threads_with_real_time_rights() {
     let _alone = alone();
     // A few microseconds, so that in a second some hundred reads begin inside a publication.
     SHARED.linger.store(100, SeqCst);
-    let host = Host::new(ClockKind::Monotonic, Box::new(Watched));
+    let host = Host::new(ClockKind::Monotonic, Box::new(WatchedMemory));
     let spec = |core, name, period, priority| SourceSpec { core: Some(core), ..timer(name, period, priority) };
     // Periods without a common measure: the phases between them go through everything.
     let specs = [spec(0, "writer", 101_000, 50), spec(0, "high", 73_000, 80), spec(0, "low", 131_000, 20), spec(1, "other", 67_000, 50)];

@@ -10,7 +10,7 @@
 //! from before the gap. When the joint rests, a motion that begins from there is followed at once, any other set-point only after a while.
 use crate::online::{State, towards};
 use crate::profile::Limits;
-use crate::reference::Led;
+use crate::reference::ReferenceInputs;
 
 /// The state of a servo that brakes by itself: its distance beyond the last set-point, and the motion there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -74,19 +74,19 @@ const REST_S: f64 = 0.5;
 
 impl Lead {
     /// Begins with the set-point that is stored, which is a place to be at.
-    pub fn begin(&mut self, led: &Led) {
+    pub fn begin(&mut self, led: &ReferenceInputs) {
         *self = Lead { seen: led.setpoint, seen_ns: led.time_ns, now: State { position: led.setpoint, ..State::default() }, ..Lead::default() };
     }
 
     /// Counts positions from another origin, as the set-point does from this invocation on.
-    pub fn shift(&mut self, by: f64, led: &Led) {
+    pub fn shift(&mut self, by: f64, led: &ReferenceInputs) {
         self.seen = led.setpoint;
         self.now.position = if self.braked_ns.is_some() { self.now.position + by } else { led.setpoint };
     }
 
     /// The set-point of this invocation. `interpolation` invocations lie between two of them, `cycle_s` between two invocations; the
     /// reference moves at `velocity`.
-    pub fn next(&mut self, led: &Led, interpolation: u32, cycle_s: f64, velocity: f64, now_ns: i64) -> Next {
+    pub fn next(&mut self, led: &ReferenceInputs, interpolation: u32, cycle_s: f64, velocity: f64, now_ns: i64) -> Next {
         let mut is_return = false;
         let span_s = f64::from(interpolation) * cycle_s;
         let is_new = led.setpoint != self.seen || led.time_ns != self.seen_ns;
@@ -113,7 +113,7 @@ impl Lead {
     }
 
     /// Begins to lead itself from a state, because `lost_s` was lost: it brakes from there.
-    pub fn leave(&mut self, led: &Led, from: State, interpolation: u32, lost_s: f64, now_ns: i64) {
+    pub fn leave(&mut self, led: &ReferenceInputs, from: State, interpolation: u32, lost_s: f64, now_ns: i64) {
         *self = Lead {
             seen: led.setpoint,
             seen_ns: led.time_ns,
@@ -144,12 +144,12 @@ impl Lead {
 
     /// Returns true if a set-point is not followed, because it may be that of a motion from before the gap: until the joint has rested, and for
     /// [`REST_S`] more if it does not continue the servo's own.
-    fn passes_over(&self, led: &Led, span_s: f64) -> bool {
+    fn passes_over(&self, led: &ReferenceInputs, span_s: f64) -> bool {
         self.alone.is_some_and(|alone| alone.rested_s < REST_S && !(alone.is_told && self.is_near(led, span_s)))
     }
 
     /// Returns true if a set-point continues the servo's own: it lies on the way of the next `span_s`, or as near as the acceleration allows.
-    fn is_near(&self, led: &Led, span_s: f64) -> bool {
+    fn is_near(&self, led: &ReferenceInputs, span_s: f64) -> bool {
         let (from, to) = (self.now.position, self.now.position + self.now.velocity * span_s);
         let room = led.acceleration_max * span_s * span_s;
         (from.min(to) - room..=from.max(to) + room).contains(&led.setpoint)
@@ -164,7 +164,7 @@ impl Lead {
     }
 
     /// One set-point further on the way to rest, and no further than the range.
-    fn brake(&mut self, led: &Led, span_s: f64) {
+    fn brake(&mut self, led: &ReferenceInputs, span_s: f64) {
         let next = towards(self.now, 0.0, Limits { speed: led.speed_max, acceleration: led.acceleration_max, jerk: led.jerk_max }, span_s);
         let (least, most) = led.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         let kept = next.position.clamp(least.min(self.now.position), most.max(self.now.position));
@@ -175,7 +175,7 @@ impl Lead {
 
 /// The state that a set-point declares. One that cannot be braked, or is not declared, is at rest. No declared speed is farther from the
 /// reference's than `most`: a number in another unit leads nowhere.
-fn declared(led: &Led, velocity: f64, most: f64, is_declared: bool) -> State {
+fn declared(led: &ReferenceInputs, velocity: f64, most: f64, is_declared: bool) -> State {
     let rest = State { position: led.setpoint, ..State::default() };
     let limits = [led.acceleration_max, led.jerk_max];
     let numbers = [led.velocity, led.acceleration, led.setpoint, velocity, most];
@@ -190,8 +190,8 @@ fn declared(led: &Led, velocity: f64, most: f64, is_declared: bool) -> State {
 mod tests {
     use super::*;
 
-    fn led(position: f64, velocity: f64, acceleration: f64, time_ns: i64) -> Led {
-        Led {
+    fn led(position: f64, velocity: f64, acceleration: f64, time_ns: i64) -> ReferenceInputs {
+        ReferenceInputs {
             setpoint: position,
             velocity,
             acceleration,
@@ -202,12 +202,12 @@ mod tests {
             speed_max: 3.0,
             acceleration_max: 5.0,
             jerk_max: 50.0,
-            ..Led::default()
+            ..ReferenceInputs::default()
         }
     }
 
     /// A lead whose set-point of 1 ms says this, and where it leads in each of 2000 invocations.
-    fn left_alone(last: Led) -> (Lead, Vec<f64>) {
+    fn left_alone(last: ReferenceInputs) -> (Lead, Vec<f64>) {
         let mut lead = Lead::default();
         lead.begin(&led(0.0, 0.0, 0.0, 0));
         let ways = (0..2000).map(|k| lead.next(&last, 20, 1e-3, last.velocity, k).position).collect();
@@ -230,11 +230,11 @@ mod tests {
 
     #[test]
     fn one_that_rests_says_nothing_or_cannot_be_braked_is_where_it_leads() {
-        let ends = |last: Led| *left_alone(last).1.last().expect("many");
+        let ends = |last: ReferenceInputs| *left_alone(last).1.last().expect("many");
         assert_eq!(ends(led(0.3, 0.0, 0.0, 1)), 0.3);
         assert_eq!(ends(led(0.3, 0.5, 0.0, 0)), 0.3, "its time is that of another one");
         assert_eq!(ends(led(0.3, f64::NAN, 0.0, 1)), 0.3);
-        assert_eq!(ends(Led { jerk_max: 0.0, ..led(0.3, 0.5, 0.0, 1) }), 0.3);
+        assert_eq!(ends(ReferenceInputs { jerk_max: 0.0, ..led(0.3, 0.5, 0.0, 1) }), 0.3);
         assert_eq!(ends(led(0.99, 1.0, 0.0, 1)), 1.0, "the range is kept");
     }
 

@@ -5,7 +5,7 @@
 //! at a r² + v r'. So a motion planned within its limits keeps them at every pace up to 1, as long as r' is small enough: that is
 //! what an override and a hold are ramped with.
 
-use crate::span::Passed;
+use crate::span::ElapsedTime;
 
 /// The share of the way to the wanted pace that a step goes is halved at most so often.
 const HALVINGS: u32 = 48;
@@ -42,7 +42,7 @@ pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
 }
 
 /// Notes the time that was lost in `most`, the longest of all, s. Returns true where that is more than the least of these bounds allows.
-pub fn note_lost(passed: Passed, bounds: &[f64], most: &mut f64) -> bool {
+pub fn note_lost(passed: ElapsedTime, bounds: &[f64], most: &mut f64) -> bool {
     if passed.lost_ns == 0 {
         return false;
     }

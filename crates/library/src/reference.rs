@@ -7,7 +7,7 @@
 
 mod approach;
 
-pub use approach::{Approach, Led};
+pub use approach::{Approach, ReferenceInputs};
 
 /// Position and speed of a reference, and its way to a goal.
 #[derive(Clone, Copy, Debug, Default)]

@@ -16,7 +16,7 @@ pub struct Span {
 
 /// Running time since the invocation before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Passed {
+pub struct ElapsedTime {
     /// The part of one cycle.
     pub cycle_ns: i64,
     /// The rest: that of the releases that were skipped.
@@ -26,7 +26,7 @@ pub struct Passed {
 /// A loss of so many cycles is no gap: a source that is always a little late stays right.
 const LATE: i64 = 2;
 
-impl Passed {
+impl ElapsedTime {
     /// Returns true if so much was lost that nothing may act as if that time had been used.
     pub fn is_gap(self) -> bool {
         self.lost_ns > LATE * self.cycle_ns
@@ -62,14 +62,14 @@ impl Span {
     }
 
     /// The time of one cycle, and what was lost.
-    pub fn pass(&mut self, invocation: &Invocation) -> Passed {
+    pub fn pass(&mut self, invocation: &Invocation) -> ElapsedTime {
         let Invocation { number, time_ns, .. } = *invocation;
         let elapsed_ns = if self.begun { time_ns.saturating_sub(self.before_ns).max(0) } else { 0 };
         let cycles = i64::try_from(number.saturating_sub(self.number)).map_or(1, |cycles| cycles.max(1));
         *self = Span { before_ns: time_ns, number, begun: true };
         // A division is dear at 1 ms, and seldom needed.
         let cycle_ns = if cycles == 1 { elapsed_ns } else { elapsed_ns / cycles };
-        Passed { cycle_ns, lost_ns: elapsed_ns - cycle_ns }
+        ElapsedTime { cycle_ns, lost_ns: elapsed_ns - cycle_ns }
     }
 
     /// Returns true after the first invocation.
@@ -98,7 +98,7 @@ mod tests {
     fn what_is_lost_with_skipped_releases_is_told_apart() {
         let mut span = Span::default();
         span.pass(&at(10, 100));
-        assert_eq!(span.pass(&at(60, 1100)), Passed { cycle_ns: 20_000_000, lost_ns: 980_000_000 });
+        assert_eq!(span.pass(&at(60, 1100)), ElapsedTime { cycle_ns: 20_000_000, lost_ns: 980_000_000 });
         assert!((span.used(&at(62, 1140)) - 0.04).abs() < 1e-15, "a little late");
         assert!((span.used(&at(72, 1340)) - 0.02).abs() < 1e-15, "a gap");
         assert!((span.elapsed(&at(74, 1380)) - 0.04).abs() < 1e-15);

@@ -48,14 +48,14 @@ const BRAKING_S: f64 = 0.1;
 
 /// Where joints are when a motion begins, and by how much its first set-point is ahead of that.
 #[derive(Clone, Copy, Debug)]
-pub struct Begun {
+pub struct MotionStart {
     pub motion: Motion,
     pub ahead_s: f64,
 }
 
 impl Last<'_> {
     /// The state to go on from at `now_ns`, for a generator with a cycle of `cycle_s`; `None` where a number is not finite.
-    pub fn begin(&self, now_ns: i64, cycle_s: f64) -> Option<Begun> {
+    pub fn begin(&self, now_ns: i64, cycle_s: f64) -> Option<MotionStart> {
         let mut states = [State::default(); JOINTS_MAX];
         let mut ahead_s = None;
         for (i, state) in states[..self.position.len()].iter_mut().enumerate() {
@@ -72,7 +72,7 @@ impl Last<'_> {
         // A set-point of this very instant is replaced by the one a cycle ahead; one of a servo is followed.
         let is_braking = (0..self.position.len()).any(|i| self.is_braking(i));
         let ahead_s = ahead_s.filter(|s| *s > 0.0 || is_braking).unwrap_or(cycle_s);
-        Some(Begun { motion: Motion::of(&states[..self.position.len()]), ahead_s })
+        Some(MotionStart { motion: Motion::of(&states[..self.position.len()]), ahead_s })
     }
 
     /// Returns whether a joint moves, or rests away from its last set-point.
@@ -127,7 +127,7 @@ enum Stage {
 
 /// Set-points of one cycle, with their speeds and accelerations.
 #[derive(Clone, Copy, Debug)]
-pub struct Braked {
+pub struct BrakingSetpoints {
     pub setpoint: [f64; JOINTS_MAX],
     pub velocity: [f64; JOINTS_MAX],
     pub acceleration: [f64; JOINTS_MAX],
@@ -136,7 +136,7 @@ pub struct Braked {
 
 impl Brake {
     /// Passes one cycle: `None` if nothing is to be braked and `has_plan`, or nothing ever was. Without a plan it stays at rest.
-    pub fn step(&mut self, last: &Last, acceleration: &[f64], jerk: &[f64], cycle_s: f64, has_plan: bool, invocation: &Invocation) -> Option<Braked> {
+    pub fn step(&mut self, last: &Last, acceleration: &[f64], jerk: &[f64], cycle_s: f64, has_plan: bool, invocation: &Invocation) -> Option<BrakingSetpoints> {
         let passed = self.span.pass(invocation);
         match self.stage {
             Stage::New => {
@@ -167,7 +167,12 @@ impl Brake {
             self.stage = Stage::AtRest;
         }
         let states: [State; JOINTS_MAX] = std::array::from_fn(|i| if i < last.position.len() { self.motion.state(i) } else { State::default() });
-        Some(Braked { setpoint: states.map(|s| s.position), velocity: states.map(|s| s.velocity), acceleration: states.map(|s| s.acceleration), is_at_rest })
+        Some(BrakingSetpoints {
+            setpoint: states.map(|s| s.position),
+            velocity: states.map(|s| s.velocity),
+            acceleration: states.map(|s| s.acceleration),
+            is_at_rest,
+        })
     }
 }
 

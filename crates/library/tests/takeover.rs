@@ -4,7 +4,7 @@
 //!
 //! `make test` tries a thousand takeovers, others each day; `OPENGPAC_TAKEOVERS` says how many, and `OPENGPAC_SEED` the first seed.
 use library::lead::Braking;
-use library::reference::{Approach, Led};
+use library::reference::{Approach, ReferenceInputs};
 use opengpac::Invocation;
 use opengpac::read::{BlockFace, TypeFace};
 use opengpac::trial::Trial;
@@ -196,7 +196,7 @@ impl Servo {
 
     /// One invocation; what is wrong with its speed or acceleration.
     fn advance(&mut self, to: &Start, stored_ns: i64) -> Result<Braking, String> {
-        let led = Led {
+        let led = ReferenceInputs {
             setpoint: to.position,
             velocity: to.velocity,
             acceleration: to.acceleration,
@@ -204,7 +204,7 @@ impl Servo {
             speed_max: SPEED,
             acceleration_max: ACCELERATION,
             jerk_max: JERK,
-            ..Led::default()
+            ..ReferenceInputs::default()
         };
         let invocation = Invocation { number: self.number, time_ns: self.now_ns(), now_ns: self.now_ns() };
         let now = self.approach.advance(&invocation, led, |_| self.cycle_ms as u32);

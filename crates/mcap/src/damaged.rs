@@ -3,7 +3,7 @@
 use crate::records::{CHUNK, MAGIC, Rest};
 use crate::sound::HEAD;
 use crate::tests::{plain, with_chunks};
-use crate::{Damage, Indexed, Schema, Unreadable, Writer};
+use crate::{Damage, IndexedFile, Schema, Unreadable, Writer};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -67,7 +67,7 @@ fn file(bytes: &[u8]) -> File {
 
 /// Messages that are read of a file, by channel, and what it says is lost.
 fn read(bytes: &[u8]) -> Result<(Vec<RawMessage>, Vec<Damage>, bool), Unreadable> {
-    let indexed = Indexed::open(file(bytes))?;
+    let indexed = IndexedFile::open(file(bytes))?;
     let (mut said, mut damage) = (Vec::new(), indexed.damage());
     for at in 0..indexed.chunks.len() {
         match indexed.chunk(at) {
@@ -240,7 +240,7 @@ fn a_damaged_time_in_the_head_of_a_chunk_is_told_and_loses_nothing() {
             assert_eq!(said.len(), chunks.iter().map(|(_, messages)| messages.len()).sum::<usize>(), "bit {bit}: {damage:?}");
             let [damage] = &damage[..] else { panic!("bit {bit}: {damage:?}") };
             assert_eq!((damage.bytes.start, damage.what), (begins as u64, "the times in the head of a chunk are damaged"), "bit {bit}");
-            let indexed = Indexed::open(file(&turned)).expect("it is read");
+            let indexed = IndexedFile::open(file(&turned)).expect("it is read");
             assert_eq!((indexed.chunks[4].first, indexed.chunks[4].last), (4000, 4013), "bit {bit}: what is looked up by time is found");
         }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reading an MCAP file in place: where its chunks lie, and one chunk at a time. Nothing but heads is read before a chunk is asked for.
-//! Parts that cannot be read are passed over, and listed by [`Indexed::damage`].
+//! Parts that cannot be read are passed over, and listed by [`IndexedFile::damage`].
 use crate::Record;
 use crate::damage::{BESIDE, Damage, SUMMARY_MAX, Summary, UNLIKELY};
 use crate::reader::{LEN_MAX, SHORT, Unreadable, record, unpack};
@@ -97,8 +97,8 @@ struct MessageIndex {
     is_whole: bool,
 }
 
-/// A file that is read in place. It may grow meanwhile: [`Indexed::go_on`].
-pub struct Indexed {
+/// A file that is read in place. It may grow meanwhile: [`IndexedFile::go_on`].
+pub struct IndexedFile {
     file: File,
     /// Position behind the last record that is known.
     at: u64,
@@ -119,19 +119,19 @@ pub struct Indexed {
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
 }
 
-impl Indexed {
+impl IndexedFile {
     /// Finds the chunks of a file.
     ///
     /// # Errors
     /// [`Unreadable::NoMcap`] where it begins with anything else, and those of the file.
-    pub fn open(file: File) -> Result<Indexed, Unreadable> {
+    pub fn open(file: File) -> Result<IndexedFile, Unreadable> {
         let mut begin = [0; MAGIC.len()];
         if file.read_exact_at(&mut begin, 0).is_err() {
             return Err(Unreadable::NoMcap);
         }
         let (chunks, channels, passed, metadata) = Default::default();
         let at = MAGIC.len() as u64;
-        let mut indexed = Indexed { file, at, is_whole: false, is_read: false, chunks, channels, looked: 0, seen: 0, passed, summary: None, metadata };
+        let mut indexed = IndexedFile { file, at, is_whole: false, is_read: false, chunks, channels, looked: 0, seen: 0, passed, summary: None, metadata };
         if begin != *MAGIC {
             if !indexed.has_header()? {
                 return Err(Unreadable::NoMcap);
@@ -202,7 +202,7 @@ impl Indexed {
     }
 
     /// Lists what could not be read of the file so far. Of chunks only their places were looked at: the content of each is checked by
-    /// [`Indexed::chunk`], and what that refuses is told by [`Indexed::damage_of`].
+    /// [`IndexedFile::chunk`], and what that refuses is told by [`IndexedFile::damage_of`].
     pub fn damage(&self) -> Vec<Damage> {
         let mut found: Vec<Damage> = self.passed.clone();
         let len = self.file.metadata().map_or(self.at, |about| about.len());
@@ -418,7 +418,7 @@ impl Indexed {
 
     /// Channels of a file without an end stand in its chunks only: those up to the one whose messages name one that is not known.
     fn find_channels(&mut self) -> Result<(), Unreadable> {
-        let unknown = |of: &Indexed| of.chunks.iter().rposition(|chunk| chunk.counts.keys().any(|id| !of.channels.contains_key(id)));
+        let unknown = |of: &IndexedFile| of.chunks.iter().rposition(|chunk| chunk.counts.keys().any(|id| !of.channels.contains_key(id)));
         while let Some(last) = unknown(self).filter(|last| *last >= self.looked) {
             for index in self.looked..=last {
                 match self.chunk(index) {

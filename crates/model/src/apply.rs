@@ -21,11 +21,11 @@ use crate::definition::Application;
 use crate::flatten::{FlatBlock, Port};
 use crate::kind::Layout;
 use crate::plan::{CellIndex, Plan, PlannedBlock, PlannedCell, Remark};
-use crate::refusal::{Class, Place, Refusal, Refusals, Where};
+use crate::refusal::{Class, Refusal, Refusals, SourceLocation, Where};
+use hints::did_you_mean;
 pub(crate) use rehearse::StandIns;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use suggest::did_you_mean;
 
 /// Applies the verb of that name: checks it, and makes the plan of an instance.
 ///
@@ -69,7 +69,7 @@ impl CheckedVerb {
 }
 
 /// Binding of a group's ports.
-pub(crate) enum Given<'a> {
+pub(crate) enum GroupBinding<'a> {
     /// A cell of the instance.
     Private,
     /// One SVV, or one for each element (`each`).
@@ -130,13 +130,13 @@ impl<'a> Draft<'a> {
         if self.refusals.is_empty() { Ok(()) } else { Err(std::mem::take(&mut self.refusals)) }
     }
 
-    pub fn refuse(&mut self, class: Class, message: String, remedy: &str, place: &Option<Place>) {
+    pub fn refuse(&mut self, class: Class, message: String, remedy: &str, place: &Option<SourceLocation>) {
         let place = if place.is_some() { place } else { &self.application.place };
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.checked.place));
     }
 
     /// Refuses as [`Draft::refuse`] does, and says which parts of the definition it is about, the first one first.
-    pub fn refuse_at(&mut self, class: Class, message: String, remedy: &str, place: &Option<Place>, about: impl IntoIterator<Item = Where>) {
+    pub fn refuse_at(&mut self, class: Class, message: String, remedy: &str, place: &Option<SourceLocation>, about: impl IntoIterator<Item = Where>) {
         self.refuse(class, message, remedy, place);
         self.mark(about);
     }

@@ -10,13 +10,13 @@ use crate::constants::{constants_of_other_types, constants_on_bound_inputs};
 use crate::cycles::{is_synchronous_input, synchronous_cycle};
 use crate::definition::{Graph, IfCutOff, Object, Part, Requirement, Verb};
 use crate::ending::{self, CheckedSuspend};
-use crate::flatten::{Flat, FlatBlock, Group, Named, Origin, Port};
+use crate::flatten::{Flat, FlatBlock, Group, ItemTarget, Origin, Port};
 use crate::interface::Kind;
 use crate::lists::{self, CheckedList};
 use crate::parameters::{CheckedInput, Whose, input_parameters, instantiation_parameters};
 use crate::plan::{PlannedEnding, Remark};
 use crate::reach::check_reach;
-use crate::refusal::{Class, Place, Refusals, Where};
+use crate::refusal::{Class, Refusals, SourceLocation, Where};
 use crate::undriven::{cells_without_writer, undriven};
 use indexmap::IndexMap;
 use std::sync::OnceLock;
@@ -25,7 +25,7 @@ use std::sync::OnceLock;
 #[derive(Clone, Debug)]
 pub struct CheckedVerb {
     pub name: String,
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
     pub(crate) objects: IndexMap<String, Object>,
     pub(crate) parts: IndexMap<String, Part>,
     pub(crate) blocks: Vec<FlatBlock>,
@@ -161,8 +161,8 @@ fn output_values(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(String, Port)> {
     for (name, source) in &verb.output_values {
         flat.subject = Some(Where::Output { output: name.clone() });
         let port = match flat.resolve("", source, &verb.place) {
-            Some(Named::Item(port)) => port,
-            Some(Named::Ports(ports)) => match ports.first() {
+            Some(ItemTarget::Item(port)) => port,
+            Some(ItemTarget::Ports(ports)) => match ports.first() {
                 Some(port) => *port,
                 None => continue,
             },

@@ -18,7 +18,7 @@ mod unite;
 use crate::checked::CheckedVerb;
 use crate::configuration::Configuration;
 use crate::definition::{Part, Suspend, Verb};
-use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::refusal::{Class, Refusal, Refusals, SourceLocation};
 use crate::value::Value;
 use indexmap::IndexMap;
 use joint::Joint;
@@ -30,8 +30,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Step {
     /// A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`; or several.
-    #[serde(deserialize_with = "crate::written::one_or_several")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
+    #[serde(deserialize_with = "crate::definition::written::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub from: Vec<String>,
     /// A condition, by its name in the composed verb or in the part; absent: every normal end, but a halt.
     #[serde(default)]
@@ -39,7 +39,7 @@ pub struct Step {
     /// A part, which stands for its initial list, or one list.
     pub to: String,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// End of parts that run together.
@@ -85,7 +85,7 @@ pub struct Composition {
     #[serde(default)]
     pub until: Until,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// Returns the verb that a composition is.
@@ -149,7 +149,7 @@ impl<'a> Composing<'a> {
         if self.refusals.is_empty() { Ok(()) } else { Err(std::mem::take(&mut self.refusals)) }
     }
 
-    fn refuse(&mut self, class: Class, message: String, remedy: &str, place: &Option<Place>) {
+    fn refuse(&mut self, class: Class, message: String, remedy: &str, place: &Option<SourceLocation>) {
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.of.place));
     }
 

@@ -5,8 +5,8 @@ use crate::flatten::{Flat, Port};
 use crate::lists::condition_port;
 use crate::plan::PlannedCondition;
 use crate::refusal::{Class, Where};
+use hints::did_you_mean;
 use std::collections::HashMap;
-use suggest::did_you_mean;
 
 /// Conditions that no block reports: the system does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

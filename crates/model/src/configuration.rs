@@ -3,7 +3,7 @@
 //! The supervisor keeps it; the checks only read it.
 use crate::definition::{Arbitration, DeviceType, Verb};
 use crate::interface::{Interface, Mode};
-use crate::refusal::Place;
+use crate::refusal::SourceLocation;
 use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -49,7 +49,7 @@ pub struct PhysicalDevice {
     pub source: String,
     pub channels: Vec<Channel>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// An SVV that exists.
@@ -71,7 +71,7 @@ pub struct Svv {
     #[serde(default)]
     pub shared: bool,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// A logical device that exists.
@@ -94,7 +94,7 @@ pub struct LogicalDevice {
     #[serde(default)]
     pub arbitration: Option<Arbitration>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 impl LogicalDevice {
@@ -130,7 +130,7 @@ pub struct Writer {
     /// The rates it has in the command lists of its verb.
     pub rates: Vec<Rate>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// Everything that a check may ask for.

@@ -7,11 +7,11 @@ use crate::flatten::Flat;
 use crate::plan::{Plan, PlannedBound, PlannedInput, PlannedMember, PlannedRange};
 use crate::quantity::number_in;
 use crate::range::{Range, is_plain, number, plausible, short};
-use crate::refusal::{Class, Place, Refusal, Refusals, Where};
+use crate::refusal::{Class, Refusal, Refusals, SourceLocation, Where};
 use crate::types::Type;
 use crate::value::Value;
+use hints::did_you_mean;
 use indexmap::IndexMap;
-use suggest::did_you_mean;
 
 /// Returns the SVVs whose present values [`settle`] and [`unmet`] ask for.
 pub fn asked(plan: &Plan) -> Vec<String> {
@@ -208,7 +208,7 @@ pub(crate) fn check(flat: &mut Flat<'_>, verb: &Verb) {
     flat.subject = None;
 }
 
-fn check_member(flat: &mut Flat<'_>, verb: &Verb, name: &str, what: &str, kinds: &[&str], place: &Option<Place>) {
+fn check_member(flat: &mut Flat<'_>, verb: &Verb, name: &str, what: &str, kinds: &[&str], place: &Option<SourceLocation>) {
     let found = name.split_once('.').and_then(|(object, member)| Some((verb.objects.get(object)?, member)));
     let Some((object, member)) = found else {
         let remedy = "name a member of an object, for example 'arm.max_speed'";

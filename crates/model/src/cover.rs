@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Names of ports, and the covers ρ and χ: each data node has one binding.
-use crate::flatten::{Flat, Group, Labelled, Named, Origin, Port};
+use crate::flatten::{Flat, Group, ItemTarget, LabelTarget, Origin, Port};
 use crate::interface::{Kind, Mode};
 use crate::kind::is_data;
 use crate::plan::Remark;
-use crate::refusal::{Class, Place, Refusal};
+use crate::refusal::{Class, Refusal, SourceLocation};
+use hints::did_you_mean;
 use indexmap::IndexMap;
-use suggest::did_you_mean;
 
 /// Mistakes of one definition for which it is looked what was meant.
 const SUGGESTED_MAX: usize = 200;
 
 impl<'a> Flat<'a> {
     /// Returns the thing that `prefix` + `name` names; a refusal if nothing has that name.
-    pub fn resolve(&mut self, prefix: &str, name: &str, place: &Option<Place>) -> Option<Named> {
+    pub fn resolve(&mut self, prefix: &str, name: &str, place: &Option<SourceLocation>) -> Option<ItemTarget> {
         let full = format!("{prefix}{name}");
         let (label, item) = match full.rsplit_once('.') {
             Some((label, item)) if label.len() >= prefix.len() => (label, item),
@@ -28,11 +28,11 @@ impl<'a> Flat<'a> {
             return None;
         };
         let found = match labelled {
-            Labelled::Block(block) => self.blocks[block].kind.find(item).map(|item| (block, item)),
-            Labelled::Scope(scope) if self.scopes[scope].ports.contains_key(item) => {
-                return Some(Named::Ports(self.scopes[scope].ports[item].clone()));
+            LabelTarget::Block(block) => self.blocks[block].kind.find(item).map(|item| (block, item)),
+            LabelTarget::Scope(scope) if self.scopes[scope].ports.contains_key(item) => {
+                return Some(ItemTarget::Ports(self.scopes[scope].ports[item].clone()));
             }
-            Labelled::Scope(_) => None,
+            LabelTarget::Scope(_) => None,
         };
         let before = self.refusals.len();
         if found.is_none() {
@@ -41,18 +41,18 @@ impl<'a> Flat<'a> {
                 return element;
             }
             let (of, remedy) = match labelled {
-                Labelled::Block(block) => {
+                LabelTarget::Block(block) => {
                     let interface = &self.blocks[block].kind.interface;
                     (interface.name.clone(), did_you_mean(item, interface.items.iter().map(|i| i.name.as_str())))
                 }
-                Labelled::Scope(scope) => {
+                LabelTarget::Scope(scope) => {
                     let scope = &self.scopes[scope];
                     (format!("graph {}", scope.name), did_you_mean(item, scope.ports.keys().map(String::as_str)))
                 }
             };
             self.refuse(Class::UnknownName, format!("'{label}' ({of}) has no '{item}'"), place, &remedy);
         }
-        found.map(Named::Item)
+        found.map(ItemTarget::Item)
     }
 
     /// Returns the label that was meant. Only the first of very many mistakes are looked at: each looks at all labels.
@@ -66,11 +66,11 @@ impl<'a> Flat<'a> {
     }
 
     /// Returns the data nodes that `names` name, marked as covered by `by`.
-    pub fn cover(&mut self, prefix: &str, by: &str, names: &[String], place: &Option<Place>) -> Vec<Port> {
+    pub fn cover(&mut self, prefix: &str, by: &str, names: &[String], place: &Option<SourceLocation>) -> Vec<Port> {
         let mut ports: Vec<Port> = Vec::with_capacity(names.len());
         for name in names {
             let inner = match self.resolve(prefix, name, place) {
-                Some(Named::Ports(inner)) => {
+                Some(ItemTarget::Ports(inner)) => {
                     let own = format!("{prefix}{name}");
                     for port in &inner {
                         if self.covered.get(port).is_some_and(|by| *by == own) {
@@ -79,8 +79,8 @@ impl<'a> Flat<'a> {
                     }
                     inner
                 }
-                Some(Named::Item(port)) if is_data(self.item_kind(port)) => vec![port],
-                Some(Named::Item(port)) => {
+                Some(ItemTarget::Item(port)) if is_data(self.item_kind(port)) => vec![port],
+                Some(ItemTarget::Item(port)) => {
                     let message = format!("'{by}' covers {}, which is no port or device", self.described(port));
                     self.refuse_ports(Class::CoverError, message, place, "parameters and conditions are reached by input parameters", &[port]);
                     continue;
@@ -104,14 +104,14 @@ impl<'a> Flat<'a> {
     }
 
     /// Relaxes modes, as a graph or verb says with `modes=`.
-    pub fn relax(&mut self, prefix: &str, modes: &IndexMap<String, Mode>, scope: Option<usize>, place: &Option<Place>) {
+    pub fn relax(&mut self, prefix: &str, modes: &IndexMap<String, Mode>, scope: Option<usize>, place: &Option<SourceLocation>) {
         for (name, mode) in modes {
             let own = scope.and_then(|scope| self.scopes[scope].ports.get(name).cloned());
             let ports = match own {
                 Some(ports) => ports,
                 None => match self.resolve(prefix, name, place) {
-                    Some(Named::Ports(ports)) => ports,
-                    Some(Named::Item(port)) => vec![port],
+                    Some(ItemTarget::Ports(ports)) => ports,
+                    Some(ItemTarget::Item(port)) => vec![port],
                     None => continue,
                 },
             };
@@ -123,7 +123,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    fn relax_port(&mut self, port: Port, mode: Mode, place: &Option<Place>) {
+    fn relax_port(&mut self, port: Port, mode: Mode, place: &Option<SourceLocation>) {
         let described = self.described(port);
         if !matches!(self.item_kind(port), Kind::Input | Kind::Output) {
             self.refuse(Class::SchedulingError, format!("modes gives a mode to {described}, which is no port"), place, "");
@@ -144,7 +144,7 @@ impl<'a> Flat<'a> {
     }
 
     /// Fills the cover: outputs that nobody names get a cell, inputs a constant or the cell that input parameters write.
-    pub fn fill(&mut self, inputs: &[Port], in_graph: bool, place: &Option<Place>) -> Vec<Remark> {
+    pub fn fill(&mut self, inputs: &[Port], in_graph: bool, place: &Option<SourceLocation>) -> Vec<Remark> {
         let mut remarks = Vec::new();
         let mut bound: Vec<Vec<bool>> = self.blocks.iter().map(|b| vec![false; b.kind.interface.items.len()]).collect();
         for group in &self.groups {
@@ -177,7 +177,7 @@ impl<'a> Flat<'a> {
         remarks
     }
 
-    fn fill_one(&mut self, name: String, ports: Vec<Port>, given: &[Port], in_graph: bool, place: &Option<Place>, remarks: &mut Vec<Remark>) {
+    fn fill_one(&mut self, name: String, ports: Vec<Port>, given: &[Port], in_graph: bool, place: &Option<SourceLocation>, remarks: &mut Vec<Remark>) {
         let is_given = ports.iter().any(|port| given.binary_search(port).is_ok());
         let first = ports[0];
         let output = ports.iter().copied().find(|port| self.item_kind(*port) == Kind::Output);

@@ -3,10 +3,10 @@
 use crate::flatten::{FlatBlock, Group, Port};
 use crate::interface::{Kind, Mode};
 use crate::order;
-use crate::refusal::{Class, Place, Refusal, Where};
+use crate::refusal::{Class, Refusal, SourceLocation, Where};
 
 /// Returns a refusal of a cycle of synchronous ports within the definition.
-pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>], place: &Option<Place>) -> Option<Refusal> {
+pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>], place: &Option<SourceLocation>) -> Option<Refusal> {
     let mut edges = Vec::new();
     for group in groups {
         for writer in group.ports.iter().filter(|p| blocks[p.0].kind.item(p.1).kind == Kind::Output) {
@@ -47,7 +47,7 @@ pub(crate) fn is_synchronous_input(blocks: &[FlatBlock], (block, item): Port) ->
 }
 
 /// Names a cycle. `modes`: what relaxes one of its inputs.
-pub(crate) fn cycle_refusal(labels: &[&str], modes: &str, place: &Option<Place>) -> Refusal {
+pub(crate) fn cycle_refusal(labels: &[&str], modes: &str, place: &Option<SourceLocation>) -> Refusal {
     let path: Vec<String> = labels.iter().chain(labels.first()).map(|label| format!("'{label}'")).collect();
     let about = labels.iter().map(|label| Where::Block { block: (*label).to_owned() });
     Refusal::new(Class::SynchronousCycle, format!("synchronous ports make a cycle: {}", path.join(" → ")))

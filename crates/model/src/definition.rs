@@ -3,11 +3,12 @@
 //!
 //! Names of ports, conditions and parameters are `label.item`; inside a graph that is a block of a graph or verb, `label.inner.item`.
 mod devices;
+pub(crate) mod written;
 
 pub use devices::{Application, Arbitration, Argument, DeviceParameter, DeviceType, Initial, SvvSpecification, Within};
 
 use crate::interface::Mode;
-use crate::refusal::{Class, Place};
+use crate::refusal::{Class, SourceLocation};
 use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -26,14 +27,14 @@ pub enum BlockSource {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BlockUse {
-    #[serde(deserialize_with = "crate::written::one")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Written<BlockSource>"))]
+    #[serde(deserialize_with = "crate::definition::written::one")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::ShortForm<BlockSource>"))]
     pub block: BlockSource,
     /// Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`).
     #[serde(default)]
     pub constants: IndexMap<String, Value>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// A data flow graph (f, I, O, L, ρ): `inputs`, `outputs` and `cells` are ρ.
@@ -43,17 +44,17 @@ pub struct Graph {
     pub name: String,
     #[serde(default)]
     pub doc: String,
-    #[serde(deserialize_with = "crate::written::map")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<BlockUse>"))]
+    #[serde(deserialize_with = "crate::definition::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<BlockUse>"))]
     pub blocks: IndexMap<String, BlockUse>,
-    #[serde(default, deserialize_with = "crate::written::sets")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
+    #[serde(default, deserialize_with = "crate::definition::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Sets"))]
     pub inputs: IndexMap<String, Vec<String>>,
-    #[serde(default, deserialize_with = "crate::written::sets")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
+    #[serde(default, deserialize_with = "crate::definition::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Sets"))]
     pub outputs: IndexMap<String, Vec<String>>,
-    #[serde(default, deserialize_with = "crate::written::sets")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
+    #[serde(default, deserialize_with = "crate::definition::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Sets"))]
     pub cells: IndexMap<String, Vec<String>>,
     /// Relaxed modes: port → mode.
     #[serde(default)]
@@ -62,7 +63,7 @@ pub struct Graph {
     #[serde(default)]
     pub divide: IndexMap<String, u32>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// An object of a verb: one logical device, or (`each`) several of the type.
@@ -78,8 +79,8 @@ pub struct Object {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InputParameter {
-    #[serde(deserialize_with = "crate::written::one_or_several")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
+    #[serde(deserialize_with = "crate::definition::written::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub targets: Vec<String>,
     #[serde(default)]
     pub default: Option<Value>,
@@ -103,7 +104,7 @@ pub struct InputParameter {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form: Option<String>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// An end of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`.
@@ -128,7 +129,7 @@ pub struct Requirement {
     #[serde(default)]
     pub remedy: String,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// A function block command.
@@ -138,8 +139,8 @@ pub struct Requirement {
 pub enum Command {
     /// Fresh state for these blocks.
     Install {
-        #[serde(deserialize_with = "crate::written::one_or_several")]
-        #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
+        #[serde(deserialize_with = "crate::definition::written::one_or_several")]
+        #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
         blocks: Vec<String>,
     },
     Execute {
@@ -161,8 +162,8 @@ pub enum Command {
     },
     /// `conditions` (block conditions `label.item`, or termination condition names), or a time, or neither: until no instance is active.
     Wait {
-        #[serde(default, deserialize_with = "crate::written::one_or_several")]
-        #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
+        #[serde(default, deserialize_with = "crate::definition::written::one_or_several")]
+        #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
         conditions: Vec<String>,
         #[serde(default)]
         time_ns: Option<i64>,
@@ -174,11 +175,11 @@ pub enum Command {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommandList {
-    #[serde(deserialize_with = "crate::written::commands")]
-    #[cfg_attr(feature = "schema", schemars(with = "Vec<crate::written::WrittenCommand>"))]
+    #[serde(deserialize_with = "crate::definition::written::commands")]
+    #[cfg_attr(feature = "schema", schemars(with = "Vec<crate::definition::written::WrittenCommand>"))]
     pub commands: Vec<Command>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// A termination condition: an element of t_V with its ν.
@@ -186,20 +187,20 @@ pub struct CommandList {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Termination {
     /// Block conditions (`label.item`) it stands for; empty: the system condition of its own name.
-    #[serde(default, deserialize_with = "crate::written::one_or_several")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
+    #[serde(default, deserialize_with = "crate::definition::written::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub on: Vec<String>,
     /// ν: outputs it returns. Absent: none declared.
-    #[serde(default, deserialize_with = "crate::written::perhaps_several")]
-    #[cfg_attr(feature = "schema", schemars(with = "Option<crate::written::Names>"))]
+    #[serde(default, deserialize_with = "crate::definition::written::perhaps_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<crate::definition::written::Names>"))]
     pub returns: Option<Vec<String>>,
     /// True if it raises on the PS (the PS knows which class): so, or by the name of the class.
-    #[serde(default, deserialize_with = "crate::written::raised")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Raised"))]
+    #[serde(default, deserialize_with = "crate::definition::written::raised")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::RaiseMark"))]
     pub raises: bool,
     /// Command lists to which it is limited; empty: all. In JSON one name, or several.
-    #[serde(default, deserialize_with = "crate::written::one_or_several")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
+    #[serde(default, deserialize_with = "crate::definition::written::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub during: Vec<String>,
     #[serde(default)]
     pub priority: i32,
@@ -207,7 +208,7 @@ pub struct Termination {
     #[serde(default)]
     pub alarm: Option<String>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// One line of τ.
@@ -218,7 +219,7 @@ pub struct Transition {
     pub condition: String,
     pub to: String,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// A part of a composed verb.
@@ -244,37 +245,37 @@ pub struct Verb {
     /// True if it may be started in manual mode.
     #[serde(default)]
     pub manual: bool,
-    #[serde(deserialize_with = "crate::written::map")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<BlockUse>"))]
+    #[serde(deserialize_with = "crate::definition::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<BlockUse>"))]
     pub blocks: IndexMap<String, BlockUse>,
-    #[serde(default, deserialize_with = "crate::written::map")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<Object>"))]
+    #[serde(default, deserialize_with = "crate::definition::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<Object>"))]
     pub objects: IndexMap<String, Object>,
     /// χ: parameter (`sensed`, `drive.position`, `arm.commanded`) → data nodes.
-    #[serde(default, deserialize_with = "crate::written::sets")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
+    #[serde(default, deserialize_with = "crate::definition::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Sets"))]
     pub instantiation_parameters: IndexMap<String, Vec<String>>,
     /// Private SVVs of each instance; part of χ.
-    #[serde(default, deserialize_with = "crate::written::sets")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
+    #[serde(default, deserialize_with = "crate::definition::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Sets"))]
     pub cells: IndexMap<String, Vec<String>>,
-    #[serde(default, deserialize_with = "crate::written::map")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<InputParameter>"))]
+    #[serde(default, deserialize_with = "crate::definition::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<InputParameter>"))]
     pub input_parameters: IndexMap<String, InputParameter>,
     /// Members of objects, SVVs or parameters of type bool, that must be true at a start: `arm.homed`.
-    #[serde(default, deserialize_with = "crate::written::map")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<Requirement>"))]
+    #[serde(default, deserialize_with = "crate::definition::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<Requirement>"))]
     pub requires: IndexMap<String, Requirement>,
     /// ω.
     #[serde(default)]
     pub output_values: IndexMap<String, String>,
-    #[serde(deserialize_with = "crate::written::lists")]
-    #[cfg_attr(feature = "schema", schemars(with = "IndexMap<String, crate::written::WrittenList>"))]
+    #[serde(deserialize_with = "crate::definition::written::lists")]
+    #[cfg_attr(feature = "schema", schemars(with = "IndexMap<String, crate::definition::written::WrittenList>"))]
     pub command_lists: IndexMap<String, CommandList>,
     #[serde(default)]
     pub initial: Option<String>,
-    #[serde(default, deserialize_with = "crate::written::map")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<Termination>"))]
+    #[serde(default, deserialize_with = "crate::definition::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<Termination>"))]
     pub conditions: IndexMap<String, Termination>,
     #[serde(default)]
     pub transitions: Vec<Transition>,
@@ -298,7 +299,7 @@ pub struct Verb {
     #[serde(default)]
     pub if_cut_off: Option<IfCutOff>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 impl Verb {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Elements of array ports: `sum.u[1]` is bound as a port of its own, and the array is gathered from them, or scattered to them.
-use crate::flatten::{Flat, Labelled, Named, Port};
-use crate::refusal::{Class, Place, Refusal};
+use crate::flatten::{Flat, ItemTarget, LabelTarget, Port};
+use crate::refusal::{Class, Refusal, SourceLocation};
 use std::sync::Arc;
 
 /// Splits `u[1]` into `u` and 1.
@@ -13,11 +13,11 @@ fn split(name: &str) -> Option<(&str, usize)> {
 
 impl Flat<'_> {
     /// Returns the element of a block or graph that a name names; none if `item` is no such name or there is no such port.
-    pub(crate) fn element(&mut self, labelled: Labelled, item: &str, place: &Option<Place>) -> Option<Named> {
+    pub(crate) fn element(&mut self, labelled: LabelTarget, item: &str, place: &Option<SourceLocation>) -> Option<ItemTarget> {
         let (port, index) = split(item)?;
         let ports: Vec<Port> = match labelled {
-            Labelled::Block(block) => vec![(block, self.blocks[block].kind.find(port)?)],
-            Labelled::Scope(scope) => self.scopes[scope].ports.get(port)?.clone(),
+            LabelTarget::Block(block) => vec![(block, self.blocks[block].kind.find(port)?)],
+            LabelTarget::Scope(scope) => self.scopes[scope].ports.get(port)?.clone(),
         };
         let mut elements = Vec::with_capacity(ports.len());
         for (block, port) in ports {
@@ -35,13 +35,13 @@ impl Flat<'_> {
             }
         }
         match labelled {
-            Labelled::Block(_) => elements.first().map(|port| Named::Item(*port)),
-            Labelled::Scope(_) => Some(Named::Ports(elements)),
+            LabelTarget::Block(_) => elements.first().map(|port| ItemTarget::Item(*port)),
+            LabelTarget::Scope(_) => Some(ItemTarget::Ports(elements)),
         }
     }
 
     /// Refuses array ports of which some elements are bound and others are not, or that are bound whole too.
-    pub(crate) fn check_elements(&mut self, place: &Option<Place>) {
+    pub(crate) fn check_elements(&mut self, place: &Option<SourceLocation>) {
         for block in 0..self.blocks.len() {
             let kind = Arc::clone(&self.blocks[block].kind);
             for port in 0..kind.interface.items.len() {

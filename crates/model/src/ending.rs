@@ -2,12 +2,12 @@
 //! Ways in which a verb comes to rest: its ending list, and its suspension.
 use crate::conditions::CheckedCondition;
 use crate::definition::{ENDING_LIMIT_NS, Holding, Suspend, Verb};
-use crate::flatten::{Flat, Named, Port};
+use crate::flatten::{Flat, ItemTarget, Port};
 use crate::interface::Kind;
 use crate::lists::condition_port;
 use crate::plan::PlannedEnding;
 use crate::refusal::{Class, Where};
-use suggest::did_you_mean;
+use hints::did_you_mean;
 
 /// Suspension of a verb, with its ports resolved.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,8 +75,8 @@ pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCond
 
 fn check_holding(flat: &mut Flat<'_>, verb: &Verb, Holding { set, until }: &Holding, conditions: &[CheckedCondition]) -> Option<(Port, Port)> {
     let port = match flat.resolve("", set, &verb.place) {
-        Some(Named::Item(port)) => Some(port),
-        Some(Named::Ports(ports)) => ports.first().copied(),
+        Some(ItemTarget::Item(port)) => Some(port),
+        Some(ItemTarget::Ports(ports)) => ports.first().copied(),
         None => None,
     };
     if let Some(port) = port {

@@ -3,9 +3,9 @@
 //!
 //! A definition in a file may leave its name out: its key says it. A block without a dot in its name is a graph of the same file.
 use crate::compose::Step;
+use crate::definition::written::Span;
 use crate::definition::{DeviceType, Graph, Verb};
 use crate::value::Value;
-use crate::written::Span;
 use indexmap::IndexMap;
 use serde::Deserialize;
 
@@ -29,11 +29,11 @@ pub struct File {
     #[serde(default)]
     pub modules: IndexMap<String, String>,
     #[serde(default)]
-    pub graphs: IndexMap<String, Drawn<Graph>>,
+    pub graphs: IndexMap<String, DrawnDefinition<Graph>>,
     #[serde(default)]
     pub verbs: IndexMap<String, DrawnVerb>,
     #[serde(default)]
-    pub device_types: IndexMap<String, Drawn<DeviceType>>,
+    pub device_types: IndexMap<String, DrawnDefinition<DeviceType>>,
     #[serde(default)]
     pub compositions: IndexMap<String, WrittenComposition>,
 }
@@ -44,7 +44,7 @@ pub type Layout = IndexMap<String, Value>;
 /// A definition with its layout.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Drawn<T> {
+pub struct DrawnDefinition<T> {
     #[serde(flatten)]
     pub definition: T,
     #[serde(default)]

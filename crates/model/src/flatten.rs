@@ -4,13 +4,13 @@ use crate::configuration::Configuration;
 use crate::definition::{BlockSource, BlockUse, Graph};
 use crate::interface::{Kind, Mode};
 use crate::kind::{self, BlockKind};
-use crate::refusal::{Class, Place, Refusal, Refusals, Where};
+use crate::refusal::{Class, Refusal, Refusals, SourceLocation, Where};
 use crate::value::Value;
+use hints::did_you_mean;
 use indexmap::IndexMap;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
-use suggest::did_you_mean;
 
 /// An item of a flat block: (block, item).
 pub type Port = (usize, usize);
@@ -25,7 +25,7 @@ pub struct FlatBlock {
     pub modes: Vec<(usize, Mode)>,
     /// Product of the `divide` of the graphs around it.
     pub divide: u32,
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 impl FlatBlock {
@@ -52,7 +52,7 @@ pub struct Group {
     pub name: String,
     pub origin: Origin,
     pub ports: Vec<Port>,
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// Origin of a data object.
@@ -79,13 +79,13 @@ impl Origin {
 
 /// Thing that a label names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Labelled {
+pub enum LabelTarget {
     Block(usize),
     Scope(usize),
 }
 
 /// Thing that a name `label.item` names.
-pub enum Named {
+pub enum ItemTarget {
     Item(Port),
     /// A port of a graph.
     Ports(Vec<Port>),
@@ -96,7 +96,7 @@ pub struct Flat<'a> {
     pub configuration: &'a Configuration,
     pub blocks: Vec<FlatBlock>,
     pub scopes: Vec<Scope>,
-    pub labels: HashMap<String, Labelled>,
+    pub labels: HashMap<String, LabelTarget>,
     pub groups: Vec<Group>,
     /// Ports that a ρ or χ covers, and the name that covers them.
     pub covered: HashMap<Port, String>,
@@ -164,7 +164,7 @@ impl<'a> Flat<'a> {
                 }
             }
         }
-        self.labels.insert(label.clone(), Labelled::Block(self.blocks.len()));
+        self.labels.insert(label.clone(), LabelTarget::Block(self.blocks.len()));
         self.blocks.push(FlatBlock { label, kind, constants, modes: Vec::new(), divide, place: usage.place.clone() });
     }
 
@@ -199,17 +199,17 @@ impl<'a> Flat<'a> {
         for (name, value) in &usage.constants {
             self.constant_of_graph(&prefix, name, value, place);
         }
-        self.labels.insert(label, Labelled::Scope(self.scopes.len() - 1));
+        self.labels.insert(label, LabelTarget::Scope(self.scopes.len() - 1));
     }
 
     /// Adds a constant of a graph, which goes to an inner parameter (`inner.item`) or to the inputs behind a port.
-    fn constant_of_graph(&mut self, prefix: &str, name: &str, value: &Value, place: &Option<Place>) {
+    fn constant_of_graph(&mut self, prefix: &str, name: &str, value: &Value, place: &Option<SourceLocation>) {
         let scope = self.scopes.len() - 1;
         let ports = match self.scopes[scope].ports.get(name) {
             Some(ports) => ports.clone(),
             None => match self.resolve(prefix, name, place) {
-                Some(Named::Item(port)) => vec![port],
-                Some(Named::Ports(ports)) => ports,
+                Some(ItemTarget::Item(port)) => vec![port],
+                Some(ItemTarget::Ports(ports)) => ports,
                 None => return,
             },
         };
@@ -222,7 +222,7 @@ impl<'a> Flat<'a> {
     }
 
     /// Closes the scope of a graph whose blocks are in place: its cover, cells, modes, divides.
-    pub fn close_graph(&mut self, prefix: &str, graph: &'a Graph, first: usize, divide: u32, place: &Option<Place>) {
+    pub fn close_graph(&mut self, prefix: &str, graph: &'a Graph, first: usize, divide: u32, place: &Option<SourceLocation>) {
         for (label, divide) in &graph.divide {
             self.subject = Some(Where::Block { block: format!("{prefix}{label}") });
             if !graph.blocks.contains_key(label) {
@@ -260,7 +260,7 @@ impl<'a> Flat<'a> {
     }
 
     /// Checks that a port of a graph has one mode, as that of a subroutine: that of the inputs behind it.
-    fn one_mode(&mut self, scope: usize, prefix: &str, name: &str, place: &Option<Place>) {
+    fn one_mode(&mut self, scope: usize, prefix: &str, name: &str, place: &Option<SourceLocation>) {
         let inputs = self.scopes[scope].ports[name].iter().copied().filter(|port| self.item_kind(*port) == Kind::Input);
         let inputs: Vec<(Port, Mode)> = inputs.map(|port| (port, self.blocks[port.0].mode(port.1))).collect();
         let Some(&(first, mode)) = inputs.first() else { return };
@@ -281,7 +281,7 @@ impl<'a> Flat<'a> {
         self.subject = None;
     }
 
-    fn check_side(&mut self, name: &str, ports: &[Port], is_input: bool, place: &Option<Place>) {
+    fn check_side(&mut self, name: &str, ports: &[Port], is_input: bool, place: &Option<SourceLocation>) {
         let output = ports.iter().copied().find(|port| self.item_kind(*port) == Kind::Output);
         match output {
             Some(port) if is_input => {
@@ -296,7 +296,7 @@ impl<'a> Flat<'a> {
     }
 
     /// Checks that a cell of a graph has one writer.
-    fn one_output(&mut self, name: &str, ports: &[Port], place: &Option<Place>) {
+    fn one_output(&mut self, name: &str, ports: &[Port], place: &Option<SourceLocation>) {
         let mut outputs = ports.iter().copied().filter(|port| self.item_kind(*port) == Kind::Output);
         if let (Some(first), Some(second)) = (outputs.next(), outputs.next()) {
             let message = format!("'{name}' has two writers: {} and {}", self.described(first), self.described(second));
@@ -334,12 +334,12 @@ impl<'a> Flat<'a> {
         Where::Port { block: self.blocks[block].label.clone(), port: self.blocks[block].kind.item(item).name.clone() }
     }
 
-    pub fn refuse(&mut self, class: Class, message: String, place: &Option<Place>, remedy: &str) {
+    pub fn refuse(&mut self, class: Class, message: String, place: &Option<SourceLocation>, remedy: &str) {
         self.push(Refusal::new(class, message).remedy(remedy).at(place));
     }
 
     /// Refuses as `refuse`, about these ports before the part that is looked at.
-    pub fn refuse_ports(&mut self, class: Class, message: String, place: &Option<Place>, remedy: &str, ports: &[Port]) {
+    pub fn refuse_ports(&mut self, class: Class, message: String, place: &Option<SourceLocation>, remedy: &str, ports: &[Port]) {
         let parts: Vec<Where> = ports.iter().map(|port| self.part(*port)).collect();
         self.push(Refusal::new(class, message).remedy(remedy).at(place).about(parts));
     }
@@ -367,10 +367,10 @@ fn takes_constant(kind: &BlockKind, item: usize) -> bool {
 }
 
 /// Returns the block row that a label names.
-pub(crate) fn labelled(flat: &mut Flat<'_>, label: &str, what: &str, place: &Option<Place>) -> Option<(Range<usize>, u32)> {
+pub(crate) fn labelled(flat: &mut Flat<'_>, label: &str, what: &str, place: &Option<SourceLocation>) -> Option<(Range<usize>, u32)> {
     match flat.labels.get(label) {
-        Some(Labelled::Block(block)) => Some((*block..*block + 1, flat.blocks[*block].divide)),
-        Some(Labelled::Scope(scope)) => Some((flat.scopes[*scope].blocks.clone(), flat.scopes[*scope].divide)),
+        Some(LabelTarget::Block(block)) => Some((*block..*block + 1, flat.blocks[*block].divide)),
+        Some(LabelTarget::Scope(scope)) => Some((flat.scopes[*scope].blocks.clone(), flat.scopes[*scope].divide)),
         None => {
             let mut known: Vec<&str> = flat.labels.keys().map(String::as_str).collect();
             known.sort_unstable();

@@ -37,9 +37,8 @@ mod wires;
 pub mod wording;
 pub mod workspace;
 mod writers;
-mod written;
 
-pub use ::suggest;
+pub use ::hints;
 pub use apply::apply;
 pub use checked::{CheckedVerb, check_graph, check_verb};
 pub use compose::{Composition, compose};

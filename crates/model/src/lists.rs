@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Command lists of a definition: names resolved, cut into stages at the waits.
 use crate::definition::{Command, CommandList, Verb};
-use crate::flatten::{Flat, Named, Port, labelled};
+use crate::flatten::{Flat, ItemTarget, Port, labelled};
 use crate::interface::Kind;
 use crate::plan::Wait;
-use crate::refusal::{Class, Place, Where};
+use crate::refusal::{Class, SourceLocation, Where};
+use hints::did_you_mean;
 use std::ops::Range;
-use suggest::did_you_mean;
 
 /// A command with its label resolved to blocks.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +42,7 @@ pub struct CheckedStage {
 pub struct CheckedList {
     pub name: String,
     pub stages: Vec<CheckedStage>,
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// Resolves all lists.
@@ -94,7 +94,7 @@ fn check_list(flat: &mut Flat<'_>, verb: &Verb, name: &str, list: &CommandList) 
     CheckedList { name: name.to_owned(), stages, place: place.clone() }
 }
 
-fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], time_ns: Option<i64>, place: &Option<Place>) -> Wait {
+fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], time_ns: Option<i64>, place: &Option<SourceLocation>) -> Wait {
     let Some(time_ns) = time_ns else {
         let mut ports = Vec::new();
         for condition in conditions {
@@ -111,7 +111,7 @@ fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], tim
 }
 
 /// Waits for `label.item`, or for a termination condition's name, which stands for its block conditions.
-fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Option<Place>, ports: &mut Vec<Port>) {
+fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Option<SourceLocation>, ports: &mut Vec<Port>) {
     if let Some(termination) = verb.conditions.get(name) {
         if termination.on.is_empty() {
             flat.refuse(Class::DefinitionError, format!("a wait of {what} names '{name}', a system condition"), place, "wait for conditions of blocks");
@@ -128,10 +128,10 @@ fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Op
 }
 
 /// Returns the condition that `label.item` names; `report`: refuse what is none.
-pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<Place>, report: bool) -> Option<Port> {
+pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<SourceLocation>, report: bool) -> Option<Port> {
     let refusals = flat.refusals.len();
     let found = match flat.resolve("", name, place) {
-        Some(Named::Item(port)) => Some(port),
+        Some(ItemTarget::Item(port)) => Some(port),
         _ => None,
     };
     match found {

@@ -4,8 +4,8 @@ use crate::definition::{Bound, DeviceType, Within};
 use crate::range::{Range, is_plain, number, plausible};
 use crate::refusal::{Class, Refusal, Refusals};
 use crate::value::Value;
+use hints::did_you_mean;
 use indexmap::IndexMap;
-use suggest::did_you_mean;
 
 impl Within {
     /// Returns the range, with the parameters that its ends come from as they are now, and the names of those.

@@ -8,7 +8,7 @@ use std::hash::Hash;
 
 /// An order, and the soft edges that it could not hold.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Sorted {
+pub struct SortedOrder {
     pub order: Vec<usize>,
     pub against: Vec<(usize, usize)>,
 }
@@ -17,7 +17,7 @@ pub struct Sorted {
 ///
 /// # Errors
 /// A cycle of hard edges, each element before the next and the last before the first.
-pub fn sort(count: usize, hard: &[(usize, usize)], soft: &[(usize, usize)]) -> Result<Sorted, Vec<usize>> {
+pub fn sort(count: usize, hard: &[(usize, usize)], soft: &[(usize, usize)]) -> Result<SortedOrder, Vec<usize>> {
     let mut edges: Vec<Edge> = Vec::with_capacity(hard.len() + soft.len());
     edges.extend(hard.iter().map(|&(from, to)| Edge { from, to, hard: true }));
     edges.extend(soft.iter().filter(|(from, to)| from != to).map(|&(from, to)| Edge { from, to, hard: false }));
@@ -41,7 +41,7 @@ pub fn sort(count: usize, hard: &[(usize, usize)], soft: &[(usize, usize)]) -> R
         position[element] = at;
     }
     let against = soft.iter().copied().filter(|&(from, to)| from != to && position[from] > position[to]).collect();
-    Ok(Sorted { order, against })
+    Ok(SortedOrder { order, against })
 }
 
 /// Puts new elements into an existing order, which never changes: hard edges (before, after) hold, soft ones where possible, and

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Parameters of a verb with what they stand for: instantiation parameters (χ) and input parameters (ψ).
 use crate::definition::{Bound, Verb};
-use crate::flatten::{Flat, Group, Named, Origin, Port};
+use crate::flatten::{Flat, Group, ItemTarget, Origin, Port};
 use crate::interface::Kind;
 use crate::quantity::check_unit;
-use crate::refusal::{Class, Place, Where};
+use crate::refusal::{Class, SourceLocation, Where};
 use crate::value::Value;
-use suggest::did_you_mean;
+use hints::did_you_mean;
 
 /// A parameter of a verb, taken apart: whose it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,10 +31,10 @@ pub struct CheckedInput {
     pub unit: String,
     pub within: Option<(Bound, Bound)>,
     pub counted_from: Option<String>,
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
-fn whose(flat: &mut Flat<'_>, verb: &Verb, name: &str, is_svv: bool, place: &Option<Place>) -> Whose {
+fn whose(flat: &mut Flat<'_>, verb: &Verb, name: &str, is_svv: bool, place: &Option<SourceLocation>) -> Whose {
     let Some((first, member)) = name.split_once('.') else { return Whose::Own };
     let Some(object) = verb.objects.get(first) else {
         return Whose::Part { argument: first.to_owned(), channel: member.to_owned() };
@@ -122,8 +122,8 @@ pub(crate) fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedI
         let mut ports = Vec::new();
         for target in &input.targets {
             match flat.resolve("", target, place) {
-                Some(Named::Ports(inner)) => ports.extend(inner),
-                Some(Named::Item(port)) => ports.push(port),
+                Some(ItemTarget::Ports(inner)) => ports.extend(inner),
+                Some(ItemTarget::Item(port)) => ports.push(port),
                 None => {}
             }
         }

@@ -4,7 +4,7 @@ use crate::configuration::{Rate, SvvId};
 use crate::definition::{Arbitration, IfCutOff};
 use crate::interface::Mode;
 use crate::range::Range;
-use crate::refusal::{Class, Place};
+use crate::refusal::{Class, SourceLocation};
 use crate::value::Value;
 use serde::Serialize;
 
@@ -93,7 +93,7 @@ pub struct PlannedBlock {
     pub remote_drivers: Vec<BlockIndex>,
     /// The activation it belongs to (every block has one; of a block that is only executed it is never on).
     pub activation: ActivationIndex,
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// Reason for which an activation is due, while it is on.
@@ -371,7 +371,7 @@ pub enum Claim {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Remark {
     pub text: String,
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// A verb with its arguments, ready to be installed.

@@ -4,7 +4,6 @@
 //! An angle counts as a dimension of its own, so that `rad/s` and `Hz` are different units.
 use crate::refusal::{Class, Refusal};
 use std::f64::consts::PI;
-use suggest;
 
 /// Exponents of m, kg, s, A, K, rad, counts, pixels.
 type Dimension = [i8; 8];
@@ -137,7 +136,7 @@ fn meant(word: &str) -> String {
     let (symbol, _) = exponent(word).unwrap_or((word, 1));
     let cuts = (1..symbol.len()).filter(|at| symbol.is_char_boundary(*at));
     let parts = cuts.map(|at| word.split_at(at)).find(|(a, b)| symbol_unit(a).is_some() && word_unit(b).is_some());
-    parts.map_or_else(|| suggest::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0)), |(a, b)| format!("did you mean '{a}.{b}'?"))
+    parts.map_or_else(|| hints::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0)), |(a, b)| format!("did you mean '{a}.{b}'?"))
 }
 
 /// Returns the number that `text` means in unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is taken as it is; an empty

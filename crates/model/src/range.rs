@@ -3,8 +3,8 @@
 use crate::quantity::number_in;
 use crate::refusal::{Class, Refusal};
 use crate::value::Value;
-use interval::Interval;
-pub(crate) use interval::short;
+use hints::Interval;
+pub(crate) use hints::short;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

@@ -7,7 +7,7 @@ use crate::flatten::{Flat, Port};
 use crate::interface::Kind;
 use crate::lists::{CheckedCommand, CheckedList};
 use crate::plan::{Remark, Wait};
-use crate::refusal::{Class, Place, Refusal, Where};
+use crate::refusal::{Class, Refusal, SourceLocation, Where};
 
 /// Blocks and conditions of the lists, and the lists that are reached.
 struct Reach<'v> {
@@ -133,7 +133,7 @@ impl Reach<'_> {
         }
     }
 
-    fn transition_place(&self, from: usize, condition: &str) -> Option<Place> {
+    fn transition_place(&self, from: usize, condition: &str) -> Option<SourceLocation> {
         let transition = self.verb.transitions.iter().find(|t| t.from == self.lists[from].name && t.condition == condition);
         transition.and_then(|t| t.place.clone()).or_else(|| self.verb.place.clone())
     }
@@ -162,7 +162,7 @@ impl Reach<'_> {
     }
 
     /// Refuses a condition that never comes; if a time limit ends the verb it is a remark.
-    fn never(&self, flat: &mut Flat<'_>, message: String, place: &Option<Place>, remedy: &str, remarks: &mut Vec<Remark>) {
+    fn never(&self, flat: &mut Flat<'_>, message: String, place: &Option<SourceLocation>, remedy: &str, remarks: &mut Vec<Remark>) {
         if self.timed {
             remarks.push(Remark { text: format!("{message}; only the time limit ends it"), place: place.clone() });
         } else {

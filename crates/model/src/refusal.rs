@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Source location of a definition in the user's program.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Place {
+pub struct SourceLocation {
     pub file: String,
     pub line: u32,
 }
@@ -115,7 +115,7 @@ pub struct End {
     /// Name in the message, for example `output 'servo.effort' (double, N.m)`.
     pub what: String,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// One thing that is wrong.
@@ -132,7 +132,7 @@ pub struct Refusal {
     pub remedy: String,
     /// Place to look at first: the definition that is at fault.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
     /// The parts of the definition that it is about, the first one first.
     #[serde(default, rename = "where", skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<Where>,
@@ -154,13 +154,13 @@ impl Refusal {
     }
 
     /// Adds an end that it is about.
-    pub fn end(mut self, what: impl Into<String>, place: &Option<Place>) -> Refusal {
+    pub fn end(mut self, what: impl Into<String>, place: &Option<SourceLocation>) -> Refusal {
         self.ends.push(End { what: what.into(), place: place.clone() });
         self
     }
 
     /// Says where to look first, if nothing said so yet.
-    pub fn at(mut self, place: &Option<Place>) -> Refusal {
+    pub fn at(mut self, place: &Option<SourceLocation>) -> Refusal {
         if self.place.is_none() {
             self.place.clone_from(place);
         }

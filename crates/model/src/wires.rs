@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Definitions while they are drawn: all that is wrong with one, and why two of its ports cannot be wired. The rules are those of the
 //! installation: the same functions are asked, with nothing given yet.
-use crate::apply::{Draft, Given, StandIns};
+use crate::apply::{Draft, GroupBinding, StandIns};
 use crate::checked::{self, CheckedVerb};
 use crate::configuration::Configuration;
 use crate::definition::{Application, Graph, Verb};
-use crate::flatten::{Flat, Group, Labelled, Origin, Port, Scope};
+use crate::flatten::{Flat, Group, LabelTarget, Origin, Port, Scope};
 use crate::interface::Kind;
 use crate::kind::is_data;
 use crate::refusal::{Class, Refusal, Refusals};
+use hints::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use suggest::did_you_mean;
 
 /// Drawing that is checked: one of the two.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -114,7 +114,7 @@ pub fn compatible_with(drawing: &Drawing, configuration: &Configuration, from: &
 struct Sketch {
     checked: CheckedVerb,
     refusals: Refusals,
-    labels: HashMap<String, Labelled>,
+    labels: HashMap<String, LabelTarget>,
     scopes: Vec<Scope>,
     is_graph: bool,
     /// The ports that are drawn: of the blocks of the definition, and of the graph itself.
@@ -165,11 +165,11 @@ impl Sketch {
         let mut sketch = Sketch { checked, refusals: flat.refusals, labels: flat.labels, scopes: flat.scopes, is_graph, names: Vec::new() };
         for label in labels {
             let ports: Vec<String> = match sketch.labels.get(label) {
-                Some(Labelled::Block(block)) => {
+                Some(LabelTarget::Block(block)) => {
                     let items = &sketch.checked.blocks[*block].kind.interface.items;
                     items.iter().filter(|item| is_data(item.kind)).map(|item| item.name.clone()).collect()
                 }
-                Some(Labelled::Scope(scope)) => sketch.scopes[*scope].ports.keys().cloned().collect(),
+                Some(LabelTarget::Scope(scope)) => sketch.scopes[*scope].ports.keys().cloned().collect(),
                 None => Vec::new(),
             };
             sketch.names.extend(ports.into_iter().map(|port| PortName { block: label.clone(), port }));
@@ -188,7 +188,7 @@ impl Sketch {
 
     fn draft<'a>(&'a self, nothing: &'a Application, configuration: &'a Configuration) -> Draft<'a> {
         let mut draft = Draft::new(&self.checked, nothing, configuration);
-        let given: Vec<Given<'_>> = self.checked.groups.iter().map(|_| Given::Private).collect();
+        let given: Vec<GroupBinding<'_>> = self.checked.groups.iter().map(|_| GroupBinding::Private).collect();
         draft.known_sizes(&given);
         draft.infer_units(&given);
         draft
@@ -209,15 +209,15 @@ impl Sketch {
         };
         let known = || self.names.iter().filter(|known| known.block == name.block).map(|known| known.port.as_str());
         let ports = match labelled {
-            Labelled::Block(block) => self.checked.blocks[*block].kind.find(&name.port).map(|item| vec![(*block, item)]),
-            Labelled::Scope(scope) => self.scopes[*scope].ports.get(&name.port).cloned(),
+            LabelTarget::Block(block) => self.checked.blocks[*block].kind.find(&name.port).map(|item| vec![(*block, item)]),
+            LabelTarget::Scope(scope) => self.scopes[*scope].ports.get(&name.port).cloned(),
         };
         let Some(ports) = ports else {
             return Err(missing(format!("block '{}' has no port '{}'", name.block, name.port), did_you_mean(&name.port, known())));
         };
         let writes = ports.iter().any(|port| self.kind(*port) == Kind::Output);
         let described = match (labelled, ports.iter().find(|port| (self.kind(**port) == Kind::Output) == writes)) {
-            (Labelled::Block(_), Some(port)) => crate::flatten::describe(&self.checked.blocks[port.0], port.1),
+            (LabelTarget::Block(_), Some(port)) => crate::flatten::describe(&self.checked.blocks[port.0], port.1),
             _ => format!("{} '{}.{}' of a graph", if writes { "output" } else { "input" }, name.block, name.port),
         };
         Ok(End { name: name.clone(), ports, described, writes })

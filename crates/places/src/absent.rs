@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! In place of [`joined`](self) where links between hosts were not built: a caller that asks for them is told how to get them.
 use crate::telling::Telling;
-use rtp::{NO_HOSTS, Started};
+use rtp::{NO_HOSTS, StartedProcessor};
 use serde::Deserialize;
 use std::ffi::OsString;
 
@@ -10,11 +10,11 @@ use std::ffi::OsString;
 pub struct JoinOptions {}
 
 /// No host ever joins.
-pub(crate) struct Joined;
+pub(crate) struct JoinedHosts;
 
-impl Joined {
-    pub fn new(_telling: Telling) -> Joined {
-        Joined
+impl JoinedHosts {
+    pub fn new(_telling: Telling) -> JoinedHosts {
+        JoinedHosts
     }
 
     pub fn listen(&self, _system: &str, _options: &str, _epoch_ns: i64) -> Result<(), String> {
@@ -23,7 +23,7 @@ impl Joined {
 
     pub fn close(&self) {}
 
-    pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<Started, String> {
+    pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<StartedProcessor, String> {
         Err(format!("no host '{host}' has joined system '{system}' for processor '{processor}': {NO_HOSTS}"))
     }
 }

@@ -47,7 +47,7 @@ impl Knock {
 
 /// The answer.
 #[derive(Serialize, Deserialize)]
-pub(crate) enum Answered {
+pub(crate) enum AdoptionAnswer {
     /// It may come in. Descriptors: the process, its heartbeat.
     Come { guard: Option<PathBuf> },
     /// It is another processor.
@@ -66,7 +66,7 @@ pub(crate) struct Enter {
 }
 
 /// A process that waits for a new supervisor, and has answered.
-pub(crate) struct Waiting {
+pub(crate) struct WaitingProcess {
     pub link: UnixLink,
     pub guard: Option<PathBuf>,
     pub process: OwnedFd,
@@ -74,7 +74,7 @@ pub(crate) struct Waiting {
 }
 
 /// The process of this name that has lost its system. None where there is none. Errors: it must not be taken over, in words.
-pub(crate) fn find(system: &str, processor: &str) -> Result<Option<Waiting>, String> {
+pub(crate) fn find(system: &str, processor: &str) -> Result<Option<WaitingProcess>, String> {
     let Ok(folder) = run_folder() else { return Ok(None) };
     let prefix = prefix(system, processor);
     for path in sockets(&folder).filter(|path| name(path).starts_with(&prefix)) {
@@ -95,7 +95,7 @@ pub(crate) fn find(system: &str, processor: &str) -> Result<Option<Waiting>, Str
     Ok(None)
 }
 
-fn ask(link: UnixLink, system: &str, processor: &str) -> Result<Option<Waiting>, String> {
+fn ask(link: UnixLink, system: &str, processor: &str) -> Result<Option<WaitingProcess>, String> {
     let knock = Knock { version: VERSION, system: system.to_owned(), processor: processor.to_owned() };
     if say(&link, &knock, &[]).is_err() {
         return Ok(None);
@@ -103,12 +103,12 @@ fn ask(link: UnixLink, system: &str, processor: &str) -> Result<Option<Waiting>,
     // One that ends meanwhile is not there to be taken over.
     let Ok(Some((frame, descriptors))) = link.receive_with(ANSWER) else { return Ok(None) };
     match heard(&frame)? {
-        Answered::Other => Ok(None),
-        Answered::Refused { why } => Err(format!("its process cannot be taken over: {why}")),
-        Answered::Come { guard } => {
+        AdoptionAnswer::Other => Ok(None),
+        AdoptionAnswer::Refused { why } => Err(format!("its process cannot be taken over: {why}")),
+        AdoptionAnswer::Come { guard } => {
             let [process, heart] = <[OwnedFd; 2]>::try_from(descriptors).map_err(|_| "what answers there is no processor".to_owned())?;
             let heart = Heartbeat::received(heart).map_err(text)?;
-            Ok(Some(Waiting { link, guard, process, heart }))
+            Ok(Some(WaitingProcess { link, guard, process, heart }))
         }
     }
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The door of a processor's process: where a new supervisor comes in.
-use crate::adopting::{ANSWER, Answered, Enter, Knock, heard, next, place, say};
+use crate::adopting::{ANSWER, AdoptionAnswer, Enter, Knock, heard, next, place, say};
 use crate::{BLACK_BOX_SOURCES, text};
 use guard::canary::{self, Canary};
 use guard::watch::Watchers;
 use interconnect::Ends;
 use kernel::BLACK_BOX_LEN;
 use process_kit::{Heartbeat, Listener, UnixLink, now_ns, this_process};
-use rtp::{Admitted, BlackBox, Caller, Door, Reaches};
+use rtp::{AdmittedSupervisor, BlackBox, Caller, Door, Reaches};
 use shared_memory::SharedMemory;
 use std::os::fd::OwnedFd;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ use std::time::Duration;
 const KNOCK: Duration = Duration::from_secs(1);
 
 /// Watchers of this process.
-pub(crate) struct Watched {
+pub(crate) struct ProcessWatchers {
     guard: Heartbeat,
     supervisor: Heartbeat,
     watchers: Option<(Duration, Watchers)>,
@@ -26,11 +26,11 @@ pub(crate) struct Watched {
     canary: Canary,
 }
 
-impl Watched {
+impl ProcessWatchers {
     /// By the guard and the supervisor with these hearts. Errors: they are none, in words.
-    pub fn by(guard: OwnedFd, supervisor: OwnedFd) -> Result<Watched, String> {
+    pub fn by(guard: OwnedFd, supervisor: OwnedFd) -> Result<ProcessWatchers, String> {
         let heart = |descriptor| Heartbeat::received(descriptor).map_err(text);
-        Ok(Watched { guard: heart(guard)?, supervisor: heart(supervisor)?, watchers: None, canary: Canary::default() })
+        Ok(ProcessWatchers { guard: heart(guard)?, supervisor: heart(supervisor)?, watchers: None, canary: Canary::default() })
     }
 
     fn canary(&mut self) -> Option<Arc<OwnedFd>> {
@@ -59,18 +59,24 @@ pub(crate) struct Belongings {
     pub processor: String,
     pub heart: Arc<Heartbeat>,
     handles: Mutex<UnixLink>,
-    watched: Mutex<Watched>,
+    watched: Mutex<ProcessWatchers>,
     guard: Mutex<Option<PathBuf>>,
 }
 
 impl Belongings {
-    pub fn new((system, processor): (String, String), heart: Arc<Heartbeat>, watched: Watched, handles: UnixLink, guard: Option<PathBuf>) -> Arc<Belongings> {
+    pub fn new(
+        (system, processor): (String, String),
+        heart: Arc<Heartbeat>,
+        watched: ProcessWatchers,
+        handles: UnixLink,
+        guard: Option<PathBuf>,
+    ) -> Arc<Belongings> {
         Arc::new(Belongings { system, processor, heart, handles: Mutex::new(handles), watched: Mutex::new(watched), guard: Mutex::new(guard) })
     }
 
     /// Hands over to other watchers.
     fn watched_by(&self, guard: OwnedFd, supervisor: OwnedFd) -> Result<(), String> {
-        *self.watched.lock().expect("nobody panics with the lock held") = Watched::by(guard, supervisor)?;
+        *self.watched.lock().expect("nobody panics with the lock held") = ProcessWatchers::by(guard, supervisor)?;
         Ok(())
     }
 
@@ -136,7 +142,7 @@ impl Door for SocketDoor {
             Ok(knock) if knock.means(&belongings.system, &belongings.processor) => Some(Box::new(Visitor { link, belongings })),
             _ => {
                 // The other end sees it closed where it does not hear this.
-                let _said = say(&link, &Answered::Other, &[]);
+                let _said = say(&link, &AdoptionAnswer::Other, &[]);
                 None
             }
         }
@@ -151,14 +157,14 @@ struct Visitor {
 impl Caller for Visitor {
     fn refuse(self: Box<Self>, why: &str) {
         // Who is gone needs no reason.
-        let _said = say(&self.link, &Answered::Refused { why: why.to_owned() }, &[]);
+        let _said = say(&self.link, &AdoptionAnswer::Refused { why: why.to_owned() }, &[]);
     }
 
-    fn admit(self: Box<Self>) -> Result<Admitted, String> {
+    fn admit(self: Box<Self>) -> Result<AdmittedSupervisor, String> {
         let Visitor { link, belongings } = *self;
         let guard = belongings.guard.lock().expect("nobody panics with the lock held").clone();
         let (process, heart) = (this_process().map_err(text)?, belongings.heart.descriptor().map_err(text)?);
-        say(&link, &Answered::Come { guard }, &[&process, &heart])?;
+        say(&link, &AdoptionAnswer::Come { guard }, &[&process, &heart])?;
         let (frame, descriptors) = next(&link, ANSWER)?;
         let Enter { run, guard, is_unguarded } = heard(&frame)?;
         let [handles, black_box, guards, supervises] = <[OwnedFd; 4]>::try_from(descriptors).map_err(|_| "who comes brings too little".to_owned())?;
@@ -168,7 +174,7 @@ impl Caller for Visitor {
         *belongings.handles() = UnixLink::from_descriptor(handles).map_err(text)?;
         *belongings.guard.lock().expect("nobody panics with the lock held") = guard;
         let reaches = Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None };
-        Ok(Admitted { link: Arc::new(link), reaches, black_box: Some(black_box), is_unguarded })
+        Ok(AdmittedSupervisor { link: Arc::new(link), reaches, black_box: Some(black_box), is_unguarded })
     }
 }
 

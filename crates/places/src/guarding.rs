@@ -48,7 +48,7 @@ struct AdoptedProcess {
 }
 
 /// A process that is to be guarded.
-pub(crate) struct Watched {
+pub(crate) struct WatchedProcess {
     pub process: OwnedFd,
     pub heart: Heartbeat,
     /// Bound for a standstill of its heart, where somebody gave one.
@@ -56,7 +56,7 @@ pub(crate) struct Watched {
 }
 
 /// A process that is guarded.
-pub(crate) struct Guarded {
+pub(crate) struct GuardedProcess {
     guard: Arc<Guard>,
     ward: u64,
     bounds: Bounds,
@@ -65,7 +65,7 @@ pub(crate) struct Guarded {
     is_ours: AtomicBool,
 }
 
-impl Guarded {
+impl GuardedProcess {
     /// The hearts of its guard and of this supervisor. Errors: no descriptors left.
     pub fn hearts(&self) -> Result<[OwnedFd; 2], String> {
         self.guard.hearts().map_err(crate::text)
@@ -99,7 +99,7 @@ impl Guarded {
     }
 }
 
-impl Drop for Guarded {
+impl Drop for GuardedProcess {
     fn drop(&mut self) {
         // Its loss has been dealt with.
         self.forget();
@@ -118,7 +118,7 @@ impl Guarding {
     }
 
     /// Starts guarding a process; `handles` brings what makes its devices safe. Errors: there is no guard, in words.
-    pub fn watch(&self, command: &[OsString], name: &str, watched: Watched, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
+    pub fn watch(&self, command: &[OsString], name: &str, watched: WatchedProcess, handles: &Arc<UnixLink>) -> Result<GuardedProcess, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
         let bounds = bounds(watched.lost_after);
@@ -147,7 +147,7 @@ impl Guarding {
         (name, pid): (&str, i32),
         lost_after: Option<Duration>,
         handles: &Arc<UnixLink>,
-    ) -> Result<Option<Guarded>, String> {
+    ) -> Result<Option<GuardedProcess>, String> {
         let bounds = bounds(lost_after);
         let found = {
             let mut adopted = self.adopted.lock().expect("nobody panics with the lock held");
@@ -168,7 +168,7 @@ impl Guarding {
     }
 
     /// Passes on what makes devices safe.
-    fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, bounds: Bounds, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
+    fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, bounds: Bounds, handles: &Arc<UnixLink>) -> Result<GuardedProcess, String> {
         let (held, handles, telling, name) = (Arc::downgrade(&guard), handles.clone(), self.telling.clone(), name.to_owned());
         let body = move || {
             loop {
@@ -187,7 +187,7 @@ impl Guarding {
             }
         };
         std::thread::Builder::new().name("safe-handles".into()).spawn(body).map_err(|why| why.to_string())?;
-        Ok(Guarded { guard, ward, bounds, seen: self.seen.clone(), is_ours: AtomicBool::new(true) })
+        Ok(GuardedProcess { guard, ward, bounds, seen: self.seen.clone(), is_ours: AtomicBool::new(true) })
     }
 
     fn guard(&self, command: &[OsString]) -> Result<Arc<Guard>, String> {

@@ -9,7 +9,7 @@ use hosts::{Hosts, Options, Security};
 use interconnect::{Ends, Link};
 use modules::Probe;
 use process_kit::run_folder;
-use rtp::{Reaches, Running, Service, Started, Terms};
+use rtp::{ProcessorProcess, Reaches, Service, StartedProcessor, Terms};
 use serde::Deserialize;
 use shared_memory::SharedMemory;
 use std::collections::HashMap;
@@ -84,7 +84,7 @@ impl JoinOptions {
 
 /// The hosts that have joined a system.
 #[derive(Default)]
-pub(crate) struct Joined {
+pub(crate) struct JoinedHosts {
     telling: Telling,
     listening: Mutex<Option<Listening>>,
 }
@@ -95,9 +95,9 @@ struct Listening {
     controls: HashMap<String, Arc<dyn Link>>,
 }
 
-impl Joined {
-    pub fn new(telling: Telling) -> Joined {
-        Joined { telling, listening: Mutex::default() }
+impl JoinedHosts {
+    pub fn new(telling: Telling) -> JoinedHosts {
+        JoinedHosts { telling, listening: Mutex::default() }
     }
 
     /// Lets other hosts join. Errors: in words, with what to do.
@@ -118,7 +118,7 @@ impl Joined {
         drop(self.listening.lock().expect("nobody panics with the lock held").take());
     }
 
-    pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<Started, String> {
+    pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<StartedProcessor, String> {
         let hosts = {
             let listening = self.listening.lock().expect("nobody panics with the lock held");
             let Some(listening) = listening.as_ref() else { return Err(format!("system '{system}' does not listen for hosts: call listen() before")) };
@@ -145,7 +145,7 @@ impl Joined {
             listening.controls.insert(host.to_owned(), control);
         }
         let running = Arc::new(LentProcessor { host: host.to_owned() });
-        Ok(Started { link, near: Box::new(hosts) as Box<dyn Ends>, running, silence: SILENCE, is_adopted: false })
+        Ok(StartedProcessor { link, near: Box::new(hosts) as Box<dyn Ends>, running, silence: SILENCE, is_adopted: false })
     }
 }
 
@@ -154,7 +154,7 @@ struct LentProcessor {
     host: String,
 }
 
-impl Running for LentProcessor {
+impl ProcessorProcess for LentProcessor {
     fn cause(&self) -> String {
         format!("or host '{}' is gone, or the network to it is cut", self.host)
     }

@@ -3,7 +3,7 @@
 use device::SafeHandle;
 use guard::{Bounds, Guard};
 use process_kit::Heartbeat;
-use rtp::{Held, Holder};
+use rtp::{Holder, ProcessorHold};
 use std::sync::Arc;
 
 /// A processor of this process, guarded.
@@ -23,7 +23,7 @@ impl Own {
     }
 }
 
-impl Held for Own {
+impl ProcessorHold for Own {
     fn holder(&self) -> Holder {
         let (guard, ward) = (self.guard.clone(), self.ward);
         Box::new(move |device: &str, handles: &[SafeHandle]| {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a process that was started for a processor.
-use crate::door::{Belongings, SocketDoor, Watched, black_box_of};
+use crate::door::{Belongings, ProcessWatchers, SocketDoor, black_box_of};
 use crate::{BLACK_BOX, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SUPERVISOR_HEART, SYSTEM, text};
 use guard::send_handles;
 use interconnect::{Ends, Link};
@@ -33,7 +33,7 @@ pub fn processor() -> Result<(), String> {
     let heart = Arc::new(Heartbeat::received(inherited(HEART)?).map_err(text)?);
     guard::canary::sing(heart.clone()).map_err(text)?;
     let guard = std::env::var_os(GUARD).map(PathBuf::from);
-    let watched = Watched::by(inherited(GUARD_HEART)?, inherited(SUPERVISOR_HEART)?)?;
+    let watched = ProcessWatchers::by(inherited(GUARD_HEART)?, inherited(SUPERVISOR_HEART)?)?;
     let belongings = Belongings::new((variable(SYSTEM)?, variable(PROCESSOR)?), heart, watched, handles, guard);
     let (holding, beating) = (belongings.clone(), belongings.clone());
     let (looking, resting) = (belongings.clone(), belongings.clone());

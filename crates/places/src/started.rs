@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Starting processes for processors.
-use crate::adopting::{self, Enter, Waiting};
-use crate::guarding::{Guarded, Guarding, Watched};
+use crate::adopting::{self, Enter, WaitingProcess};
+use crate::guarding::{GuardedProcess, Guarding, WatchedProcess};
 use crate::telling::Telling;
 use crate::{BLACK_BOX, BLACK_BOX_SOURCES, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SUPERVISOR_HEART, SYSTEM, text};
 use interconnect::{Ends, Link};
 use kernel::{BLACK_BOX_LEN, NO_STEP, RETIRED};
 use process_kit::{Child, Heartbeat, Launch, Status, UnixLink};
-use rtp::{Bounds, Held, Running, Started, Tell};
+use rtp::{Bounds, ProcessorHold, ProcessorProcess, StartedProcessor, Tell};
 use shared_memory::SharedMemory;
 use std::collections::HashSet;
 use std::ffi::OsString;
@@ -39,7 +39,7 @@ pub struct Places {
     /// Processes that were looked for, by name.
     sought: Mutex<HashSet<String>>,
     telling: Telling,
-    pub(crate) joined: crate::joined::Joined,
+    pub(crate) joined: crate::joined::JoinedHosts,
 }
 
 /// Bound for the silence of a processor of this host: it beats every 20 ms, but machines are held up.
@@ -65,13 +65,13 @@ impl Places {
             guarding: Guarding::new(adopting::guard_place(run), telling.clone()),
             adopts,
             sought: Mutex::default(),
-            joined: crate::joined::Joined::new(telling.clone()),
+            joined: crate::joined::JoinedHosts::new(telling.clone()),
             telling,
         }
     }
 
     /// The process of this name that has lost a system of this name; looked for once. Errors: it must not be taken over, in words.
-    fn adopted(&self, name: &str, bounds: &Bounds) -> Result<Option<Started>, String> {
+    fn adopted(&self, name: &str, bounds: &Bounds) -> Result<Option<StartedProcessor>, String> {
         if !self.adopts || !self.sought.lock().expect("nobody panics with the lock held").insert(name.to_owned()) {
             return Ok(None);
         }
@@ -79,7 +79,7 @@ impl Places {
             self.telling.tell("processor", name, "no process of it waits for a new supervisor: one is started".to_owned());
             return Ok(None);
         };
-        let Waiting { link, guard, process, heart } = waiting;
+        let WaitingProcess { link, guard, process, heart } = waiting;
         let its_heart = same(&heart)?;
         let child = Child::adopt(process.try_clone().map_err(text)?).map_err(text)?;
         let (handles, handles_there) = UnixLink::pair().map_err(text)?;
@@ -94,7 +94,7 @@ impl Places {
         let guarded = match known {
             Some(guarded) => guarded,
             None => {
-                let watched = Watched { process, heart, lost_after: bounds.lost_after };
+                let watched = WatchedProcess { process, heart, lost_after: bounds.lost_after };
                 self.guarding.watch(&self.commands.guard, name, watched, &handles)?
             }
         };
@@ -106,7 +106,7 @@ impl Places {
         self.telling.tell("processor", name, format!("process {} of it has lost its system, and is to be taken over", child.pid()));
         let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
         let running = Arc::new(Process { child, guarded, heart: its_heart, black_box, socket });
-        Ok(Some(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: true }))
+        Ok(Some(StartedProcessor { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: true }))
     }
 }
 
@@ -125,11 +125,11 @@ impl rtp::Places for Places {
         self.joined.close();
     }
 
-    fn this(&self, processor: &str, lost_after: Option<Duration>) -> Result<Box<dyn Held>, String> {
+    fn this(&self, processor: &str, lost_after: Option<Duration>) -> Result<Box<dyn ProcessorHold>, String> {
         Ok(Box::new(self.guarding.watch_this(&self.commands.guard, processor, lost_after)?))
     }
 
-    fn process(&self, name: &str, bounds: &Bounds) -> Result<Started, String> {
+    fn process(&self, name: &str, bounds: &Bounds) -> Result<StartedProcessor, String> {
         if let Some(adopted) = self.adopted(name, bounds)? {
             return Ok(adopted);
         }
@@ -156,15 +156,15 @@ impl rtp::Places for Places {
             launch = launch.variable(GUARD, path);
         }
         let child = launch.start().map_err(text)?;
-        let watched = Watched { process: child.descriptor().map_err(text)?, heart, lost_after: bounds.lost_after };
+        let watched = WatchedProcess { process: child.descriptor().map_err(text)?, heart, lost_after: bounds.lost_after };
         let heart = same(&watched.heart)?;
         let guarded = self.guarding.watch(&self.commands.guard, name, watched, &Arc::new(handles))?;
         let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
         let running = Arc::new(Process { child, guarded, heart, black_box, socket });
-        Ok(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: false })
+        Ok(StartedProcessor { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: false })
     }
 
-    fn host(&self, host: &str, processor: &str) -> Result<Started, String> {
+    fn host(&self, host: &str, processor: &str) -> Result<StartedProcessor, String> {
         self.joined.start(&self.system, host, processor)
     }
 
@@ -180,7 +180,7 @@ fn same(heart: &Heartbeat) -> Result<Heartbeat, String> {
 
 struct Process {
     child: Child,
-    guarded: Guarded,
+    guarded: GuardedProcess,
     heart: Heartbeat,
     black_box: process_kit::SharedMemory,
     /// Path at which a new supervisor would find it.
@@ -205,7 +205,7 @@ impl Drop for Process {
 
 const RETIRED_TEXT: &str = "has ended itself: a block could not be ended, in a library function that may hold a lock or with every signal masked";
 
-impl Running for Process {
+impl ProcessorProcess for Process {
     fn cause(&self) -> String {
         let ended = self.child.wait(Duration::from_secs(1));
         let killed = matches!(ended, Some(Status::Killed { signal: SIGKILL, .. } | Status::Ended));

@@ -37,6 +37,6 @@ pub use passing::DESCRIPTORS_MAX;
 pub use process::{ended, has_ended, pid_of, process_descriptor, signal, this_process};
 pub use restarts::Restarts;
 pub use rights::{may_lock_all, stand_back};
-pub use shared_memory::Sealed as SharedMemory;
+pub use shared_memory::SealedMemory as SharedMemory;
 pub use silence::Silence;
 pub use status::Status;

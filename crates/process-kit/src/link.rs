@@ -4,7 +4,7 @@
 //! A frame is its length and its number of descriptors, four bytes each, then its bytes. Both are looked at before anything is
 //! done with them; a frame that says more than is allowed closes the link, as what follows it cannot be read.
 use crate::passing::{self, DESCRIPTORS_MAX};
-use interconnect::{Closed, Link};
+use interconnect::{Link, LinkClosed};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::os::unix::net::UnixStream;
@@ -64,11 +64,11 @@ impl UnixLink {
     /// half a frame cannot be taken back.
     ///
     /// # Errors
-    /// [`Closed`]: the other side is gone, or did not read for `limit`.
-    pub fn send_with(&self, frame: &[u8], descriptors: &[BorrowedFd<'_>], limit: Option<Duration>) -> Result<(), Closed> {
+    /// [`LinkClosed`]: the other side is gone, or did not read for `limit`.
+    pub fn send_with(&self, frame: &[u8], descriptors: &[BorrowedFd<'_>], limit: Option<Duration>) -> Result<(), LinkClosed> {
         if frame.len() > FRAME_LEN_MAX || descriptors.len() > DESCRIPTORS_MAX {
             self.close();
-            return Err(Closed);
+            return Err(LinkClosed);
         }
         let deadline = limit.map(|limit| Instant::now() + limit);
         let mut header = [0; HEADER];
@@ -82,7 +82,7 @@ impl UnixLink {
         sent
     }
 
-    fn send_all(&self, mut bytes: &[u8], mut descriptors: &[BorrowedFd<'_>], deadline: Option<Instant>) -> Result<(), Closed> {
+    fn send_all(&self, mut bytes: &[u8], mut descriptors: &[BorrowedFd<'_>], deadline: Option<Instant>) -> Result<(), LinkClosed> {
         while !bytes.is_empty() {
             match passing::send(self.socket.as_fd(), bytes, descriptors) {
                 Ok(sent) => {
@@ -92,10 +92,10 @@ impl UnixLink {
                 Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
                     if !self.ready(libc::POLLOUT, deadline) {
-                        return Err(Closed);
+                        return Err(LinkClosed);
                     }
                 }
-                Err(_) => return Err(Closed),
+                Err(_) => return Err(LinkClosed),
             }
         }
         Ok(())
@@ -104,8 +104,8 @@ impl UnixLink {
     /// The next frame, with its descriptors; none where `limit` passed without one.
     ///
     /// # Errors
-    /// [`Closed`]: as for [`Link::receive`], or what came is no frame.
-    pub fn receive_with(&self, limit: Duration) -> Result<Option<Frame>, Closed> {
+    /// [`LinkClosed`]: as for [`Link::receive`], or what came is no frame.
+    pub fn receive_with(&self, limit: Duration) -> Result<Option<Frame>, LinkClosed> {
         let deadline = Instant::now() + limit;
         let mut incoming = self.incoming.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
@@ -117,9 +117,9 @@ impl UnixLink {
                         return Ok(None);
                     }
                 }
-                Err(Closed) => {
+                Err(LinkClosed) => {
                     self.close();
-                    return Err(Closed);
+                    return Err(LinkClosed);
                 }
             }
         }
@@ -156,11 +156,11 @@ impl UnixLink {
 }
 
 impl Link for UnixLink {
-    fn send(&self, frame: &[u8]) -> Result<(), Closed> {
+    fn send(&self, frame: &[u8]) -> Result<(), LinkClosed> {
         self.send_with(frame, &[], None)
     }
 
-    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, Closed> {
+    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, LinkClosed> {
         self.receive_with(limit).map(|frame| frame.map(|(bytes, _)| bytes))
     }
 
@@ -191,7 +191,7 @@ enum Progress {
 
 impl Incoming {
     /// One receive.
-    fn take(&mut self, socket: BorrowedFd<'_>) -> Result<Progress, Closed> {
+    fn take(&mut self, socket: BorrowedFd<'_>) -> Result<Progress, LinkClosed> {
         let (len, promised) = if self.have < HEADER { (0, 0) } else { self.header()? };
         let end = if self.have < HEADER { HEADER } else { HEADER + len };
         if self.have == end && self.have >= HEADER {
@@ -199,33 +199,33 @@ impl Incoming {
         }
         self.bytes.resize(end.min(self.have + ROOM), 0);
         match passing::receive(socket, &mut self.bytes[self.have..], &mut self.descriptors) {
-            Ok(0) => Err(Closed),
+            Ok(0) => Err(LinkClosed),
             Ok(received) => {
                 self.have += received;
                 if self.descriptors.len() > DESCRIPTORS_MAX {
-                    return Err(Closed);
+                    return Err(LinkClosed);
                 }
                 Ok(Progress::Part)
             }
             Err(error) => match error.kind() {
                 io::ErrorKind::WouldBlock => Ok(Progress::Empty),
                 io::ErrorKind::Interrupted => Ok(Progress::Part),
-                _ => Err(Closed),
+                _ => Err(LinkClosed),
             },
         }
     }
 
     /// Decodes the header: numbers of bytes and descriptors.
-    fn header(&self) -> Result<(usize, usize), Closed> {
+    fn header(&self) -> Result<(usize, usize), LinkClosed> {
         let number = |at: usize| u32::from_le_bytes(self.bytes[at..at + 4].try_into().expect("four bytes")) as usize;
         let (len, descriptors) = (number(0), number(4));
-        if len > FRAME_LEN_MAX || descriptors > DESCRIPTORS_MAX { Err(Closed) } else { Ok((len, descriptors)) }
+        if len > FRAME_LEN_MAX || descriptors > DESCRIPTORS_MAX { Err(LinkClosed) } else { Ok((len, descriptors)) }
     }
 
-    fn whole(&mut self, promised: usize) -> Result<Progress, Closed> {
+    fn whole(&mut self, promised: usize) -> Result<Progress, LinkClosed> {
         let Incoming { mut bytes, descriptors, .. } = std::mem::take(self);
         if descriptors.len() != promised {
-            return Err(Closed);
+            return Err(LinkClosed);
         }
         bytes.drain(..HEADER);
         Ok(Progress::Whole((bytes, descriptors)))

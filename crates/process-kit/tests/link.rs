@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The link between two processes: whole frames, in order, with descriptors, and an end that both sides see.
-use interconnect::{Closed, Link};
+use interconnect::{Link, LinkClosed};
 use process_kit::{FRAME_LEN_MAX, Listener, SharedMemory, UnixLink, connect, fresh_folder, run_folder};
 use proptest::prelude::*;
 use std::io::Write;
@@ -37,8 +37,8 @@ fn a_frame_of_the_greatest_length_comes_whole_and_a_longer_one_closes() {
         scope.spawn(|| a.send(&frame).unwrap());
         assert!(b.receive(LIMIT).unwrap().expect("in time") == frame);
     });
-    assert_eq!(a.send(&vec![0; FRAME_LEN_MAX + 1]), Err(Closed));
-    assert_eq!(b.receive(LIMIT), Err(Closed));
+    assert_eq!(a.send(&vec![0; FRAME_LEN_MAX + 1]), Err(LinkClosed));
+    assert_eq!(b.receive(LIMIT), Err(LinkClosed));
 }
 
 #[test]
@@ -47,8 +47,8 @@ fn what_was_sent_before_the_end_is_received_before_it() {
     a.send(b"last words").unwrap();
     drop(a);
     assert_eq!(b.receive(LIMIT), Ok(Some(b"last words".to_vec())));
-    assert_eq!(b.receive(LIMIT), Err(Closed));
-    assert_eq!(b.send(b"hello?"), Err(Closed));
+    assert_eq!(b.receive(LIMIT), Err(LinkClosed));
+    assert_eq!(b.send(b"hello?"), Err(LinkClosed));
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn closing_ends_a_send_and_a_receive_that_wait() {
         let receiving = scope.spawn(|| a.receive(LIMIT));
         b.close();
         sending.join().unwrap();
-        assert_eq!(receiving.join().unwrap(), Err(Closed));
+        assert_eq!(receiving.join().unwrap(), Err(LinkClosed));
     });
 }
 
@@ -67,8 +67,8 @@ fn closing_ends_a_send_and_a_receive_that_wait() {
 fn who_does_not_read_is_dropped_where_a_limit_says_so() {
     let (a, _b) = pair();
     let sent = (0..10_000).map(|_| a.send_with(&[0; 4096], &[], Some(Duration::ZERO))).find(Result::is_err);
-    assert_eq!(sent, Some(Err(Closed)));
-    assert_eq!(a.send(b"more"), Err(Closed));
+    assert_eq!(sent, Some(Err(LinkClosed)));
+    assert_eq!(a.send(b"more"), Err(LinkClosed));
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn received(bytes: &[u8]) -> (Vec<Vec<u8>>, bool) {
             match link.receive(LIMIT) {
                 Ok(Some(frame)) => frames.push(frame),
                 Ok(None) => return (frames, false),
-                Err(Closed) => return (frames, true),
+                Err(LinkClosed) => return (frames, true),
             }
         }
     })

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The description of a recording, in one answer: its time, channels and end.
 use crate::archive::Index;
-use crate::{ABOUT, Archive, Damaged, ENDS, INSTALLED, numbers};
+use crate::{ABOUT, Archive, DamagedPart, ENDS, INSTALLED, numbers};
 use model::refusal::Refusals;
 use serde::Serialize;
 use serde_json::Value as Json;
@@ -13,7 +13,7 @@ const CHUNKS_MAX: usize = 32;
 /// A recording.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Recorded {
+pub struct RecordingSummary {
     /// Name of the system.
     pub system: String,
     /// Version of OpenGPAC that wrote it.
@@ -39,7 +39,7 @@ pub struct Recorded {
     /// Messages that are not in it, by channel, where there are any.
     pub lost: BTreeMap<String, u64>,
     /// Parts of the file that cannot be read, as far as they are known: the content of a chunk is checked when it is read first.
-    pub damage: Vec<Damaged>,
+    pub damage: Vec<DamagedPart>,
     /// Description of the system in the file: `configuration` is the answer of the call of that name as JSON.
     pub metadata: BTreeMap<String, String>,
 }
@@ -70,7 +70,7 @@ pub struct RecordedEnd {
 
 impl Archive {
     /// Returns its description. Reads no values.
-    pub fn about(&self) -> Result<Recorded, Refusals> {
+    pub fn about(&self) -> Result<RecordingSummary, Refusals> {
         let (installed, _) = self.records(INSTALLED, 0, CHUNKS_MAX)?;
         let (ends, _) = self.records(ENDS, 0, CHUNKS_MAX)?;
         let mut verbs: Vec<String> = installed.iter().flat_map(|one| verbs_of(&one.message)).collect();
@@ -83,7 +83,7 @@ impl Archive {
         let epoch_ns: i128 = text("epoch_unix_ns").parse().unwrap_or(0);
         let begins_ns = text("begins_ns").parse().unwrap_or(0);
         #[allow(clippy::cast_precision_loss, reason = "a time of day in seconds")]
-        Ok(Recorded {
+        Ok(RecordingSummary {
             system: text("system"),
             version: text("version"),
             clock: text("clock"),

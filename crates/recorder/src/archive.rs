@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A recording on disk, read in place: what was at a time, and what was over a span, without the rest of the file.
-use crate::reader::{Damaged, OURS, cannot_read};
+use crate::reader::{DamagedPart, OURS, cannot_read};
 use crate::{ABOUT, LOST, json};
 use indexmap::IndexMap;
-use mcap::{Chunk, Indexed, Message, Unreadable};
+use mcap::{Chunk, IndexedFile, Message, Unreadable};
 use model::refusal::Refusals;
 use model::types::Type;
 use model::value::Value;
@@ -58,7 +58,7 @@ impl Track {
 
 /// Description of a file without its messages.
 pub(crate) struct Index {
-    pub file: Indexed,
+    pub file: IndexedFile,
     pub tracks: IndexMap<String, Track>,
     /// Bounds of each chunk: no value in it or behind it is earlier than this, none in it or before it later than that.
     pub floors: Vec<u64>,
@@ -99,7 +99,7 @@ impl Archive {
     /// Opens a file. Refused where it cannot be read or is none of ours.
     pub fn open(path: &Path) -> Result<Archive, Refusals> {
         let file = File::open(path).map_err(|why| cannot_read(path, &why, "does the file exist?"))?;
-        let file = Indexed::open(file).map_err(|why| cannot_read(path, &why, OURS))?;
+        let file = IndexedFile::open(file).map_err(|why| cannot_read(path, &why, OURS))?;
         if !file.metadata.contains_key(ABOUT) && (file.damage().is_empty() || file.channels.is_empty()) {
             return Err(cannot_read(path, &"it was not made by OpenGPAC", OURS));
         }
@@ -217,11 +217,11 @@ impl Archive {
     }
 
     /// Parts of the file that cannot be read, in their order, as far as they are known: the content of a chunk is checked when it is read.
-    pub fn damage(&self) -> Vec<Damaged> {
+    pub fn damage(&self) -> Vec<DamagedPart> {
         let index = self.index();
         let mut found = index.file.damage();
         found.extend(self.damaged().iter().map(|(at, what)| index.file.damage_of(*at, what)));
-        Damaged::all(found, &index.file.channels)
+        DamagedPart::all(found, &index.file.channels)
     }
 
     fn damaged(&self) -> MutexGuard<'_, BTreeMap<usize, &'static str>> {

@@ -32,11 +32,11 @@ mod span;
 mod state;
 mod values;
 
-pub use about::{Recorded, RecordedChannel, RecordedEnd};
+pub use about::{RecordedChannel, RecordedEnd, RecordingSummary};
 pub use archive::{Archive, RecordedMessage};
 pub use digest::{Samples, Sums};
 pub use folder::{Folder, Sink, Space, next_beside};
-pub use reader::{Damaged, Recording, Series};
+pub use reader::{DamagedPart, Recording, Series};
 pub use recorder::{Options, Recorder, Summary};
 pub use replay::Replaying;
 pub use rerun::Again;

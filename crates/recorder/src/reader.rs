@@ -3,7 +3,7 @@
 use crate::page::JSON;
 use crate::{ABOUT, ENDS, LOG, LOSSES, LOST, json};
 use indexmap::IndexMap;
-use mcap::{Channel, Chunk, Damage, Indexed, Unreadable};
+use mcap::{Channel, Chunk, Damage, IndexedFile, Unreadable};
 use model::refusal::{Class, Refusal, Refusals};
 use model::types::Type;
 use serde::Serialize;
@@ -29,7 +29,7 @@ pub struct Series {
 /// A part of a recording that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Damaged {
+pub struct DamagedPart {
     /// Its place in the file: the first byte, and the first one behind it.
     pub begins: u64,
     pub ends: u64,
@@ -41,14 +41,14 @@ pub struct Damaged {
     pub lost: Option<BTreeMap<String, u64>>,
 }
 
-impl Damaged {
+impl DamagedPart {
     /// Lists damage in the order of the file, with the names of its channels.
-    pub(crate) fn all(mut found: Vec<Damage>, channels: &BTreeMap<u16, Channel>) -> Vec<Damaged> {
+    pub(crate) fn all(mut found: Vec<Damage>, channels: &BTreeMap<u16, Channel>) -> Vec<DamagedPart> {
         found.sort_by_key(|damage| damage.bytes.start);
-        found.into_iter().map(|damage| Damaged::of(damage, channels)).collect()
+        found.into_iter().map(|damage| DamagedPart::of(damage, channels)).collect()
     }
 
-    fn of(damage: Damage, channels: &BTreeMap<u16, Channel>) -> Damaged {
+    fn of(damage: Damage, channels: &BTreeMap<u16, Channel>) -> DamagedPart {
         let Damage { bytes, what, span, counts } = damage;
         let name = |id: u16| channels.get(&id).map_or_else(|| format!("channel {id}"), |channel| channel.topic.clone());
         let lost = counts.map(|counts| {
@@ -59,7 +59,7 @@ impl Damaged {
             lost
         });
         let (from_ns, to_ns) = span.map(|(from, to)| (from.cast_signed(), to.cast_signed())).unzip();
-        Damaged { begins: bytes.start, ends: bytes.end, what: what.to_owned(), from_ns, to_ns, lost }
+        DamagedPart { begins: bytes.start, ends: bytes.end, what: what.to_owned(), from_ns, to_ns, lost }
     }
 }
 
@@ -75,7 +75,7 @@ pub struct Recording {
     /// False where the file has no end: its recorder was killed, or the disk was full. Everything up to the last whole chunk is here.
     pub complete: bool,
     /// Parts of the file that cannot be read, in their order. Everything else is here.
-    pub damage: Vec<Damaged>,
+    pub damage: Vec<DamagedPart>,
 }
 
 impl Recording {
@@ -91,7 +91,7 @@ impl Recording {
         };
         let file = File::open(path).map_err(|why| refused(why.into()))?;
         let mut recording = Recording::default();
-        recording.take(Indexed::open(file).map_err(refused)?).map_err(refused)?;
+        recording.take(IndexedFile::open(file).map_err(refused)?).map_err(refused)?;
         // A damaged file may have lost the record that says so.
         if !recording.metadata.contains_key(ABOUT) && (recording.damage.is_empty() || recording.series.is_empty()) {
             return Err(cannot_read(path, &"it was not made by OpenGPAC", OURS));
@@ -100,7 +100,7 @@ impl Recording {
     }
 
     /// Takes everything in a file that can be read.
-    fn take(&mut self, mut file: Indexed) -> Result<(), Unreadable> {
+    fn take(&mut self, mut file: IndexedFile) -> Result<(), Unreadable> {
         let mut damage = file.damage();
         for channel in file.channels.values() {
             self.define(channel);
@@ -121,7 +121,7 @@ impl Recording {
                 Err(why) => return Err(why),
             }
         }
-        self.damage = Damaged::all(damage, &file.channels);
+        self.damage = DamagedPart::all(damage, &file.channels);
         self.metadata = std::mem::take(&mut file.metadata);
         self.complete = file.is_whole();
         Ok(())

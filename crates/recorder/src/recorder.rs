@@ -5,7 +5,7 @@ use crate::folder::{Disk, Folder};
 use crate::left::{IDENTITY, left};
 use crate::page::Page;
 use crate::room::{ROOM, Room};
-use crate::sources::{Inputs, Numbered, Source, Timing};
+use crate::sources::{Inputs, NumberedRecords, Source, Timing};
 use crate::state;
 use crate::values::Values;
 use indexmap::IndexMap;
@@ -249,8 +249,8 @@ fn tell_more(system: &System, said: &mut BTreeMap<String, String>) -> bool {
 struct Drain {
     system: System,
     values: Values,
-    log: Numbered<Entry>,
-    ends: Numbered<End>,
+    log: NumberedRecords<Entry>,
+    ends: NumberedRecords<End>,
     timing: Timing,
     state: state::State,
     inputs: Option<Inputs>,
@@ -261,7 +261,7 @@ impl Drain {
     fn new(system: &System, options: &Options) -> Result<Drain, Refusals> {
         let values = Values::new(system.tap_all(&options.svvs, options.cells)?);
         values.tap.hold_time();
-        let (log, ends, timing) = (Numbered::log(system.observer()), Numbered::ends(system.observer()), Timing::new(system.observer()));
+        let (log, ends, timing) = (NumberedRecords::log(system.observer()), NumberedRecords::ends(system.observer()), Timing::new(system.observer()));
         values.tap.heard(log.next(), ends.next());
         let inputs = options.replay.then(|| Inputs::begin(system)).transpose()?;
         Ok(Drain { state: state::State::new(system.observer()), system: system.observer(), values, log, ends, timing, inputs })

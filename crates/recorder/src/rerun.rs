@@ -2,7 +2,7 @@
 //! A recording that is run again beside the system that runs, in a process of its own; and what its values say of a difference.
 use crate::opened;
 use model::refusal::{Class, Refusal, Refusals};
-use replay::{Apart, Found, Replaying, Shown, Told, elements};
+use replay::{Apart, DifferenceText, ReplayResult, Replaying, ShownSvv, elements};
 use std::any::Any;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -13,7 +13,7 @@ pub struct Again {
     path: PathBuf,
     apart: Apart,
     /// Difference that was found, with the recording's own values.
-    found: Mutex<Option<Found>>,
+    found: Mutex<Option<ReplayResult>>,
 }
 
 impl Again {
@@ -49,7 +49,7 @@ impl Again {
     }
 
     /// Adds the value that differs, if only a digest is known: the recording has values of SVVs too.
-    fn told(&self, found: Found) -> Found {
+    fn told(&self, found: ReplayResult) -> ReplayResult {
         let mut known = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         known
             .get_or_insert_with(|| {
@@ -62,10 +62,10 @@ impl Again {
             .clone()
     }
 
-    fn name(&self, difference: &mut Told) {
+    fn name(&self, difference: &mut DifferenceText) {
         // A file that went away in the meantime says nothing more of the difference.
         let Ok(archive) = opened(&self.path) else { return };
-        let recorded = |shown: &Shown| {
+        let recorded = |shown: &ShownSvv| {
             let (bytes, _, time_ns) = archive.value_at(&shown.name, difference.time_ns).ok()??;
             (time_ns == difference.time_ns).then(|| elements(&shown.type_text, &bytes))
         };

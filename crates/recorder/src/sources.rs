@@ -21,7 +21,7 @@ fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, mes
 }
 
 /// Records that the supervisor numbers and keeps for a while: entries of the log, end reports.
-pub(crate) struct Numbered<T> {
+pub(crate) struct NumberedRecords<T> {
     system: System,
     next: u64,
     channel: Option<ChannelId>,
@@ -32,26 +32,26 @@ pub(crate) struct Numbered<T> {
     place: fn(&T) -> (u64, f64),
 }
 
-impl Numbered<Entry> {
+impl NumberedRecords<Entry> {
     /// Returns the log: conditions, faults, transitions, starts, commands; from the present on.
-    pub fn log(system: System) -> Numbered<Entry> {
+    pub fn log(system: System) -> NumberedRecords<Entry> {
         let text = || json!({"type": "string"});
         let properties = json!({"sequence": {"type": "integer"}, "time_s": {"type": "number"}, "kind": text(), "about": text(), "text": text()});
         let schema = ("opengpac.log", json!({"type": "object", "properties": properties}));
-        Numbered { system, next: 0, channel: None, topic: LOG, schema, since: System::log_since, place: |entry| (entry.sequence, entry.time_s) }.begun()
+        NumberedRecords { system, next: 0, channel: None, topic: LOG, schema, since: System::log_since, place: |entry| (entry.sequence, entry.time_s) }.begun()
     }
 }
 
-impl Numbered<End> {
+impl NumberedRecords<End> {
     /// Returns end reports, from the present on.
-    pub fn ends(system: System) -> Numbered<End> {
+    pub fn ends(system: System) -> NumberedRecords<End> {
         let schema = ("opengpac.end", json!({"type": "object"}));
-        Numbered { system, next: 0, channel: None, topic: ENDS, schema, since: System::ends_since, place: |end| (end.number, end.report.time_s) }.begun()
+        NumberedRecords { system, next: 0, channel: None, topic: ENDS, schema, since: System::ends_since, place: |end| (end.number, end.report.time_s) }.begun()
     }
 }
 
-impl<T> Numbered<T> {
-    fn begun(mut self) -> Numbered<T> {
+impl<T> NumberedRecords<T> {
+    fn begun(mut self) -> NumberedRecords<T> {
         self.next = (self.since)(&self.system, 0).last().map_or(0, |last| (self.place)(last).0 + 1);
         self
     }
@@ -62,7 +62,7 @@ impl<T> Numbered<T> {
     }
 }
 
-impl<T: Serialize> Source for Numbered<T> {
+impl<T: Serialize> Source for NumberedRecords<T> {
     fn drain(&mut self, page: &mut Page) {
         let (name, schema) = &self.schema;
         let channel = *self.channel.get_or_insert_with(|| page.channel(self.topic, (name, schema), BTreeMap::new()));

@@ -80,7 +80,7 @@ impl Archive {
         let found = index.tracks.get(name).and_then(|track| Some((name, track, track.values.as_ref()?)));
         found.ok_or_else(|| {
             let named = index.tracks.iter().filter(|(_, track)| track.values.is_some()).map(|(name, _)| name.as_str());
-            let remedy = suggest::did_you_mean(name, named);
+            let remedy = hints::did_you_mean(name, named);
             vec![Refusal::new(Class::UnknownName, format!("there is no SVV '{name}' in '{}'", self.path.display())).remedy(remedy)]
         })
     }

@@ -6,7 +6,7 @@ use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
 use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
-use supervisor::{Alarm, AlarmList, Installed, InstanceState, System};
+use supervisor::{Alarm, AlarmList, InstalledInstances, InstanceState, System};
 
 const SECOND_NS: i64 = 1_000_000_000;
 /// Interval at which the state is told where much happens; each event stands in the log.
@@ -114,7 +114,7 @@ fn changed_ns(alarms: &AlarmList) -> Option<i64> {
     alarms.current.iter().chain(&alarms.history).flat_map(times).flatten().max()
 }
 
-fn without_states(installed: &Installed) -> Installed {
+fn without_states(installed: &InstalledInstances) -> InstalledInstances {
     let mut without = installed.clone();
     for instance in &mut without.instances {
         (instance.state, instance.stage, instance.starts) = (InstanceState::Created, 0, 0);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A record that is run again in a process of its own, beside a system that runs: its code, its memory and its processor time are none of
 //! the process that controls. It is ended by ending the process.
-use crate::found::Found;
-use crate::run::{Asked, Run};
+use crate::found::ReplayResult;
+use crate::run::{ReplayOptions, Run};
 use crate::trust::{Trust, modules_in};
 use process_kit::{Child, Launch, inherited};
 use serde::{Deserialize, Serialize};
@@ -39,7 +39,7 @@ struct Request {
 #[serde(rename_all = "snake_case")]
 enum ProcessMessage {
     Progress { time_ns: Option<i64>, firings: u64 },
-    Found(Box<Found>),
+    Found(Box<ReplayResult>),
     Refused(String),
 }
 
@@ -54,7 +54,7 @@ pub struct Replaying {
     /// Release of the last of them, ns on the recording's clock; null: there was none yet.
     pub time_ns: Option<i64>,
     /// Findings, once it is over.
-    pub found: Option<Found>,
+    pub found: Option<ReplayResult>,
     /// Reason why it could not be run, or not to its end.
     pub failure: Option<String>,
 }
@@ -170,13 +170,13 @@ pub fn serve() -> Result<(), String> {
 }
 
 /// Returns none if nobody listens.
-fn run(request: Request, link: &mut UnixStream) -> Result<Option<Found>, String> {
+fn run(request: Request, link: &mut UnixStream) -> Result<Option<ReplayResult>, String> {
     let Request { path, trust, mut others, python } = request;
     if !others.is_empty() {
         let brought = modules_in(&path)?;
         others.retain(|(name, _)| brought.iter().any(|one| one.name == *name));
     }
-    let asked = Asked { trust: Trust::Of(trust), python, ..Asked::default() };
+    let asked = ReplayOptions { trust: Trust::Of(trust), python, ..ReplayOptions::default() };
     let mut run = Run::with_code(&path, asked, others)?;
     loop {
         if let Some(found) = run.some(SLICE)? {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayStopped"))]
 #[serde(rename_all = "snake_case")]
-pub enum Stopped {
+pub enum StopReason {
     /// The record has ended.
     End,
     /// The condition that was asked for holds.
@@ -27,8 +27,8 @@ pub enum Stopped {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayFound"))]
-pub struct Found {
-    pub stopped: Stopped,
+pub struct ReplayResult {
+    pub stopped: StopReason,
     /// Firings that were run again.
     pub firings: u64,
     /// One number for all that happened so far: records of the same run have the same.
@@ -42,18 +42,18 @@ pub struct Found {
     /// Its release, ns.
     pub time_ns: i64,
     /// The first difference.
-    pub difference: Option<Told>,
+    pub difference: Option<DifferenceText>,
     /// Cause that keeps the record from being run on, and other notes.
     pub message: String,
     /// The SVVs that were asked for.
-    pub svvs: Vec<Shown>,
+    pub svvs: Vec<ShownSvv>,
 }
 
 /// A difference, for people.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayDifference"))]
-pub struct Told {
+pub struct DifferenceText {
     /// Source.
     pub source: String,
     /// Number of the firing.
@@ -77,14 +77,14 @@ pub struct Told {
     /// Difference in the way that the source went, where there is one.
     pub how: String,
     /// SVVs that blocks of the source store, with their values now, where the block is not known.
-    pub stored: Vec<Shown>,
+    pub stored: Vec<ShownSvv>,
 }
 
 /// An SVV at the end of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayShown"))]
-pub struct Shown {
+pub struct ShownSvv {
     /// Its name.
     pub name: String,
     /// Its C type.
@@ -95,16 +95,16 @@ pub struct Shown {
     pub value: Vec<String>,
 }
 
-impl Shown {
-    pub(crate) fn of(svv: Svv) -> Shown {
-        Shown { value: elements(&svv.type_text, &svv.bytes), name: svv.name, type_text: svv.type_text, unit: svv.unit }
+impl ShownSvv {
+    pub(crate) fn of(svv: Svv) -> ShownSvv {
+        ShownSvv { value: elements(&svv.type_text, &svv.bytes), name: svv.name, type_text: svv.type_text, unit: svv.unit }
     }
 }
 
-impl Told {
-    pub(crate) fn of(difference: &Difference) -> Told {
+impl DifferenceText {
+    pub(crate) fn of(difference: &Difference) -> DifferenceText {
         let (block, port) = difference.port.clone().unwrap_or_default();
-        Told {
+        DifferenceText {
             source: difference.source.clone(),
             number: difference.number,
             time_ns: difference.time_ns,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Runs the items of a record again, one after the other.
-use crate::recorded_script::{Codes, Recorded};
+use crate::recorded_script::{Codes, RecordedScript};
 use crate::recording::Item;
 use device::{Channel, Direction};
 use kernel::{Cell, Event, Occasion, Script, SourceId, SourceKind};
@@ -8,7 +8,7 @@ use runtime::Host;
 use runtime::Stretch;
 use runtime::encoding::{CellAt, Reader};
 use runtime::trace::Entry;
-use runtime::{Change, Played};
+use runtime::{Change, PlayedSegment};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ pub struct Svv {
     pub bytes: Vec<u8>,
 }
 
-struct Place {
+struct SvvCell {
     source: SourceId,
     type_text: String,
     unit: String,
@@ -65,13 +65,13 @@ struct Place {
 /// Runs a record again.
 pub struct Player {
     host: Arc<Host>,
-    ground: Recorded,
+    ground: RecordedScript,
     reader: Reader,
     scripts: HashMap<u64, Box<Script>>,
     /// Names of sources.
     sources: Vec<String>,
     /// Location of each SVV.
-    svvs: HashMap<String, Vec<Place>>,
+    svvs: HashMap<String, Vec<SvvCell>>,
     firings: u64,
     fingerprint: u64,
 }
@@ -80,7 +80,7 @@ impl Player {
     /// Makes a player. `codes`: the code of the blocks.
     pub fn new(codes: Box<dyn Codes>) -> Player {
         let host = Arc::new(Host::playing());
-        let ground = Recorded { codes, devices: HashMap::new(), host: host.clone() };
+        let ground = RecordedScript { codes, devices: HashMap::new(), host: host.clone() };
         let (scripts, sources, svvs) = (HashMap::new(), Vec::new(), HashMap::new());
         Player { host, ground, reader: Reader::default(), scripts, sources, svvs, firings: 0, fingerprint: 0 }
     }
@@ -125,7 +125,7 @@ impl Player {
                 let (type_text, unit) = (type_text.clone(), unit.clone());
                 let places = self.svvs.entry(name.clone()).or_default();
                 places.retain(|place| place.source != *source);
-                places.push(Place { source: *source, type_text, unit, at: *cell, cell: None });
+                places.push(SvvCell { source: *source, type_text, unit, at: *cell, cell: None });
             }
             Entry::Broken(why) => return Err(Unplayable(format!("the record cannot be replayed from here on: {why}"))),
             Entry::Stretch(source, stretch) => return self.stretch(*source, stretch).map(Some),
@@ -143,7 +143,7 @@ impl Player {
             return Err(Unplayable(format!("the record cannot be replayed from here on: {why}")));
         }
         let script = if let Occasion::Script(number) = stretch.occasion { self.scripts.remove(&number) } else { None };
-        let Played { digest, stopped, differs } = self.host.play(source, stretch, script);
+        let PlayedSegment { digest, stopped, differs } = self.host.play(source, stretch, script);
         // What kernels tell is for a supervisor; the record has what it made of it.
         while let Some(event) = self.host.poll() {
             drop::<Event>(event);

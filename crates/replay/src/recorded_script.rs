@@ -34,13 +34,13 @@ impl Codes for rtp::Code {
     }
 }
 
-pub(crate) struct Recorded {
+pub(crate) struct RecordedScript {
     pub codes: Box<dyn Codes>,
     pub devices: HashMap<String, Vec<Channel>>,
     pub host: Arc<Host>,
 }
 
-impl Ground for Recorded {
+impl Ground for RecordedScript {
     fn code(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)> {
         self.codes.find(name)
     }
@@ -59,15 +59,15 @@ impl Ground for Recorded {
 }
 
 /// The code of the record, but for modules that others stand in for.
-pub struct Exchanged {
+pub struct ExchangedCode {
     code: rtp::Code,
     others: HashMap<String, Vec<u8>>,
 }
 
-impl Exchanged {
+impl ExchangedCode {
     /// Makes the code of the record.
-    pub fn new(code: rtp::Code) -> Exchanged {
-        Exchanged { code, others: HashMap::new() }
+    pub fn new(code: rtp::Code) -> ExchangedCode {
+        ExchangedCode { code, others: HashMap::new() }
     }
 
     /// Puts the shared object `bytes` in the place of the record's module `name`.
@@ -76,7 +76,7 @@ impl Exchanged {
     }
 }
 
-impl Codes for Exchanged {
+impl Codes for ExchangedCode {
     fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
         match self.others.get(name) {
             Some(other) => self.code.replace(key, name, other),

@@ -3,7 +3,7 @@
 use crate::comparison::{Comparison, Difference};
 use crate::condition::Condition;
 use crate::file::Reader;
-use crate::found::{Found, Shown, Stopped, Told};
+use crate::found::{DifferenceText, ReplayResult, ShownSvv, StopReason};
 use crate::player::{Moment, Player};
 use crate::recording::Item;
 use crate::trust::Trust;
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// Options of a replay.
 #[derive(Clone, Debug, Default, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Asked {
+pub struct ReplayOptions {
     /// To stop where this holds.
     pub until: Option<String>,
     /// To stop behind this time, ns on the clock of the record.
@@ -40,7 +40,7 @@ pub struct Run {
     reader: Reader,
     runner: Runner,
     until: Option<Condition>,
-    asked: Asked,
+    asked: ReplayOptions,
     last: Option<(String, u64, i64)>,
     /// Code modules of the record so far.
     modules: Vec<String>,
@@ -51,7 +51,7 @@ impl Run {
     ///
     /// # Errors
     /// In words: the file, the condition or a module cannot be read, or the file brings code that is not trusted. Nothing of it has run.
-    pub fn open(path: &Path, asked: Asked) -> Result<Run, String> {
+    pub fn open(path: &Path, asked: ReplayOptions) -> Result<Run, String> {
         let read = |(name, file): &(String, PathBuf)| {
             let bytes = std::fs::read(file).map_err(|why| format!("cannot read module '{}': {why}", file.display()))?;
             Ok((name.clone(), bytes))
@@ -61,14 +61,14 @@ impl Run {
     }
 
     /// Runs with code modules that are in memory: (name, shared object) in the place of recorded ones.
-    pub(crate) fn with_code(path: &Path, asked: Asked, others: Vec<(String, Vec<u8>)>) -> Result<Run, String> {
+    pub(crate) fn with_code(path: &Path, asked: ReplayOptions, others: Vec<(String, Vec<u8>)>) -> Result<Run, String> {
         asked.trust.check_file(path)?;
         let until = asked.until.as_deref().map(Condition::read).transpose()?;
         let probe = modules::Probe { command: probe(&asked.python), ..modules::Probe::default() };
         let runner = if others.is_empty() {
             Runner::One(Box::new(Player::new(Box::new(rtp::Code::new(probe)))))
         } else {
-            let mut other = crate::recorded_script::Exchanged::new(rtp::Code::new(probe.clone()));
+            let mut other = crate::recorded_script::ExchangedCode::new(rtp::Code::new(probe.clone()));
             for (name, bytes) in others {
                 other.exchange(&name, bytes);
             }
@@ -81,7 +81,7 @@ impl Run {
     ///
     /// # Errors
     /// In words: the file is damaged, or the condition asks for what there is not.
-    pub fn some(&mut self, slice: Duration) -> Result<Option<Found>, String> {
+    pub fn some(&mut self, slice: Duration) -> Result<Option<ReplayResult>, String> {
         let begun = Instant::now();
         let mut steps = 0u32;
         loop {
@@ -91,7 +91,7 @@ impl Run {
             }
             let Some(item) = self.reader.next_item()? else { return self.over().map(Some) };
             if item.time_ns().is_some_and(|time_ns| self.asked.to_ns.is_some_and(|to_ns| time_ns > to_ns)) {
-                return Ok(Some(self.found(Stopped::Time, None, String::new())));
+                return Ok(Some(self.found(StopReason::Time, None, String::new())));
             }
             if let Item::Module { name, bytes, .. } = &item {
                 self.asked.trust.check(&self.path, name, bytes)?;
@@ -100,12 +100,12 @@ impl Run {
             let (moment, difference) = match &mut self.runner {
                 Runner::One(player) => match player.play(&item) {
                     Ok(moment) => (moment, None),
-                    Err(why) => return Ok(Some(self.found(Stopped::Unplayable, None, why.0))),
+                    Err(why) => return Ok(Some(self.found(StopReason::Unplayable, None, why.0))),
                 },
                 Runner::Two(comparison) => match comparison.play(&item) {
                     Ok(Some((moment, difference))) => (Some(moment), difference),
                     Ok(None) => (None, None),
-                    Err(why) => return Ok(Some(self.found(Stopped::Unplayable, None, why.0))),
+                    Err(why) => return Ok(Some(self.found(StopReason::Unplayable, None, why.0))),
                 },
             };
             let Some(moment) = moment else { continue };
@@ -120,19 +120,19 @@ impl Run {
         (self.last.as_ref().map(|(_, _, time_ns)| *time_ns), self.player().firings())
     }
 
-    fn at(&mut self, moment: &Moment, difference: Option<Difference>) -> Result<Option<Found>, String> {
+    fn at(&mut self, moment: &Moment, difference: Option<Difference>) -> Result<Option<ReplayResult>, String> {
         let player = self.player();
         self.last = Some((player.name(moment.source).to_owned(), moment.number, moment.time_ns));
         if !moment.same {
-            let told = difference.map_or_else(|| self.unnamed(moment), |difference| Told::of(&difference));
-            return Ok(Some(self.found(Stopped::Difference, Some(told), String::new())));
+            let told = difference.map_or_else(|| self.unnamed(moment), |difference| DifferenceText::of(&difference));
+            return Ok(Some(self.found(StopReason::Difference, Some(told), String::new())));
         }
         let Some(until) = self.until.clone() else { return Ok(None) };
         let holds = until.holds(self.player())?;
-        Ok(holds.then(|| self.found(Stopped::Condition, None, String::new())))
+        Ok(holds.then(|| self.found(StopReason::Condition, None, String::new())))
     }
 
-    fn over(&mut self) -> Result<Found, String> {
+    fn over(&mut self) -> Result<ReplayResult, String> {
         if !self.reader.has_items() && self.reader.is_cut_off() {
             return Err("the file ends before there is anything to replay: its recorder was stopped too soon".to_owned());
         }
@@ -151,7 +151,7 @@ impl Run {
             return Err(format!("the record has no code module '{name}' that another could stand in for; it has {known}"));
         }
         let message = if self.reader.is_cut_off() { "the file ends in the middle: its recorder was stopped" } else { "" };
-        Ok(self.found(Stopped::End, None, message.to_owned()))
+        Ok(self.found(StopReason::End, None, message.to_owned()))
     }
 
     fn player(&mut self) -> &mut Player {
@@ -162,12 +162,12 @@ impl Run {
     }
 
     /// Tells a difference of the recorded code itself: there is nothing to compare with but a digest.
-    fn unnamed(&mut self, moment: &Moment) -> Told {
+    fn unnamed(&mut self, moment: &Moment) -> DifferenceText {
         let how = moment.differs.clone().unwrap_or_else(|| {
             "the code of the record gives other values here than when it was recorded: another version of the library, or a block that is not a function of its inputs".to_owned()
         });
         let player = self.player();
-        Told {
+        DifferenceText {
             source: player.name(moment.source).to_owned(),
             number: moment.number,
             time_ns: moment.time_ns,
@@ -179,20 +179,20 @@ impl Run {
             recorded: Vec::new(),
             replayed: Vec::new(),
             how,
-            stored: player.stored_svvs(moment.source).into_iter().map(Shown::of).collect(),
+            stored: player.stored_svvs(moment.source).into_iter().map(ShownSvv::of).collect(),
         }
     }
 
-    fn found(&mut self, stopped: Stopped, difference: Option<Told>, message: String) -> Found {
+    fn found(&mut self, stopped: StopReason, difference: Option<DifferenceText>, message: String) -> ReplayResult {
         let show = std::mem::take(&mut self.asked.show);
         let player = self.player();
         let mut names: Vec<String> = player.svvs().filter(|name| show.iter().any(|pattern| is_like(name, pattern))).map(str::to_owned).collect();
         names.sort_unstable();
-        let svvs = names.iter().filter_map(|name| player.svv(name)).map(Shown::of).collect();
+        let svvs = names.iter().filter_map(|name| player.svv(name)).map(ShownSvv::of).collect();
         let (source, number, time_ns) = self.last.clone().unwrap_or_default();
-        let same = difference.is_none() && stopped != Stopped::Unplayable;
+        let same = difference.is_none() && stopped != StopReason::Unplayable;
         let fingerprint = format!("{:016x}", self.player().fingerprint());
-        Found { stopped, firings: self.player().firings(), fingerprint, same, source, number, time_ns, difference, message, svvs }
+        ReplayResult { stopped, firings: self.player().firings(), fingerprint, same, source, number, time_ns, difference, message, svvs }
     }
 }
 

@@ -24,7 +24,7 @@ impl Default for Trust {
 
 /// A code module in a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Brought {
+pub struct CodeFile {
     /// Its name.
     pub name: String,
     /// Bytes of the shared object.
@@ -33,9 +33,9 @@ pub struct Brought {
     pub sha256: String,
 }
 
-impl Brought {
-    fn of(name: &str, bytes: &[u8]) -> Brought {
-        Brought { name: name.to_owned(), len: bytes.len(), sha256: rtp::sha256(bytes) }
+impl CodeFile {
+    fn of(name: &str, bytes: &[u8]) -> CodeFile {
+        CodeFile { name: name.to_owned(), len: bytes.len(), sha256: rtp::sha256(bytes) }
     }
 }
 
@@ -43,13 +43,13 @@ impl Brought {
 ///
 /// # Errors
 /// In words: the file is not there, or is none.
-pub fn modules_in(path: &Path) -> Result<Vec<Brought>, String> {
+pub fn modules_in(path: &Path) -> Result<Vec<CodeFile>, String> {
     let mut reader = Reader::open(path)?;
-    let mut found: Vec<Brought> = Vec::new();
+    let mut found: Vec<CodeFile> = Vec::new();
     // What comes behind a damage is not replayed either.
     while let Ok(Some(item)) = reader.next_item() {
         if let Item::Module { name, bytes, .. } = item {
-            let one = Brought::of(&name, &bytes);
+            let one = CodeFile::of(&name, &bytes);
             if !found.contains(&one) {
                 found.push(one);
             }
@@ -64,7 +64,7 @@ impl Trust {
         if *self == Trust::Said(true) {
             return Ok(());
         }
-        let strange: Vec<Brought> = modules_in(path)?.into_iter().filter(|one| !self.covers(one)).collect();
+        let strange: Vec<CodeFile> = modules_in(path)?.into_iter().filter(|one| !self.covers(one)).collect();
         if strange.is_empty() { Ok(()) } else { Err(refusal(&path.display().to_string(), &strange)) }
     }
 
@@ -73,11 +73,11 @@ impl Trust {
         if *self == Trust::Said(true) {
             return Ok(());
         }
-        let one = Brought::of(name, bytes);
+        let one = CodeFile::of(name, bytes);
         if self.covers(&one) { Ok(()) } else { Err(refusal(&path.display().to_string(), &[one])) }
     }
 
-    fn covers(&self, one: &Brought) -> bool {
+    fn covers(&self, one: &CodeFile) -> bool {
         match self {
             Trust::Said(all) => *all,
             Trust::Of(digests) => digests.contains(&one.sha256),
@@ -85,7 +85,7 @@ impl Trust {
     }
 }
 
-fn refusal(path: &str, strange: &[Brought]) -> String {
+fn refusal(path: &str, strange: &[CodeFile]) -> String {
     let told: Vec<String> = strange.iter().map(|one| format!("'{}' ({} bytes, SHA-256 {})", one.name, one.len, one.sha256)).collect();
     format!(
         "'{path}' brings native code, which a replay runs with all your rights: {}; who built it the file does not say: where you trust its origin, replay it with trust=True (opengpac replay --trust)",
@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn a_module_is_trusted_by_its_bytes_and_not_by_its_name() {
-        let [one, other] = [Brought::of("press", b"one"), Brought::of("press", b"other")];
+        let [one, other] = [CodeFile::of("press", b"one"), CodeFile::of("press", b"other")];
         assert!(!Trust::default().covers(&one) && Trust::Said(true).covers(&one));
         let trust = Trust::Of(vec![one.sha256.clone()]);
         assert!(trust.covers(&one) && !trust.covers(&other));

@@ -8,7 +8,7 @@ use replay::Item;
 use runtime::ClockKind;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
-use supervisor::{DeviceRequest, Waited};
+use supervisor::{DeviceRequest, WaitResult};
 use support::*;
 
 /// A servo on a loopback device that is pushed for 20 ms.
@@ -31,7 +31,7 @@ fn pushed(options: Json) -> (Vec<Item>, f64) {
     rig.system.device("j1", request).unwrap_or_else(|r| panic!("{}", text(&r)));
     rig.system.enable("j1").unwrap_or_else(|r| panic!("{}", text(&r)));
     let until_ns = Some(rig.system.now_ns() + 1_000 * MS);
-    assert!(matches!(rig.system.wait_enabled("j1", until_ns, Duration::from_secs(60)).unwrap(), Waited::Done(true)));
+    assert!(matches!(rig.system.wait_enabled("j1", until_ns, Duration::from_secs(60)).unwrap(), WaitResult::Done(true)));
     rig.advance(20);
     let sensed = rig.read("j1.sensed");
     rig.system.close();

@@ -6,7 +6,7 @@ mod support;
 use common::*;
 use runtime::ClockKind;
 use std::time::Duration;
-use supervisor::Waited;
+use supervisor::WaitResult;
 use support::*;
 
 #[test]
@@ -21,7 +21,7 @@ fn what_threads_did_is_done_again() {
     for _ in 0..3 {
         made.iter().for_each(|id| rig.start(*id));
         for id in &made {
-            while !matches!(rig.system.wait(*id, None, Duration::from_millis(50)).unwrap(), Waited::Done(_)) {
+            while !matches!(rig.system.wait(*id, None, Duration::from_millis(50)).unwrap(), WaitResult::Done(_)) {
                 recording.take(&mut items);
             }
         }

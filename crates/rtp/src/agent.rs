@@ -3,10 +3,10 @@
 use crate::heart;
 use crate::protocol::{Answer, News, Order, VERSION, frame, opened};
 use crate::script_context::Grounds;
-use crate::service::{Admitted, BlackBox, Caller, Door, Terms};
-use crate::shared::{LOOK, Shared, locked};
+use crate::service::{AdmittedSupervisor, BlackBox, Caller, Door, Terms};
+use crate::shared::{LOOK, ProcessorState, locked};
 use crate::tells;
-use device::{Beside, Unserved};
+use device::{Beside, ServiceError};
 use interconnect::{Link, Memory};
 use kernel::{Device, DeviceCall, SourceId};
 use opengpac::abi::ABI as ABI_VERSION;
@@ -21,7 +21,7 @@ use std::time::Duration;
 
 /// Serves one commander.
 pub(crate) struct Agent {
-    pub shared: Arc<Shared>,
+    pub shared: Arc<ProcessorState>,
     /// Sender of events, and the heart.
     pub threads: Vec<JoinHandle<()>>,
     pub ground: Grounds,
@@ -53,7 +53,7 @@ struct Opening {
 }
 
 /// End of the service of one commander.
-pub(crate) enum Ended {
+pub(crate) enum ServiceEnd {
     /// The commander closed, as it said.
     Closed,
     /// The commander is gone without a word.
@@ -64,8 +64,8 @@ pub(crate) enum Ended {
 
 impl Agent {
     /// Makes the agent of a commander that greets over `link`. `before`: what runs here already.
-    pub fn hired(admitted: Admitted, terms: &Arc<Terms>, before: Option<Box<Agent>>) -> Result<Agent, (String, Option<Box<Agent>>)> {
-        let Admitted { link, reaches, black_box, is_unguarded } = admitted;
+    pub fn hired(admitted: AdmittedSupervisor, terms: &Arc<Terms>, before: Option<Box<Agent>>) -> Result<Agent, (String, Option<Box<Agent>>)> {
+        let AdmittedSupervisor { link, reaches, black_box, is_unguarded } = admitted;
         if let (true, Some(before)) = (is_unguarded, &before) {
             locked(&before.shared.devices).values().for_each(|device| (terms.device)(device, true));
         }
@@ -79,7 +79,7 @@ impl Agent {
             unsafe { host.set_black_box(memory, len) };
         }
         let stop = Arc::<AtomicBool>::default();
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(ProcessorState {
             host: host.clone(),
             link,
             reader: Mutex::default(),
@@ -120,7 +120,7 @@ impl Agent {
     }
 
     /// Serves until the other side closes it, is gone or says nothing for too long; turns away what connects meanwhile.
-    pub fn run(&mut self, door: &mut Option<Box<dyn Door>>) -> Ended {
+    pub fn run(&mut self, door: &mut Option<Box<dyn Door>>) -> ServiceEnd {
         let mut silence = Silence::begins();
         loop {
             // Who knocks just when the link breaks is not turned away.
@@ -129,20 +129,20 @@ impl Agent {
             silence.looked(matches!(received, Ok(Some(_))));
             self.ground.tell_lost();
             match received {
-                Ok(None) if self.shared.is_over(silence.lasted()) => return Ended::Gone,
+                Ok(None) if self.shared.is_over(silence.lasted()) => return ServiceEnd::Gone,
                 Ok(None) => match self.caller.take() {
                     Some(caller) => caller.refuse(self.turning_away()),
                     None => self.caller = door.as_mut().and_then(|door| door.wait(Duration::ZERO)),
                 },
                 Ok(Some(bytes)) => match opened::<Order>(&bytes).and_then(|order| self.obey(order)) {
-                    Ok(true) => return Ended::Closed,
+                    Ok(true) => return ServiceEnd::Closed,
                     Ok(false) => {}
                     Err(message) => {
                         self.say(&News::Broken { message: message.clone() });
-                        return Ended::Broken(message);
+                        return ServiceEnd::Broken(message);
                     }
                 },
-                Err(_) => return Ended::Gone,
+                Err(_) => return ServiceEnd::Gone,
             }
         }
     }
@@ -314,7 +314,7 @@ impl Agent {
         let (link, stop) = (self.shared.link.clone(), self.stop.clone());
         let carry_out = move || {
             let served = serde_json::from_str(&arguments)
-                .map_err(|why| Unserved::Arguments(format!("the arguments of service '{service}' are no JSON: {why}")))
+                .map_err(|why| ServiceError::Arguments(format!("the arguments of service '{service}' are no JSON: {why}")))
                 .and_then(|arguments| beside.serve(&service, &arguments, &|| stop.load(Ordering::Acquire)));
             let answer = Answer::Served(served.map(|answer| answer.to_string()));
             // If the link is broken, the next `receive` says so.

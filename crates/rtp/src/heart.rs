@@ -6,7 +6,7 @@
 //! It runs above every kernel where the rights are given, so that a process whose kernels fire does not look frozen when something else, here
 //! or in another program, takes the cores from ordinary threads for half a second.
 use crate::service::Terms;
-use crate::shared::{Shared, locked};
+use crate::shared::{ProcessorState, locked};
 use kernel::SourceId;
 use runtime::Host;
 use std::collections::HashMap;
@@ -22,7 +22,7 @@ const STUCK_PERIODS: i64 = 10;
 
 /// Runs the heart of a processor until that ends. If neither the guard nor the supervisor watches it, every output is safe from the next
 /// firing on, and the heart stops.
-pub(crate) fn run(shared: &Shared, terms: &Terms) {
+pub(crate) fn run(shared: &ProcessorState, terms: &Terms) {
     runtime::take_for_heart();
     let mut firings = Firings::default();
     while !shared.ends.load(Ordering::Acquire) {

@@ -21,13 +21,13 @@ pub trait Places: Send + Sync {
     ///
     /// # Errors
     /// Returns why it cannot start, in words.
-    fn process(&self, name: &str, bounds: &Bounds) -> Result<Started, String>;
+    fn process(&self, name: &str, bounds: &Bounds) -> Result<StartedProcessor, String>;
 
     /// Guards this process itself, for a processor that is threads of it; `lost_after`: how long it may stand still, where that was configured.
     ///
     /// # Errors
     /// There is no guard, in words.
-    fn this(&self, _processor: &str, _lost_after: Option<Duration>) -> Result<Box<dyn Held>, String> {
+    fn this(&self, _processor: &str, _lost_after: Option<Duration>) -> Result<Box<dyn ProcessorHold>, String> {
         Err("this system was made without a guard".to_owned())
     }
 
@@ -51,14 +51,14 @@ pub trait Places: Send + Sync {
     ///
     /// # Errors
     /// None of that name has joined, in words.
-    fn host(&self, host: &str, processor: &str) -> Result<Started, String>;
+    fn host(&self, host: &str, processor: &str) -> Result<StartedProcessor, String>;
 }
 
 /// Gives the guard what makes a device safe, instead of what it had for it, and waits until it has that; nothing: the device was closed.
 pub type Holder = Box<dyn Fn(&str, &[SafeHandle]) -> Result<(), String> + Send + Sync>;
 
 /// A processor of this process, guarded until this is dropped.
-pub trait Held: Send + Sync {
+pub trait ProcessorHold: Send + Sync {
     /// Returns the holder that gives it handles; it may outlive this.
     fn holder(&self) -> Holder;
 
@@ -87,13 +87,13 @@ impl Default for Bounds {
 pub type Tell = Box<dyn Fn(&'static str, &str, String) + Send + Sync>;
 
 /// A processor that runs and has not been greeted yet.
-pub struct Started {
+pub struct StartedProcessor {
     /// To it.
     pub link: Arc<dyn Link>,
     /// Carrier of the connections between this process and the processor.
     pub near: Near,
     /// Its process.
-    pub running: Arc<dyn Running>,
+    pub running: Arc<dyn ProcessorProcess>,
     /// Time without a word after which it is lost.
     pub silence: Duration,
     /// True if it ran before, without a supervisor, and is about to be taken over.
@@ -101,7 +101,7 @@ pub struct Started {
 }
 
 /// The process of a processor.
-pub trait Running: Send + Sync {
+pub trait ProcessorProcess: Send + Sync {
     /// Returns the cause of its end in words: `was killed by signal 9 (SIGKILL)`. May wait a moment for its end to be known.
     fn cause(&self) -> String;
 

@@ -4,12 +4,12 @@ mod hears;
 mod remote;
 
 use crate::module::{self, Module};
-use crate::places::{Bounds, Near, Running, Started};
-use crate::protocol::{Answer, Counted, News, Order, TakenOver, VERSION, frame, opened};
+use crate::places::{Bounds, Near, ProcessorProcess, StartedProcessor};
+use crate::protocol::{Answer, DriverCounters, News, Order, TakenOver, VERSION, frame, opened};
 use crate::shared::locked;
-use device::{Channel, Unserved};
+use device::{Channel, ServiceError};
 use interconnect::{ConnectionSpec, EndError, Link, Receiver, Sender};
-use kernel::{BlockId, BlockTimes, Device, Event, Op, RemoteWord, Script, SourceId, SourceSpec, Statistics, Taken};
+use kernel::{BlockId, BlockTimes, Device, Event, Op, RemoteWord, Script, SourceId, SourceSpec, Statistics, TakeResult};
 use opengpac::abi::ABI as ABI_VERSION;
 use process_kit::Silence;
 use runtime::encoding::Writer;
@@ -22,7 +22,7 @@ use std::time::Duration;
 
 /// A device that was opened there: its channels, and what the driver says of itself (JSON).
 #[derive(Debug)]
-pub struct Opened {
+pub struct OpenedDevice {
     /// Channels by index, as everywhere.
     pub channels: Vec<Channel>,
     /// JSON text.
@@ -43,7 +43,7 @@ pub struct Processor {
     block_times: Mutex<HashMap<BlockId, BlockTimes>>,
     devices: Mutex<HashMap<String, Weak<Device>>>,
     /// Counters of the devices' drivers.
-    counted: Mutex<HashMap<String, Counted>>,
+    counted: Mutex<HashMap<String, DriverCounters>>,
     is_up: AtomicBool,
     /// Its loss is being told.
     is_leaving: AtomicBool,
@@ -51,7 +51,7 @@ pub struct Processor {
     lost: Mutex<Option<String>>,
     /// Bound for its silence.
     silence_ms: AtomicU64,
-    running: Mutex<Option<Arc<dyn Running>>>,
+    running: Mutex<Option<Arc<dyn ProcessorProcess>>>,
     /// Blocks of the steps of the table of each source there.
     tables: Mutex<HashMap<SourceId, Vec<Option<BlockId>>>>,
     closing: AtomicBool,
@@ -140,8 +140,8 @@ impl Processor {
     ///
     /// # Errors
     /// In words: no answer, another version.
-    pub fn attach(self: &Arc<Self>, host: &Arc<Host>, system: &str, started: Started) -> Result<(), String> {
-        let Started { link, near, running, silence, is_adopted } = started;
+    pub fn attach(self: &Arc<Self>, host: &Arc<Host>, system: &str, started: StartedProcessor) -> Result<(), String> {
+        let StartedProcessor { link, near, running, silence, is_adopted } = started;
         let greeting = Order::Greet { version: VERSION, abi: ABI_VERSION, system: system.to_owned(), processor: self.name.clone(), epoch_ns: host.epoch_ns() };
         link.send(&frame(&greeting)).map_err(|why| why.to_string())?;
         let welcome = link.receive(ANSWER).map_err(|_| format!("its process {}", running.cause()))?;
@@ -219,10 +219,10 @@ impl Processor {
     ///
     /// # Errors
     /// In words: what the driver says, or it does not answer.
-    pub fn open(&self, device: &str, kind: &str, options: &str) -> Result<Opened, String> {
+    pub fn open(&self, device: &str, kind: &str, options: &str) -> Result<OpenedDevice, String> {
         let (device, kind, options) = (device.to_owned(), kind.to_owned(), options.to_owned());
         match self.ask(ANSWER, |ticket| Order::Open { ticket, device, kind, options })? {
-            Answer::Opened { channels, description } => Ok(Opened { channels, description }),
+            Answer::Opened { channels, description } => Ok(OpenedDevice { channels, description }),
             Answer::Refused(why) => Err(why),
             _ => Err("it gave another answer than was asked for".to_owned()),
         }
@@ -232,12 +232,12 @@ impl Processor {
     ///
     /// # Errors
     /// Why it was not carried out, or it does not answer.
-    pub fn service(&self, device: &str, service: &str, arguments: &str) -> Result<String, Unserved> {
+    pub fn service(&self, device: &str, service: &str, arguments: &str) -> Result<String, ServiceError> {
         let (device, service, arguments) = (device.to_owned(), service.to_owned(), arguments.to_owned());
         match self.ask(SERVICE, |ticket| Order::Service { ticket, device, service, arguments }) {
             Ok(Answer::Served(served)) => served,
-            Ok(Answer::Refused(why)) | Err(why) => Err(Unserved::Failed(why)),
-            Ok(_) => Err(Unserved::Failed("it gave another answer than was asked for".to_owned())),
+            Ok(Answer::Refused(why)) | Err(why) => Err(ServiceError::Failed(why)),
+            Ok(_) => Err(ServiceError::Failed("it gave another answer than was asked for".to_owned())),
         }
     }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Messages between a commander and its processor: frames of `postcard`, one value each.
-use device::{Channel, Unserved};
-use kernel::{BlockId, BlockTimes, DeviceCall, SourceId, SourceSpec, Statistics, Taken};
+use device::{Channel, ServiceError};
+use kernel::{BlockId, BlockTimes, DeviceCall, SourceId, SourceSpec, Statistics, TakeResult};
 use runtime::DeviceState;
 use runtime::encoding::{EventAs, Parcel};
 use serde::de::DeserializeOwned;
@@ -79,14 +79,14 @@ pub enum News {
 pub enum Answer {
     Done,
     Refused(String),
-    Taken(Option<Taken>),
+    Taken(Option<TakeResult>),
     Opened {
         channels: Vec<Channel>,
         description: String,
     },
     TakenOver(TakenOver),
     /// JSON.
-    Served(Result<String, Unserved>),
+    Served(Result<String, ServiceError>),
 }
 
 /// Result of a take-over.
@@ -103,7 +103,7 @@ pub struct TakenOver {
 }
 
 /// Counters of a driver, by name.
-pub type Counted = Vec<(String, u64)>;
+pub type DriverCounters = Vec<(String, u64)>;
 
 /// A row of a ring: how many before it were lost, number, time, bytes.
 pub type RowAs = (u64, u64, i64, Vec<u8>);
@@ -120,7 +120,7 @@ pub struct Beat {
     pub inbounds: Vec<(u64, Option<i64>, Option<i64>)>,
     pub devices: Vec<(String, DeviceState)>,
     /// Counters of the devices' drivers, by name.
-    pub counted: Vec<(String, Counted)>,
+    pub counted: Vec<(String, DriverCounters)>,
     /// New rows of each ring, those of older rings first. Where more were written than it holds, those that it holds: as many as a
     /// ring on the commanding side has.
     pub rows: Vec<(u64, Vec<RowAs>)>,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a processor: one after the other commands it, and between them it goes on for a while.
-use crate::agent::{Agent, Ended};
-use crate::service::{Admitted, Caller, Door, Service};
+use crate::agent::{Agent, ServiceEnd};
+use crate::service::{AdmittedSupervisor, Caller, Door, Service};
 use crate::shared::{LOOK, locked};
 use interconnect::Link;
 use process_kit::Silence;
@@ -20,7 +20,7 @@ const LEFT: i32 = 3;
 pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     let Service { reaches, black_box, mut door, terms } = service;
     let terms = Arc::new(terms);
-    let first = Admitted { link: link.clone(), reaches, black_box, is_unguarded: false };
+    let first = AdmittedSupervisor { link: link.clone(), reaches, black_box, is_unguarded: false };
     let mut agent = Agent::hired(first, &terms, None).map_err(|(why, _)| why)?;
     let mut ended = agent.run(&mut door);
     loop {
@@ -28,10 +28,10 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
             // It has taken nothing over: what ran before goes on.
             let caller = agent.caller.take();
             agent.dismiss();
-            (agent, ended) = (*before, Ended::Gone);
+            (agent, ended) = (*before, ServiceEnd::Gone);
             agent.caller = caller;
         }
-        if matches!(ended, Ended::Closed) {
+        if matches!(ended, ServiceEnd::Closed) {
             agent.dismiss();
             return Ok(());
         }
@@ -85,8 +85,8 @@ fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> 
 }
 
 /// Ends without a commander.
-fn leave(agent: Agent, ended: Ended, door: Option<Box<dyn Door>>) -> Result<(), String> {
-    if agent.terms.leaves && matches!(ended, Ended::Gone) {
+fn leave(agent: Agent, ended: ServiceEnd, door: Option<Box<dyn Door>>) -> Result<(), String> {
+    if agent.terms.leaves && matches!(ended, ServiceEnd::Gone) {
         // Every output is safe before it goes.
         agent.stop.store(true, Ordering::Release);
         drop(door);
@@ -94,7 +94,7 @@ fn leave(agent: Agent, ended: Ended, door: Option<Box<dyn Door>>) -> Result<(), 
         std::process::exit(LEFT);
     }
     agent.dismiss();
-    if let Ended::Broken(message) = ended { Err(message) } else { Ok(()) }
+    if let ServiceEnd::Broken(message) = ended { Err(message) } else { Ok(()) }
 }
 
 impl Agent {

@@ -20,7 +20,7 @@ pub type OnDevice = Arc<dyn Fn(&Device, bool) + Send + Sync>;
 
 /// Called every 20 ms with how long those who watch this process may stand still: whether both, the guard and the supervisor, have done so for
 /// longer.
-pub type Unwatched = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
+pub type UnwatchedCheck = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
 /// Called every 20 ms with the index of the timer, by the order in which the sources here were made, that no longer fires; none while all serve.
 pub type Beats = Arc<dyn Fn(Option<usize>) + Send + Sync>;
@@ -51,7 +51,7 @@ pub struct Terms {
     /// Word of the heart.
     pub beat: Beats,
     /// Returns whether guard and supervisor both stand still; false where nobody needs to watch it.
-    pub unwatched: Unwatched,
+    pub unwatched: UnwatchedCheck,
     /// Rests between two beats of the heart.
     pub rests: Rests,
     /// Ends the process where the supervisor is gone without a word, with its outputs safe and its devices open: what outlives it is
@@ -107,11 +107,11 @@ pub trait Caller: Send {
     ///
     /// # Errors
     /// In words: it is gone, or of another version.
-    fn admit(self: Box<Self>) -> Result<Admitted, String>;
+    fn admit(self: Box<Self>) -> Result<AdmittedSupervisor, String>;
 }
 
 /// Supervisor that was let in: it greets next.
-pub struct Admitted {
+pub struct AdmittedSupervisor {
     /// To it.
     pub link: Arc<dyn Link>,
     /// Carrier of the connections of its system.

@@ -14,7 +14,7 @@ use std::time::Duration;
 pub(crate) type Devices = Mutex<BTreeMap<String, Arc<Device>>>;
 
 /// State that the threads of a processor share.
-pub(crate) struct Shared {
+pub(crate) struct ProcessorState {
     pub host: Arc<Host>,
     pub link: Arc<dyn Link>,
     pub reader: Mutex<Reader>,
@@ -32,7 +32,7 @@ pub(crate) struct Shared {
     pub silence_ms: AtomicU64,
 }
 
-impl Shared {
+impl ProcessorState {
     /// Returns whether the commander has been silent for too long.
     pub fn is_over(&self, silence: Duration) -> bool {
         let limit_ms = self.silence_ms.load(Ordering::Acquire);

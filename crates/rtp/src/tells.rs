@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tells the commander the events of a processor as they come, and its state.
-use crate::protocol::{Beat, Counted, News, RowAs, frame};
-use crate::shared::{Shared, locked};
+use crate::protocol::{Beat, DriverCounters, News, RowAs, frame};
+use crate::shared::{ProcessorState, locked};
 use interconnect::{Row, RowsReader};
 use kernel::{BlockId, BlockTimes, Event};
 use runtime::DeviceState;
@@ -20,7 +20,7 @@ const EVENTS_MAX: usize = 256;
 const ROWS_MAX: usize = 4096;
 
 /// Runs until the processor ends. A side that does not read holds this up, and nothing else.
-pub(crate) fn run(shared: &Shared) {
+pub(crate) fn run(shared: &ProcessorState) {
     let mut beats = Beats::default();
     let mut next_ns = shared.host.now_ns();
     loop {
@@ -41,7 +41,7 @@ pub(crate) fn run(shared: &Shared) {
 }
 
 /// Sends what kernels told; false where there was nothing.
-fn tell_events(shared: &Shared, beats: &mut Beats) -> bool {
+fn tell_events(shared: &ProcessorState, beats: &mut Beats) -> bool {
     let mut events = Vec::new();
     let mut looks = false;
     while events.len() < EVENTS_MAX
@@ -64,11 +64,11 @@ fn tell_events(shared: &Shared, beats: &mut Beats) -> bool {
     true
 }
 
-fn states(shared: &Shared) -> Vec<(String, DeviceState)> {
+fn states(shared: &ProcessorState) -> Vec<(String, DeviceState)> {
     locked(&shared.devices).iter().map(|(name, device)| (name.clone(), DeviceState::of(device))).collect()
 }
 
-fn counted(shared: &Shared) -> Vec<(String, Counted)> {
+fn counted(shared: &ProcessorState) -> Vec<(String, DriverCounters)> {
     let counted = locked(&shared.besides).iter().map(|(name, beside)| (name.clone(), beside.counted())).collect::<Vec<_>>();
     counted.into_iter().filter(|(_, counted)| !counted.is_empty()).collect()
 }
@@ -86,7 +86,7 @@ struct Beats {
 }
 
 impl Beats {
-    fn take(&mut self, shared: &Shared, now_ns: i64) -> Beat {
+    fn take(&mut self, shared: &ProcessorState, now_ns: i64) -> Beat {
         self.count += 1;
         let mut beat = Beat { now_ns, ..Beat::default() };
         if self.count % STATISTICS_EVERY == 1 {
@@ -105,7 +105,7 @@ impl Beats {
     }
 
     /// Returns the durations of the blocks that the probe has visited since they were told last.
-    fn block_times(&mut self, shared: &Shared) -> Vec<(BlockId, BlockTimes)> {
+    fn block_times(&mut self, shared: &ProcessorState) -> Vec<(BlockId, BlockTimes)> {
         let times: HashMap<BlockId, BlockTimes> = locked(&shared.reader).blocks().map(|block| (block.id(), block.block_times())).collect();
         self.blocks.retain(|block, _| times.contains_key(block));
         let visited = times.into_iter().filter(|(_, times)| times.samples > 0);
@@ -113,7 +113,7 @@ impl Beats {
     }
 
     /// Returns the new rows of each ring.
-    fn all_rows(&mut self, shared: &Shared) -> Vec<(u64, Vec<RowAs>)> {
+    fn all_rows(&mut self, shared: &ProcessorState) -> Vec<(u64, Vec<RowAs>)> {
         let mut rings: Vec<_> = locked(&shared.reader).rings().collect();
         self.taken.retain(|number, _| rings.iter().any(|(known, _)| known == number));
         // A source goes on from an older ring to a newer one. Who sees a row of the newer one counts on having all of the older one: so how

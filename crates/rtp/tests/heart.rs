@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The heart of a processor beats whatever becomes of who commands it; one that says nothing for too long is lost.
-use interconnect::{Closed, Link};
+use interconnect::{Link, LinkClosed};
 use modules::Probe;
 use opengpac::abi::ABI;
 use rtp::protocol::{Order, VERSION, frame};
@@ -36,21 +36,21 @@ impl Still {
 }
 
 impl Link for Still {
-    fn send(&self, _: &[u8]) -> Result<(), Closed> {
+    fn send(&self, _: &[u8]) -> Result<(), LinkClosed> {
         let mut state = self.state.lock().unwrap();
         state.taken += 1;
         if state.taken > 1 {
             state = self.changed.wait_while(state, |state| !state.is_closed).unwrap();
         }
-        if state.is_closed { Err(Closed) } else { Ok(()) }
+        if state.is_closed { Err(LinkClosed) } else { Ok(()) }
     }
 
-    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, Closed> {
+    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, LinkClosed> {
         if let Some(frame) = self.said.lock().unwrap().pop_front() {
             return Ok(Some(frame));
         }
         let state = self.changed.wait_timeout_while(self.state.lock().unwrap(), limit, |state| !state.is_closed).unwrap().0;
-        if state.is_closed { Err(Closed) } else { Ok(None) }
+        if state.is_closed { Err(LinkClosed) } else { Ok(None) }
     }
 
     fn close(&self) {

@@ -96,7 +96,7 @@ enum ResponseAs {
 
 /// An object that the other side makes, with its number there.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-enum Made {
+enum RemoteObject {
     Extent {
         number: u64,
         bytes: Vec<u8>,
@@ -231,7 +231,7 @@ enum OpAs {
 /// A script on its way, with everything that it names for the first time.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Parcel {
-    made: Vec<Made>,
+    made: Vec<RemoteObject>,
     ops: Vec<OpAs>,
 }
 

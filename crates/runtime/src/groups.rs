@@ -32,7 +32,7 @@ fn is_fit(block: &Arc<Block>) -> bool {
 
 /// Returns the group from the first block whose value another one reads to the last that reads one; the others gain nothing.
 fn group(blocks: &[&Arc<Block>]) -> Option<Group> {
-    let mut stored: HashMap<Place, (usize, usize)> = HashMap::new();
+    let mut stored: HashMap<CellSpan, (usize, usize)> = HashMap::new();
     let mut members: Vec<Member> = Vec::with_capacity(blocks.len());
     for (index, block) in blocks.iter().enumerate() {
         let read = bound(block).filter(|(_, item, _)| item.kind == kind::INPUT && item.flags & (flag::SIZED | flag::HISTORY) == 0);
@@ -57,13 +57,13 @@ fn group(blocks: &[&Arc<Block>]) -> Option<Group> {
 }
 
 /// Where a value lies, and how long it is.
-type Place = (usize, u32);
+type CellSpan = (usize, u32);
 
-fn place(item: &Item, cell: &Cell) -> Place {
+fn place(item: &Item, cell: &Cell) -> CellSpan {
     (cell.start() as usize, item.size)
 }
 
-fn overlap((one, length): Place, (other, of): Place) -> bool {
+fn overlap((one, length): CellSpan, (other, of): CellSpan) -> bool {
     one < other + of as usize && other < one + length as usize
 }
 

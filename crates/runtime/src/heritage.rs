@@ -2,7 +2,7 @@
 //! Heritage of a host's sources from those of one that ran before in this process: each block goes on where another one stopped.
 //! Paired off the real-time path, by label and face; carried out between two firings by [`Op::Inherit`](kernel::Op::Inherit).
 use crate::heir;
-use kernel::phase::Paced;
+use kernel::phase::CountedInvocations;
 use kernel::{Activation, Block, Cell, Device, Inheritance, Process, SourceId, Table, View};
 use opengpac::abi::{Item, NONE, kind};
 use std::collections::HashMap;
@@ -69,7 +69,7 @@ struct Pass {
 
 /// Blocks of a source that go on, and those that begin again, with the reason.
 #[derive(Debug, Default)]
-pub struct Passed {
+pub struct CarriedBlocks {
     /// Labels.
     pub carried: Vec<String>,
     /// Labels, each with the reason in words.
@@ -80,10 +80,10 @@ impl Heritage {
     /// Returns what the source of `to` takes over from sources that have ended when it is carried out. `ahead_ns`: how much the clock of their host
     /// is
     /// ahead of that of this one.
-    pub fn between(to: &Holding, before: &[Holding], ahead_ns: i64) -> (Heritage, Passed) {
+    pub fn between(to: &Holding, before: &[Holding], ahead_ns: i64) -> (Heritage, CarriedBlocks) {
         let known: HashMap<&str, (&HeldBlock, SourceId)> =
             before.iter().flat_map(|holding| holding.blocks.iter().map(|held| (held.block.name(), (held, holding.source)))).collect();
-        let (mut passes, mut times, mut passed) = (Vec::new(), Vec::<(Arc<Process>, Arc<Process>, SourceId)>::new(), Passed::default());
+        let (mut passes, mut times, mut passed) = (Vec::new(), Vec::<(Arc<Process>, Arc<Process>, SourceId)>::new(), CarriedBlocks::default());
         let mut last: *const Activation = ptr::null();
         for held in &to.blocks {
             let label = held.block.name().to_owned();

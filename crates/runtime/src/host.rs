@@ -5,7 +5,7 @@ mod play;
 mod remote;
 mod submitting;
 
-pub use play::{Change, Played};
+pub use play::{Change, PlayedSegment};
 
 use crate::clock::{BUDGET_VIRTUAL_NS, ClockKind};
 use crate::remote_sources::RemoteSources;
@@ -19,7 +19,7 @@ use kernel::clock::monotonic_ns;
 use kernel::containment::BLACK_BOX_LEN;
 use kernel::event::telling;
 use kernel::script::Submission;
-use kernel::shared::Shared;
+use kernel::shared::HostState;
 use kernel::shared::Source;
 use kernel::state::Kernel;
 use kernel::tape::Tape;
@@ -35,7 +35,7 @@ use std::time::Duration;
 pub struct Host {
     pub(crate) carrier: Mutex<Box<dyn Carrier>>,
     sources: RwLock<Vec<Arc<Source>>>,
-    pub(crate) shared: Arc<Shared>,
+    pub(crate) shared: Arc<HostState>,
     remote_sources: RemoteSources,
     /// The record that is made of it.
     trace: OnceLock<Arc<Trace>>,
@@ -102,7 +102,7 @@ impl Host {
             ClockKind::Monotonic => (epoch_ns, None),
             ClockKind::Virtual { seed } => (0, Some(Mutex::new(Virtual::new(seed)))),
         };
-        let shared: Arc<Shared> = Arc::default();
+        let shared: Arc<HostState> = Arc::default();
         let host = Host {
             carrier: Mutex::new(carrier),
             sources: RwLock::default(),

@@ -41,9 +41,9 @@ pub(crate) struct Thread {
 }
 
 /// Held where the ends of a connection would be that is relayed: while one of them is there, its values are handed on.
-pub(crate) struct Wanted(Arc<Thread>);
+pub(crate) struct RelayDemand(Arc<Thread>);
 
-impl Drop for Wanted {
+impl Drop for RelayDemand {
     fn drop(&mut self) {
         self.0.bell.ring();
     }
@@ -53,7 +53,7 @@ struct Relay {
     receiver: Box<dyn Receiver>,
     sender: Box<dyn Sender>,
     group_len: usize,
-    wanted: Weak<Wanted>,
+    wanted: Weak<RelayDemand>,
 }
 
 impl Relays {
@@ -69,7 +69,7 @@ impl Relays {
         to: &dyn Remote,
         epoch_ns: i64,
         keep_thread: impl FnOnce(JoinHandle<()>),
-    ) -> Result<Arc<Wanted>, EndError> {
+    ) -> Result<Arc<RelayDemand>, EndError> {
         let thread = self.relaying(epoch_ns, keep_thread)?;
         let waking = Arc::downgrade(&thread);
         let raise = move || {
@@ -79,7 +79,7 @@ impl Relays {
         };
         let receiver = from.receiver(way.number, &way.spec, Box::new(raise))?;
         let sender = to.sender(way.number, &way.spec)?;
-        let wanted = Arc::new(Wanted(thread));
+        let wanted = Arc::new(RelayDemand(thread));
         let relay = Relay { receiver, sender, group_len: way.spec.asynchronous_len, wanted: Arc::downgrade(&wanted) };
         locked(&wanted.0.relays).push(relay);
         wanted.0.bell.ring();

@@ -54,7 +54,7 @@ pub fn open(name: &str, channels: Vec<Channel>, calls: Box<dyn Fn(DeviceCall) + 
 /// # Errors
 /// None: as of [`Device::open`].
 pub fn recorded(name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, DeviceError> {
-    Device::open(name, Box::new(Unreached(channels)), 0)
+    Device::open(name, Box::new(UnreachedDriver(channels)), 0)
 }
 
 /// Notes that a remote device has been opened again: nothing is known of it, and it is asked again for what it was asked for before.
@@ -71,9 +71,9 @@ pub fn renew(device: &Device) {
 }
 
 /// The driver of a device that nothing here reaches: it does nothing.
-pub(crate) struct Unreached(pub(crate) Vec<Channel>);
+pub(crate) struct UnreachedDriver(pub(crate) Vec<Channel>);
 
-impl Driver for Unreached {
+impl Driver for UnreachedDriver {
     fn channels(&self) -> &[Channel] {
         &self.0
     }

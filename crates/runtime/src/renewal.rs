@@ -22,12 +22,12 @@ pub struct Renewal {
 }
 
 /// The driver that a device had.
-pub struct Retired {
+pub struct RetiredDriver {
     holder: Arc<Device>,
     is_done: Arc<AtomicBool>,
 }
 
-impl Retired {
+impl RetiredDriver {
     /// Closes it, off the real-time path; nothing where it has not been given back.
     pub fn close(self) {
         if self.is_done.load(Ordering::Acquire) {
@@ -39,10 +39,10 @@ impl Retired {
 
 impl Renewal {
     /// Retires the driver of a lost device: nothing takes its place so far.
-    pub fn retire(device: &Arc<Device>) -> (Renewal, Retired) {
+    pub fn retire(device: &Arc<Device>) -> (Renewal, RetiredDriver) {
         let empty = remote_device::recorded(device.name(), device.channels().to_vec()).expect("a driver that does nothing opens");
         let is_done = Arc::<AtomicBool>::default();
-        let retired = Retired { holder: empty.clone(), is_done: is_done.clone() };
+        let retired = RetiredDriver { holder: empty.clone(), is_done: is_done.clone() };
         (Renewal { device: device.clone(), by: Some(empty), is_open: false, is_done }, retired)
     }
 

@@ -3,7 +3,7 @@
 //! that is remote.
 use crate::remote_sources::RemoteSources;
 use kernel::process_word::Word;
-use kernel::serving::{self, Moved, Occurrence, Server};
+use kernel::serving::{self, ConditionEffect, Occurrence, Server};
 use kernel::{Event, Home, Op, Process, Reaction, Script, SourceId};
 use std::sync::Arc;
 
@@ -94,7 +94,7 @@ impl Server for Here {
         moved
     }
 
-    fn react(&mut self, process: &Process, word: Word, _: &dyn Reaction, _: Option<u16>) -> Option<Moved> {
+    fn react(&mut self, process: &Process, word: Word, _: &dyn Reaction, _: Option<u16>) -> Option<ConditionEffect> {
         self.freeze(process, word)
     }
 }

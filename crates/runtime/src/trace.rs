@@ -7,7 +7,7 @@ pub(crate) mod tape;
 mod taped;
 
 pub use tape::Stretch;
-pub(crate) use taped::Taped;
+pub(crate) use taped::TapedReceiver;
 
 use crate::encoding::{CodeName, Parcel, Writer};
 use crate::locked::locked;

@@ -14,7 +14,7 @@
 use kernel::Table;
 use kernel::clock::monotonic_ns;
 use kernel::counters::add;
-use kernel::firing::Computed;
+use kernel::firing::ComputeResult;
 use kernel::preempt::{Never, Preempt};
 use kernel::shared::Source;
 use kernel::state::Kernel;
@@ -65,7 +65,7 @@ type StoredCell = (kernel::Cell, Vec<u8>);
 struct StandingFiring {
     release_ns: i64,
     end_ns: i64,
-    computed: Computed,
+    computed: ComputeResult,
 }
 
 impl Virtual {

@@ -2,7 +2,7 @@
 //! The watchdog: an ordinary thread that looks for step loops that are older than their budget.
 use crate::rights;
 use crate::waiting::waits_for_a_core;
-use kernel::shared::Shared;
+use kernel::shared::HostState;
 use kernel::shared::Source;
 use kernel::{clock::monotonic_ns, containment};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,7 +23,7 @@ const PRIORITY: u8 = 99;
 
 pub(crate) struct Watchdog {
     /// The host whose supervisor it wakes.
-    shared: Arc<Shared>,
+    shared: Arc<HostState>,
     sources: RwLock<Vec<Arc<Source>>>,
     closing: AtomicBool,
     wait: Mutex<()>,
@@ -31,7 +31,7 @@ pub(crate) struct Watchdog {
 }
 
 impl Watchdog {
-    pub(crate) fn new(shared: Arc<Shared>) -> Watchdog {
+    pub(crate) fn new(shared: Arc<HostState>) -> Watchdog {
         Watchdog { shared, sources: RwLock::default(), closing: AtomicBool::new(false), wait: Mutex::default(), closed: Condvar::new() }
     }
 

@@ -5,7 +5,7 @@
 use crate::folder::Folder;
 use crate::locks;
 use crate::offer::{Offer, offered, offering, remove_left};
-use crate::sealed::{LINE, Sealed};
+use crate::sealed::{LINE, SealedMemory};
 use std::fs;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd};
@@ -27,7 +27,7 @@ const SLEEP_MAX: i64 = 100_000_000;
 pub(crate) struct Bells {
     /// Taken back before the memory goes.
     _offer: Offer,
-    memory: Sealed,
+    memory: SealedMemory,
 }
 
 struct Bell {
@@ -45,21 +45,21 @@ impl Bells {
     /// Those that a member of the run offers, or new ones.
     pub fn open(folder: &Folder) -> io::Result<Self> {
         let _alone = folder.alone(AT)?;
-        let memory = Bells::present(folder).map_or_else(|| Sealed::new(LEN), Ok)?;
+        let memory = Bells::present(folder).map_or_else(|| SealedMemory::new(LEN), Ok)?;
         let name = format!("{NAME}-{}-{}", std::process::id(), memory.as_fd().as_raw_fd());
         Ok(Bells { _offer: Offer::new(folder.file(&name), memory.as_fd())?, memory })
     }
 
     /// Those of this process, else of the one that started it, else of any: what is no memory of bells is passed over. Names that killed processes
     /// left are removed.
-    fn present(folder: &Folder) -> Option<Sealed> {
+    fn present(folder: &Folder) -> Option<SealedMemory> {
         let known = [std::process::id(), parent_id()];
         let far = |path: &Path| fs::read_link(path).ok().and_then(|to| offering(&to)).map(|of| known.iter().position(|one| *one == of).unwrap_or(2));
         let is_one = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(NAME.as_bytes()));
         let mut offers: Vec<_> = folder.files().filter(|path| is_one(path)).collect();
         offers.iter().for_each(|path| remove_left(path));
         offers.sort_by_key(|path| far(path).unwrap_or(usize::MAX));
-        offers.iter().find_map(|path| offered(path).ok().flatten().and_then(|(memory, _)| Sealed::received(memory, LEN).ok()))
+        offers.iter().find_map(|path| offered(path).ok().flatten().and_then(|(memory, _)| SealedMemory::received(memory, LEN).ok()))
     }
 
     /// Claims a bell that no living process has, until `self` is dropped; none where all are taken.

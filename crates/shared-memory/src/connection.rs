@@ -11,7 +11,7 @@ use crate::folder::Folder;
 use crate::layout::{self, Layout, MADE};
 use crate::locks;
 use crate::offer::{Offer, is_left, offered, remove_left};
-use crate::sealed::{LINE, Sealed};
+use crate::sealed::{LINE, SealedMemory};
 use interconnect::triple::{BACK_AT_FIRST, FRONT_AT_FIRST, MIDDLE_AT_FIRST, in_the_middle};
 use interconnect::{ConnectionSpec, EndError, TripleMemory};
 use std::io;
@@ -175,7 +175,7 @@ impl Present {
     fn find(path: &std::path::Path, [run, number]: [u64; 2]) -> Result<Option<Present>, Failure> {
         let Some((memory, process)) = offered(path)? else { return Ok(None) };
         let by = |error: io::Error| Failure::System(io::Error::new(error.kind(), format!("{error} (process {process} offers it)")));
-        let first = Sealed::beginning(memory.try_clone()?, LINE).map_err(by)?;
+        let first = SealedMemory::beginning(memory.try_clone()?, LINE).map_err(by)?;
         let made = Layout::made_in(&first);
         let is_it = made.mark.load(Ordering::Acquire) == MADE && made.run.load(Ordering::Relaxed) == run && made.number.load(Ordering::Relaxed) == number;
         Ok(is_it.then_some(Present { memory, process }))
@@ -184,12 +184,12 @@ impl Present {
     /// Comes to an end that lives; none where it has died meanwhile.
     fn join(self, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Option<(Layout, Arc<Fate>, u8)>, Failure> {
         let Present { memory, process } = self;
-        let first = Sealed::beginning(memory.try_clone()?, LINE)?;
+        let first = SealedMemory::beginning(memory.try_clone()?, LINE)?;
         let (ours, theirs) = (lengths(spec), Layout::made_in(&first).lengths());
         if theirs != ours {
             return Err(Failure::OtherLengths(ours, theirs));
         }
-        let memory = Sealed::received(memory, layout::len_of(spec)).map_err(|_| Failure::Spoilt(process))?;
+        let memory = SealedMemory::received(memory, layout::len_of(spec)).map_err(|_| Failure::Spoilt(process))?;
         if !locks::claim(&memory, role.byte())? {
             return Err(Failure::Taken);
         }
@@ -208,7 +208,7 @@ fn lengths(spec: &ConnectionSpec) -> [u64; 3] {
 
 /// New memory, with all words where a connection begins.
 fn make(role: Role, [run, number]: [u64; 2], spec: &ConnectionSpec) -> Result<(Layout, Arc<Fate>, u8), Failure> {
-    let memory = Sealed::new(layout::len_of(spec))?;
+    let memory = SealedMemory::new(layout::len_of(spec))?;
     if !locks::claim(&memory, role.byte())? {
         return Err(Failure::Taken);
     }

@@ -13,7 +13,7 @@
 //! | 5 | rows popped | the reader |
 //! | 6 | the bell of the reader's process | the reader, when it is made and dropped |
 use crate::fate::{Fate, Word};
-use crate::sealed::{LINE, Sealed};
+use crate::sealed::{LINE, SealedMemory};
 use interconnect::triple::{TripleMemory, in_the_middle, is_possible};
 use interconnect::{ConnectionSpec, Header, QueueMemory};
 use std::sync::Arc;
@@ -27,7 +27,7 @@ const NUMBER_LEN: usize = size_of::<u64>();
 /// The memory of one connection, as one end sees it.
 #[derive(Clone)]
 pub(crate) struct Layout {
-    memory: Arc<Sealed>,
+    memory: Arc<SealedMemory>,
     fate: Arc<Fate>,
     buffer_len: usize,
     row_len: usize,
@@ -62,7 +62,7 @@ fn slot_len(row_len: usize) -> usize {
 }
 
 /// Header that an end compares before it believes what it finds.
-pub(crate) struct Made {
+pub(crate) struct RegionHeader {
     /// [`MADE`] once all else is in its place.
     pub mark: AtomicU64,
     pub run: AtomicU64,
@@ -72,7 +72,7 @@ pub(crate) struct Made {
     queue_depth: AtomicU64,
 }
 
-impl Made {
+impl RegionHeader {
     /// For which lengths it says that it was made.
     pub fn lengths(&self) -> [u64; 3] {
         [&self.asynchronous_len, &self.queue_row_len, &self.queue_depth].map(|len| len.load(Ordering::Relaxed))
@@ -94,12 +94,12 @@ pub(crate) const MADE: u64 = 0x6f70_656e_6770_0002;
 
 impl Layout {
     /// `memory` has the bytes that [`len_of`] gives.
-    pub fn new(memory: Arc<Sealed>, fate: Arc<Fate>, spec: &ConnectionSpec) -> Self {
+    pub fn new(memory: Arc<SealedMemory>, fate: Arc<Fate>, spec: &ConnectionSpec) -> Self {
         Layout { memory, fate, buffer_len: buffer_len(spec.asynchronous_len), row_len: spec.queue_row_len, depth: spec.queue_depth }
     }
 
     /// The memory itself.
-    pub fn memory(&self) -> &Sealed {
+    pub fn memory(&self) -> &SealedMemory {
         &self.memory
     }
 
@@ -109,12 +109,12 @@ impl Layout {
         self.fate.is_lost()
     }
 
-    pub fn made(&self) -> &Made {
+    pub fn made(&self) -> &RegionHeader {
         Layout::made_in(&self.memory)
     }
 
     /// Returns the header in the first line of any memory that has one.
-    pub fn made_in(memory: &Sealed) -> &Made {
+    pub fn made_in(memory: &SealedMemory) -> &RegionHeader {
         // SAFETY: as in `word`.
         unsafe { memory.at(0).cast().as_ref() }
     }

@@ -12,7 +12,7 @@
 //! | if the other is preempted, stopped or killed anywhere | goes on; rows until the queue is full | goes on, with the last complete publication and the rows that were pushed whole |
 //! | if it is killed itself and made again | goes on behind the rows that wait, in the buffer that is free | the newest publication is news for it, and the rows that wait are |
 //!
-//! Memory has no name and a size that nobody can change ([`Sealed`]): the folder of a run has names only, that lead to it. The process at the other end may
+//! Memory has no name and a size that nobody can change ([`SealedMemory`]): the folder of a run has names only, that lead to it. The process at the other end may
 //! write any word of it at any time: a word that no end writes loses the connection, with a reason that [`Ends::lost`] tells; nobody waits for
 //! another longer than a moment.
 //!
@@ -47,7 +47,7 @@ mod receiver;
 mod sealed;
 mod sender;
 
-pub use sealed::Sealed;
+pub use sealed::SealedMemory;
 
 use bell::Bells;
 use connection::{Connection, Role};

@@ -12,7 +12,7 @@ pub(crate) const LINE: usize = 64;
 /// Shared memory, mapped here and in no process that is forked from this one. What lies there may be written by the other processes at any time: every word of it is to be checked before it is
 /// believed.
 #[derive(Debug)]
-pub struct Sealed {
+pub struct SealedMemory {
     descriptor: OwnedFd,
     start: NonNull<u8>,
     len: usize,
@@ -20,19 +20,19 @@ pub struct Sealed {
 
 // SAFETY: it is memory that other processes use too: what reaches into it must do so by atomics or by a rule of its own,
 // wherever its thread runs. The mapping is not bound to a thread.
-unsafe impl Send for Sealed {}
+unsafe impl Send for SealedMemory {}
 // SAFETY: as for `Send`.
-unsafe impl Sync for Sealed {}
+unsafe impl Sync for SealedMemory {}
 
 /// Without these another process could end this one: an access behind the end of a file is SIGBUS.
 const SEALS: i32 = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
 
-impl Sealed {
+impl SealedMemory {
     /// New memory of `len` bytes, zero, every page of it present, so that no access of it can fail later for want of memory.
     ///
     /// # Errors
     /// Refusal of the operating system: no memory, no descriptors left.
-    pub fn new(len: usize) -> io::Result<Sealed> {
+    pub fn new(len: usize) -> io::Result<SealedMemory> {
         // SAFETY: the name ends in NUL.
         let made = unsafe { libc::memfd_create(c"opengpac".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING) };
         if made < 0 {
@@ -50,16 +50,16 @@ impl Sealed {
         if unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_ADD_SEALS, SEALS) } != 0 {
             return Err(io::Error::last_os_error());
         }
-        Sealed::map(descriptor, len)
+        SealedMemory::map(descriptor, len)
     }
 
     /// Memory of `len` bytes that another process made.
     ///
     /// # Errors
     /// `InvalidData` for a descriptor that is no memory of this kind, is not sealed, or has another size.
-    pub fn received(descriptor: OwnedFd, len: usize) -> io::Result<Sealed> {
+    pub fn received(descriptor: OwnedFd, len: usize) -> io::Result<SealedMemory> {
         match sealed_len(descriptor.as_fd())? {
-            there if there == len => Sealed::map(descriptor, len),
+            there if there == len => SealedMemory::map(descriptor, len),
             there => Err(invalid(format!("the shared memory has {there} bytes instead of {len}"))),
         }
     }
@@ -68,14 +68,14 @@ impl Sealed {
     ///
     /// # Errors
     /// As for [`received`](Self::received), where it has less.
-    pub(crate) fn beginning(descriptor: OwnedFd, len: usize) -> io::Result<Sealed> {
+    pub(crate) fn beginning(descriptor: OwnedFd, len: usize) -> io::Result<SealedMemory> {
         match sealed_len(descriptor.as_fd())? {
-            there if there >= len => Sealed::map(descriptor, len),
+            there if there >= len => SealedMemory::map(descriptor, len),
             there => Err(invalid(format!("the shared memory has {there} bytes instead of {len} or more"))),
         }
     }
 
-    fn map(descriptor: OwnedFd, len: usize) -> io::Result<Sealed> {
+    fn map(descriptor: OwnedFd, len: usize) -> io::Result<SealedMemory> {
         let (access, way) = (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_SHARED | libc::MAP_POPULATE);
         // SAFETY: a mapping at an address that the operating system chooses.
         let start = unsafe { libc::mmap(std::ptr::null_mut(), len, access, way, descriptor.as_raw_fd(), 0) };
@@ -84,7 +84,7 @@ impl Sealed {
         }
         // SAFETY: the mapping was made just now.
         unsafe { forks::keep_from_children(start.cast(), len) };
-        Ok(Sealed { descriptor, start: NonNull::new(start.cast()).expect("the system maps nothing at address 0"), len })
+        Ok(SealedMemory { descriptor, start: NonNull::new(start.cast()).expect("the system maps nothing at address 0"), len })
     }
 
     /// Address at which it starts in this process: on a page.
@@ -125,13 +125,13 @@ impl Sealed {
     }
 }
 
-impl AsFd for Sealed {
+impl AsFd for SealedMemory {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.descriptor.as_fd()
     }
 }
 
-impl Drop for Sealed {
+impl Drop for SealedMemory {
     fn drop(&mut self) {
         // SAFETY: the mapping is this value's own, and its borrows have ended.
         unsafe { libc::munmap(self.start().cast(), self.len) };
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn nobody_shrinks_it() {
-        let memory = Sealed::new(100).expect("there is memory");
+        let memory = SealedMemory::new(100).expect("there is memory");
         let file = File::from(memory.descriptor().expect("a descriptor"));
         for len in [0, 99, 101] {
             assert!(file.set_len(len).is_err(), "{len} bytes");
@@ -177,16 +177,16 @@ mod tests {
 
     #[test]
     fn what_is_not_sealed_or_of_another_size_is_refused() {
-        let memory = Sealed::new(128).expect("there is memory");
-        let received = |len| Sealed::received(memory.descriptor().expect("a descriptor"), len).map_err(|error| error.to_string());
+        let memory = SealedMemory::new(128).expect("there is memory");
+        let received = |len| SealedMemory::received(memory.descriptor().expect("a descriptor"), len).map_err(|error| error.to_string());
         assert!(received(128).is_ok());
         assert_eq!(received(64).expect_err("less").as_str(), "the shared memory has 128 bytes instead of 64");
         assert_eq!(received(256).expect_err("more").as_str(), "the shared memory has 128 bytes instead of 256");
         // SAFETY: the name ends in NUL, and the descriptor that is made is nobody else's.
         let open = unsafe { OwnedFd::from_raw_fd(libc::memfd_create(c"open".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING)) };
-        let refused = Sealed::received(open, 0).expect_err("it is not sealed").to_string();
+        let refused = SealedMemory::received(open, 0).expect_err("it is not sealed").to_string();
         assert_eq!(refused, "the memory is not sealed: who gave it could take it away again");
         let file = File::open("/proc/self/exe").expect("this program");
-        assert!(Sealed::received(file.into(), 1).is_err());
+        assert!(SealedMemory::received(file.into(), 1).is_err());
     }
 }

@@ -6,7 +6,7 @@ mod processes;
 use interconnect::{ConnectionSpec, Ends};
 use processes::folders;
 use proptest::prelude::*;
-use shared_memory::{Sealed, SharedMemory, new_run};
+use shared_memory::{SealedMemory, SharedMemory, new_run};
 use std::fs::File;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
@@ -39,10 +39,10 @@ impl Numbers {
 }
 
 /// The memory of a file in the run's folder, as any process of the same user gets it.
-fn memory_of(path: &Path) -> Sealed {
+fn memory_of(path: &Path) -> SealedMemory {
     let file = File::options().read(true).write(true).open(path).expect("it is offered");
     let len = file.metadata().expect("it is open").len() as usize;
-    Sealed::received(file.into(), len).expect("what is offered is sealed")
+    SealedMemory::received(file.into(), len).expect("what is offered is sealed")
 }
 
 fn folder(system: &str) -> PathBuf {
@@ -50,7 +50,7 @@ fn folder(system: &str) -> PathBuf {
 }
 
 /// One write of a hostile process: mostly into the words.
-fn write(memory: &Sealed, numbers: &mut Numbers) {
+fn write(memory: &SealedMemory, numbers: &mut Numbers) {
     let end = if numbers.below(10) < 7 { WORDS.min(memory.len()) } else { memory.len() };
     let at = numbers.below(end);
     // SAFETY: within the mapping; bytes are aligned.

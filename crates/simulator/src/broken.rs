@@ -4,13 +4,13 @@ use model::refusal::Refusals;
 
 /// An invariant that does not hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Broken {
+pub struct BrokenInvariant {
     pub invariant: &'static str,
     pub text: String,
 }
 
-pub fn broken<T>(invariant: &'static str, text: impl Into<String>) -> Result<T, Broken> {
-    Err(Broken { invariant, text: text.into() })
+pub fn broken<T>(invariant: &'static str, text: impl Into<String>) -> Result<T, BrokenInvariant> {
+    Err(BrokenInvariant { invariant, text: text.into() })
 }
 
 /// Refusals as one line.

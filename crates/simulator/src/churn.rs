@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bounded memory and work: an instance that is made, started, halted and deleted again and again costs at the end what it cost at the
 //! beginning. Allocations are counted by the allocator of the binary: those of the system alone, and the bytes that live in all.
-use crate::broken::{Broken, broken, text};
+use crate::broken::{BrokenInvariant, broken, text};
 use crate::memory::{counted, counts};
 use crate::operations::{Operation, What};
 use crate::plant;
@@ -16,7 +16,7 @@ const BETWEEN: usize = 40;
 /// Bytes that the log, the end reports and what the simulator knows may take for each round.
 const KEPT: i64 = 10 * 1024;
 
-pub fn churn(world: &mut World, of: Operation) -> Result<String, Broken> {
+pub fn churn(world: &mut World, of: Operation) -> Result<String, BrokenInvariant> {
     {
         let mut ledger = plant::locked(&world.plant);
         (ledger.fails, ledger.gate) = (false, 0.0);
@@ -45,7 +45,7 @@ pub fn churn(world: &mut World, of: Operation) -> Result<String, Broken> {
 }
 
 /// Allocations of so many rounds, and bytes more that live behind them.
-fn rounds(world: &mut World, of: Operation, count: usize) -> Result<(u64, i64), Broken> {
+fn rounds(world: &mut World, of: Operation, count: usize) -> Result<(u64, i64), BrokenInvariant> {
     world.work = 0;
     let before = counts().0;
     for _ in 0..count {
@@ -55,7 +55,7 @@ fn rounds(world: &mut World, of: Operation, count: usize) -> Result<(u64, i64), 
 }
 
 /// One life. Why it cannot be lived, where that is so.
-fn round(world: &mut World, of: Operation) -> Result<Option<String>, Broken> {
+fn round(world: &mut World, of: Operation) -> Result<Option<String>, BrokenInvariant> {
     let words = world.create(Operation { c: 1, ..of });
     let made = world.made();
     let Some(name) = made.last().filter(|name| words.starts_with(&format!("create '{name}'"))).cloned() else { return Ok(Some(words)) };

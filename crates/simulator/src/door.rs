@@ -3,7 +3,7 @@
 //!
 //! Requests and their order come from the seed; the interface goes by a clock that stands still while anybody works. The system is a
 //! monotonic one, so that a wait holds what it holds while others come. Only what no time of this machine changes is judged and told.
-use crate::broken::{Broken, broken, text};
+use crate::broken::{BrokenInvariant, broken, text};
 use crate::outcome::Outcome;
 use crate::seed::Numbers;
 use api::Role;
@@ -89,7 +89,7 @@ impl Drop for Folder {
 }
 
 /// Runs such a seed; `kept`: only these of its operations. Gives those that it ran.
-pub fn run(seed: u64, kept: Option<&[usize]>, outcome: &mut Outcome) -> (Vec<usize>, Result<(), Broken>) {
+pub fn run(seed: u64, kept: Option<&[usize]>, outcome: &mut Outcome) -> (Vec<usize>, Result<(), BrokenInvariant>) {
     let numbers = Numbers::of(seed);
     let chosen: Vec<(usize, Operation)> =
         operations(&numbers).into_iter().enumerate().filter(|(index, _)| kept.is_none_or(|kept| kept.contains(index))).collect();
@@ -102,7 +102,7 @@ pub fn run(seed: u64, kept: Option<&[usize]>, outcome: &mut Outcome) -> (Vec<usi
     (indices, runtime.block_on(told(seed, &chosen, outcome)))
 }
 
-async fn told(seed: u64, chosen: &[(usize, Operation)], outcome: &mut Outcome) -> Result<(), Broken> {
+async fn told(seed: u64, chosen: &[(usize, Operation)], outcome: &mut Outcome) -> Result<(), BrokenInvariant> {
     let folder = Folder(std::env::temp_dir().join(format!("simulate-{}-{seed}", std::process::id())));
     std::fs::create_dir_all(&folder.0).or_else(|why| broken("a world can be made", why.to_string()))?;
     let mut door = Door::new(folder.0.join("tokens.json")).await?;
@@ -153,7 +153,7 @@ async fn read(body: Body) -> Json {
 }
 
 impl Door {
-    async fn new(file: PathBuf) -> Result<Door, Broken> {
+    async fn new(file: PathBuf) -> Result<Door, BrokenInvariant> {
         let system = Arc::new(api::open("door", "monotonic", "{}").or_else(|why| broken("a world can be made", text(&why)))?);
         let token = |name: &str, role| tokens::add(&file, name, role, None).or_else(|why| broken("a world can be made", why.to_string()));
         let panel = token("panel", Role::Operate)?;
@@ -171,7 +171,7 @@ impl Door {
         }
     }
 
-    fn configure(&mut self) -> Result<(), Broken> {
+    fn configure(&mut self) -> Result<(), BrokenInvariant> {
         let say = |name: &str, arguments: Json| {
             api::call(&self.system, name, &arguments.to_string()).or_else(|why| broken("a world can be made", format!("{name}: {}", text(&why))))
         };
@@ -207,7 +207,7 @@ impl Door {
         }
     }
 
-    async fn carry_out(&mut self, of: Operation) -> Result<(), Broken> {
+    async fn carry_out(&mut self, of: Operation) -> Result<(), BrokenInvariant> {
         match of.what {
             What::Waits => self.ask(of, "wait", &json!({"instance": self.instance, "slice_ms": of.slice_ms})),
             What::Histories => self.ask(of, "history", &json!({"name": "y", "count": 1_000})),
@@ -249,7 +249,7 @@ impl Door {
     }
 
     /// The panel stops what runs: it is answered, no matter who waits.
-    async fn stop(&mut self, of: Operation) -> Result<(), Broken> {
+    async fn stop(&mut self, of: Operation) -> Result<(), BrokenInvariant> {
         self.again();
         // What has come before has what it takes.
         for _ in 0..8 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The end of a run: everything comes to its end, everything can be started once more, and nothing is left.
-use crate::broken::{Broken, broken, text};
+use crate::broken::{BrokenInvariant, broken, text};
 use crate::invariants;
 use crate::plant::{self, safe};
 use crate::program::{JOINT, MS};
@@ -10,7 +10,7 @@ use serde_json::json;
 /// Time limit of an instance that was halted twice, ms of the system's clock: one that comes to rest first has its own limit.
 const END_MS: i64 = 200;
 
-pub fn finale(world: &mut World) -> Result<Vec<String>, Broken> {
+pub fn finale(world: &mut World) -> Result<Vec<String>, BrokenInvariant> {
     let mut told = Vec::new();
     {
         let mut ledger = plant::locked(&world.plant);
@@ -51,11 +51,11 @@ pub fn finale(world: &mut World) -> Result<Vec<String>, Broken> {
     Ok(told)
 }
 
-fn advance(world: &mut World, duration_ns: i64) -> Result<(), Broken> {
+fn advance(world: &mut World, duration_ns: i64) -> Result<(), BrokenInvariant> {
     world.system.advance(duration_ns).or_else(|why| broken("time goes on", text(&why)))
 }
 
-fn enable(world: &World) -> Result<(), Broken> {
+fn enable(world: &World) -> Result<(), BrokenInvariant> {
     let until_ns = world.system.now_ns() + 50 * MS;
     let enabled = world.call("enable", json!({"name": JOINT})).and_then(|_| world.call("wait_enabled", json!({"name": JOINT, "until_ns": until_ns})));
     match enabled {
@@ -65,7 +65,7 @@ fn enable(world: &World) -> Result<(), Broken> {
 }
 
 /// Halted twice it ends.
-fn end(world: &mut World, name: &str, id: u64) -> Result<(), Broken> {
+fn end(world: &mut World, name: &str, id: u64) -> Result<(), BrokenInvariant> {
     for _ in 0..2 {
         if matches!(world.system.state(id), "queued" | "running" | "suspended") {
             // It may end by itself meanwhile.
@@ -83,7 +83,7 @@ fn end(world: &mut World, name: &str, id: u64) -> Result<(), Broken> {
 }
 
 /// Nothing is left of what was there.
-fn left(world: &mut World) -> Result<(), Broken> {
+fn left(world: &mut World) -> Result<(), BrokenInvariant> {
     world.call("disable", json!({"name": JOINT})).or_else(|why| broken("stopping ends", text(&why)))?;
     advance(world, invariants::grace_ns(&world.program))?;
     invariants::check(world)?;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Invariants after each operation.
 use crate::blocks::{MANY, decode, is_whole, wrong};
-use crate::broken::{Broken, broken, text};
+use crate::broken::{BrokenInvariant, broken, text};
 use crate::plant::{self, safe};
 use crate::program::{ARRAYS, HISTORY, JOINT, MS, PAIRS, Program};
 use crate::world::World;
 use model::value::Value;
 
 /// Everything, after an operation.
-pub fn check(world: &mut World) -> Result<(), Broken> {
+pub fn check(world: &mut World) -> Result<(), BrokenInvariant> {
     world.catch_up()?;
     states(world)?;
     if let Some(shared) = world.lives.shared_claim() {
@@ -23,7 +23,7 @@ pub fn check(world: &mut World) -> Result<(), Broken> {
 }
 
 /// The log and the state of each instance say the same: as many starts as were accepted, and an end for each but the one that is under way.
-fn states(world: &World) -> Result<(), Broken> {
+fn states(world: &World) -> Result<(), BrokenInvariant> {
     for (name, life) in world.lives.of.iter().filter(|(_, life)| life.id != 0) {
         let state = if life.is_deleted { "ended" } else { world.system.state(life.id) };
         let under_way = matches!(state, "queued" | "running" | "suspended");
@@ -36,7 +36,7 @@ fn states(world: &World) -> Result<(), Broken> {
 }
 
 /// Each end has one report, of its start, with values of one invocation.
-fn reports(world: &mut World) -> Result<(), Broken> {
+fn reports(world: &mut World) -> Result<(), BrokenInvariant> {
     for end in world.system.ends_since(world.ends_read) {
         world.ends_read = end.number + 1;
         let report = end.report;
@@ -76,7 +76,7 @@ fn reports(world: &mut World) -> Result<(), Broken> {
 }
 
 /// Checks what blocks have read.
-fn blocks() -> Result<(), Broken> {
+fn blocks() -> Result<(), BrokenInvariant> {
     match wrong().into_iter().next() {
         Some(text) => broken("atomic publication", text),
         None => Ok(()),
@@ -84,7 +84,7 @@ fn blocks() -> Result<(), Broken> {
 }
 
 /// Every value that goes out is of a start that claims the channel, while it runs; or safe.
-fn writes(world: &mut World) -> Result<(), Broken> {
+fn writes(world: &mut World) -> Result<(), BrokenInvariant> {
     let writes = std::mem::take(&mut plant::locked(&world.plant).writes);
     let joint = world.program.plant.1 - 1;
     for write in writes {
@@ -119,7 +119,7 @@ pub fn grace_ns(program: &Program) -> i64 {
 }
 
 /// Checks that outputs without a claim are safe, and all of them after an emergency stop.
-fn outputs(world: &mut World) -> Result<(), Broken> {
+fn outputs(world: &mut World) -> Result<(), BrokenInvariant> {
     let now_ns = world.system.now_ns();
     let is_latched = world.system.latched().is_some();
     let joint = world.program.plant.1 - 1;
@@ -150,7 +150,7 @@ pub fn is_standing(world: &World, source: usize) -> bool {
 }
 
 /// In one snapshot the outputs of one block are of one invocation, bear its number, and were stored while its start ran.
-fn snapshot(world: &World) -> Result<(), Broken> {
+fn snapshot(world: &World) -> Result<(), BrokenInvariant> {
     if (0..world.program.sources.len()).any(|source| is_standing(world, source)) || !world.lives.lost.is_empty() {
         return Ok(());
     }
@@ -209,7 +209,7 @@ fn snapshot(world: &World) -> Result<(), Broken> {
 }
 
 /// A history has no more rows than were declared, in order, each with its number.
-fn histories(world: &World) -> Result<(), Broken> {
+fn histories(world: &World) -> Result<(), BrokenInvariant> {
     for index in 0..PAIRS {
         let name = format!("s{index}.a");
         let rows = world.system.history(&name, 10 * HISTORY).or_else(|why| broken("what is asked is answered", text(&why)))?;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Outcome of a seed.
-use crate::broken::Broken;
+use crate::broken::BrokenInvariant;
 
 /// An invariant that did not hold, with everything that happened before.
 #[derive(Clone, Debug)]
 pub struct Failure {
     pub seed: u64,
-    pub broken: Broken,
+    pub broken: BrokenInvariant,
     /// The operations that were carried out, by their place in the seed's list.
     pub kept: Vec<usize>,
     pub story: Vec<String>,

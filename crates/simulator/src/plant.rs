@@ -3,7 +3,7 @@
 //!
 //! Its parts `p0`, `p1`, … have an `actuator` with safe value -10, -11, … and a `sensor` (what was written there
 //! last); `gate` is an input for an emergency stop. What a world does to it goes through its [`Ledger`].
-use device::{Channel, Declaration, DeviceError, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Type};
+use device::{Channel, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Type};
 use serde_json::json;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -57,17 +57,17 @@ impl Ledger {
     }
 }
 
-pub type Shared = Arc<Mutex<Ledger>>;
+pub type SharedLedger = Arc<Mutex<Ledger>>;
 
 thread_local! {
     /// Ledgers by the name of their plant: a world lives in one thread.
-    static LEDGERS: RefCell<HashMap<String, Shared>> = RefCell::default();
+    static LEDGERS: RefCell<HashMap<String, SharedLedger>> = RefCell::default();
 }
 
 /// A new ledger for the plant of this name that this thread opens.
-pub fn ledger(name: &str) -> Shared {
+pub fn ledger(name: &str) -> SharedLedger {
     device::register(&DRIVER).expect("nobody else has its name");
-    let ledger = Shared::default();
+    let ledger = SharedLedger::default();
     LEDGERS.with_borrow_mut(|ledgers| ledgers.insert(name.to_owned(), ledger.clone()));
     ledger
 }
@@ -77,11 +77,11 @@ pub fn forget() {
     LEDGERS.take();
 }
 
-pub fn locked(ledger: &Shared) -> MutexGuard<'_, Ledger> {
+pub fn locked(ledger: &SharedLedger) -> MutexGuard<'_, Ledger> {
     ledger.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn make(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn make(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options = given.value();
     let outputs = options["outputs"].as_u64().unwrap_or(1) as usize;
     let name = options["name"].as_str().unwrap_or_default();
@@ -104,7 +104,7 @@ fn channels(outputs: usize) -> Vec<Channel> {
 
 struct Plant {
     channels: Vec<Channel>,
-    ledger: Shared,
+    ledger: SharedLedger,
 }
 
 impl Plant {

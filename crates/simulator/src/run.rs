@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One seed from its beginning to its end.
-use crate::broken::Broken;
+use crate::broken::BrokenInvariant;
 use crate::operations::{self, Operation};
 use crate::outcome::{Failure, Outcome};
 use crate::seed::Numbers;
@@ -51,7 +51,7 @@ pub fn run(seed: u64, kept: Option<&[usize]>) -> Outcome {
     let broken = match catch_unwind(AssertUnwindSafe(|| told(&numbers, &chosen, &mut outcome))) {
         Ok(Ok(())) => None,
         Ok(Err(broken)) => Some(broken),
-        Err(_) => Some(Broken { invariant: "no panic", text: PANIC.take() }),
+        Err(_) => Some(BrokenInvariant { invariant: "no panic", text: PANIC.take() }),
     };
     plant::forget();
     outcome.failure = broken.map(|broken| Failure { seed, broken, kept: chosen.iter().map(|(index, _)| *index).collect(), story: outcome.story.clone() });
@@ -63,13 +63,13 @@ fn through_the_door(seed: u64, kept: Option<&[usize]>) -> Outcome {
     let mut outcome = Outcome::default();
     let (kept, broken) = match catch_unwind(AssertUnwindSafe(|| door::run(seed, kept, &mut outcome))) {
         Ok((kept, result)) => (kept, result.err()),
-        Err(_) => (Vec::new(), Some(Broken { invariant: "no panic", text: PANIC.take() })),
+        Err(_) => (Vec::new(), Some(BrokenInvariant { invariant: "no panic", text: PANIC.take() })),
     };
     outcome.failure = broken.map(|broken| Failure { seed, broken, kept, story: outcome.story.clone() });
     outcome
 }
 
-fn told(numbers: &Numbers, chosen: &[(usize, Operation)], outcome: &mut Outcome) -> Result<(), Broken> {
+fn told(numbers: &Numbers, chosen: &[(usize, Operation)], outcome: &mut Outcome) -> Result<(), BrokenInvariant> {
     // A world in which something panicked cannot be closed: it is left as it is.
     let mut world = ManuallyDrop::new(World::new(numbers)?);
     outcome.story.append(&mut world.story);
@@ -95,7 +95,7 @@ fn told(numbers: &Numbers, chosen: &[(usize, Operation)], outcome: &mut Outcome)
     result
 }
 
-fn steps(world: &mut World, chosen: &[(usize, Operation)], story: &mut Vec<String>) -> Result<(), Broken> {
+fn steps(world: &mut World, chosen: &[(usize, Operation)], story: &mut Vec<String>) -> Result<(), BrokenInvariant> {
     for (index, operation) in chosen {
         let now_us = world.system.now_ns() / 1_000;
         story.push(format!("{now_us:>9} us  [{index}] {:?}", operation.what));

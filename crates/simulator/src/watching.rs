@@ -4,10 +4,10 @@
 //! is left.
 //!
 //! The process is seen from the plant: while it stands still or is gone, nothing that it writes comes there, and its heart does not beat.
-use crate::broken::{Broken, broken};
-use crate::plant::{Shared, locked};
+use crate::broken::{BrokenInvariant, broken};
+use crate::plant::{SharedLedger, locked};
 use crate::program::MS;
-use guard::watch::{Bounds, Event, Pulse, Standing, Subject, Watch, Watchers};
+use guard::watch::{Bounds, Event, ProcessStanding, Pulse, Subject, Watch, Watchers};
 use std::time::Duration;
 
 /// Between two beats, and two looks.
@@ -44,7 +44,7 @@ impl Process {
 /// The process that drives the plant, as a watch sees it.
 struct Driving<'a> {
     process: &'a mut Process,
-    plant: &'a Shared,
+    plant: &'a SharedLedger,
     now_ns: i64,
     dies_after_ns: i64,
 }
@@ -141,7 +141,7 @@ impl Watching {
     }
 
     /// Everything that is looked at up to now. `lost`: what was told of a process that was healthy.
-    pub fn look(&mut self, plant: &Shared, now_ns: i64) -> Result<(), Broken> {
+    pub fn look(&mut self, plant: &SharedLedger, now_ns: i64) -> Result<(), BrokenInvariant> {
         locked(plant).is_cut = !self.driving.runs(now_ns);
         while self.next_ns <= now_ns {
             let at_ns = self.next_ns;
@@ -155,7 +155,7 @@ impl Watching {
         Ok(())
     }
 
-    fn look_once(&mut self, plant: &Shared, now_ns: i64) -> Result<(), Broken> {
+    fn look_once(&mut self, plant: &SharedLedger, now_ns: i64) -> Result<(), BrokenInvariant> {
         let was_healthy = self.driving.runs(now_ns) && now_ns - self.healthy_since_ns > BEAT_NS;
         let dies_after_ns = 30 * MS;
         let mut seen = None;
@@ -164,7 +164,7 @@ impl Watching {
         }
         if self.supervisor.runs(now_ns) {
             let stopped = self.guard.is_stopped && !self.guard.runs(now_ns);
-            self.serves = !self.guard.is_gone(now_ns) && self.of_guard.look(self.guard.beats, || stopped, now_ns) == Standing::Serves;
+            self.serves = !self.guard.is_gone(now_ns) && self.of_guard.look(self.guard.beats, || stopped, now_ns) == ProcessStanding::Serves;
             let of = &mut Driving { process: &mut self.driving, plant, now_ns, dies_after_ns };
             let told = if self.serves { self.by_supervisor.look_beside(of, now_ns) } else { self.by_supervisor.look(of, now_ns) };
             seen = seen.or(told);
@@ -190,7 +190,7 @@ impl Watching {
         Ok(())
     }
 
-    fn judge(&mut self, plant: &Shared, now_ns: i64) -> Result<(), Broken> {
+    fn judge(&mut self, plant: &SharedLedger, now_ns: i64) -> Result<(), BrokenInvariant> {
         if self.driving.runs(now_ns) {
             self.unsafe_ns = 0;
             return Ok(());
@@ -207,7 +207,7 @@ impl Watching {
     }
 
     /// Brings back the process, and all that were killed, as a person does; hearts begin again.
-    pub fn mend(&mut self, plant: &Shared, now_ns: i64) {
+    pub fn mend(&mut self, plant: &SharedLedger, now_ns: i64) {
         *self = Watching::new();
         self.next_ns = (now_ns / BEAT_NS + 1) * BEAT_NS;
         (self.by_guard, self.by_supervisor) = (watch(now_ns, 1), watch(now_ns, 1));

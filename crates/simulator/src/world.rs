@@ -3,11 +3,11 @@
 mod instances;
 pub mod operate;
 
-use crate::broken::{Broken, broken, text};
+use crate::broken::{BrokenInvariant, broken, text};
 use crate::lives::Lives;
 use crate::memory::counted;
 use crate::operations::CALLERS;
-use crate::plant::{self, Shared};
+use crate::plant::{self, SharedLedger};
 use crate::program::{ARBITRATED, Carrier, JOINT, MS, Program, device_types, servo, svvs};
 use crate::seed::Numbers;
 use crate::watching::Watching;
@@ -33,7 +33,7 @@ struct Pending {
 pub struct World {
     pub system: System,
     pub program: Program,
-    pub plant: Shared,
+    pub plant: SharedLedger,
     pub lives: Lives,
     pub draw: Numbers,
     pub watching: Watching,
@@ -62,7 +62,7 @@ pub struct World {
 }
 
 impl World {
-    pub fn new(numbers: &Numbers) -> Result<World, Broken> {
+    pub fn new(numbers: &Numbers) -> Result<World, BrokenInvariant> {
         let program = Program::random(numbers);
         let message = if let Carrier::Message(seed) = program.carrier { Some(Message::new(seed, Faults::none())) } else { None };
         let carrier: Box<dyn interconnect::Carrier> = match &message {
@@ -184,7 +184,7 @@ impl World {
     }
 
     /// Reads what the log says since the last time.
-    pub fn catch_up(&mut self) -> Result<(), Broken> {
+    pub fn catch_up(&mut self) -> Result<(), BrokenInvariant> {
         let entries = self.system.log_since(self.log_read);
         if let Some(last) = entries.last().filter(|_| entries[0].sequence > self.log_read) {
             // The log keeps the last entries only, and lists that lead to each other fill it.
@@ -203,10 +203,10 @@ impl World {
     /// Waits at most so many ms of the system's clock until the instance has ended.
     pub fn has_ended_within(&self, id: u64, ms: i64) -> Result<bool, Refusals> {
         let until_ns = self.system.now_ns() + ms * MS;
-        Ok(matches!(self.system.wait(id, Some(until_ns), LONG)?, supervisor::Waited::Done(_)))
+        Ok(matches!(self.system.wait(id, Some(until_ns), LONG)?, supervisor::WaitResult::Done(_)))
     }
 }
 
-fn unmade(what: &str, why: &Refusals) -> Broken {
-    Broken { invariant: "the world can be made", text: format!("{what}: {}", text(why)) }
+fn unmade(what: &str, why: &Refusals) -> BrokenInvariant {
+    BrokenInvariant { invariant: "the world can be made", text: format!("{what}: {}", text(why)) }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Some seeds, always the same; that a seed is one run; and that a failure is found and shrunk.
-use simulator::broken::Broken;
+use simulator::broken::BrokenInvariant;
 use simulator::{Failure, run, shrink};
 
 #[global_allocator]
@@ -35,7 +35,7 @@ fn a_seed_is_one_run() {
 fn a_failure_is_shrunk_to_what_matters() {
     // A seed that holds has nothing to shrink: a failure of an invariant that no run breaks stays as it was.
     let kept: Vec<usize> = (0..10).collect();
-    let broken = Broken { invariant: "that nobody breaks", text: String::new() };
+    let broken = BrokenInvariant { invariant: "that nobody breaks", text: String::new() };
     let failure = Failure { seed: 3, broken, kept: kept.clone(), story: Vec::new() };
     assert_eq!(shrink(&failure).kept, kept);
 }

@@ -3,7 +3,7 @@
 use crate::instances::table::Instances;
 use crate::movements::carrier::Carrier;
 use crate::numbers::Numbers;
-use crate::observation::rings::Seen;
+use crate::observation::rings::Observables;
 use crate::observation::state::Observation;
 use crate::observation::taps::Taps;
 use crate::processors::remote::Remote;
@@ -59,8 +59,8 @@ impl Core {
     }
 
     /// Taps, and what there is to observe.
-    pub fn taps(&mut self) -> (&mut Taps, Seen<'_>) {
-        let seen = Seen { registry: &self.registry, instances: &self.instances, is_virtual: self.host.is_virtual() };
+    pub fn taps(&mut self) -> (&mut Taps, Observables<'_>) {
+        let seen = Observables { registry: &self.registry, instances: &self.instances, is_virtual: self.host.is_virtual() };
         (&mut self.observation.taps, seen)
     }
 

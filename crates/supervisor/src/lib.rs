@@ -42,15 +42,16 @@ mod watchful;
 mod wiring;
 
 pub use alarms::list::{Alarm, AlarmList, AlarmText, Severity};
-pub use alarms::shelving::{Shelving, ShelvingRequest};
+pub use alarms::shelving::Shelving;
+pub use alarms::shelving_calls::ShelvingRequest;
 pub use definitions::block_trial::{BlockTrial, TrialRequest, trial};
 pub use definitions::download::{build, library, load};
 pub use definitions::sane::check_name;
 pub use definitions::verbs::{VerbClass, VerbForm, VerbSummary};
-pub use device::{Geometry, Reach, Reached};
+pub use device::{Geometry, Reach, ReachingValue};
 pub use drivers::each_reach;
 pub use ending::latest::End;
-pub use ending::report::{Other, Passed, Report};
+pub use ending::report::{Other, PassedList, Report};
 pub use handover::take_over::{Anew, OfProcessor, TakenOver};
 pub use instances::apply::DeviceRequest;
 pub use instances::instance::Limits;
@@ -59,8 +60,8 @@ pub use observation::block_times::BlockTimes;
 pub use observation::companions::Companion;
 pub use observation::description::{BlockAbout, InstanceAbout, ModuleAbout, Names, SvvAbout, SvvOwn};
 pub use observation::drawn::{
-    CellKind, DueBy, Installed, InstalledActivation, InstalledBlock, InstalledCell, InstalledCondition, InstalledInstance, InstalledList, InstalledPort,
-    InstalledTransition, PortDirection, PortValue,
+    CellKind, DueBy, InstalledActivation, InstalledBlock, InstalledCell, InstalledCondition, InstalledInstance, InstalledInstances, InstalledList,
+    InstalledPort, InstalledTransition, PortDirection, PortValue,
 };
 pub use observation::inbox::TapChannel;
 pub use observation::inventory::{DevicePart, Inventory, PhysicalDeviceAbout, ProcessorAbout};
@@ -68,7 +69,7 @@ pub use observation::log::Entry;
 pub use observation::log_calls::{CommandSubject, ProgramCommand};
 pub use observation::observe::Past;
 pub use observation::samples::{Run, Samples};
-pub use observation::states::{DeviceState, InstanceState, Paused};
+pub use observation::states::{DeviceState, InstanceState, PausesInForce};
 pub use observation::statistics::{InstanceStatistics, KindOfSource, PhysicalDeviceStatistics, SourcePlace, SourceStatistics, Statistics};
 pub use observation::tap::Tap;
 pub use observation::workspaces::{WORKSPACES_MAX, WorkspaceAbout};
@@ -77,5 +78,5 @@ pub use precedence::first;
 pub use processors::location::{InProcess, Location, Patience};
 pub use svvs::svv_calls::SvvRequest;
 pub use svvs::values::Reading;
-pub use system::{System, Waited};
-pub use wiring::fuse::{Fused, FusedGroup, SingleBlock};
+pub use system::{System, WaitResult};
+pub use wiring::fuse::{FusedBlocks, FusedGroup, SingleBlock};

@@ -4,10 +4,10 @@ use crate::core::Core;
 use crate::definitions::system_definitions::Definitions;
 use crate::observation::companions::Companions;
 use crate::precedence::{Changes, Precedence};
-use crate::processors::guard::Guarded;
+use crate::processors::guard::ProcessGuard;
 use crate::refuse::refuse;
 use crate::supervise::supervise;
-use crate::system::{Post, Shared, System, Waited};
+use crate::system::{Post, System, SystemState, WaitResult};
 use model::refusal::{Class, Refusals};
 use runtime::{ClockKind, Host};
 use std::os::fd::{FromRawFd, OwnedFd};
@@ -32,7 +32,7 @@ impl System {
             return Err(refuse(Class::InvalidState, format!("cannot make an event descriptor: {why}"), "close some files and try again"));
         }
         let core = Core::new(host.clone());
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(SystemState {
             run: run(),
             is_virtual: matches!(clock, ClockKind::Virtual { .. }),
             definitions: Mutex::new(Definitions::default()),
@@ -46,7 +46,7 @@ impl System {
             places: OnceLock::new(),
             companions: Mutex::new(Companions::default()),
             errands: Mutex::default(),
-            guarded: Guarded::default(),
+            guarded: ProcessGuard::default(),
             // SAFETY: `fd` was just made and has no other owner.
             ended_fd: unsafe { OwnedFd::from_raw_fd(fd) },
         });
@@ -71,7 +71,7 @@ impl System {
                 let is_late = core.host.now_ns() >= late_ns;
                 Ok(core.wind_down(is_late).then_some(()))
             });
-            if matches!(waited, Ok(Waited::Done(())) | Err(_)) {
+            if matches!(waited, Ok(WaitResult::Done(())) | Err(_)) {
                 break;
             }
         }

@@ -39,7 +39,7 @@ pub(crate) struct Precedence<T> {
 }
 
 /// The core, locked. It is let go before the turn is.
-pub(crate) struct Locked<'a, T> {
+pub(crate) struct LockedCore<'a, T> {
     core: MutexGuard<'a, T>,
     _turn: Option<MutexGuard<'a, ()>>,
 }
@@ -49,17 +49,17 @@ impl<T> Precedence<T> {
         Precedence { core: Mutex::new(core), next: Mutex::default(), turn: Mutex::default() }
     }
 
-    pub fn lock(&self) -> Locked<'_, T> {
+    pub fn lock(&self) -> LockedCore<'_, T> {
         self.sound().expect("nobody panics while the supervisor works")
     }
 
     /// Returns the core, locked; none if a thread panicked while it held the lock.
-    pub fn sound(&self) -> Option<Locked<'_, T>> {
+    pub fn sound(&self) -> Option<LockedCore<'_, T>> {
         // Neither of these guards anything that a panic could leave half done.
         let turn = (!STOPS.get()).then(|| self.turn.lock().unwrap_or_else(PoisonError::into_inner));
         let _next = self.next.lock().unwrap_or_else(PoisonError::into_inner);
         let core = self.core.lock().ok()?;
-        Some(Locked { core, _turn: turn })
+        Some(LockedCore { core, _turn: turn })
     }
 
     /// Returns true if a thread panicked while it held the core.
@@ -68,7 +68,7 @@ impl<T> Precedence<T> {
     }
 }
 
-impl<T> Deref for Locked<'_, T> {
+impl<T> Deref for LockedCore<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {
@@ -76,7 +76,7 @@ impl<T> Deref for Locked<'_, T> {
     }
 }
 
-impl<T> DerefMut for Locked<'_, T> {
+impl<T> DerefMut for LockedCore<'_, T> {
     fn deref_mut(&mut self) -> &mut T {
         &mut self.core
     }
@@ -108,7 +108,7 @@ impl Changes {
     }
 
     /// Releases the core and waits until something has changed since, at most `timeout`.
-    pub fn wait<T>(&self, core: Locked<'_, T>, timeout: Duration) {
+    pub fn wait<T>(&self, core: LockedCore<'_, T>, timeout: Duration) {
         let seen = self.count.load(Ordering::Acquire);
         self.waiting.fetch_add(1, Ordering::AcqRel);
         drop(core);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Refusals that only a running system can give: states, claims, names of what exists.
-use model::refusal::{Class, Place, Refusal, Refusals};
+use model::refusal::{Class, Refusal, Refusals, SourceLocation};
 
 /// Makes one refusal with a remedy.
 pub(crate) fn refuse(class: Class, message: impl Into<String>, remedy: impl Into<String>) -> Refusals {
@@ -8,14 +8,14 @@ pub(crate) fn refuse(class: Class, message: impl Into<String>, remedy: impl Into
 }
 
 /// Makes it with the place where the thing was defined.
-pub(crate) fn refuse_at(class: Class, message: impl Into<String>, remedy: impl Into<String>, place: Option<Place>) -> Refusals {
+pub(crate) fn refuse_at(class: Class, message: impl Into<String>, remedy: impl Into<String>, place: Option<SourceLocation>) -> Refusals {
     vec![Refusal::new(class, message).remedy(remedy).at(&place)]
 }
 
 /// Refuses a name that is not there, with the one that was probably meant or those that there are.
 pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Refusals {
     let known: Vec<&str> = known.collect();
-    let remedy = match model::suggest::nearest(name, known.iter().copied()) {
+    let remedy = match model::hints::nearest(name, known.iter().copied()) {
         Some(meant) => format!("did you mean '{meant}'?"),
         None if known.is_empty() => format!("there is no {what} yet"),
         None => format!("there are: {}", known[..known.len().min(12)].join(", ")),
@@ -29,6 +29,6 @@ pub(crate) fn invalid_state(what: &str, state: &str, call: &str, remedy: &str) -
 }
 
 /// Refuses a unit that is not known.
-pub(crate) fn known_unit(unit: &str, what: &str, place: &Option<Place>) -> Result<(), Refusals> {
+pub(crate) fn known_unit(unit: &str, what: &str, place: &Option<SourceLocation>) -> Result<(), Refusals> {
     model::quantity::check_unit(unit).map_err(|refusal| vec![refusal.for_what(what).at(place)])
 }

@@ -4,13 +4,13 @@ use crate::precedence::first;
 use crate::refuse::refuse;
 use crate::stopping::emergency_stop::watch_inputs;
 use crate::stopping::lost_processors::{look_for_lost, next_answer};
-use crate::system::Shared;
+use crate::system::SystemState;
 use model::refusal::{Class, Refusals};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// Starts the supervisor's thread: it serves what the kernels tell and what time brings.
-pub(crate) fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<()>, Refusals> {
+pub(crate) fn supervise(shared: &Arc<SystemState>) -> Result<std::thread::JoinHandle<()>, Refusals> {
     let shared = shared.clone();
     let body = move || {
         // Ends and stops go through here: this thread never waits for readers.
@@ -22,7 +22,7 @@ pub(crate) fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<
         .map_err(|why| refuse(Class::InvalidState, format!("cannot start the supervisor: {why}"), "close other programs and try again"))
 }
 
-fn serve(shared: &Shared) {
+fn serve(shared: &SystemState) {
     loop {
         // Before everything that is looked at, so that what changes meanwhile wakes it; commands of other threads poll too.
         let seen = shared.host.rings();
@@ -45,7 +45,7 @@ fn serve(shared: &Shared) {
     }
 }
 
-impl Shared {
+impl SystemState {
     /// Moves the supervisor's thread to its post, if that has changed.
     fn take_post(&self) {
         let mut post = self.post.lock().expect("nobody panics with the lock held");

@@ -5,8 +5,8 @@ use crate::core::Core;
 use crate::definitions::system_definitions::Definitions;
 use crate::devices::errands::Errands;
 use crate::observation::companions::Companions;
-use crate::precedence::{Changes, Locked, Precedence};
-use crate::processors::guard::Guarded;
+use crate::precedence::{Changes, LockedCore, Precedence};
+use crate::processors::guard::ProcessGuard;
 use crate::refuse::refuse;
 use model::refusal::{Class, Refusals};
 use runtime::Host;
@@ -17,14 +17,14 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 /// A real-time system in this process.
 pub struct System {
     pub(crate) name: String,
-    pub(crate) shared: Arc<Shared>,
+    pub(crate) shared: Arc<SystemState>,
     pub(crate) supervisor: Mutex<Option<std::thread::JoinHandle<()>>>,
     /// False of an observer.
     pub(crate) owns: bool,
 }
 
 /// State shared by the calls and the supervisor's thread.
-pub(crate) struct Shared {
+pub(crate) struct SystemState {
     pub host: Arc<Host>,
     /// Identifier of this life of the system.
     pub run: String,
@@ -45,7 +45,7 @@ pub(crate) struct Shared {
     /// Services of drivers that are being carried out.
     pub errands: Mutex<Errands>,
     /// Guard of this process.
-    pub guarded: Guarded,
+    pub guarded: ProcessGuard,
     /// Readable after an end, for event loops.
     pub ended_fd: OwnedFd,
 }
@@ -59,7 +59,7 @@ pub(crate) struct Post {
 }
 
 /// End of a wait.
-pub enum Waited<T> {
+pub enum WaitResult<T> {
     Done(T),
     TimedOut,
     /// The time slice is over: the caller may look at signals or show progress, and go on.
@@ -67,7 +67,7 @@ pub enum Waited<T> {
 }
 
 impl System {
-    pub(crate) fn of(name: &str, shared: Arc<Shared>) -> System {
+    pub(crate) fn of(name: &str, shared: Arc<SystemState>) -> System {
         System { name: name.to_owned(), shared, supervisor: Mutex::new(None), owns: false }
     }
 
@@ -91,12 +91,12 @@ impl System {
     }
 }
 
-impl Shared {
+impl SystemState {
     pub fn definitions(&self) -> MutexGuard<'_, Definitions> {
         self.definitions.lock().expect("nobody panics while definitions change")
     }
 
-    pub fn locked(&self) -> Locked<'_, Core> {
+    pub fn locked(&self) -> LockedCore<'_, Core> {
         self.core.lock()
     }
 

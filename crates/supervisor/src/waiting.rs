@@ -5,19 +5,19 @@ use crate::core::Core;
 use crate::refuse::refuse;
 use crate::stopping::emergency_stop::watch_inputs;
 use crate::stopping::lost_processors::{look_for_lost, next_answer};
-use crate::system::{Shared, Waited};
+use crate::system::{SystemState, WaitResult};
 use crate::watchful::Watchful;
 use model::refusal::{Class, Refusals};
 use std::time::{Duration, Instant};
 
-impl Shared {
+impl SystemState {
     /// Waits until `found` gives something. Virtual clock: time advances, as far as it must.
     pub fn wait_for<T>(
         &self,
         until_ns: Option<i64>,
         slice: Duration,
         found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>,
-    ) -> Result<Waited<T>, Refusals> {
+    ) -> Result<WaitResult<T>, Refusals> {
         self.wait_watchfully(Watchful::At, None, until_ns, slice, found)
     }
 
@@ -30,7 +30,7 @@ impl Shared {
         until_ns: Option<i64>,
         slice: Duration,
         mut found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>,
-    ) -> Result<Waited<T>, Refusals> {
+    ) -> Result<WaitResult<T>, Refusals> {
         let begun = Instant::now();
         let begun_ns = self.host.now_ns();
         let mut core = self.locked();
@@ -45,9 +45,9 @@ impl Shared {
             }
             let left = slice.saturating_sub(begun.elapsed());
             let waited = match result {
-                Some(result) => Some(Waited::Done(result)),
-                None if until_ns.is_some_and(|until| self.host.now_ns() >= until) => Some(Waited::TimedOut),
-                None if left.is_zero() => Some(Waited::Slice),
+                Some(result) => Some(WaitResult::Done(result)),
+                None if until_ns.is_some_and(|until| self.host.now_ns() >= until) => Some(WaitResult::TimedOut),
+                None if left.is_zero() => Some(WaitResult::Slice),
                 None => None,
             };
             if let Some(waited) = waited {

@@ -5,14 +5,14 @@ use common::*;
 use runtime::ClockKind;
 use serde_json::json;
 use std::time::Duration;
-use supervisor::Waited;
+use supervisor::WaitResult;
 
 /// Waits for the end, however long it takes.
 fn wait(rig: &Rig, id: u64) -> supervisor::Report {
     loop {
         match rig.system.wait(id, None, Duration::from_secs(1)).unwrap_or_else(|r| panic!("{}", text(&r))) {
-            Waited::Done(report) => return report,
-            Waited::Slice | Waited::TimedOut => {}
+            WaitResult::Done(report) => return report,
+            WaitResult::Slice | WaitResult::TimedOut => {}
         }
     }
 }

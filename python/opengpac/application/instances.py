@@ -12,10 +12,10 @@ from .. import checking
 from ..checking.planning import plan
 from ..errors import CallError, Error, InvalidState, gone, refusals, refuse
 from ..refusals.argument_types import all_taking
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..values.encoding import plain
 from ..values.quantities import Quantity, optional_ns, span_ns
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 from . import progress, waiting
 from .application import application_json, arguments_json, bind, options_json, system_for, values_json
 from .prepared_call import PreparedCall
@@ -31,7 +31,7 @@ _read = json.JSONDecoder().raw_decode
 
 
 @all_taking
-class VerbInstance(Shown, Declared, Generic[R]):
+class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
     """A verb applied to its arguments. Awaitable; a context manager that halts and deletes it at the end.
 
     Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which may be started many times.

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from ..errors import Terminated, TimeLost, did_you_mean
 from ..refusals.source_location import here, packaged
 from ..values.encoding import lively
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 
 if TYPE_CHECKING:
     from ..definition.verbs import Verb
 
 
-class Reported(NamedTuple):
+class OtherCondition(NamedTuple):
     """A condition that came too, but did not move the instance."""
 
     condition: str
@@ -23,7 +23,7 @@ class Reported(NamedTuple):
     time: float
 
 
-class Passed(NamedTuple):
+class PassedList(NamedTuple):
     """A command list that a condition led on from, `time` s after the start."""
 
     command_list: str
@@ -32,7 +32,7 @@ class Passed(NamedTuple):
     time: float
 
 
-class Report(Shown):
+class Report(TableDisplay):
     """Report of a verb: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
 
     Made by the end of a verb instance: what a call returns, and `vi.report`.
@@ -54,8 +54,8 @@ class Report(Shown):
     condition: str
     time: float
     value: Any
-    others: tuple[Reported, ...]
-    way: tuple[Passed, ...]
+    others: tuple[OtherCondition, ...]
+    way: tuple[PassedList, ...]
     verb: str
     instance: str
     command_list: str
@@ -73,10 +73,9 @@ class Report(Shown):
         self.started = given.get("started_s", 0.0)
         self.time = self.ended - self.started
         self.value = lively(given.get("value"))
-        others = given.get("others")
-        self.others = tuple(Reported(o["condition"], o.get("block"), o["time_s"] - self.started) for o in others) if others else ()
-        way = given.get("way")
-        self.way = tuple(Passed(p["command_list"], p["condition"], p.get("block"), p["time_s"] - self.started) for p in way) if way else ()
+        others, way = given.get("others") or (), given.get("way") or ()
+        self.others = tuple(OtherCondition(o["condition"], o.get("block"), o["time_s"] - self.started) for o in others)
+        self.way = tuple(PassedList(p["command_list"], p["condition"], p.get("block"), p["time_s"] - self.started) for p in way)
         self.verb = given["verb"]
         self.instance = given["instance"]
         self.command_list = given.get("command_list") or ""

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 from .. import _native
 from ..errors import CallError, DefinitionError, UnknownName, ValueRefused, did_you_mean, refusals, refuse
 from ..refusals.argument_types import all_taking
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..refusals.source_location import Place, here
 from ..values.encoding import plain
-from ..values.tables import CallSignature, Shown, Table
+from ..values.tables import CallSignature, Table, TableDisplay
 from . import block_trial
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .graphs import Graph
 
 
-class FunctionBlock(Declared):
+class FunctionBlock(DeclaredNames):
     """A function block: an application subroutine (`Block`) or a data flow graph (`Graph`). From outside the two look the same."""
 
     def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
@@ -72,7 +72,7 @@ class Item:
 
 
 @all_taking
-class Block(Shown, FunctionBlock):
+class Block(TableDisplay, FunctionBlock):
     """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`.
 
     Made by `gpac.library` (`lib.lowpass`) and by `cell.download` (`code.lowpass`). Each component is a dictionary, name → item; `types` has
@@ -183,7 +183,7 @@ class Block(Shown, FunctionBlock):
 
 
 @all_taking
-class BlockUse(Declared):
+class BlockUse(DeclaredNames):
     """A block or graph with constants, not yet labelled. Made by calling one: `lib.lowpass(alpha=0.3)`.
 
     `block` is the block or graph. `constants` are values by the names of its inputs and parameters: numbers, sequences of the item's

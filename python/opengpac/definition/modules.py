@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import DefinitionError, UnknownName, did_you_mean, refuse
-from ..refusals.declared_names import Declared
-from ..values.tables import Shown, Table
+from ..refusals.declared_names import DeclaredNames
+from ..values.tables import Table, TableDisplay
 from .blocks import Block
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Types:
         return [*self._types]
 
 
-class Module(Shown, Declared):
+class Module(TableDisplay, DeclaredNames):
     """The blocks and types of a downloaded code module: `code.lowpass`, `code["lowpass"]`, `code.types.pose`. Made by `cell.download`."""
 
     def __init__(self, described: Mapping[str, Any], path: str, system: System) -> None:

@@ -18,7 +18,7 @@ from ..application import instances
 from ..application.reports import Report
 from ..errors import CallError, DefinitionError, Terminated, did_you_mean, refusals, refuse
 from ..refusals.argument_types import all_taking
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..refusals.source_location import Place, here
 from ..system.processors import system_of
 from ..system.sources import Source, placement_json
@@ -45,7 +45,7 @@ R = TypeVar("R", covariant=True)
 
 
 @all_taking
-class Verb(VerbTables, Declared, Generic[P, R]):
+class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
 
     `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts;

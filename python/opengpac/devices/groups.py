@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
 from ..application.arguments import Argument
 from ..errors import CallError, UnknownName, did_you_mean, refuse
 from ..refusals.argument_types import all_taking
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..system.svvs import rows_of
 from ..values.arrays import np
 from ..values.encoding import plain
 from ..values.numbers import number
 from ..values.quantities import Quantity, optional_ns
-from ..values.tables import Shown, Table, identifiers
+from ..values.tables import Table, TableDisplay, identifiers
 from .enabling import enable
 from .logical import LogicalDevice
 
@@ -28,7 +28,7 @@ D = TypeVar("D", bound=LogicalDevice)
 
 
 @all_taking
-class Group(Shown, Declared, Argument, Generic[D]):
+class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
 
     A device is named by its whole name or by its last words, `arm["left.elbow"]`, where these are of no other one (`short_names`).

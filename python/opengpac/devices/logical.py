@@ -15,14 +15,14 @@ from ..definition.entering import check_device_type
 from ..definition.modules import PYTHON_TYPES, type_json
 from ..errors import CallError, DefinitionError, Error, UnknownName, did_you_mean, gone, refusals, refuse
 from ..refusals.argument_types import all_taking, taking, whole
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..refusals.source_location import Place, here
 from ..studio import offered_motions
 from ..system.svvs import SVV, rows_of
 from ..values.encoding import lively, plain
 from ..values.numbers import range_of
 from ..values.quantities import Quantity, optional_ns, span_ns
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 from .enabling import enable
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ class _Definition:
 
 
 @all_taking
-class LogicalDevice(Shown, Declared, Argument):
+class LogicalDevice(TableDisplay, DeclaredNames, Argument):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `name` is its own in the system, `on` is where its verb runs (or `system`

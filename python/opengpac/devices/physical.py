@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from ..application.arguments import Argument
 from ..drivers.catalog import safe_state_text
 from ..errors import CallError, UnknownName, did_you_mean, refusals, refuse
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..refusals.source_location import here
 from ..system.sources import Source
 from ..values.arrays import np
 from ..values.encoding import dtype_of
-from ..values.tables import Shown, Table, Tables, identifiers
+from ..values.tables import Table, TableDisplay, Tables, identifiers
 from .services import Services
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..system.system import System
 
 
-class Channel(Declared, Argument):
+class Channel(DeclaredNames, Argument):
     """A channel of a physical device: `name`, `type`, `unit`, and whether it is written. Made by its device: `ur5e["elbow"].position`.
 
     `type` is a C type; numbers are in `unit`, a text that is empty where the channel has none. Verbs bind to it; a program reads it by
@@ -85,7 +85,7 @@ class Channel(Declared, Argument):
         return f"channel {self.device.name}.{self.name} ({self.type}{', ' + self.unit if self.unit else ''}), {way}"
 
 
-class _Channels(Shown, Declared):
+class _Channels(TableDisplay, DeclaredNames):
     """Channels by the last word of their name, as attributes and items."""
 
     def _find(self, name: str) -> Any:

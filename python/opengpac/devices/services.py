@@ -12,7 +12,7 @@ from .. import _native
 from ..errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from ..values.encoding import lively, plain
 from ..values.quantities import duration_ns
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 
 if TYPE_CHECKING:
     from .physical import PhysicalDevice
@@ -85,7 +85,7 @@ def _documented(about: Mapping[str, Any]) -> str:
     return "\n\n".join([lines[0], "\n".join(lines[1:])]).strip()
 
 
-class Services(Shown):
+class Services(TableDisplay):
     """Services of a physical device's driver off the cycle: `device.services.home(joint="elbow")`."""
 
     def __init__(self, device: PhysicalDevice) -> None:

@@ -17,7 +17,7 @@ from ..driver.manual import scanned
 from ..driver.process import loaded
 from ..errors import CallError, DeviceFailed, Error, UnknownName, did_you_mean, refusals, refuse
 from ..values.quantities import duration_text
-from ..values.tables import Shown, Table, Tables
+from ..values.tables import Table, TableDisplay, Tables
 from .in_python import where
 from .loading import load
 
@@ -25,7 +25,7 @@ Look = Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]]
 """Lets a driver look for devices: its kind and options to what each is and the options that open it."""
 
 
-class Manual(Shown):
+class Manual(TableDisplay):
     """Declaration of a driver: `kind`, `doc`, `class_`, `options`, `safe_state`, `services`, `counters`, `rights`, `scans`."""
 
     def __init__(self, about: Mapping[str, Any], source: str | None = None) -> None:
@@ -87,7 +87,7 @@ def safe_state_text(about: Mapping[str, Any]) -> str:
     return f"{about['doc']}, by {' and '.join(about['by'])}{within}"
 
 
-class Manuals(builtins.list[Manual], Shown):
+class Manuals(builtins.list[Manual], TableDisplay):
     """Drivers by name."""
 
     def __str__(self) -> str:
@@ -98,7 +98,7 @@ class Manuals(builtins.list[Manual], Shown):
         return Table("drivers", ["driver", "class", "looks", "what it is"], rows)
 
 
-class Found(builtins.list[dict[str, Any]], Shown):
+class Found(builtins.list[dict[str, Any]], TableDisplay):
     """Devices that were found, `{"driver", "what", "options"}` each; `problems` has the drivers that could not look, with the reason."""
 
     def __init__(self, found: builtins.list[dict[str, Any]], problems: Mapping[str, str]) -> None:

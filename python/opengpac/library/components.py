@@ -13,7 +13,7 @@ from ..definition.blocks import Block, Item
 from ..definition.graphs import Graph
 from ..definition.verbs import Verb
 from ..devices.logical import LogicalDevice
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 
 Kind = Literal["block", "graph", "verb", "device type"]
 
@@ -77,7 +77,7 @@ class Problem(NamedTuple):
         return f"{self.what}: {self.reason}"
 
 
-class Found(tuple[Component, ...], Shown):
+class Found(tuple[Component, ...], TableDisplay):
     """Components in an order: prints as a table, in a notebook too."""
 
     __slots__ = ()

@@ -27,7 +27,7 @@ class _Whole(type):
             return own.replace(parameters=[*own.parameters.values()][1:])
 
 
-class Declared(metaclass=_Whole):
+class DeclaredNames(metaclass=_Whole):
     """Base of classes that refuse an assignment to a name that is not declared, and say what was probably meant.
 
     Declared are properties with a setter, members of a device type, and what `_settable` names. A class of your own may set what it

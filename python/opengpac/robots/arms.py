@@ -25,7 +25,7 @@ from . import mjcf, urdf
 from .arm import Arm
 from .assembly import assemble, has_site, joint_names
 from .bare import BARE, Bare
-from .catalogue import ARMS, Named, refuse_elsewhere
+from .catalogue import ARMS, NamedArm, refuse_elsewhere
 from .drives import FASTEST, integral_gain
 from .joints import Joint
 from .kinematics import Kinematics
@@ -239,8 +239,8 @@ class _Model:
     """What was put right in the arm's file."""
     held_back: frozenset[str]
     """Joints with dry friction, and those that others follow: their drive's equations lack that."""
-    named: Named | None
-    converted: urdf.Converted | None
+    named: NamedArm | None
+    converted: urdf.ConvertedArm | None
     """What its URDF and SRDF files say, where it has such."""
 
     @property
@@ -285,7 +285,7 @@ class _Model:
         packages: list[Path],
         described: _Described,
         is_simulated: bool,
-        named: Named | None,
+        named: NamedArm | None,
     ) -> Self:
         for file in (arm, tool, scene):
             if file is not None and not urdf.is_urdf(file):
@@ -330,7 +330,7 @@ class _Model:
         return found
 
 
-def _settled(named: Named, text: str | None) -> str:
+def _settled(named: NamedArm, text: str | None) -> str:
     """The model of an arm known by name with its home and tool."""
     try:
         if text is None:

@@ -50,7 +50,7 @@ class Package:
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedArm:
     """An arm known by name.
 
     `home` gives the joints of the arm, from its base on, with their positions at home (rad or m); other joints of the file, such as
@@ -136,40 +136,42 @@ _VIPERX = {
 """The left one of the two of ALOHA, at rest as in that package."""
 _SAWYER = {f"right_j{number}": position for number, position in enumerate((0.0, -1.18, 0.0, 2.18, 0.0, 0.57, 3.3161))}
 
-ARMS: Mapping[str, Named] = {
+ARMS: Mapping[str, NamedArm] = {
     arm.name: arm
     for arm in [
-        Named("al5d", _RTB, "lynxmotion_al5d_description/urdf/al5d_robot.urdf", "link4", _joints("j{}", (0.0,) * 4), 0.33),
-        Named("fr3", _ROBOPLAN, "franka_robot_model/fr3.urdf", "fr3_hand_tcp", _joints("fr3_joint{}", _PANDA), 0.94),
-        Named("iiwa7", _ROBOSUITE, "iiwa/robot.xml", "right_hand", _joints("joint_{}", _IIWA), 0.92),
-        Named("iiwa14", _RTB, "kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf", "tool0", _joints("joint_a{}", _IIWA), 0.94),
-        Named("jaco2", _erd("BSD"), "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector", _JACO, 0.98),
-        Named("kinova_gen3", _ROBOSUITE, "kinova3/robot.xml", "right_hand", _joints("Actuator{}", _KINOVA), 0.90),
-        Named("kr16", _RTB, "kuka_description/kuka_kr16/urdf/kr16_2.urdf", "tool0", _joints("joint_a{}", _BENT), 1.75),
-        Named("kr120", _RTB, "kuka_description/kuka_kr120/urdf/kr120r2500pro.urdf", "tool0", _joints("joint_a{}", _BENT), 2.69),
-        Named("kr210", _RTB, "kuka_description/kuka_kr210/urdf/kr210l150.urdf", "tool0", _joints("joint_a{}", (0.0,) * 6), 3.32),
-        Named("panda", _erd("Apache-2.0"), "panda_description/urdf/panda.urdf", "panda_hand_tcp", _joints("panda_joint{}", _PANDA), 0.94),
-        Named("puma560", _RTB, "unimation_puma560_description/urdf/puma560_robot.urdf", "link7", _joints("j{}", (0.0,) * 6), 0.93),
-        Named("sawyer", _ROBOSUITE, "sawyer/robot.xml", "right_hand", _SAWYER, 1.07),
-        Named("so100", _erd("Apache-2.0"), "so_arm_description/urdf/so100.urdf", "gripper", _SO, 0.34),
-        Named("so101", _erd("Apache-2.0"), "so_arm_description/urdf/so101.urdf", "gripper_frame_link", _SO, 0.44),
-        Named("talos_left_arm", _erd("Apache-2.0"), "talos_data/robots/talos_left_arm.urdf", "gripper_left_base_link", _TALOS, 0.63),
-        Named("ur3", _erd("BSD"), _UR.format(3), "tool0", _ur(_BENT), 0.58),
-        Named("ur3e", _AIRO, "ur3e/ur3e.urdf", "tool0", _ur(_BENT), 0.59),
-        Named("ur5", _erd("BSD"), _UR.format(5), "tool0", _ur(_BENT), 0.94),
-        Named("ur10", _erd("BSD"), _UR.format(10), "tool0", _ur(_BENT), 1.33),
-        Named("viperx", _ALOHA, "bimanual_viperx_transfer_cube.xml", "vx300s_left/gripper_link", _VIPERX, 0.68),
-        Named("xarm6", _PYBULLET, "xarm/xarm6_robot.urdf", "link6", _joints("joint{}", (0.0,) * 6), 0.76),
-        Named("xarm7", _erd("BSD-3-Clause"), "xarm_description/urdf/xarm7.urdf", "link_eef", _joints("joint{}", (0.0,) * 7), 0.77),
-        Named("z1", _erd("MPL-2.0"), "z1_description/urdf/z1.urdf", "link06", _Z1, 0.69),
+        NamedArm("al5d", _RTB, "lynxmotion_al5d_description/urdf/al5d_robot.urdf", "link4", _joints("j{}", (0.0,) * 4), 0.33),
+        NamedArm("fr3", _ROBOPLAN, "franka_robot_model/fr3.urdf", "fr3_hand_tcp", _joints("fr3_joint{}", _PANDA), 0.94),
+        NamedArm("iiwa7", _ROBOSUITE, "iiwa/robot.xml", "right_hand", _joints("joint_{}", _IIWA), 0.92),
+        NamedArm("iiwa14", _RTB, "kuka_description/kuka_lbr_iiwa/urdf/lbr_iiwa_14_r820.urdf", "tool0", _joints("joint_a{}", _IIWA), 0.94),
+        NamedArm("jaco2", _erd("BSD"), "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector", _JACO, 0.98),
+        NamedArm("kinova_gen3", _ROBOSUITE, "kinova3/robot.xml", "right_hand", _joints("Actuator{}", _KINOVA), 0.90),
+        NamedArm("kr16", _RTB, "kuka_description/kuka_kr16/urdf/kr16_2.urdf", "tool0", _joints("joint_a{}", _BENT), 1.75),
+        NamedArm("kr120", _RTB, "kuka_description/kuka_kr120/urdf/kr120r2500pro.urdf", "tool0", _joints("joint_a{}", _BENT), 2.69),
+        NamedArm("kr210", _RTB, "kuka_description/kuka_kr210/urdf/kr210l150.urdf", "tool0", _joints("joint_a{}", (0.0,) * 6), 3.32),
+        NamedArm(
+            "panda", _erd("Apache-2.0"), "panda_description/urdf/panda.urdf", "panda_hand_tcp", _joints("panda_joint{}", _PANDA), 0.94
+        ),
+        NamedArm("puma560", _RTB, "unimation_puma560_description/urdf/puma560_robot.urdf", "link7", _joints("j{}", (0.0,) * 6), 0.93),
+        NamedArm("sawyer", _ROBOSUITE, "sawyer/robot.xml", "right_hand", _SAWYER, 1.07),
+        NamedArm("so100", _erd("Apache-2.0"), "so_arm_description/urdf/so100.urdf", "gripper", _SO, 0.34),
+        NamedArm("so101", _erd("Apache-2.0"), "so_arm_description/urdf/so101.urdf", "gripper_frame_link", _SO, 0.44),
+        NamedArm("talos_left_arm", _erd("Apache-2.0"), "talos_data/robots/talos_left_arm.urdf", "gripper_left_base_link", _TALOS, 0.63),
+        NamedArm("ur3", _erd("BSD"), _UR.format(3), "tool0", _ur(_BENT), 0.58),
+        NamedArm("ur3e", _AIRO, "ur3e/ur3e.urdf", "tool0", _ur(_BENT), 0.59),
+        NamedArm("ur5", _erd("BSD"), _UR.format(5), "tool0", _ur(_BENT), 0.94),
+        NamedArm("ur10", _erd("BSD"), _UR.format(10), "tool0", _ur(_BENT), 1.33),
+        NamedArm("viperx", _ALOHA, "bimanual_viperx_transfer_cube.xml", "vx300s_left/gripper_link", _VIPERX, 0.68),
+        NamedArm("xarm6", _PYBULLET, "xarm/xarm6_robot.urdf", "link6", _joints("joint{}", (0.0,) * 6), 0.76),
+        NamedArm("xarm7", _erd("BSD-3-Clause"), "xarm_description/urdf/xarm7.urdf", "link_eef", _joints("joint{}", (0.0,) * 7), 0.77),
+        NamedArm("z1", _erd("MPL-2.0"), "z1_description/urdf/z1.urdf", "link06", _Z1, 0.69),
     ]
 }
 """The arms of that kind by their names."""
 
 _UR5E_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _UR5E_HOME: dict[str, float] = dict(zip(_UR5E_JOINTS, _BENT, strict=True))
-_UR5E = Named("ur5e", Package(OWN, _native.version(), "Apache-2.0", "robots"), "ur5e.xml", "tool", _UR5E_HOME, 0.96)
-KNOWN: Mapping[str, Named] = {**ARMS, _UR5E.name: _UR5E}
+_UR5E = NamedArm("ur5e", Package(OWN, _native.version(), "Apache-2.0", "robots"), "ur5e.xml", "tool", _UR5E_HOME, 0.96)
+KNOWN: Mapping[str, NamedArm] = {**ARMS, _UR5E.name: _UR5E}
 """All arms that are known by name: those of other packages, and the one that comes with OpenGPAC."""
 
 

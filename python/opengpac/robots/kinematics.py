@@ -20,7 +20,7 @@ from .. import _native
 from .. import library as lib
 from ..drivers.simulated import mujoco_folder
 from ..errors import CallError, DefinitionError, DeviceFailed, UnknownName, Unreachable, did_you_mean, refusals, refuse
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..values.configurations import Configuration
 from ..values.frames import Pose
 from ..values.numbers import is_number, number, rows
@@ -52,7 +52,7 @@ class Axis:
 
 
 @dataclass
-class Kinematics(Declared):
+class Kinematics(DeclaredNames):
     """A chain of joints, as a product of exponentials: their axes and the flange's pose where every joint is at 0.
 
     `base` is where the arm stands in the frame in which poses are given, `tool` the tool's frame in the flange's; both may be set.

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from .. import _native, checking
 from ..errors import CallError, FileFailed, refusals, refuse
 from ..refusals.argument_types import all_taking
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..storage import files
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 
 if TYPE_CHECKING:
     from ..system.system import System
@@ -25,7 +25,7 @@ File = str | os.PathLike[str]
 
 
 @all_taking
-class Workspaces(Shown, Declared):
+class Workspaces(TableDisplay, DeclaredNames):
     """The workspaces of a system, `cell.workspaces`: names of layouts that programs ship and people keep in the studio.
 
     A layout is a JSON file, or the same as a dictionary; `docs/workspaces.md` describes it.

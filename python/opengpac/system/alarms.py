@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from ..refusals.argument_types import all_taking
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..values.numbers import number
 from ..values.quantities import Quantity, duration_ns
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 
 if TYPE_CHECKING:
     from .system import System
@@ -105,7 +105,7 @@ _TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
 
 
 @all_taking
-class Alarms(Shown, Declared):
+class Alarms(TableDisplay, DeclaredNames):
     """The alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order in which they came first.
 
     Every end of a verb that raises, every device that fails and the emergency stop raise one by themselves; `define` adds your

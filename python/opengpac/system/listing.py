@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 
 
 class VerbEntry(NamedTuple):
@@ -64,7 +64,7 @@ class InstanceEntry(NamedTuple):
 E = TypeVar("E", VerbEntry, InstanceEntry)
 
 
-class Listing(list[E], Shown):
+class Listing(list[E], TableDisplay):
     """Entries, which print as a table."""
 
     def _table(self) -> Table:

@@ -15,10 +15,10 @@ from ..refusals.argument_types import all_taking
 from ..storage import files
 from ..studio import offered_motions
 from ..values.quantities import Quantity, duration_ns
-from ..values.tables import Shown, Table, Tables
+from ..values.tables import Table, TableDisplay, Tables
 from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
 from .sources import Source
-from .statistics import Fused, Log, Names, Statistics
+from .statistics import FusedBlocks, Log, Names, Statistics
 from .svvs import SVV, Snapshot, snapshot
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @all_taking
-class SystemObservation(Shown):
+class SystemObservation(TableDisplay):
     """Observation of a `System`."""
 
     name: str
@@ -47,10 +47,10 @@ class SystemObservation(Shown):
             return Statistics(self._alive().statistics())
 
     @property
-    def fused(self) -> Fused:
+    def fused(self) -> FusedBlocks:
         """Blocks that are fused, and those that are not, with the reason: see `fuse`. A notebook shows tables."""
         with refusals:
-            return Fused(self._alive().fused())
+            return FusedBlocks(self._alive().fused())
 
     @property
     def names(self) -> Names:

@@ -9,11 +9,11 @@ from ..devices.physical import PhysicalDevice
 from ..drivers import Driver
 from ..errors import CallError, refusals, refuse
 from ..refusals.argument_types import all_taking
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..refusals.source_location import here
 from ..values.numbers import number
 from ..values.quantities import Quantity, duration_ns, span_ns
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 from .clock import SystemTime
 from .sources import Source
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @all_taking
-class Processor(Shown, Declared):
+class Processor(TableDisplay, DeclaredNames):
     """A real-time processor: one instruction stream, with interrupt sources and the physical devices that it can reach.
 
     Made by `cell.processor("rtp0")`.

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CallError, refusals, refuse
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 
 if TYPE_CHECKING:
     from .processors import Processor
     from .system import System
 
 
-class Source(Declared):
+class Source(DeclaredNames):
     """An interrupt source. Made by `processor.timer`, `processor.trigger` and `processor.software`.
 
     `name` is `processor.source`, `kind` `timer`, `trigger` or `software`; `period` is that of a timer, in s, else 0; `priority` is 1 to 98.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..values.quantities import duration_text
-from ..values.tables import Shown, Table, Tables
+from ..values.tables import Table, TableDisplay, Tables
 
 
 def _time(ns: float) -> str:
@@ -19,7 +19,7 @@ def _median(source: Mapping[str, Any], what: str) -> str:
     return _time(min(source[f"{what}_median_ns"], source[f"{what}_max_ns"]))
 
 
-class Statistics(dict[str, Any], Shown):
+class Statistics(dict[str, Any], TableDisplay):
     """Firings, overruns, jitter and times of each source; instances; devices; the emergency stop."""
 
     def sources(self) -> Table:
@@ -71,7 +71,7 @@ class Statistics(dict[str, Any], Shown):
         return Tables([table for table in tables if table.rows], head + (", paused" if self["paused"] else ""))
 
 
-class Names(dict[str, Any], Shown):
+class Names(dict[str, Any], TableDisplay):
     """Names of everything in a system, by kind."""
 
     def _table(self) -> Table:
@@ -84,7 +84,7 @@ def _short(name: Any) -> str:
     return str(name.get("name", name)) if isinstance(name, Mapping) else str(name)
 
 
-class Fused(dict[str, Any], Shown):
+class FusedBlocks(dict[str, Any], TableDisplay):
     """Blocks that are fused, and those that are not, with the reason: see `System.fuse`.
 
     `on`; `waiting`, how many groups nobody has compiled so far; `groups`, each with its `source`, its `blocks`, whether they are `fused`,
@@ -108,7 +108,7 @@ class Fused(dict[str, Any], Shown):
         return Tables([table for table in (self.groups(), self.single()) if table.rows], head)
 
 
-class Log(list[dict[str, Any]], Shown):
+class Log(list[dict[str, Any]], TableDisplay):
     """Entries of a log, oldest first."""
 
     def _table(self) -> Table:

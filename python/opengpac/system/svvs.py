@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from .. import checking
 from ..application.arguments import Argument
 from ..errors import CallError, Error, NotEnabled, UnknownName, ValueRefused, gone, refusals, refuse
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..values.arrays import np
 from ..values.encoding import dtype_of, from_bytes, plain, value_of
-from ..values.tables import Shown, Table
+from ..values.tables import Table, TableDisplay
 
 if TYPE_CHECKING:
     from ..devices.logical import LogicalDevice
@@ -53,7 +53,7 @@ class Predicate:
         return self._text
 
 
-class SVV(Shown, Declared, Argument, Generic[T]):
+class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
     """A state vector variable. `value`, `number` and `time` are its newest publication; setting `value` writes it.
 
     Made by `cell.svv(...)`, and by each logical device for the members of its type.

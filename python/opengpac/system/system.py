@@ -21,7 +21,7 @@ from ..devices.logical import LogicalDevice
 from ..devices.physical import PhysicalDevice
 from ..errors import CallError, InUse, InvalidState, refusals, refuse
 from ..refusals.argument_types import all_taking, whole
-from ..refusals.declared_names import Declared
+from ..refusals.declared_names import DeclaredNames
 from ..refusals.source_location import here
 from ..storage import files
 from ..values.encoding import plain
@@ -35,7 +35,7 @@ from .processors import Processor
 from .realtime import EmbeddedSystem, RealTimeSystem
 from .repeated import MadeThings
 from .sources import Source, placement_json
-from .statistics import Fused
+from .statistics import FusedBlocks
 from .svvs import SVV
 from .takeover import TakenOver, taken_over
 
@@ -52,7 +52,7 @@ _logger = logging.getLogger("opengpac")
 
 
 @all_taking
-class System(SystemCommands, SystemTime, Declared):
+class System(SystemCommands, SystemTime, DeclaredNames):
     """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
 
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
@@ -251,7 +251,7 @@ class System(SystemCommands, SystemTime, Declared):
             warnings.warn(note, RuntimeWarning, stacklevel=2)
         return Module(described, file, self)
 
-    def fuse(self, on: bool = True) -> Fused:
+    def fuse(self, on: bool = True) -> FusedBlocks:
         """Fuses blocks of C sources that stand behind each other, are always due together, and of which some read what others store.
 
         Each group gets one entry, compiled from the sources as they were downloaded, so that values go from block to block in registers.
@@ -264,7 +264,7 @@ class System(SystemCommands, SystemTime, Declared):
         """
         while True:
             with refusals:
-                told = Fused(self._alive().fuse(on))
+                told = FusedBlocks(self._alive().fuse(on))
             if not told["waiting"]:
                 return told
 

@@ -14,7 +14,7 @@ from ..remote.calls import Remote
 from ..remote.opening import open_session
 from ..remote.session import Session
 from .board import ORDERS, View, board
-from .finding import Found, daemons
+from .finding import FoundDaemon, daemons
 from .look import Look, Watch
 
 _LEAST_S, _MOST_S = 0.1, 60.0
@@ -94,5 +94,5 @@ def url_of(where: str | None, name: str | None) -> str:
     refuse(CallError, f"this user runs {len(found)} daemons: {_listed(found)}", "say which with --name, or give its URL")
 
 
-def _listed(found: list[Found]) -> str:
+def _listed(found: list[FoundDaemon]) -> str:
     return ", ".join(f"{daemon.name} ({daemon.url})" for daemon in found)

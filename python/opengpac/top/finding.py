@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 
-class Found(NamedTuple):
+class FoundDaemon(NamedTuple):
     """A daemon that answers."""
 
     name: str
@@ -25,13 +25,13 @@ def folder() -> Path:
     return Path(f"/tmp/opengpac-{os.getuid()}")
 
 
-def daemons() -> list[Found]:
+def daemons() -> list[FoundDaemon]:
     """Returns those that take a connection now, by name. A socket that a killed daemon has left behind is none."""
     try:
         sockets = sorted(path for path in folder().glob("*.sock") if path.is_socket())
     except OSError:
         return []
-    return [Found(path.stem, f"unix://{path}") for path in sockets if _answers(path)]
+    return [FoundDaemon(path.stem, f"unix://{path}") for path in sockets if _answers(path)]
 
 
 def _answers(path: Path) -> bool:

@@ -103,7 +103,7 @@ class Tables:
         return Group(*parts)
 
 
-class Shown:
+class TableDisplay:
     """Object that is a table in a notebook and where `rich` prints it. Its `repr` stays what it is."""
 
     def _table(self) -> Table | Tables | None:

@@ -5,7 +5,7 @@ use crate::effect::DriverArgument;
 use crate::waits::lasting;
 use indexmap::IndexMap;
 use model::configuration::SourceKind;
-use model::refusal::{Class, Place, Refusal, Refusals};
+use model::refusal::{Class, Refusal, Refusals, SourceLocation};
 use model::value::Value;
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
@@ -92,7 +92,7 @@ crate::calls! {
             /// Options of the driver.
             may options: Option<Map<String, Json>>,
             must source: String,
-            may place: Option<Place>,
+            may place: Option<SourceLocation>,
         ) -> PhysicalDeviceAbout: commands("name"), for_driver(DriverArgument::Options)
             => |system| {
                 let options = Json::Object(options.unwrap_or_default());
@@ -132,7 +132,7 @@ crate::calls! {
         Configure delete_physical_device(must name: String) -> (): commands("name")
             => |system| system.delete_physical_device(&name);
         /// Lets a channel of a device request a source.
-        Configure raises(must device: String, must channel: String, must source: String, may place: Option<Place>) -> ():
+        Configure raises(must device: String, must channel: String, must source: String, may place: Option<SourceLocation>) -> ():
             commands("device"), goes_with("delete_physical_device", "device")
             => |system| system.raise(&device, &channel, &source, place);
         /// Says on which sources blocks run that nothing else places: source by pattern of labels.

@@ -2,7 +2,7 @@
 //! Logical devices.
 use crate::effect::Effect;
 use crate::waits::{lasting, until};
-use model::refusal::Place;
+use model::refusal::SourceLocation;
 use model::value::Value;
 use serde_json::json;
 use supervisor::{DeviceRequest, DeviceState};
@@ -33,7 +33,7 @@ crate::calls! {
         Operate disable(must name: String) -> (): commands("name"), told, outcome_journalled, lasts, stops, free
             => |system, slice| Ok(lasting(system.disable(&name, slice)?, (), "disable", || json!({ "name": name })));
         /// Replaces the verb that keeps a device going by another one, within one firing where it is enabled.
-        Configure exchange_verb(must device: String, must verb: String, may place: Option<Place>) -> ():
+        Configure exchange_verb(must device: String, must verb: String, may place: Option<SourceLocation>) -> ():
             commands("device"), told, moves, replaces(&["device"]), goes_with("delete_device", "device")
             => |system| system.exchange_verb(&device, &verb, place);
         /// Deletes a device.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Parts of a system, and how they run.
 use crate::sure;
-use supervisor::{Entry, Geometry, Installed, Inventory, Names, Statistics, VerbForm, VerbSummary};
+use supervisor::{Entry, Geometry, InstalledInstances, Inventory, Names, Statistics, VerbForm, VerbSummary};
 
 crate::calls! {
     /// Parts of a system, and how they run.
@@ -13,7 +13,7 @@ crate::calls! {
         Observe configuration() -> Inventory: costs
             => |system| sure(system.inventory());
         /// Returns every instance with its blocks, ports, cells, command lists, conditions and transitions.
-        Observe installed() -> Installed: costs
+        Observe installed() -> InstalledInstances: costs
             => |system| sure(system.installed());
         /// Returns the verbs that are entered.
         Observe verbs() -> Vec<VerbSummary>: costs

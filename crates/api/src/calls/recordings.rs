@@ -17,7 +17,7 @@ const END_MAX: Duration = Duration::from_millis(500);
 /// A recording that has begun.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordingBegun")]
-struct Begun {
+struct StartedRecording {
     /// Its number.
     recording: u64,
 }
@@ -50,10 +50,10 @@ crate::calls! {
             /// true: goes on behind the files of that path that are there, and those of this identity count for `keep`. Over the control
             /// interface it is the daemon's own, and is left out.
             may resumes: bool,
-        ) -> Begun: replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), record_resumes("identity", "resumes"), effect(Effect::BeginsRecording)
+        ) -> StartedRecording: replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), record_resumes("identity", "resumes"), effect(Effect::BeginsRecording)
             => |system| {
                 let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay, split_bytes, keep, identity, resumes };
-                Recorder::start(system, &path, &options).map(|(recording, _)| Begun { recording })
+                Recorder::start(system, &path, &options).map(|(recording, _)| StartedRecording { recording })
             };
         /// Returns how a recording stands.
         Observe recording(must recording: u64) -> Summary

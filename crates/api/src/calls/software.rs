@@ -3,12 +3,12 @@
 use model::compose::Composition;
 use model::definition::{DeviceType, Graph, Verb};
 use model::interface::Interface;
-use model::refusal::{Place, Refusal};
+use model::refusal::{Refusal, SourceLocation};
 use model::{Drawing, PortName, Verdict};
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::path::PathBuf;
-use supervisor::{Fused, ModuleAbout, SvvRequest};
+use supervisor::{FusedBlocks, ModuleAbout, SvvRequest};
 
 /// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
 const PYTHON: &str = "python3";
@@ -16,7 +16,7 @@ const PYTHON: &str = "python3";
 /// Reason why two ports cannot be wired; of one port and all others, a list.
 #[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
-enum Wired {
+enum PortVerdicts {
     Two(Option<String>),
     All(Vec<Verdict>),
 }
@@ -51,10 +51,10 @@ crate::calls! {
             must from: PortName,
             may to: Option<PortName>,
             whole drawing: Drawing,
-        ) -> Wired: costs
+        ) -> PortVerdicts: costs
             => |system| match to {
-                Some(to) => system.compatible(&drawing, &from, &to).map(Wired::Two),
-                None => system.compatible_with(&drawing, &from).map(Wired::All),
+                Some(to) => system.compatible(&drawing, &from, &to).map(PortVerdicts::Two),
+                None => system.compatible_with(&drawing, &from).map(PortVerdicts::All),
             };
         /// Enters a type of logical devices.
         Configure define_device_type(whole device_type: DeviceType) -> (): commands("name"), defines("name")
@@ -63,7 +63,7 @@ crate::calls! {
         Observe compose(whole composition: Composition) -> Verb: costs
             => |system| system.compose(&composition);
         /// Makes an SVV.
-        Configure svv(must name: String, may place: Option<Place>, whole specification: SvvRequest) -> (): commands("name"), goes_with("delete_svv", "name")
+        Configure svv(must name: String, may place: Option<SourceLocation>, whole specification: SvvRequest) -> (): commands("name"), goes_with("delete_svv", "name")
             => |system| system.svv(&name, &specification, place);
         /// Deletes an SVV that nothing is bound to.
         Configure delete_svv(must name: String) -> (): commands("name")
@@ -75,10 +75,10 @@ crate::calls! {
         Configure fuse(
             /// False undoes it.
             may on: Option<bool>,
-        ) -> Fused: commands(""), unjournalled, costs
+        ) -> FusedBlocks: commands(""), unjournalled, costs
             => |system| system.fuse(on.unwrap_or(true));
         /// Returns what is fused, and what is not and why.
-        Observe fused() -> Fused: costs
+        Observe fused() -> FusedBlocks: costs
             => |system| crate::sure(system.fused());
     ];
 }

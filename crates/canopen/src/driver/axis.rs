@@ -4,7 +4,7 @@ use super::options::AxisOptions;
 use crate::message::emergency_name;
 use crate::pdo::{self, Pdo, Word};
 use cia402::axis;
-use cia402::{BrakeOptions, Entry, Mode, Told};
+use cia402::{BrakeOptions, DriveCommand, Entry, Mode};
 use device::Layout;
 
 /// An axis, and what its drive was told last.
@@ -12,7 +12,7 @@ pub struct Axis {
     pub moved: axis::Axis,
     pub mode: Mode,
     brake: Option<BrakeOptions>,
-    told: Told,
+    told: DriveCommand,
     /// Its error code, and that of its latest emergency.
     error: u16,
     emergency: u16,
@@ -57,7 +57,7 @@ impl Axis {
         measured.error = self.code();
         self.moved.measured = measured;
         if let Some(status) = number(pdo::STATUS) {
-            self.moved.look(axis::Measured { status: status as u16, ..measured });
+            self.moved.look(axis::DriveReadings { status: status as u16, ..measured });
         }
     }
 
@@ -92,7 +92,7 @@ impl Axis {
         self.in_words(&self.moved.commander.last_words(), word)
     }
 
-    fn in_words(&self, told: &Told, word: Word) -> u32 {
+    fn in_words(&self, told: &DriveCommand, word: Word) -> u32 {
         match word {
             pdo::CONTROL => told.control.into(),
             pdo::MODE => told.mode as u32,

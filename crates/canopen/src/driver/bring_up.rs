@@ -2,7 +2,7 @@
 //! Settings of a node before it exchanges process data.
 use super::options::PdosFrom;
 use super::station::{Station, What};
-use crate::client::{Client, Refused};
+use crate::client::{Client, SdoError};
 use crate::nmt::Command;
 use crate::pdo::{self, LEN_MAX, PDOS, Pdo};
 use cia402::identity::Identity;
@@ -120,11 +120,11 @@ fn leave_out(station: &mut Station) -> Result<(), String> {
 }
 
 impl NodeSetup<'_> {
-    fn wrong(&self, index: u16, sub: u8, why: &Refused) -> String {
+    fn wrong(&self, index: u16, sub: u8, why: &SdoError) -> String {
         let title = &self.title;
         match why {
-            Refused::Silent => format!("{title} does not answer; look at its power, its number, the bit rate and the terminating resistors"),
-            Refused::Link(error) => format!("{title} is not reached: {error}; is the interface up?"),
+            SdoError::Silent => format!("{title} does not answer; look at its power, its number, the bit rate and the terminating resistors"),
+            SdoError::Link(error) => format!("{title} is not reached: {error}; is the interface up?"),
             _ => format!("{title} object {index:#06x}:{sub}: {why}"),
         }
     }
@@ -138,7 +138,7 @@ impl NodeSetup<'_> {
     fn try_read(&mut self, index: u16, sub: u8) -> Result<Option<u32>, String> {
         match self.client.upload(self.node, Entry { index, sub }) {
             Ok(value) => Ok(Some(number(&value))),
-            Err(Refused::Aborted(_)) => Ok(None),
+            Err(SdoError::Aborted(_)) => Ok(None),
             Err(why) => Err(self.wrong(index, sub, &why)),
         }
     }
@@ -151,7 +151,7 @@ impl NodeSetup<'_> {
     fn try_write(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<bool, String> {
         match self.client.download(self.node, Entry { index, sub }, value) {
             Ok(()) => Ok(true),
-            Err(Refused::Aborted(_)) => Ok(false),
+            Err(SdoError::Aborted(_)) => Ok(false),
             Err(why) => Err(self.wrong(index, sub, &why)),
         }
     }

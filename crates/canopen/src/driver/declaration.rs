@@ -13,7 +13,7 @@ use crate::interface::Interface;
 use crate::nmt::NODE_MAX;
 use cia402::Entry;
 use cia402::axis::{self, part};
-use device::{Class, Declaration, DriverError, Found, Given, Kind, Layout, Life, Opened, OptionWord, Part, Reach, SafeBy, SafeState};
+use device::{Class, Declaration, DriverError, FoundDevice, GivenOptions, Kind, Layout, Life, OpenedDriver, OptionWord, Part, Reach, SafeBy, SafeState};
 use serde::Deserialize;
 use serde_json::json;
 use std::time::Duration;
@@ -78,7 +78,7 @@ const CHANNEL: [OptionWord; 4] = [
     OptionWord::with_default("analog_output", Kind::Whole, ELSE, "the analog output that it is").within(0.0, ANALOG_MAX as f64 - 1.0),
 ];
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = options::read(given)?;
     let mut layout = Layout::default();
     let mut stations = Vec::new();
@@ -128,7 +128,7 @@ const ANSWER: Duration = Duration::from_millis(300);
 /// Profile of modules, in the lower half of a node's type.
 const MODULES: u32 = 401;
 
-fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
+fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     let Where { interface: Some(interface) } = given.read()? else {
         return Err(given.wrong("interface", "it is missing; give the interface of SocketCAN to look at: `ip link` lists them"));
     };
@@ -153,7 +153,7 @@ fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
         } else {
             json!({ "interface": interface, "axes": [{ "name": format!("axis{node}"), "node": node, "counts": 1 }] })
         };
-        Found { what, options }
+        FoundDevice { what, options }
     });
     Ok(found.collect())
 }

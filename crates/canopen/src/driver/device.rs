@@ -13,8 +13,8 @@ use crate::link::Link;
 use crate::message::{self, Message};
 use crate::nmt::{self, Command, NODE_MAX, NodeState};
 use cia402::Commander;
-use cia402::axis::Shared;
-use cia402::identity::{self, Opened};
+use cia402::axis::ServiceState;
+use cia402::identity::{self, BusDevice};
 use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -54,7 +54,7 @@ impl CanOpen {
         for (index, station) in stations.iter().enumerate() {
             by_node[usize::from(station.node & NODE_MAX)] = Some(index as u8);
         }
-        let shared = Shared::new(&format!("the bus on '{interface}'"), stations.iter().map(Station::beside));
+        let shared = ServiceState::new(&format!("the bus on '{interface}'"), stations.iter().map(Station::beside));
         let data_sheets = stations.iter().map(|station| station.eds.clone()).collect();
         CanOpen {
             beside: Arc::new(Beside { shared, axes: options.axes.len(), data_sheets }),
@@ -103,7 +103,7 @@ impl CanOpen {
     fn identify(&self, client: &mut Client) -> Result<(), String> {
         let opened = self.stations.iter().map(|station| {
             let place = format!("canopen {} {} {}", self.interface, station.node, station.name);
-            Ok(Opened { title: station.title(), place, expected: station.expected, found: identify(client, station)? })
+            Ok(BusDevice { title: station.title(), place, expected: station.expected, found: identify(client, station)? })
         });
         identity::check(&opened.collect::<Result<Vec<_>, String>>()?)
     }

@@ -7,7 +7,7 @@ const BEATS_MAX: i64 = 3;
 
 /// Signs of life of a node.
 #[derive(Default)]
-pub struct Heard {
+pub struct SignsOfLife {
     /// None: nothing yet.
     when_ns: Option<i64>,
     /// Its process data have come since the last SYNC.
@@ -27,10 +27,10 @@ pub enum Missing {
     Left(NodeState),
 }
 
-impl Heard {
+impl SignsOfLife {
     /// Starts to expect its signs of life.
     pub fn expect(&mut self) {
-        *self = Heard::default();
+        *self = SignsOfLife::default();
     }
 
     /// Notes that something came from it.
@@ -72,9 +72,9 @@ mod tests {
 
     #[test]
     fn three_heartbeats_may_be_late_and_no_more() {
-        let mut heard = Heard::default();
+        let mut heard = SignsOfLife::default();
         heard.heartbeat(0, NodeState::Operational);
-        let at = |heard: &mut Heard, ms: i64| heard.missing(ms * 1_000_000, 100_000_000, 3);
+        let at = |heard: &mut SignsOfLife, ms: i64| heard.missing(ms * 1_000_000, 100_000_000, 3);
         assert_eq!(at(&mut heard, 149), (None, 0));
         assert_eq!(at(&mut heard, 160), (None, 1));
         assert_eq!(at(&mut heard, 260), (None, 1));

@@ -3,9 +3,9 @@
 use crate::eds::Eds;
 use crate::pdo::PDOS;
 use cia402::axis;
-use cia402::identity::Expected;
+use cia402::identity::ExpectedIdentity;
 use device::counts::{CountsOptions, given_twice};
-use device::{DriverError, Given};
+use device::{DriverError, GivenOptions};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ pub const ANALOG_MAX: u8 = 4 * (PDOS as u8 - 1);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct WrittenOptions {
     interface: String,
     #[serde(default)]
     axes: Vec<AxisOptions>,
@@ -103,8 +103,8 @@ pub struct ModuleOptions {
 
 impl ModuleOptions {
     /// Returns the identity that it is to have.
-    pub fn expected(&self) -> Expected {
-        Expected { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: None }
+    pub fn expected(&self) -> ExpectedIdentity {
+        ExpectedIdentity { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: None }
     }
 }
 
@@ -177,8 +177,8 @@ impl ChannelOptions {
 ///
 /// # Errors
 /// [`DriverError::Option`] names one that is wrong.
-pub fn read(given: &Given<'_>) -> Result<Options, DriverError> {
-    let written: Written = given.read()?;
+pub fn read(given: &GivenOptions<'_>) -> Result<Options, DriverError> {
+    let written: WrittenOptions = given.read()?;
     let options = Options {
         timeout_ns: written.timeout_ns.unwrap_or(TIMEOUT_NS),
         heartbeat_ns: written.heartbeat_ns.unwrap_or(HEARTBEAT_NS),
@@ -199,7 +199,7 @@ pub fn read(given: &Given<'_>) -> Result<Options, DriverError> {
 ///
 /// # Errors
 /// The file cannot be read, or is none.
-pub fn data_sheet(given: &Given<'_>, file: Option<&Path>) -> Result<Option<Arc<Eds>>, DriverError> {
+pub fn data_sheet(given: &GivenOptions<'_>, file: Option<&Path>) -> Result<Option<Arc<Eds>>, DriverError> {
     let Some(path) = file else { return Ok(None) };
     let failed = |problem: String| given.wrong("eds", format!("'{}': {problem}", path.display()));
     let bytes = std::fs::read(path).map_err(|error| failed(error.to_string()))?;

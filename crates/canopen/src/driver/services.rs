@@ -4,7 +4,7 @@ use crate::client::Client;
 use crate::eds::Eds;
 use crate::nmt::Command;
 use cia402::Entry;
-use cia402::axis::{HOME, RESET_FAULT, Reach, Shared, is_told_of_stops};
+use cia402::axis::{HOME, RESET_FAULT, Reach, ServiceState, is_told_of_stops};
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
 use serde_json::Value;
 use std::sync::Arc;
@@ -74,7 +74,7 @@ impl Reach for Nodes {
 
 /// The services of an open device: those that all axes have, and those of a bus.
 pub struct Beside {
-    pub shared: Shared<Nodes>,
+    pub shared: ServiceState<Nodes>,
     /// So many of its nodes are axes; the others are modules.
     pub axes: usize,
     pub data_sheets: Vec<Option<Arc<Eds>>>,

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A node that the driver serves: an axis or a module, with the process data that it exchanges.
 use super::axis::Axis;
-use super::heard::Heard;
+use super::heard::SignsOfLife;
 use super::module::Module;
 use super::options::PdosFrom;
 use crate::eds::Eds;
 use crate::frame::Frame;
 use crate::pdo::{self, LEN_MAX, PDOS, Pdos, Word};
-use cia402::identity::Expected;
+use cia402::identity::ExpectedIdentity;
 use cia402::{Mode, Scale};
 use std::sync::Arc;
 
@@ -28,14 +28,14 @@ pub struct Station {
     /// True if it watches whether this controller is there.
     pub is_watched: bool,
     /// The identity that it is to have.
-    pub expected: Expected,
+    pub expected: ExpectedIdentity,
     pub what: What,
     /// Where the mapping of its PDOs is from, and what it says.
     pub mapping: PdosFrom,
     pub eds: Option<Arc<Eds>>,
     pub inputs: Pdos,
     pub outputs: Pdos,
-    pub heard: Heard,
+    pub heard: SignsOfLife,
 }
 
 impl Station {
@@ -44,13 +44,13 @@ impl Station {
             node,
             name: name.to_owned(),
             is_watched: true,
-            expected: Expected::default(),
+            expected: ExpectedIdentity::default(),
             what,
             mapping: PdosFrom::Written,
             eds: None,
             inputs: Pdos::default(),
             outputs: Pdos::default(),
-            heard: Heard::default(),
+            heard: SignsOfLife::default(),
         };
         station.expect();
         station

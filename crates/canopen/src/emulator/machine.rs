@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Machine of an emulated node: a drive or a module.
-use super::terminals::Switched;
+use super::terminals::SwitchedTerminals;
 use cia402::emulated::{Drive, Objects};
 
 /// A drive, or a module of inputs and outputs.
 pub(super) enum Machine {
     Drive(Box<Drive>),
-    Module(Switched),
+    Module(SwitchedTerminals),
 }
 
 impl Machine {

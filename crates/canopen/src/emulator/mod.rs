@@ -7,7 +7,7 @@
 //! | `node` | a node: its states, heartbeat, process data; its axis is `cia402`'s |
 //! | `terminals` | the inputs and outputs of a module |
 //! | `server` | the SDO server through which its objects are read and written |
-//! | [`Shared`], [`publish`] | a bus of this process, reached by its name |
+//! | [`SharedBus`], [`publish`] | a bus of this process, reached by its name |
 //! | [`serve`] | answers on a local socket or an interface, in a thread or as a process |
 mod bus;
 mod machine;
@@ -22,4 +22,4 @@ mod within;
 pub use bus::Bus;
 pub use said::{NodeOptions, Terminals};
 pub use serve::{Server, run, serve};
-pub use within::{Shared, Within, publish, published};
+pub use within::{SharedBus, Within, publish, published};

@@ -8,7 +8,7 @@ use super::terminals::terminal;
 use crate::frame::Frame;
 use crate::nmt::{Command, NodeState, heartbeat};
 use cia402::Entry;
-use cia402::emulated::{Mapped, Objects};
+use cia402::emulated::{MappedObject, Objects};
 
 /// Bits of a PDO's identifier: it is not used; the identifier itself.
 const UNUSED: u32 = 0x8000_0000;
@@ -38,7 +38,7 @@ struct Pdo {
     /// 0: it is not used.
     id: u16,
     is_synchronous: bool,
-    mapped: Vec<Mapped>,
+    mapped: Vec<MappedObject>,
     /// Data that came and wait for the next SYNC.
     waiting: Option<[u8; 8]>,
 }
@@ -215,7 +215,7 @@ impl Node {
         let words = (1..=self.bits(mapping, 0) as u8).map(|sub| self.bits(mapping, sub));
         let mapped = words.filter_map(|word| {
             let of = self.objects.find(crate::pdo::entry(word)).ok()?;
-            Some(Mapped { of, len: (word & 0xFF) as usize / 8 })
+            Some(MappedObject { of, len: (word & 0xFF) as usize / 8 })
         });
         Pdo { id: (id & IDENTIFIER) as u16, is_synchronous: self.bits(index, 2) <= 240, mapped: mapped.collect(), waiting: None }
     }

@@ -2,7 +2,7 @@
 //! The objects of an emulated node beside those of its drive.
 use super::machine::Machine;
 use super::said::NodeOptions;
-use super::terminals::Switched;
+use super::terminals::SwitchedTerminals;
 use cia402::emulated::{Access, Drive, Objects, PRODUCT, VENDOR};
 
 /// Types of nodes: a drive by CiA 402, a module by CiA 401.
@@ -51,7 +51,7 @@ pub(super) fn made(options: &NodeOptions) -> (Objects, Machine) {
         }
     }
     let machine = match options.module {
-        Some(terminals) => Machine::Module(Switched::new(&mut objects, terminals)),
+        Some(terminals) => Machine::Module(SwitchedTerminals::new(&mut objects, terminals)),
         None => {
             let mut drive = Drive::new(&mut objects, options.position);
             drive.set_limits(options.limits);

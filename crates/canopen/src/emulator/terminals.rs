@@ -6,7 +6,7 @@ use cia402::emulated::{Access, Handle, Objects};
 
 /// Terminals that a module switches.
 #[derive(Default)]
-pub(super) struct Switched {
+pub(super) struct SwitchedTerminals {
     outputs: Vec<Output>,
     pub error: u16,
 }
@@ -26,10 +26,10 @@ const OUTPUTS: u16 = 0x6200;
 const ANALOG_INPUTS: u16 = 0x6401;
 const ANALOG_OUTPUTS: u16 = 0x6411;
 
-impl Switched {
+impl SwitchedTerminals {
     /// Its objects come to those that are there.
-    pub fn new(objects: &mut Objects, of: Terminals) -> Switched {
-        let mut switched = Switched::default();
+    pub fn new(objects: &mut Objects, of: Terminals) -> SwitchedTerminals {
+        let mut switched = SwitchedTerminals::default();
         let bytes = |terminals: u8| terminals.div_ceil(8);
         add(objects, INPUTS, bytes(of.inputs), Access::Measured, &[0]);
         let values = add(objects, OUTPUTS, bytes(of.outputs), Access::Written, &[0]);

@@ -16,7 +16,7 @@ use std::time::Duration;
 const ROOM: usize = 4096;
 
 /// A bus and its ends.
-pub struct Shared {
+pub struct SharedBus {
     inner: Mutex<Inner>,
 }
 
@@ -34,9 +34,9 @@ struct End {
     came: VecDeque<[u8; FRAME_LEN]>,
 }
 
-impl Shared {
-    pub fn new(bus: Bus) -> Arc<Shared> {
-        Arc::new(Shared { inner: Mutex::new(Inner { bus, outside: None, now_ns: None, ends: Vec::new(), next: 0 }) })
+impl SharedBus {
+    pub fn new(bus: Bus) -> Arc<SharedBus> {
+        Arc::new(SharedBus { inner: Mutex::new(Inner { bus, outside: None, now_ns: None, ends: Vec::new(), next: 0 }) })
     }
 
     /// Does something to the bus.
@@ -98,29 +98,29 @@ impl End {
 }
 
 /// Buses of this process, by the names of their interfaces.
-static BUSES: Mutex<Vec<(String, Weak<Shared>)>> = Mutex::new(Vec::new());
+static BUSES: Mutex<Vec<(String, Weak<SharedBus>)>> = Mutex::new(Vec::new());
 
 /// Makes a bus known by the name of its interface, `emulated:NAME`, as long as somebody has it.
-pub fn publish(name: &str, bus: &Arc<Shared>) {
+pub fn publish(name: &str, bus: &Arc<SharedBus>) {
     let mut buses = BUSES.lock().unwrap_or_else(PoisonError::into_inner);
     buses.retain(|(_, bus)| bus.strong_count() > 0);
     buses.push((name.to_owned(), Arc::downgrade(bus)));
 }
 
 /// Returns the bus of that name.
-pub fn published(name: &str) -> Option<Arc<Shared>> {
+pub fn published(name: &str) -> Option<Arc<SharedBus>> {
     let buses = BUSES.lock().unwrap_or_else(PoisonError::into_inner);
     buses.iter().rev().find(|(of, _)| of == name).and_then(|(_, bus)| bus.upgrade())
 }
 
 /// One end.
 pub struct Within {
-    of: Arc<Shared>,
+    of: Arc<SharedBus>,
     number: u64,
 }
 
 impl Within {
-    pub fn new(of: Arc<Shared>, heard: &[(u16, u16)]) -> Within {
+    pub fn new(of: Arc<SharedBus>, heard: &[(u16, u16)]) -> Within {
         let mut inner = of.lock();
         let number = inner.next;
         inner.next += 1;

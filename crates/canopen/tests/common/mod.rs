@@ -2,7 +2,7 @@
 //! An emulated bus with two drives, and the driver that has it open. Time is a number.
 #![allow(dead_code)]
 use canopen::emulator::{Bus, NodeOptions};
-use canopen::emulator::{Shared, publish};
+use canopen::emulator::{SharedBus, publish};
 use device::{DeviceError, Direction, Driver};
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ pub const X: u8 = 5;
 pub const Y: u8 = 6;
 
 pub struct Rig {
-    pub bus: Arc<Shared>,
+    pub bus: Arc<SharedBus>,
     pub interface: String,
     pub driver: Box<dyn Driver>,
     pub readings: Vec<u8>,
@@ -50,7 +50,7 @@ impl Rig {
     pub fn on(bus: Bus, axes: Value, more: Value) -> Rig {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let interface = format!("emulated:test-{}", NEXT.fetch_add(1, Ordering::Relaxed));
-        let bus = Shared::new(bus);
+        let bus = SharedBus::new(bus);
         publish(&interface, &bus);
         let driver = opened(&interface, &axes, &more).expect("opened");
         Rig { bus, interface, driver, readings: vec![0; 512], now_ns: 0, axes, more }
@@ -133,7 +133,7 @@ impl Rig {
     /// Puts another bus where this one was.
     pub fn put(&mut self, bus: Bus) {
         self.driver.close();
-        self.bus = Shared::new(bus);
+        self.bus = SharedBus::new(bus);
         publish(&self.interface, &self.bus);
     }
 

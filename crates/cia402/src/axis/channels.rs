@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The channels of an axis, and what can be made a joint of.
-use super::options::{AxisOptions, Commanded, Unit};
+use super::options::{AxisOptions, CommandKind, Unit};
 use device::{Channel, Command, Layout, Number, Part, Servo, Slot, Type, UNLIMITED};
 
 /// Slots of the channels of an axis.
@@ -25,16 +25,16 @@ impl Channels {
         let position = read("position", Type::DOUBLE, unit, "position");
         let velocity = read("velocity", Type::DOUBLE, speed, "velocity; 0 where the drive does not send it");
         let torque = read("torque", Type::DOUBLE, torque_unit, "torque; without rated_torque as a part of the rated one");
-        let bias = (options.mode == Commanded::Torque).then(|| read("bias", Type::DOUBLE, force, "effort that holds it: not known, 0"));
+        let bias = (options.mode == CommandKind::Torque).then(|| read("bias", Type::DOUBLE, force, "effort that holds it: not known, 0"));
         let status = read("status", Type::of(Number::Uint16), "", "status word of the drive");
         let error = read("error", Type::of(Number::Uint16), "", "error code of the drive; 0 where it has none");
         let homing = read("homing", Type::of(Number::Uint8), "", "0 not yet, 1 on the way home, 2 home, 3 home was not found");
         let operating = read("operating", Type::BOOL, "", "whether the drive is in operation and follows what it is told");
         let write = |what: &str, unit: &str, doc: &str| Channel::write(format!("{name}.{what}"), Type::DOUBLE).unit(unit).doc(doc);
         let command = match options.mode {
-            Commanded::Position => write("goal", unit, "where it is to be; NaN: it stays").safe(f64::NAN.to_ne_bytes().to_vec()),
-            Commanded::Velocity => write("rate", speed, "how fast it is to move"),
-            Commanded::Torque => write("effort", force, "torque that it is to make"),
+            CommandKind::Position => write("goal", unit, "where it is to be; NaN: it stays").safe(f64::NAN.to_ne_bytes().to_vec()),
+            CommandKind::Velocity => write("rate", speed, "how fast it is to move"),
+            CommandKind::Torque => write("effort", force, "torque that it is to make"),
         };
         Channels { position, velocity, torque, bias, status, error, homing, operating, command: layout.add(command) }
     }
@@ -43,9 +43,9 @@ impl Channels {
 /// Returns what can be made a joint of; an axis that is commanded by velocity is its channels alone.
 pub fn part(axis: &AxisOptions) -> Option<Part> {
     let command = match axis.mode {
-        Commanded::Position => Command::Position,
-        Commanded::Torque => Command::Effort,
-        Commanded::Velocity => return None,
+        CommandKind::Position => Command::Position,
+        CommandKind::Torque => Command::Effort,
+        CommandKind::Velocity => return None,
     };
     let [range_min, range_max] = axis.range.unwrap_or([-UNLIMITED, UNLIMITED]);
     Some(Part {

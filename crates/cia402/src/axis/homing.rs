@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The service `home`: what it asks of the cycle, and how it waits for it.
 use crate::commander::{Commander, Scale};
-use crate::homing::Homed;
+use crate::homing::HomingState;
 use crate::objects::Entry;
 use device::{Kind, OptionWord, ServiceWord};
 use serde_json::Value;
@@ -35,7 +35,7 @@ const LOOK: Duration = Duration::from_millis(1);
 /// Progress of an axis on its way home. The service asks and ends, the cycle answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Asked {
+pub enum HomingProgress {
     Nothing,
     Home,
     /// The service no longer waits.
@@ -51,10 +51,10 @@ pub enum Asked {
     Stopped,
 }
 
-impl Asked {
-    fn of(code: u8) -> Asked {
-        use Asked::*;
-        const ALL: [Asked; 10] = [Nothing, Home, Stop, GoingOn, Attained, Failed, Engaged, NotExchanged, Gone, Stopped];
+impl HomingProgress {
+    fn of(code: u8) -> HomingProgress {
+        use HomingProgress::*;
+        const ALL: [HomingProgress; 10] = [Nothing, Home, Stop, GoingOn, Attained, Failed, Engaged, NotExchanged, Gone, Stopped];
         ALL.get(usize::from(code)).copied().unwrap_or(Nothing)
     }
 }
@@ -71,12 +71,12 @@ pub struct Homes {
 
 /// Beginning of a service: the number of safe states before it.
 #[derive(Clone, Copy, Debug)]
-pub struct Begun(u64);
+pub struct ServiceStart(u64);
 
 impl Homes {
     pub fn new(scales: Vec<Scale>) -> Homes {
         Homes {
-            asked: scales.iter().map(|_| AtomicU8::new(Asked::Nothing as u8)).collect(),
+            asked: scales.iter().map(|_| AtomicU8::new(HomingProgress::Nothing as u8)).collect(),
             begun: scales.iter().map(|_| AtomicU64::new(0)).collect(),
             rests: AtomicU64::new(0),
             scales,
@@ -87,16 +87,16 @@ impl Homes {
     ///
     /// # Errors
     /// For people: one is.
-    pub fn begin(&self, is_stopped: &dyn Fn() -> bool) -> Result<Begun, String> {
+    pub fn begin(&self, is_stopped: &dyn Fn() -> bool) -> Result<ServiceStart, String> {
         // In this order: a stop that is latched behind the look has its safe state counted behind the number.
         let rests = self.rests.load(Ordering::Acquire);
-        if is_stopped() { Err(device::under_a_stop("home").message) } else { Ok(Begun(rests)) }
+        if is_stopped() { Err(device::under_a_stop("home").message) } else { Ok(ServiceStart(rests)) }
     }
 
     /// Notes that the device is brought to its safe state: no axis is on its way home, and no homing that has begun asks for anything.
     pub fn rest(&self) {
         self.rests.fetch_add(1, Ordering::AcqRel);
-        self.end_with(Asked::Stopped);
+        self.end_with(HomingProgress::Stopped);
     }
 
     /// Returns whether an axis was asked by a service that a safe state has overtaken.
@@ -105,33 +105,33 @@ impl Homes {
     }
 
     /// Returns the request to an axis. Real-time safe.
-    pub fn asked(&self, axis: usize) -> Asked {
-        Asked::of(self.asked[axis].load(Ordering::Acquire))
+    pub fn asked(&self, axis: usize) -> HomingProgress {
+        HomingProgress::of(self.asked[axis].load(Ordering::Acquire))
     }
 
     /// Stores the answer of an axis. Real-time safe.
-    pub fn answer(&self, axis: usize, answer: Asked) {
+    pub fn answer(&self, axis: usize, answer: HomingProgress) {
         self.asked[axis].store(answer as u8, Ordering::Release);
     }
 
     /// Has an axis do what the service asks of it, and tells the service how far it is. Real-time safe.
     pub fn serve(&self, axis: usize, commander: &mut Commander, can_home: bool, is_engaged: bool) {
         match self.asked(axis) {
-            Asked::Home if self.is_overtaken(axis) => self.answer(axis, Asked::Stopped),
-            Asked::Home if !can_home => self.answer(axis, Asked::NotExchanged),
-            Asked::Home if is_engaged => self.answer(axis, Asked::Engaged),
-            Asked::Home => {
+            HomingProgress::Home if self.is_overtaken(axis) => self.answer(axis, HomingProgress::Stopped),
+            HomingProgress::Home if !can_home => self.answer(axis, HomingProgress::NotExchanged),
+            HomingProgress::Home if is_engaged => self.answer(axis, HomingProgress::Engaged),
+            HomingProgress::Home => {
                 commander.home();
-                self.answer(axis, Asked::GoingOn);
+                self.answer(axis, HomingProgress::GoingOn);
             }
-            Asked::Stop => {
+            HomingProgress::Stop => {
                 commander.leave_homing();
-                self.answer(axis, Asked::Nothing);
+                self.answer(axis, HomingProgress::Nothing);
             }
-            Asked::GoingOn => match commander.homed() {
-                Homed::Yes => self.answer(axis, Asked::Attained),
-                Homed::Failed => self.answer(axis, Asked::Failed),
-                Homed::No | Homed::GoingOn => {}
+            HomingProgress::GoingOn => match commander.homed() {
+                HomingState::Yes => self.answer(axis, HomingProgress::Attained),
+                HomingState::Failed => self.answer(axis, HomingProgress::Failed),
+                HomingState::No | HomingState::GoingOn => {}
             },
             _ => {}
         }
@@ -139,12 +139,12 @@ impl Homes {
 
     /// Ends every way home.
     pub fn end(&self) {
-        self.end_with(Asked::Gone);
+        self.end_with(HomingProgress::Gone);
     }
 
-    fn end_with(&self, answer: Asked) {
+    fn end_with(&self, answer: HomingProgress) {
         for axis in 0..self.asked.len() {
-            if matches!(self.asked(axis), Asked::Home | Asked::GoingOn) {
+            if matches!(self.asked(axis), HomingProgress::Home | HomingProgress::GoingOn) {
                 self.answer(axis, answer);
             }
         }
@@ -180,28 +180,30 @@ impl Homes {
     ///
     /// # Errors
     /// For people: it is not home.
-    pub fn go(&self, axis: usize, Begun(begun): Begun, arguments: &Value) -> Result<Value, String> {
+    pub fn go(&self, axis: usize, ServiceStart(begun): ServiceStart, arguments: &Value) -> Result<Value, String> {
         let timeout_s = arguments["timeout_s"].as_f64().unwrap_or(TIMEOUT_S);
-        if matches!(self.asked(axis), Asked::Home | Asked::GoingOn) {
+        if matches!(self.asked(axis), HomingProgress::Home | HomingProgress::GoingOn) {
             return Err("it is on its way home already".to_owned());
         }
         self.begun[axis].store(begun, Ordering::Release);
-        self.answer(axis, Asked::Home);
+        self.answer(axis, HomingProgress::Home);
         let until = Instant::now() + Duration::from_secs_f64(timeout_s);
         loop {
             match self.asked(axis) {
-                Asked::Attained => return Ok(Value::Null),
-                Asked::Failed => return Err("homing failed: the drive did not find home, has a fault, or was stopped; see its error and its method".to_owned()),
-                Asked::Engaged => return Err("it is engaged: disable it, then home it".to_owned()),
-                Asked::NotExchanged => return Err("its drive does not exchange its mode, 0x6060 and 0x6061; let the driver write the PDOs".to_owned()),
-                Asked::Stopped => return Err("homing was stopped: its device was brought to its safe state".to_owned()),
-                Asked::Gone => return Err("homing ended: the device was lost or closed".to_owned()),
-                Asked::Nothing | Asked::Stop => return Err("homing was ended".to_owned()),
-                Asked::Home | Asked::GoingOn if Instant::now() > until => {
-                    self.answer(axis, Asked::Stop);
+                HomingProgress::Attained => return Ok(Value::Null),
+                HomingProgress::Failed => {
+                    return Err("homing failed: the drive did not find home, has a fault, or was stopped; see its error and its method".to_owned());
+                }
+                HomingProgress::Engaged => return Err("it is engaged: disable it, then home it".to_owned()),
+                HomingProgress::NotExchanged => return Err("its drive does not exchange its mode, 0x6060 and 0x6061; let the driver write the PDOs".to_owned()),
+                HomingProgress::Stopped => return Err("homing was stopped: its device was brought to its safe state".to_owned()),
+                HomingProgress::Gone => return Err("homing ended: the device was lost or closed".to_owned()),
+                HomingProgress::Nothing | HomingProgress::Stop => return Err("homing was ended".to_owned()),
+                HomingProgress::Home | HomingProgress::GoingOn if Instant::now() > until => {
+                    self.answer(axis, HomingProgress::Stop);
                     return Err(format!("it was not home within {timeout_s} s, and was stopped"));
                 }
-                Asked::Home | Asked::GoingOn => std::thread::sleep(LOOK),
+                HomingProgress::Home | HomingProgress::GoingOn => std::thread::sleep(LOOK),
             }
         }
     }

@@ -5,8 +5,8 @@
 //! |---|---|
 //! | [`AxisOptions`], [`check`] | how an axis is asked for, and what is refused |
 //! | [`Axis`] | its channels and what its drive is told |
-//! | [`Homes`], [`Asked`] | homing: what the service asks of the cycle, and how it waits |
-//! | [`Shared`], [`Reach`] | services beside the cycle: objects, faults, homing |
+//! | [`Homes`], [`HomingProgress`] | homing: what the service asks of the cycle, and how it waits |
+//! | [`ServiceState`], [`Reach`] | services beside the cycle: objects, faults, homing |
 //! | [`held`] | objects that are not written while an emergency stop is latched |
 mod channels;
 mod homing;
@@ -18,8 +18,8 @@ mod services;
 mod stopped;
 
 pub use channels::part;
-pub use homing::{Asked, Begun, HOME, Homes};
-pub use moved::{Axis, Measured};
-pub use options::{AxisOptions, Commanded, FIELDS, IDENTITY, Unit, check, unknown};
-pub use services::{AXIS, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, entry, is_told_of_stops};
+pub use homing::{HOME, Homes, HomingProgress, ServiceStart};
+pub use moved::{Axis, DriveReadings};
+pub use options::{AxisOptions, CommandKind, FIELDS, IDENTITY, Unit, check, unknown};
+pub use services::{AXIS, READ_OBJECT, RESET_FAULT, Reach, ServiceState, WRITE_OBJECT, entry, is_told_of_stops};
 pub use stopped::held;

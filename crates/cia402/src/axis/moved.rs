@@ -2,13 +2,13 @@
 //! An axis: what its drive answers as channels, and what its channels make of its drive.
 use super::channels::Channels;
 use super::options::AxisOptions;
-use crate::commander::{Commander, Scale, Told};
+use crate::commander::{Commander, DriveCommand, Scale};
 use crate::states::FOLLOWING_ERROR;
 use device::Layout;
 
 /// Readings of a drive, in its own units; 0 where it does not say.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Measured {
+pub struct DriveReadings {
     pub status: u16,
     pub position: i32,
     pub velocity: i32,
@@ -23,7 +23,7 @@ pub struct Measured {
 pub struct Axis {
     pub name: String,
     pub commander: Commander,
-    pub measured: Measured,
+    pub measured: DriveReadings,
     /// Name in errors: `axis 'x' (node 5)`.
     title: String,
     /// Meaning of its error codes.
@@ -38,7 +38,7 @@ impl Axis {
         Axis {
             name: options.name.clone(),
             commander: Commander::new(options.scale(), options.brake),
-            measured: Measured::default(),
+            measured: DriveReadings::default(),
             title,
             named,
             operating_within_s: options.operating_within_s,
@@ -56,7 +56,7 @@ impl Axis {
     }
 
     /// Takes what its drive said.
-    pub fn look(&mut self, measured: Measured) {
+    pub fn look(&mut self, measured: DriveReadings) {
         self.measured = measured;
         self.commander.see(measured.status, measured.position, measured.mode);
     }
@@ -110,7 +110,7 @@ impl Axis {
     }
 
     /// Returns what its drive is told until the next cycle, which comes after `span_s`.
-    pub fn tell(&mut self, commands: &[u8], is_engaged: bool, span_s: f64) -> Told {
+    pub fn tell(&mut self, commands: &[u8], is_engaged: bool, span_s: f64) -> DriveCommand {
         self.commander.tell(self.channels.command.double(commands, 0), is_engaged, span_s)
     }
 }

@@ -2,7 +2,7 @@
 //! Options of an axis, and their refusals.
 use crate::brake::{self, BrakeOptions};
 use crate::commander::Scale;
-use crate::identity::Expected;
+use crate::identity::ExpectedIdentity;
 use crate::states::Mode;
 use device::{Kind, OptionWord};
 use serde::Deserialize;
@@ -13,7 +13,7 @@ use serde_json::{Map, Value};
 pub struct AxisOptions {
     pub name: String,
     #[serde(default)]
-    pub mode: Commanded,
+    pub mode: CommandKind,
     /// Counts to a unit of position.
     pub counts: f64,
     #[serde(default)]
@@ -69,7 +69,7 @@ pub const IDENTITY: [OptionWord; 4] = [FIELDS[10], FIELDS[11], FIELDS[12], FIELD
 /// Kind of command of an axis.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub enum Commanded {
+pub enum CommandKind {
     #[default]
     Position,
     Velocity,
@@ -84,20 +84,20 @@ pub enum Unit {
     M,
 }
 
-impl Commanded {
+impl CommandKind {
     pub fn mode(self) -> Mode {
         match self {
-            Commanded::Position => Mode::Position,
-            Commanded::Velocity => Mode::Velocity,
-            Commanded::Torque => Mode::Torque,
+            CommandKind::Position => Mode::Position,
+            CommandKind::Velocity => Mode::Velocity,
+            CommandKind::Torque => Mode::Torque,
         }
     }
 }
 
 impl AxisOptions {
     /// Returns the identity that its drive is to have.
-    pub fn expected(&self) -> Expected {
-        Expected { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: None }
+    pub fn expected(&self) -> ExpectedIdentity {
+        ExpectedIdentity { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: None }
     }
 
     pub fn scale(&self) -> Scale {
@@ -133,7 +133,7 @@ pub fn check<'a>(axes: impl Iterator<Item = &'a AxisOptions> + Clone) -> Result<
 }
 
 fn problem(axis: &AxisOptions) -> Option<String> {
-    let is_torque = axis.mode == Commanded::Torque;
+    let is_torque = axis.mode == CommandKind::Torque;
     let wrong = |is: bool, problem: &str| is.then(|| problem.to_owned());
     if !axis.counts.is_normal() {
         return Some(format!("counts is {}; give how many counts are one unit of position, negative to turn it round", axis.counts));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A homing that a stop overtakes: its drive takes its time for the objects that it is sent, and the stop comes meanwhile.
-use super::homing::Asked;
-use super::services::{Reach, Shared};
+use super::homing::HomingProgress;
+use super::services::{Reach, ServiceState};
 use crate::commander::{Commander, Scale};
-use crate::homing::Homed;
+use crate::homing::HomingState;
 use crate::objects::Entry;
 use crate::states::Mode;
 use serde_json::{Value, json};
@@ -31,7 +31,7 @@ impl Reach for HeldDrive {
 
 /// An axis and its cycle.
 struct Rig {
-    shared: Shared<HeldDrive>,
+    shared: ServiceState<HeldDrive>,
     came: Receiver<()>,
     takes: Sender<()>,
 }
@@ -39,7 +39,7 @@ struct Rig {
 impl Rig {
     fn new() -> Rig {
         let (came, takes) = (channel(), channel());
-        let shared = Shared::new("the bus", [("x".to_owned(), "axis 'x'".to_owned(), SCALE)].into_iter());
+        let shared = ServiceState::new("the bus", [("x".to_owned(), "axis 'x'".to_owned(), SCALE)].into_iter());
         shared.reach(HeldDrive { came: came.0, takes: takes.1 });
         Rig { shared, came: came.1, takes: takes.0 }
     }
@@ -51,13 +51,13 @@ impl Rig {
     }
 
     /// Acts as a driver does in each write.
-    fn write(&self, commander: &mut Commander) -> Homed {
+    fn write(&self, commander: &mut Commander) -> HomingState {
         self.shared.homes.serve(0, commander, true, false);
         commander.homed()
     }
 
     /// Asks for a homing, does `meanwhile` while its object is on the way, then writes until the service has answered.
-    fn home(&self, meanwhile: impl FnOnce(&mut Commander)) -> (Result<Value, String>, Homed) {
+    fn home(&self, meanwhile: impl FnOnce(&mut Commander)) -> (Result<Value, String>, HomingState) {
         let (mut commander, shared) = (Commander::new(SCALE, None), &self.shared);
         let answer = std::thread::scope(|scope| {
             let asked = scope.spawn(|| shared.carry_out("home", &json!({ "axis": "x", "method": 35, "timeout_s": 3600 }), &|| false));
@@ -65,8 +65,8 @@ impl Rig {
             meanwhile(&mut commander);
             self.takes.send(()).expect("it waits for it");
             while !asked.is_finished() {
-                if self.write(&mut commander) == Homed::GoingOn {
-                    self.shared.homes.answer(0, Asked::Attained);
+                if self.write(&mut commander) == HomingState::GoingOn {
+                    self.shared.homes.answer(0, HomingProgress::Attained);
                 }
                 std::thread::yield_now();
             }
@@ -83,13 +83,13 @@ fn stopped() -> Result<Value, String> {
 #[test]
 fn nothing_comes_between_and_it_begins() {
     let (answer, homed) = Rig::new().home(|_| ());
-    assert_eq!((answer, homed), (Ok(Value::Null), Homed::GoingOn));
+    assert_eq!((answer, homed), (Ok(Value::Null), HomingState::GoingOn));
 }
 
 #[test]
 fn a_safe_state_between_the_first_object_and_the_question_keeps_it_from_beginning() {
     let rig = Rig::new();
-    assert_eq!(rig.home(|commander| rig.rest(commander)), (stopped(), Homed::No));
+    assert_eq!(rig.home(|commander| rig.rest(commander)), (stopped(), HomingState::No));
     assert_eq!(rig.home(|_| ()).0, Ok(Value::Null), "the next one is another");
 }
 
@@ -101,7 +101,7 @@ fn so_does_one_with_writes_behind_it() {
         rig.write(commander);
         rig.write(commander);
     });
-    assert_eq!(homed, (stopped(), Homed::No));
+    assert_eq!(homed, (stopped(), HomingState::No));
 }
 
 #[test]
@@ -111,11 +111,11 @@ fn what_was_asked_and_not_yet_served_is_dropped() {
     let begun = homes.begin(&|| false).expect("no stop is latched");
     std::thread::scope(|scope| {
         let asked = scope.spawn(move || homes.go(0, begun, &json!({})));
-        while homes.asked(0) != Asked::Home {
+        while homes.asked(0) != HomingProgress::Home {
             std::thread::yield_now();
         }
         rig.rest(&mut commander);
-        assert_eq!(rig.write(&mut commander), Homed::No);
+        assert_eq!(rig.write(&mut commander), HomingState::No);
         let stopped = asked.join().expect("it does not panic");
         assert_eq!(stopped, Err("homing was stopped: its device was brought to its safe state".to_owned()));
     });
@@ -175,7 +175,7 @@ fn a_stop_between_the_number_and_the_look_is_seen_by_one_of_both() {
     std::thread::scope(|scope| {
         let asked = scope.spawn(move || homes.go(0, answer, &json!({})));
         while !asked.is_finished() {
-            assert_eq!(rig.write(&mut commander), Homed::No);
+            assert_eq!(rig.write(&mut commander), HomingState::No);
         }
         assert!(asked.join().expect("it does not panic").is_err_and(|why| why.starts_with("homing was stopped")));
     });

@@ -59,7 +59,7 @@ pub trait Reach: Send {
 }
 
 /// State that services share with the cycle: a flag for each axis. Their messages go their own way.
-pub struct Shared<R> {
+pub struct ServiceState<R> {
     pub homes: Homes,
     resets: Vec<AtomicBool>,
     names: Vec<String>,
@@ -69,9 +69,9 @@ pub struct Shared<R> {
     reached: Mutex<Option<R>>,
 }
 
-impl<R: Reach> Shared<R> {
+impl<R: Reach> ServiceState<R> {
     /// Makes the services of these axes, each with its name, its title in errors and its scale. `place` says what is not open: `the bus on 'can0'`.
-    pub fn new(place: &str, axes: impl Iterator<Item = (String, String, Scale)>) -> Shared<R> {
+    pub fn new(place: &str, axes: impl Iterator<Item = (String, String, Scale)>) -> ServiceState<R> {
         let (mut names, mut titles, mut scales) = (Vec::new(), Vec::new(), Vec::new());
         for (name, title, scale) in axes {
             names.push(name);
@@ -80,7 +80,7 @@ impl<R: Reach> Shared<R> {
         }
         let resets = names.iter().map(|_| AtomicBool::new(false)).collect();
         let closed = format!("{place} is not open; open its device first");
-        Shared { resets, homes: Homes::new(scales), names, titles, closed, reached: Mutex::new(None) }
+        ServiceState { resets, homes: Homes::new(scales), names, titles, closed, reached: Mutex::new(None) }
     }
 
     /// Sets how drives are reached.

@@ -35,7 +35,7 @@ enum Way {
 }
 
 /// Motion in a step.
-pub struct Moved {
+pub struct HomingMotion {
     pub velocity: f64,
     /// New position of its place.
     pub position: Option<f64>,
@@ -67,22 +67,22 @@ impl Search {
     }
 
     /// Goes on by a time, at this place of the machine.
-    pub fn step(&mut self, objects: &Objects, starts: bool, place: f64, limits: Limits, span_s: f64) -> Moved {
+    pub fn step(&mut self, objects: &Objects, starts: bool, place: f64, limits: Limits, span_s: f64) -> HomingMotion {
         if starts && !self.had_start {
             self.way = way(objects.number(self.at.method) as i8, place, limits);
         } else if !starts && matches!(self.way, Way::Going { .. }) {
             self.way = Way::Idle;
         }
         self.had_start = starts;
-        let Way::Going { to, then } = self.way else { return Moved { velocity: 0.0, position: None } };
+        let Way::Going { to, then } = self.way else { return HomingMotion { velocity: 0.0, position: None } };
         let speed = f64::from(objects.bits(if then.is_some() { self.at.to_switch } else { self.at.to_zero }));
         if (to - place).abs() > speed * span_s {
-            return Moved { velocity: speed.copysign(to - place), position: None };
+            return HomingMotion { velocity: speed.copysign(to - place), position: None };
         }
         self.way = then.map_or(Way::Home, |next| Way::Going { to: next, then: None });
         let velocity = if span_s > 0.0 { (to - place) / span_s } else { 0.0 };
         let position = self.is_home().then(|| objects.number(self.at.offset) as f64);
-        Moved { velocity, position }
+        HomingMotion { velocity, position }
     }
 }
 

@@ -8,5 +8,5 @@ mod serving;
 
 pub use drive::{Drive, PRODUCT, VENDOR};
 pub use homing::Limits;
-pub use objects::{Access, Handle, Mapped, Objects};
+pub use objects::{Access, Handle, MappedObject, Objects};
 pub use serving::{Server, serve_orders};

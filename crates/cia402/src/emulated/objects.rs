@@ -40,7 +40,7 @@ pub struct Handle(usize);
 
 /// A mapped object: where it is, and how many bytes it has.
 #[derive(Clone, Copy, Debug)]
-pub struct Mapped {
+pub struct MappedObject {
     pub of: Handle,
     pub len: usize,
 }
@@ -110,7 +110,7 @@ impl Objects {
     }
 
     /// Returns the objects that a direction's assignment (0x1C12 outputs, 0x1C13 inputs) maps, in their order; none: something there is no object.
-    pub fn mapping(&self, assignment: u16) -> Option<Vec<Mapped>> {
+    pub fn mapping(&self, assignment: u16) -> Option<Vec<MappedObject>> {
         let count = |index| self.find(Entry { index, sub: 0 }).ok().map(|at| self.bits(at));
         let at = |index, sub: u32| self.find(Entry { index, sub: sub as u8 }).ok().map(|at| self.bits(at));
         let mut mapped = Vec::new();
@@ -124,9 +124,9 @@ impl Objects {
     }
 
     /// Reads index, subindex and bits in one number.
-    fn mapped(&self, word: u32) -> Option<Mapped> {
+    fn mapped(&self, word: u32) -> Option<MappedObject> {
         let of = self.find(Entry { index: (word >> 16) as u16, sub: (word >> 8) as u8 }).ok()?;
         let len = self.value(of).len();
-        (8 * len == (word & 0xFF) as usize).then_some(Mapped { of, len })
+        (8 * len == (word & 0xFF) as usize).then_some(MappedObject { of, len })
     }
 }

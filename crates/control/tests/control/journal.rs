@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A daemon that dies and starts again: what it knows then, what runs, and what it refuses.
-use crate::rig::{Folder, Rig, Told, class, receive, send, system, wave};
+use crate::rig::{Folder, MessageKeeper, Rig, class, receive, send, system, wave};
 use control::{Options, Server};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
@@ -28,13 +28,13 @@ pub fn killed(rig: &Rig) -> Folder {
 
 /// The daemon that starts on what is left.
 fn again(left: Folder) -> (Rig, Vec<String>) {
-    let (options, mut told) = (options(&left), Told::default());
+    let (options, mut told) = (options(&left), MessageKeeper::default());
     let rig = Rig::within(left, "virtual", &options, &mut told).unwrap_or_else(|r| panic!("{r:?}"));
     (rig, told.0)
 }
 
 /// Returns why no daemon starts on what is left, which it leaves as it was.
-fn refused(left: &Folder, change: impl FnOnce(&mut Options), watcher: &mut Told) -> String {
+fn refused(left: &Folder, change: impl FnOnce(&mut Options), watcher: &mut MessageKeeper) -> String {
     let mut options = options(left);
     change(&mut options);
     let before = std::fs::read_to_string(options.journal.as_ref().expect("given")).expect("text");
@@ -166,7 +166,7 @@ fn kept_without_a_timer() -> Rig {
     say("source", json!({ "processor": "rtp0", "name": "soft", "kind": "software", "priority": 50 }));
     say("svv", json!({ "name": "y", "type_text": "double" }));
     let folder = Folder::new();
-    let server = Server::start_watched(system.clone(), &options(&folder), &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"));
+    let server = Server::start_watched(system.clone(), &options(&folder), &mut MessageKeeper::default()).unwrap_or_else(|r| panic!("{r:?}"));
     Rig { server, system, folder }
 }
 
@@ -293,7 +293,7 @@ fn a_call_that_fails_is_named_and_with_strict_it_ends_the_start() {
     assert!(after.system.log_since(0).iter().any(|entry| entry.kind == "journal" && entry.text.contains(expected)));
     assert!(text(&after.folder).contains("nothing"), "it is kept for a daemon that can make it");
     let strict = changed(r#""double""#, r#""nothing""#);
-    assert!(refused(&strict, |options| options.journal_strict = true, &mut Told::default()).contains(expected));
+    assert!(refused(&strict, |options| options.journal_strict = true, &mut MessageKeeper::default()).contains(expected));
     let (_, told) = again(changed(r#""role":"download""#, r#""role":"operate""#));
     assert!(told[0].contains("'svv' needs the role configure"), "{told:?}");
     let (_, told) = again(changed(r#""arguments""#, r#""withheld":["token"],"arguments""#));
@@ -324,7 +324,7 @@ fn a_file_that_is_not_of_this_daemon_is_refused_and_left_alone() {
     let refusal = |changed: &dyn Fn(String) -> String| {
         let left = killed(&rig);
         std::fs::write(left.file("j"), changed(text(&left))).expect("ours");
-        refused(&left, |_| {}, &mut Told::default())
+        refused(&left, |_| {}, &mut MessageKeeper::default())
     };
     assert!(refusal(&|text| text.replace("\"line\":\"call\"", "\"line\":\"cal\"")).contains("line 2: unknown variant"));
     assert!(refusal(&|text| text.replace("\"version\":1", "\"version\":2")).contains("line 1: it has version 2"));
@@ -352,7 +352,7 @@ fn a_last_line_that_was_cut_short_is_left_out_and_told() {
 fn a_journal_is_one_daemons() {
     let rig = kept();
     let elsewhere = |options: &mut Options| options.socket = Some(rig.folder.file("t"));
-    assert!(refused(&rig.folder, elsewhere, &mut Told::default()).contains("another daemon keeps the journal"));
+    assert!(refused(&rig.folder, elsewhere, &mut MessageKeeper::default()).contains("another daemon keeps the journal"));
 }
 
 #[test]
@@ -363,7 +363,7 @@ fn playing_can_be_ended_and_leaves_the_journal_as_it_was() {
     let id = made(&rig, &session, "hold", "a");
     rig.call(&session, "start", json!({ "instance": id }));
     let left = killed(&rig);
-    let ended = refused(&left, |_| {}, &mut Told(Vec::new(), 4));
+    let ended = refused(&left, |_| {}, &mut MessageKeeper(Vec::new(), 4));
     assert!(ended.contains("ended when 1 of 4 calls of its journal were played"), "{ended:?}");
 }
 
@@ -435,7 +435,7 @@ fn a_daemon_that_is_killed_right_after_an_emergency_stop_starts_strictly() {
         let left = killed(&rig);
         std::fs::write(left.file("j"), on_the_disk).expect("ours");
         let strict = Options { journal_strict: true, ..options(&left) };
-        let after = Rig::within(left, "virtual", &strict, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"));
+        let after = Rig::within(left, "virtual", &strict, &mut MessageKeeper::default()).unwrap_or_else(|r| panic!("{r:?}"));
         assert_eq!(after.system.latched().as_deref(), Some("door"));
         assert!(!states(&after).iter().any(|state| state.ends_with("running")), "{:?}", states(&after));
     }
@@ -465,7 +465,7 @@ fn what_others_can_write_is_no_journal() {
     for (name, mode) in [("j", 0o602), ("j", 0o620), ("j.files", 0o777)] {
         let left = killed(&rig);
         std::fs::set_permissions(left.file(name), std::fs::Permissions::from_mode(mode)).expect("ours");
-        let refused = refused(&left, |_| {}, &mut Told::default());
+        let refused = refused(&left, |_| {}, &mut MessageKeeper::default());
         assert!(refused.contains("others may write") && refused.contains("chmod go-w"), "{refused}");
     }
 }

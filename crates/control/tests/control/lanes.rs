@@ -15,19 +15,19 @@ use tokio::sync::mpsc;
 use tower::ServiceExt;
 
 /// A system with its interface in this process, and a token for each of these.
-struct Served<const N: usize> {
+struct ServedSystem<const N: usize> {
     system: Arc<System>,
     inside: Inside,
     tokens: [String; N],
     folder: Folder,
 }
 
-fn served<const N: usize>(clock: &str, names: [(&str, Role); N]) -> Served<N> {
+fn served<const N: usize>(clock: &str, names: [(&str, Role); N]) -> ServedSystem<N> {
     let (folder, system) = (Folder::new(), system(clock));
     let file = folder.file("tokens.json");
     let tokens = names.map(|(name, role)| tokens::add(&file, name, role, None).expect("a token"));
     let inside = Inside::new(system.clone(), &Options { tokens: Some(file), ..Options::default() }).unwrap_or_else(|r| panic!("{r:?}"));
-    Served { system, inside, tokens, folder }
+    ServedSystem { system, inside, tokens, folder }
 }
 
 /// One request of a token, in a session or none.
@@ -62,7 +62,7 @@ async fn running(router: &Router, token: &str, session: &str) -> u64 {
 
 #[tokio::test]
 async fn observers_that_wait_are_in_the_way_of_no_halt() {
-    let Served { inside, tokens: [panel, first, second], folder: _folder, .. } =
+    let ServedSystem { inside, tokens: [panel, first, second], folder: _folder, .. } =
         served("monotonic", [("panel", Role::Operate), ("first", Role::Observe), ("second", Role::Observe)]);
     let router = inside.router();
     let session = commander(&router, &panel).await;
@@ -110,7 +110,7 @@ async fn observers_that_wait_are_in_the_way_of_no_halt() {
 
 #[tokio::test]
 async fn a_halt_has_acted_when_it_answers_that_the_end_is_still_to_come() {
-    let Served { system, inside, tokens: [panel], folder: _folder } = served("virtual", [("panel", Role::Operate)]);
+    let ServedSystem { system, inside, tokens: [panel], folder: _folder } = served("virtual", [("panel", Role::Operate)]);
     let router = inside.router();
     let session = commander(&router, &panel).await;
     let instance = running(&router, &panel, &session).await;
@@ -125,7 +125,7 @@ async fn a_halt_has_acted_when_it_answers_that_the_end_is_still_to_come() {
 
 #[tokio::test(start_paused = true)]
 async fn a_wait_ends_with_the_token_of_its_caller() {
-    let Served { inside, tokens: [panel, watcher], folder, .. } = served("monotonic", [("panel", Role::Operate), ("watcher", Role::Observe)]);
+    let ServedSystem { inside, tokens: [panel, watcher], folder, .. } = served("monotonic", [("panel", Role::Operate), ("watcher", Role::Observe)]);
     let router = inside.router();
     let (_, opened) = ask(router.clone(), &panel, "", "/v1/sessions", json!({ "name": "panel" })).await;
     let session = opened["result"]["session"].as_str().expect("an ID").to_owned();
@@ -154,7 +154,7 @@ async fn a_wait_ends_with_the_token_of_its_caller() {
 
 #[tokio::test]
 async fn a_definition_that_is_too_large_is_refused_before_it_is_checked() {
-    let Served { inside, tokens: [panel], folder: _folder, .. } = served("virtual", [("panel", Role::Observe)]);
+    let ServedSystem { inside, tokens: [panel], folder: _folder, .. } = served("virtual", [("panel", Role::Observe)]);
     let block = json!({ "block": { "subroutine": "library.gain" } });
     let check = |drawing: Json| ask(inside.router(), &panel, "", "/v1/call/check_definition", drawing);
     let of_blocks = |count: usize| {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Recordings of a daemon that dies and starts again.
 use crate::journal::{count, killed, options, text};
-use crate::rig::{Folder, Rig, Told};
+use crate::rig::{Folder, MessageKeeper, Rig};
 use control::Options;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -13,7 +13,7 @@ fn recording(records: &Folder, left: &Folder) -> Options {
 /// The daemon that starts on what is left.
 fn go_on(records: &Folder, left: Folder) -> Rig {
     let with = recording(records, &left);
-    Rig::within(left, "virtual", &with, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"))
+    Rig::within(left, "virtual", &with, &mut MessageKeeper::default()).unwrap_or_else(|r| panic!("{r:?}"))
 }
 
 fn names(records: &Folder) -> BTreeSet<String> {

@@ -54,15 +54,15 @@ pub fn wave(name: &str, policy: Json) -> Json {
 }
 
 /// Keeps what it is told, and goes on as often as asked.
-pub struct Told(pub Vec<String>, pub usize);
+pub struct MessageKeeper(pub Vec<String>, pub usize);
 
-impl Default for Told {
-    fn default() -> Told {
-        Told(Vec::new(), usize::MAX)
+impl Default for MessageKeeper {
+    fn default() -> MessageKeeper {
+        MessageKeeper(Vec::new(), usize::MAX)
     }
 }
 
-impl Watcher for Told {
+impl Watcher for MessageKeeper {
     fn tell(&mut self, text: &str) {
         self.0.push(text.to_owned());
     }
@@ -89,7 +89,7 @@ impl Rig {
         let folder = Folder::new();
         let mut options = Options { socket: Some(folder.file("s")), ..Options::default() };
         change(&mut options, &folder);
-        Rig::within(folder, clock, &options, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"))
+        Rig::within(folder, clock, &options, &mut MessageKeeper::default()).unwrap_or_else(|r| panic!("{r:?}"))
     }
 
     /// A served system in a folder that may have something from before.

@@ -60,13 +60,13 @@ fn channels(rig: &Rig, session: &str, count: usize) -> Vec<String> {
 
 /// Counts of one channel.
 #[derive(Clone, Default)]
-struct Counted {
+struct ChannelCounts {
     next: u64,
     got: u64,
     lost: u64,
 }
 
-impl Counted {
+impl ChannelCounts {
     /// One run: its first number is as far on as it says that values were lost; then none is missing.
     fn count(&mut self, run: &Run) {
         for (index, (time_ns, number)) in run.stamps.iter().enumerate() {
@@ -93,8 +93,8 @@ fn subscribe(stream: &mut WebSocket<UnixStream>, names: &[String]) {
 }
 
 /// Reads until every channel has as many values, got or lost.
-fn count(stream: &mut WebSocket<UnixStream>, channels: usize, stored: u64) -> Vec<Counted> {
-    let mut counted = vec![Counted::default(); channels];
+fn count(stream: &mut WebSocket<UnixStream>, channels: usize, stored: u64) -> Vec<ChannelCounts> {
+    let mut counted = vec![ChannelCounts::default(); channels];
     while counted.iter().any(|of| of.got + of.lost < stored) {
         for run in frame(stream, "s1", &vec![1; channels]) {
             counted[run.channel].count(&run);

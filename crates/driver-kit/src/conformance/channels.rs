@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of channels: where they lie, and what they carry when nobody commands them.
-use super::check::{Check, NO_PARTS, Passed, Tried, holds, none_of};
+use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, holds, none_of};
 use super::declaration::wrong_line;
 use super::subject::Subject;
 use device::{Channel, Direction, Slot, Type};
@@ -27,7 +27,7 @@ fn channels(subject: &Subject) -> Result<Vec<Channel>, String> {
     Ok(subject.rig()?.driver.channels().to_vec())
 }
 
-fn there(subject: &Subject) -> Tried {
+fn there(subject: &Subject) -> CheckResult {
     let channels = channels(subject)?;
     holds(!channels.is_empty(), || "it has none".to_owned())?;
     none_of([Direction::Read, Direction::Write].into_iter().filter_map(|direction| {
@@ -36,7 +36,7 @@ fn there(subject: &Subject) -> Tried {
     }))
 }
 
-fn names(subject: &Subject) -> Tried {
+fn names(subject: &Subject) -> CheckResult {
     let channels = channels(subject)?;
     none_of(channels.iter().enumerate().filter_map(|(i, channel)| {
         let name = &channel.name;
@@ -47,7 +47,7 @@ fn names(subject: &Subject) -> Tried {
     }))
 }
 
-fn docs(subject: &Subject) -> Tried {
+fn docs(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter_map(|channel| {
         let wrong = if channel.doc.is_empty() { None } else { wrong_line(&channel.doc) };
         let wrong = wrong.or_else(|| channel.unit.contains(char::is_whitespace).then(|| format!("'{}' is no unit", channel.unit)));
@@ -55,21 +55,21 @@ fn docs(subject: &Subject) -> Tried {
     }))
 }
 
-fn types(subject: &Subject) -> Tried {
+fn types(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter_map(|channel| match channel.type_text.parse::<Type>() {
         Err(what) => Some(format!("'{}': {what}", channel.name)),
         Ok(of) => (of.len() != channel.len || of.len() == 0).then(|| format!("'{}' is {} and has {} bytes", channel.name, channel.type_text, channel.len)),
     }))
 }
 
-fn alignment(subject: &Subject) -> Tried {
+fn alignment(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter_map(|channel| {
         let width = channel.type_text.parse::<Type>().map_or(1, |of| of.number.width());
         (channel.offset % width != 0).then(|| format!("'{}' lies at {}", channel.name, channel.offset))
     }))
 }
 
-fn overlap(subject: &Subject) -> Tried {
+fn overlap(subject: &Subject) -> CheckResult {
     let channels = channels(subject)?;
     let on = |a: &Channel, b: &Channel| a.direction == b.direction && a.offset < b.offset + b.len && b.offset < a.offset + a.len;
     none_of((1..channels.len()).flat_map(|i| {
@@ -78,7 +78,7 @@ fn overlap(subject: &Subject) -> Tried {
     }))
 }
 
-fn safe_values(subject: &Subject) -> Tried {
+fn safe_values(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter(|channel| channel.direction == Direction::Write).filter_map(|channel| {
         if channel.safe.len() != channel.len {
             return Some(format!("that of '{}' has {} bytes, and not {}", channel.name, channel.safe.len(), channel.len));
@@ -91,7 +91,7 @@ fn safe_values(subject: &Subject) -> Tried {
     }))
 }
 
-fn slews(subject: &Subject) -> Tried {
+fn slews(subject: &Subject) -> CheckResult {
     none_of(channels(subject)?.iter().filter_map(|channel| {
         let slew = channel.slew_max?;
         let fits = slew > 0.0 && slew.is_finite() && channel.direction == Direction::Write && channel.type_text.starts_with("double");
@@ -99,12 +99,12 @@ fn slews(subject: &Subject) -> Tried {
     }))
 }
 
-fn stable(subject: &Subject) -> Tried {
+fn stable(subject: &Subject) -> CheckResult {
     let (first, second) = (format!("{:?}", channels(subject)?), format!("{:?}", channels(subject)?));
     holds(first == second, || "a second driver has others".to_owned())
 }
 
-fn parts(subject: &Subject) -> Tried {
+fn parts(subject: &Subject) -> CheckResult {
     let rig = subject.rig()?;
     let parts = rig.about["parts"].as_array().cloned().unwrap_or_default();
     let joints = rig.joints();
@@ -119,12 +119,12 @@ fn parts(subject: &Subject) -> Tried {
         holds(number("range_min") <= number("range_max"), || format!("part '{name}' has a range from {} to {}", number("range_min"), number("range_max")))?;
         holds(number("effort_max") > 0.0 && number("speed_max") > 0.0, || format!("part '{name}' can neither push nor move"))?;
     }
-    Ok(if parts.is_empty() { NO_PARTS } else { Passed::Yes })
+    Ok(if parts.is_empty() { NO_PARTS } else { PassedCheck::Yes })
 }
 
-fn watchdog(subject: &Subject) -> Tried {
+fn watchdog(subject: &Subject) -> CheckResult {
     match subject.rig()?.driver.watchdog_ns() {
-        None => Ok(Passed::NotApplicable("it has none with these options")),
+        None => Ok(PassedCheck::NotApplicable("it has none with these options")),
         Some(ns) => holds(ns >= 1_000_000, || format!("it has {ns} ns")),
     }
 }

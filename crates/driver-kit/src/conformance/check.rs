@@ -5,28 +5,28 @@ use super::subject::Subject;
 pub(super) struct Check {
     pub(super) name: &'static str,
     pub(super) sentence: &'static str,
-    pub(super) run: fn(&Subject) -> Tried,
+    pub(super) run: fn(&Subject) -> CheckResult,
 }
 
 /// Result of a check: it passed, or it does not apply, or the cause of its failure.
-pub(super) type Tried = Result<Passed, String>;
+pub(super) type CheckResult = Result<PassedCheck, String>;
 
 /// Form of a passed check.
-pub(super) enum Passed {
+pub(super) enum PassedCheck {
     Yes,
     /// It says nothing about this driver: why.
     NotApplicable(&'static str),
 }
 
 /// Of a check of parts, where there are none.
-pub(super) const NO_PARTS: Passed = Passed::NotApplicable("it has no parts");
+pub(super) const NO_PARTS: PassedCheck = PassedCheck::NotApplicable("it has no parts");
 
 /// Passes where the condition holds; else the cause.
-pub(super) fn holds(condition: bool, cause: impl FnOnce() -> String) -> Tried {
-    if condition { Ok(Passed::Yes) } else { Err(cause()) }
+pub(super) fn holds(condition: bool, cause: impl FnOnce() -> String) -> CheckResult {
+    if condition { Ok(PassedCheck::Yes) } else { Err(cause()) }
 }
 
 /// Passes where nothing was found wrong.
-pub(super) fn none_of(mut wrong: impl Iterator<Item = String>) -> Tried {
-    wrong.next().map_or(Ok(Passed::Yes), Err)
+pub(super) fn none_of(mut wrong: impl Iterator<Item = String>) -> CheckResult {
+    wrong.next().map_or(Ok(PassedCheck::Yes), Err)
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of what an exchange costs: allocations, waits, memory, and how old its readings are.
-use super::check::{Check, Passed, Tried, holds};
+use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::measures::{allocated, allocations, printed, processor_ns, resident, waits};
 use super::rig::{Joint, Rig};
 use super::subject::Subject;
@@ -41,9 +41,9 @@ pub(super) fn mixed(rig: &mut Rig, joints: &[Joint], count: usize) -> Result<(),
     Ok(())
 }
 
-fn allocation(subject: &Subject) -> Tried {
+fn allocation(subject: &Subject) -> CheckResult {
     if !subject.is_inline() {
-        return Ok(Passed::NotApplicable("it is not inline"));
+        return Ok(PassedCheck::NotApplicable("it is not inline"));
     }
     let mut rig = subject.open()?;
     let joints = rig.joints();
@@ -57,9 +57,9 @@ fn allocation(subject: &Subject) -> Tried {
     }
 }
 
-fn waiting(subject: &Subject) -> Tried {
+fn waiting(subject: &Subject) -> CheckResult {
     if !subject.is_inline() {
-        return Ok(Passed::NotApplicable("it is not inline"));
+        return Ok(PassedCheck::NotApplicable("it is not inline"));
     }
     let mut rig = subject.open()?;
     let joints = rig.joints();
@@ -71,9 +71,9 @@ fn waiting(subject: &Subject) -> Tried {
     holds(waited * 10 < MEASURED as i64, || format!("its thread gave up its processor {waited} times in {MEASURED} firings"))
 }
 
-fn brief(subject: &Subject) -> Tried {
+fn brief(subject: &Subject) -> CheckResult {
     if !subject.is_inline() {
-        return Ok(Passed::NotApplicable("it is not inline"));
+        return Ok(PassedCheck::NotApplicable("it is not inline"));
     }
     let mut rig = subject.open()?;
     let joints = rig.joints();
@@ -84,7 +84,7 @@ fn brief(subject: &Subject) -> Tried {
     holds(mean_ns <= BRIEF_NS, || format!("it computes for {:.2} ms, and everything on its source waits for it", mean_ns as f64 * 1e-6))
 }
 
-fn prints(subject: &Subject) -> Tried {
+fn prints(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let joints = rig.joints();
     let (made, bytes) = printed(|| mixed(&mut rig, &joints, WARM)).map_err(|why| format!("what it prints cannot be counted: {why}"))?;
@@ -93,7 +93,7 @@ fn prints(subject: &Subject) -> Tried {
     holds(bytes < WARM as u64, || format!("it prints {bytes} bytes in {WARM} exchanges; each waits for whoever reads the terminal"))
 }
 
-fn memory(subject: &Subject) -> Tried {
+fn memory(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let joints = rig.joints();
     mixed(&mut rig, &joints, 4 * WARM)?;
@@ -107,9 +107,9 @@ fn memory(subject: &Subject) -> Tried {
     holds(more <= GROWTH && pages <= 16 * GROWTH, || format!("{made} exchanges hold {more} bytes more, and {pages} in pages"))
 }
 
-fn age(subject: &Subject) -> Tried {
+fn age(subject: &Subject) -> CheckResult {
     if subject.of.class != Class::Worker {
-        return Ok(Passed::NotApplicable("it is no worker"));
+        return Ok(PassedCheck::NotApplicable("it is no worker"));
     }
     let mut rig = Rig::new(subject.made()?);
     let Some(age) = rig.driver.channels().iter().find(|channel| channel.name == "age").cloned() else { return Err("there is no channel 'age'".to_owned()) };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the declaration: its name, its text, its options.
-use super::check::{Check, Passed, Tried, holds, none_of};
+use super::check::{Check, CheckResult, PassedCheck, holds, none_of};
 use super::subject::Subject;
 use device::{Class, Kind, OptionWord};
 
@@ -43,28 +43,28 @@ pub(super) fn wrong_name<'a>(names: impl Iterator<Item = &'a str>) -> Option<Str
 }
 
 /// Checks that a text is one line.
-pub(super) fn line(text: &str) -> Tried {
-    wrong_line(text).map_or(Ok(Passed::Yes), Err)
+pub(super) fn line(text: &str) -> CheckResult {
+    wrong_line(text).map_or(Ok(PassedCheck::Yes), Err)
 }
 
 /// Checks that each of these names has one line.
-pub(super) fn lines<'a>(words: impl Iterator<Item = (&'a str, &'a str)>) -> Tried {
+pub(super) fn lines<'a>(words: impl Iterator<Item = (&'a str, &'a str)>) -> CheckResult {
     none_of(words.filter_map(|(name, doc)| wrong_line(doc).map(|wrong| format!("'{name}': {wrong}"))))
 }
 
-fn name(subject: &Subject) -> Tried {
+fn name(subject: &Subject) -> CheckResult {
     holds(is_name(subject.of.kind), || format!("it is '{}'", subject.of.kind))
 }
 
-fn doc(subject: &Subject) -> Tried {
+fn doc(subject: &Subject) -> CheckResult {
     line(subject.of.doc)
 }
 
-fn option_names(subject: &Subject) -> Tried {
-    wrong_name(subject.of.options.iter().map(|word| word.name)).map_or(Ok(Passed::Yes), Err)
+fn option_names(subject: &Subject) -> CheckResult {
+    wrong_name(subject.of.options.iter().map(|word| word.name)).map_or(Ok(PassedCheck::Yes), Err)
 }
 
-fn option_docs(subject: &Subject) -> Tried {
+fn option_docs(subject: &Subject) -> CheckResult {
     lines(subject.of.options.iter().map(|word| (word.name, word.doc)))
 }
 
@@ -80,16 +80,16 @@ pub(super) fn wrong_unit(word: &OptionWord) -> Option<String> {
     (is_time && (word.unit, word.kind) != ("ns", Kind::Whole)).then(|| format!("'{}' is no whole number in ns", word.name))
 }
 
-fn option_units(subject: &Subject) -> Tried {
+fn option_units(subject: &Subject) -> CheckResult {
     none_of(subject.of.options.iter().filter_map(wrong_unit))
 }
 
-fn option_defaults(subject: &Subject) -> Tried {
+fn option_defaults(subject: &Subject) -> CheckResult {
     let words = subject.of.options.iter().filter_map(|word| Some((word.name, word.default?)));
     none_of(words.filter_map(|(name, text)| wrong_line(text).map(|wrong| format!("the default of '{name}': {wrong}"))))
 }
 
-fn option_of_class(subject: &Subject) -> Tried {
+fn option_of_class(subject: &Subject) -> CheckResult {
     let of_class = if subject.of.class == Class::Worker { &["period_ns", "age_max_ns", "in_place"][..] } else { &[] };
     none_of(subject.of.options.iter().filter(|word| of_class.contains(&word.name)).map(|word| format!("'{}' does", word.name)))
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of motion over many firings: readings that stay finite, parts that rest.
-use super::check::{Check, NO_PARTS, Passed, Tried, none_of};
+use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, none_of};
 use super::subject::Subject;
 
 pub(super) const CHECKS: &[Check] = &[
@@ -13,7 +13,7 @@ const MANY: usize = 500;
 /// Rad or m that a part at rest may go in `MANY` firings.
 const CREEP: f64 = 0.01;
 
-fn stay_finite(subject: &Subject) -> Tried {
+fn stay_finite(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     for firing in 1..=MANY {
         rig.cycle()?;
@@ -22,10 +22,10 @@ fn stay_finite(subject: &Subject) -> Tried {
             return Err(format!("'{name}' is not finite after {firing} readings"));
         }
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn creep(subject: &Subject) -> Tried {
+fn creep(subject: &Subject) -> CheckResult {
     let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(NO_PARTS) };
     rig.cycles(2)?;
     let before = rig.positions(&joints);

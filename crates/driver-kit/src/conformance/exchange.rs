@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the exchange: what is read and written, odd times and odd numbers.
-use super::check::{Check, NO_PARTS, Passed, Tried, holds};
+use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, holds};
 use super::rig::{PERIOD_NS, Rig};
 use super::subject::Subject;
 use device::Direction;
@@ -27,38 +27,38 @@ const LEAP: f64 = 0.01;
 /// Firings before anything is looked at.
 const WARM: usize = 50;
 
-fn first_reading(subject: &Subject) -> Tried {
+fn first_reading(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     rig.read()?;
     finite(&rig)
 }
 
-fn finite(rig: &Rig) -> Tried {
-    rig.not_finite().map_or(Ok(Passed::Yes), |name| Err(format!("'{name}' is not finite")))
+fn finite(rig: &Rig) -> CheckResult {
+    rig.not_finite().map_or(Ok(PassedCheck::Yes), |name| Err(format!("'{name}' is not finite")))
 }
 
-fn readings_whole(subject: &Subject) -> Tried {
+fn readings_whole(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     rig.cycles(WARM)?;
     holds(rig.is_whole(), || "bytes behind it have changed".to_owned())
 }
 
-fn truth_values(subject: &Subject) -> Tried {
+fn truth_values(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let truths = rig.driver.channels().iter().filter(|channel| channel.direction == Direction::Read && channel.type_text.starts_with("bool"));
     let truths: Vec<_> = truths.map(|channel| (channel.name.clone(), channel.offset..channel.offset + channel.len)).collect();
     if truths.is_empty() {
-        return Ok(Passed::NotApplicable("it reads none"));
+        return Ok(PassedCheck::NotApplicable("it reads none"));
     }
     for _ in 0..WARM {
         rig.cycle()?;
         let odd = truths.iter().find_map(|(name, place)| Some((name, rig.readings[place.clone()].iter().find(|byte| **byte > 1)?)));
         holds(odd.is_none(), || odd.map_or_else(String::new, |(name, byte)| format!("'{name}' is {byte}")))?;
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn commands_kept(subject: &Subject) -> Tried {
+fn commands_kept(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let before = rig.commands.clone();
     rig.cycles(WARM)?;
@@ -66,15 +66,15 @@ fn commands_kept(subject: &Subject) -> Tried {
 }
 
 /// Checks that no part moves by more than a leap between two positions.
-fn still(rig: &Rig, joints: &[super::rig::Joint], before: &[f64], what: &str) -> Tried {
+fn still(rig: &Rig, joints: &[super::rig::Joint], before: &[f64], what: &str) -> CheckResult {
     for ((joint, before), after) in joints.iter().zip(before).zip(rig.positions(joints)) {
         let most = LEAP.min((joint.speed_max * PERIOD_NS as f64 * 1e-9).max(LEAP / 10.0));
         holds((after - before).abs() <= most, || format!("'{}' goes from {before} to {after} {what}", joint.name))?;
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn unengaged(subject: &Subject) -> Tried {
+fn unengaged(subject: &Subject) -> CheckResult {
     let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(NO_PARTS) };
     rig.cycles(2)?;
     let before = rig.positions(&joints);
@@ -82,7 +82,7 @@ fn unengaged(subject: &Subject) -> Tried {
     still(&rig, &joints, &before, "within 20 firings")
 }
 
-fn no_leap(subject: &Subject) -> Tried {
+fn no_leap(subject: &Subject) -> CheckResult {
     let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(NO_PARTS) };
     rig.cycles(3)?;
     for _ in 0..10 {
@@ -92,10 +92,10 @@ fn no_leap(subject: &Subject) -> Tried {
         rig.read()?;
         still(&rig, &joints, &before, "in one firing")?;
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn let_go(subject: &Subject) -> Tried {
+fn let_go(subject: &Subject) -> CheckResult {
     let Some((mut rig, joints)) = subject.open_with_parts()? else { return Ok(NO_PARTS) };
     for _ in 0..3 {
         rig.cycle()?;
@@ -107,18 +107,18 @@ fn let_go(subject: &Subject) -> Tried {
         rig.cycles(10)?;
         still(&rig, &joints, &before, "though it is not commanded")?;
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
 /// An exchange that may fail; where it does not, what is read is finite.
-fn tolerant(rig: &mut Rig) -> Tried {
+fn tolerant(rig: &mut Rig) -> CheckResult {
     match rig.cycle().and_then(|()| rig.read()) {
         Ok(()) => finite(rig),
-        Err(_) => Ok(Passed::Yes),
+        Err(_) => Ok(PassedCheck::Yes),
     }
 }
 
-fn time_stands(subject: &Subject) -> Tried {
+fn time_stands(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     rig.cycle()?;
     for _ in 0..3 {
@@ -128,14 +128,14 @@ fn time_stands(subject: &Subject) -> Tried {
     finite(&rig)
 }
 
-fn time_leaps(subject: &Subject) -> Tried {
+fn time_leaps(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     rig.cycles(3)?;
     rig.release_ns += 10_000_000_000;
     tolerant(&mut rig)
 }
 
-fn time_returns(subject: &Subject) -> Tried {
+fn time_returns(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     rig.cycles(20)?;
     rig.release_ns -= 10 * PERIOD_NS;
@@ -143,11 +143,11 @@ fn time_returns(subject: &Subject) -> Tried {
 }
 
 /// Commands every double with this value, and looks whether it comes back.
-fn commanded(subject: &Subject, value: f64) -> Tried {
+fn commanded(subject: &Subject, value: f64) -> CheckResult {
     let mut rig = subject.open()?;
     let doubles: Vec<_> = doubles(&rig);
     if doubles.is_empty() {
-        return Ok(Passed::NotApplicable("no double is written"));
+        return Ok(PassedCheck::NotApplicable("no double is written"));
     }
     rig.cycles(3)?;
     for (offset, len) in doubles {
@@ -158,7 +158,7 @@ fn commanded(subject: &Subject, value: f64) -> Tried {
     rig.let_go();
     tolerant(&mut rig)?;
     rig.driver.safe_state();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
 fn doubles(rig: &Rig) -> Vec<(usize, usize)> {
@@ -166,16 +166,16 @@ fn doubles(rig: &Rig) -> Vec<(usize, usize)> {
     written.map(|channel| (channel.offset, channel.len)).collect()
 }
 
-fn nan(subject: &Subject) -> Tried {
+fn nan(subject: &Subject) -> CheckResult {
     commanded(subject, f64::NAN)
 }
 
-fn infinity(subject: &Subject) -> Tried {
+fn infinity(subject: &Subject) -> CheckResult {
     commanded(subject, f64::INFINITY)?;
     commanded(subject, f64::NEG_INFINITY)
 }
 
-fn huge(subject: &Subject) -> Tried {
+fn huge(subject: &Subject) -> CheckResult {
     for value in [f64::MAX, f64::MIN, f64::MIN_POSITIVE] {
         let mut rig = subject.open()?;
         for (offset, len) in doubles(&rig) {
@@ -185,17 +185,17 @@ fn huge(subject: &Subject) -> Tried {
         let _ = rig.cycles(3);
         rig.driver.safe_state();
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn all_bytes(subject: &Subject) -> Tried {
+fn all_bytes(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let written: Vec<_> =
         rig.driver.channels().iter().filter(|channel| channel.direction == Direction::Write && channel.type_text != "bool").cloned().collect();
     // A truth value has two forms; each other type any bytes.
     let written: Vec<_> = written.into_iter().filter(|channel| !channel.type_text.starts_with("bool")).collect();
     if written.is_empty() {
-        return Ok(Passed::NotApplicable("no number is written"));
+        return Ok(PassedCheck::NotApplicable("no number is written"));
     }
     for byte in [0x00, 0x01, 0x7F, 0x80, 0xFF] {
         written.iter().for_each(|channel| rig.commands[channel.offset..channel.offset + channel.len].fill(byte));
@@ -205,5 +205,5 @@ fn all_bytes(subject: &Subject) -> Tried {
         }
     }
     rig.driver.safe_state();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of what others in the process count on: signal handlers, the thread's signals and arithmetic, the folder of the process.
-use super::check::{Check, Passed, Tried};
+use super::check::{Check, CheckResult, PassedCheck};
 use super::cost::WARM;
 use super::rig::Rig;
 use super::subject::Subject;
@@ -76,7 +76,7 @@ impl ProcessState {
 type Call = fn(&mut Rig) -> Result<(), String>;
 
 /// Makes each call of a life; `changed` says what the call has changed.
-fn over_a_life(subject: &Subject, changed: impl Fn(&ProcessState, &ProcessState) -> Option<String>) -> Tried {
+fn over_a_life(subject: &Subject, changed: impl Fn(&ProcessState, &ProcessState) -> Option<String>) -> CheckResult {
     let before = AT_FIRST.get_or_init(ProcessState::now);
     before.restore();
     let mut rig = subject.rig()?;
@@ -97,14 +97,14 @@ fn over_a_life(subject: &Subject, changed: impl Fn(&ProcessState, &ProcessState)
         Ok(()) => changed(before, &ProcessState::now()).map(|what| format!("{name} {what}")),
     });
     before.restore();
-    found.map_or(Ok(Passed::Yes), Err)
+    found.map_or(Ok(PassedCheck::Yes), Err)
 }
 
-fn arithmetic(subject: &Subject) -> Tried {
+fn arithmetic(subject: &Subject) -> CheckResult {
     over_a_life(subject, |before, now| (before.words != now.words).then(|| "changes it, and every block behind it on its source computes so".to_owned()))
 }
 
-fn signals(subject: &Subject) -> Tried {
+fn signals(subject: &Subject) -> CheckResult {
     over_a_life(subject, |before, now| {
         let handlers = SIGNALS.zip(before.handlers.iter().zip(&now.handlers));
         let other = handlers.into_iter().find(|(_, (before, now))| before.sa_sigaction != now.sa_sigaction).map(|(signal, _)| signal);
@@ -115,6 +115,6 @@ fn signals(subject: &Subject) -> Tried {
     })
 }
 
-fn folder(subject: &Subject) -> Tried {
+fn folder(subject: &Subject) -> CheckResult {
     over_a_life(subject, |before, now| (before.folder != now.folder).then(|| format!("goes from '{}' to '{}'", before.folder.display(), now.folder.display())))
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! kill -9 in each phase of a driver's life: what the guard has then works, and the next process can open the device.
-use super::check::{Passed, Tried};
+use super::check::{CheckResult, PassedCheck};
 use super::orders::{LIMIT, LINK, tell};
 use super::phases::{PHASES, Phase};
 use super::report::{Outcome, Verdict};
@@ -16,8 +16,8 @@ pub(super) fn outcomes(kind: &str, options: &Value, settings: &Settings) -> impl
         check: (*name).to_owned(),
         sentence: (*sentence).to_owned(),
         verdict: match killed(kind, options, name, settings) {
-            Ok(Passed::Yes) => Verdict::Passed,
-            Ok(Passed::NotApplicable(why)) => Verdict::NotApplicable(why.to_owned()),
+            Ok(PassedCheck::Yes) => Verdict::Passed,
+            Ok(PassedCheck::NotApplicable(why)) => Verdict::NotApplicable(why.to_owned()),
             Err(cause) => Verdict::Failed(cause),
         },
     };
@@ -25,11 +25,11 @@ pub(super) fn outcomes(kind: &str, options: &Value, settings: &Settings) -> impl
 }
 
 /// Kills one process in that phase, does what the guard does, and has another one open the device.
-fn killed(kind: &str, options: &Value, phase: &str, settings: &Settings) -> Tried {
+fn killed(kind: &str, options: &Value, phase: &str, settings: &Settings) -> CheckResult {
     let handles = reached(kind, options, phase, settings)?;
     handles.into_iter().try_for_each(write).map_err(|why| format!("a handle of the guard: {why}"))?;
     reached(kind, options, "kill-engaged", settings).map_err(|why| format!("the next process: {why}"))?;
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
 /// Has a process live up to a phase and kills it there; what the guard has then.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of its life: opened and closed in any order, and nothing left behind.
-use super::check::{Check, Passed, Tried, holds};
+use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::measures::{descriptors, processes, settled, threads};
 use super::subject::Subject;
 use device::Class;
@@ -29,22 +29,22 @@ fn lives(subject: &Subject) -> usize {
     if subject.of.class == Class::Process { 4 } else { 20 }
 }
 
-fn dropped(subject: &Subject) -> Tried {
+fn dropped(subject: &Subject) -> CheckResult {
     drop(subject.made()?);
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn close_unopened(subject: &Subject) -> Tried {
+fn close_unopened(subject: &Subject) -> CheckResult {
     subject.made()?.0.close();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn safe_unopened(subject: &Subject) -> Tried {
+fn safe_unopened(subject: &Subject) -> CheckResult {
     subject.made()?.0.safe_state();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn opens(subject: &Subject) -> Tried {
+fn opens(subject: &Subject) -> CheckResult {
     let (mut driver, _) = subject.made()?;
     let (begun, limit) = (Instant::now(), Duration::from_nanos(subject.of.life.waits_ns.unsigned_abs()) + ALLOWANCE);
     driver.open(0).map_err(|why| why.message)?;
@@ -53,52 +53,52 @@ fn opens(subject: &Subject) -> Tried {
     holds(lasted <= limit, || format!("it took {:.1} s", lasted.as_secs_f64()))
 }
 
-fn open_twice(subject: &Subject) -> Tried {
+fn open_twice(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let _ = rig.driver.open(rig.release_ns);
     let _ = rig.read();
     rig.driver.close();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn close_twice(subject: &Subject) -> Tried {
+fn close_twice(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     rig.driver.close();
     rig.driver.close();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn dropped_open(subject: &Subject) -> Tried {
+fn dropped_open(subject: &Subject) -> CheckResult {
     drop(subject.open()?);
     let mut next = subject.open()?;
     next.read().map_err(|why| format!("the next one cannot read: {why}"))?;
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn closed_exchange(subject: &Subject) -> Tried {
+fn closed_exchange(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     rig.cycle()?;
     rig.driver.close();
     let _ = rig.read();
     let _ = rig.write();
     rig.driver.safe_state();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn channels_open(subject: &Subject) -> Tried {
+fn channels_open(subject: &Subject) -> CheckResult {
     let mut rig = subject.rig()?;
     let before = format!("{:?}", rig.driver.channels());
     rig.open()?;
     holds(format!("{:?}", rig.driver.channels()) == before, || "they are others then".to_owned())
 }
 
-fn again(subject: &Subject) -> Tried {
+fn again(subject: &Subject) -> CheckResult {
     for life in 1..=3 {
         let mut rig = subject.open().map_err(|why| format!("life {life}: {why}"))?;
         rig.cycles(3).map_err(|why| format!("life {life}: {why}"))?;
         rig.driver.close();
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
 /// Returns how many more of something there are after some lives.
@@ -116,17 +116,17 @@ fn left(subject: &Subject, count: fn() -> usize) -> Result<usize, String> {
     Ok(settled(count, before).saturating_sub(before))
 }
 
-fn descriptors_left(subject: &Subject) -> Tried {
+fn descriptors_left(subject: &Subject) -> CheckResult {
     let left = left(subject, descriptors)?;
     holds(left == 0, || format!("{left} are left"))
 }
 
-fn threads_left(subject: &Subject) -> Tried {
+fn threads_left(subject: &Subject) -> CheckResult {
     let left = left(subject, threads)?;
     holds(left == 0, || format!("{left} are left"))
 }
 
-fn processes_left(subject: &Subject) -> Tried {
+fn processes_left(subject: &Subject) -> CheckResult {
     let left = left(subject, processes)?;
     holds(left == 0, || format!("{left} are left"))
 }

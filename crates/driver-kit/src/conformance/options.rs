@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of options: what is wrong is refused, and named.
-use super::check::{Check, Passed, Tried, holds};
+use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::subject::{Subject, of_another_kind};
 use device::{DriverError, Kind};
 use serde_json::{Value, json};
@@ -18,8 +18,8 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "trial", sentence: "the files that its options name stand its own trial", run: trial },
 ];
 
-fn made(subject: &Subject) -> Tried {
-    subject.made().map(|_| Passed::Yes)
+fn made(subject: &Subject) -> CheckResult {
+    subject.made().map(|_| PassedCheck::Yes)
 }
 
 /// Checks that an option is refused by its name.
@@ -32,39 +32,39 @@ fn refused(subject: &Subject, options: &Value, name: &str) -> Result<(), String>
     }
 }
 
-fn wrong_kind(subject: &Subject) -> Tried {
+fn wrong_kind(subject: &Subject) -> CheckResult {
     for word in device::options_of(subject.of) {
         refused(subject, &subject.and(word.name, of_another_kind(word.kind)), word.name)?;
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn missing(subject: &Subject) -> Tried {
+fn missing(subject: &Subject) -> CheckResult {
     let needed: Vec<_> = subject.of.options.iter().filter(|word| word.default.is_none()).collect();
     for word in &needed {
         refused(subject, &subject.and(word.name, Value::Null), word.name)?;
     }
-    Ok(if needed.is_empty() { Passed::NotApplicable("it needs none") } else { Passed::Yes })
+    Ok(if needed.is_empty() { PassedCheck::NotApplicable("it needs none") } else { PassedCheck::Yes })
 }
 
-fn unknown(subject: &Subject) -> Tried {
-    refused(subject, &subject.and("no_such_option", json!(1)), "no_such_option").map(|()| Passed::Yes)
+fn unknown(subject: &Subject) -> CheckResult {
+    refused(subject, &subject.and("no_such_option", json!(1)), "no_such_option").map(|()| PassedCheck::Yes)
 }
 
-fn null(subject: &Subject) -> Tried {
+fn null(subject: &Subject) -> CheckResult {
     let left_out = device::options_of(subject.of).into_iter().filter(|word| subject.options.get(word.name).is_none());
     for word in left_out.filter(|word| word.default.is_some()) {
         subject.with(&subject.and(word.name, Value::Null)).map_err(|why| format!("'{}': {why}", word.name))?;
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn no_table(subject: &Subject) -> Tried {
+fn no_table(subject: &Subject) -> CheckResult {
     let taken = [json!([1]), json!("text"), json!(3)].into_iter().find(|options| subject.with(options).is_ok());
     holds(taken.is_none(), || format!("{} is taken", taken.unwrap_or_default()))
 }
 
-fn odd_numbers(subject: &Subject) -> Tried {
+fn odd_numbers(subject: &Subject) -> CheckResult {
     for word in device::options_of(subject.of) {
         let odd: &[Value] = match word.kind {
             Kind::Number => &[json!(-1.0), json!(0.0), json!(1e308), json!(-1e308), json!(5e-324)],
@@ -78,25 +78,25 @@ fn odd_numbers(subject: &Subject) -> Tried {
             let _ = subject.with(&subject.and(word.name, value.clone()));
         }
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn virtual_time(subject: &Subject) -> Tried {
+fn virtual_time(subject: &Subject) -> CheckResult {
     let (kind, options) = device::in_virtual_time(&subject.kind, &subject.options);
-    device::open(&kind, &options).map(|_| Passed::Yes).map_err(|why| format!("'{kind}': {why}"))
+    device::open(&kind, &options).map(|_| PassedCheck::Yes).map_err(|why| format!("'{kind}': {why}"))
 }
 
-fn geometry(subject: &Subject) -> Tried {
+fn geometry(subject: &Subject) -> CheckResult {
     match device::geometry(&subject.kind, &subject.options) {
-        Ok(Some(_)) => Ok(Passed::Yes),
-        Ok(None) => Ok(Passed::NotApplicable("its machine has no picture")),
+        Ok(Some(_)) => Ok(PassedCheck::Yes),
+        Ok(None) => Ok(PassedCheck::NotApplicable("its machine has no picture")),
         Err(why) => Err(why.to_string()),
     }
 }
 
-fn trial(subject: &Subject) -> Tried {
+fn trial(subject: &Subject) -> CheckResult {
     if subject.of.trial.is_none() {
-        return Ok(Passed::NotApplicable("it declares none"));
+        return Ok(PassedCheck::NotApplicable("it declares none"));
     }
-    device::try_options(&subject.kind, &subject.options).map(|()| Passed::Yes).map_err(|why| why.to_string())
+    device::try_options(&subject.kind, &subject.options).map(|()| PassedCheck::Yes).map_err(|why| why.to_string())
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of what a declaration promises: life, safe state, services, counters, rights.
-use super::check::{Check, Passed, Tried, holds, none_of};
+use super::check::{Check, CheckResult, PassedCheck, holds, none_of};
 use super::declaration::{line, lines, wrong_line, wrong_name, wrong_unit};
 use super::subject::Subject;
 use device::SafeBy;
@@ -17,52 +17,52 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "rights", sentence: "each right says what it is and how it is given: 'raw sockets: cap_net_raw'", run: rights },
 ];
 
-fn life_waits(subject: &Subject) -> Tried {
+fn life_waits(subject: &Subject) -> CheckResult {
     let ns = subject.of.life.waits_ns;
     holds((0..=3_600_000_000_000).contains(&ns), || format!("it waits for {ns} ns"))
 }
 
-fn life_lost(subject: &Subject) -> Tried {
+fn life_lost(subject: &Subject) -> CheckResult {
     let ns = subject.of.life.lost_within_ns;
     holds((0..=60_000_000_000).contains(&ns), || format!("it is {ns} ns"))
 }
 
-fn safe_doc(subject: &Subject) -> Tried {
+fn safe_doc(subject: &Subject) -> CheckResult {
     line(subject.of.safe_state.doc)
 }
 
-fn safe_by(subject: &Subject) -> Tried {
+fn safe_by(subject: &Subject) -> CheckResult {
     let by: &[SafeBy] = subject.of.safe_state.by;
     holds(!by.is_empty(), || "by nothing".to_owned())?;
     none_of((1..by.len()).filter(|i| by[..*i].contains(&by[*i])).map(|i| format!("'{}' is there twice", by[i])))
 }
 
-fn safe_time(subject: &Subject) -> Tried {
+fn safe_time(subject: &Subject) -> CheckResult {
     let ns = subject.of.safe_state.within_ns;
     holds((0..=10_000_000_000).contains(&ns), || format!("it is {ns} ns"))
 }
 
-fn service_words(subject: &Subject) -> Tried {
+fn service_words(subject: &Subject) -> CheckResult {
     let services = subject.of.services;
     wrong_name(services.iter().map(|word| word.name)).map_or(Ok(()), Err)?;
     lines(services.iter().map(|word| (word.name, word.doc)))
 }
 
-fn service_arguments(subject: &Subject) -> Tried {
+fn service_arguments(subject: &Subject) -> CheckResult {
     for service in subject.of.services {
         let arguments = service.arguments.iter();
         let wrong = wrong_name(arguments.clone().map(|word| word.name)).or_else(|| arguments.clone().find_map(wrong_unit));
         wrong.or_else(|| arguments.clone().find_map(|word| wrong_line(word.doc))).map_or(Ok(()), |wrong| Err(format!("'{}': {wrong}", service.name)))?;
     }
-    Ok(if subject.of.services.is_empty() { Passed::NotApplicable("it has no services") } else { Passed::Yes })
+    Ok(if subject.of.services.is_empty() { PassedCheck::NotApplicable("it has no services") } else { PassedCheck::Yes })
 }
 
-fn counter_words(subject: &Subject) -> Tried {
+fn counter_words(subject: &Subject) -> CheckResult {
     wrong_name(subject.of.counters.iter().map(|word| word.name)).map_or(Ok(()), Err)?;
     lines(subject.of.counters.iter().map(|word| (word.name, word.doc)))
 }
 
-fn rights(subject: &Subject) -> Tried {
+fn rights(subject: &Subject) -> CheckResult {
     let wrong = |right: &&&str| !right.split_once(": ").is_some_and(|(what, how)| !what.trim().is_empty() && !how.trim().is_empty());
     none_of(subject.of.rights.iter().filter(wrong).map(|right| format!("'{right}'")))
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of parts that are pushed: each moves, the way that it is pushed, and its position and its velocity say so.
-use super::check::{Check, Passed, Tried, none_of};
+use super::check::{Check, CheckResult, PassedCheck, none_of};
 use super::rig::{Joint, PERIOD_NS, Rig};
 use super::subject::Subject;
 use std::time::Duration;
@@ -139,13 +139,13 @@ fn pushed(subject: &Subject, manner: Manner) -> Result<Vec<PartMotions>, String>
     Ok(joints.into_iter().zip(motions).map(|(joint, motions)| PartMotions { joint, motions }).collect())
 }
 
-const NO_INLINE_PARTS: Passed = Passed::NotApplicable("it has no parts whose exchange is inline");
+const NO_INLINE_PARTS: PassedCheck = PassedCheck::NotApplicable("it has no parts whose exchange is inline");
 
 /// Judges the parts of a push; `fault` says what is wrong with one.
 ///
 /// Parts with a fault are pushed once more, at the pace of the clock on the wall. A machine that moves by that clock may
 /// stand still during a push of some microseconds, or get where it should in one step that no reading shows.
-fn judged(subject: &Subject, warm: usize, is_alone: bool, fault: impl Fn(&PartMotions) -> Option<String>) -> Tried {
+fn judged(subject: &Subject, warm: usize, is_alone: bool, fault: impl Fn(&PartMotions) -> Option<String>) -> CheckResult {
     let manner = Manner { warm, is_alone, pause: Duration::ZERO };
     let mut parts = pushed(subject, manner)?;
     if parts.is_empty() {
@@ -157,7 +157,7 @@ fn judged(subject: &Subject, warm: usize, is_alone: bool, fault: impl Fn(&PartMo
     none_of(parts.iter().filter_map(fault))
 }
 
-fn moves(subject: &Subject) -> Tried {
+fn moves(subject: &Subject) -> CheckResult {
     judged(subject, 0, false, |part| {
         let name = &part.joint.name;
         let fault = || format!("'{name}.position' stays the same while '{name}' is pushed each way: the command is ignored, or the reading is frozen");
@@ -165,7 +165,7 @@ fn moves(subject: &Subject) -> Tried {
     })
 }
 
-fn moves_alone(subject: &Subject) -> Tried {
+fn moves_alone(subject: &Subject) -> CheckResult {
     // Whatever is coupled with it: what is pushed alone goes with the push, for the inverse of a mass matrix is positive on its diagonal.
     judged(subject, 0, true, |part| {
         let (name, [up, down]) = (&part.joint.name, &part.motions);
@@ -176,14 +176,14 @@ fn moves_alone(subject: &Subject) -> Tried {
     })
 }
 
-fn moves_late(subject: &Subject) -> Tried {
+fn moves_late(subject: &Subject) -> CheckResult {
     judged(subject, LATE, false, |part| {
         let name = &part.joint.name;
         part.is_still().then(|| format!("after {LATE} firings '{name}.position' stays the same while '{name}' is pushed each way"))
     })
 }
 
-fn velocity_sign(subject: &Subject) -> Tried {
+fn velocity_sign(subject: &Subject) -> CheckResult {
     judged(subject, 0, false, |part| {
         let name = &part.joint.name;
         let is_wrong = |motion: &&Motion| motion.distance.abs() > CLEAR && motion.distance * motion.velocity_mean <= 0.0;
@@ -192,7 +192,7 @@ fn velocity_sign(subject: &Subject) -> Tried {
     })
 }
 
-fn velocity_size(subject: &Subject) -> Tried {
+fn velocity_size(subject: &Subject) -> CheckResult {
     judged(subject, 0, false, |part| {
         let name = &part.joint.name;
         let is_wrong = |motion: &&Motion| {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver with its buffers, served as a source serves it. Behind each buffer lie bytes that are nobody's.
 use super::measures::Sanitizer;
-use device::{Channel, Direction, Driver, Opened, Slot};
+use device::{Channel, Direction, Driver, OpenedDriver, Slot};
 use serde_json::Value;
 use std::time::Instant;
 
@@ -53,7 +53,7 @@ fn watched<T>(by: Option<Sanitizer>, call: impl FnOnce() -> T) -> T {
 }
 
 impl Rig {
-    pub(crate) fn new((driver, about): Opened) -> Rig {
+    pub(crate) fn new((driver, about): OpenedDriver) -> Rig {
         let (readings_len, commands_len) = (len(driver.channels(), Direction::Read), len(driver.channels(), Direction::Write));
         let written = driver.channels().iter().filter(|channel| channel.direction == Direction::Write).count();
         let mut rig = Rig {

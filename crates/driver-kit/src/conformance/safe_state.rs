@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the safe state: it comes about as declared, and the driver goes on behind it.
-use super::check::{Check, NO_PARTS, Passed, Tried, holds};
+use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, holds};
 use super::measures::allocations;
 use super::rig::{PERIOD_NS, Rig};
 use super::subject::Subject;
@@ -41,7 +41,7 @@ fn pushed(subject: &Subject) -> Result<Rig, String> {
     Ok(rig)
 }
 
-fn returns(subject: &Subject) -> Tried {
+fn returns(subject: &Subject) -> CheckResult {
     let mut rig = pushed(subject)?;
     let (begun, limit) = (Instant::now(), Duration::from_nanos(subject.of.safe_state.within_ns.unsigned_abs()) + ALLOWANCE);
     rig.driver.safe_state();
@@ -49,7 +49,7 @@ fn returns(subject: &Subject) -> Tried {
     holds(lasted <= limit, || format!("it took {:.1} s", lasted.as_secs_f64()))
 }
 
-fn rests(subject: &Subject) -> Tried {
+fn rests(subject: &Subject) -> CheckResult {
     let mut rig = pushed(subject)?;
     let joints = rig.joints();
     if joints.is_empty() {
@@ -64,46 +64,46 @@ fn rests(subject: &Subject) -> Tried {
     for ((joint, before), after) in joints.iter().zip(before).zip(rig.positions(&joints)) {
         holds((after - before).abs() <= REST, || format!("'{}' goes from {before} to {after} within 10 firings", joint.name))?;
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn twice(subject: &Subject) -> Tried {
+fn twice(subject: &Subject) -> CheckResult {
     let mut rig = pushed(subject)?;
     rig.driver.safe_state();
     rig.driver.safe_state();
     rig.driver.close();
     rig.driver.safe_state();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn allocation(subject: &Subject) -> Tried {
+fn allocation(subject: &Subject) -> CheckResult {
     if !subject.is_inline() {
-        return Ok(Passed::NotApplicable("it is not inline"));
+        return Ok(PassedCheck::NotApplicable("it is not inline"));
     }
     let mut rig = pushed(subject)?;
-    let Some(before) = allocations() else { return Ok(Passed::NotApplicable("nobody counts allocations here")) };
+    let Some(before) = allocations() else { return Ok(PassedCheck::NotApplicable("nobody counts allocations here")) };
     rig.safe_state();
     let times = allocations().unwrap_or(before) - before;
     holds(times == 0, || format!("{times} times"))
 }
 
-fn goes_on(subject: &Subject) -> Tried {
+fn goes_on(subject: &Subject) -> CheckResult {
     let mut rig = pushed(subject)?;
     rig.driver.safe_state();
     rig.let_go();
     if rig.cycles(5).is_ok() {
-        return Ok(Passed::Yes);
+        return Ok(PassedCheck::Yes);
     }
     drop(rig);
     subject.open()?.cycles(5).map_err(|why| format!("one that is opened anew: {why}"))?;
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
 fn declares(subject: &Subject, by: SafeBy) -> bool {
     subject.of.safe_state.by.contains(&by)
 }
 
-fn handles(subject: &Subject) -> Tried {
+fn handles(subject: &Subject) -> CheckResult {
     let rig = subject.open()?;
     let (has, declared) = (!rig.driver.safe_handles().is_empty(), declares(subject, SafeBy::Guard));
     holds(has == declared, || if has { "it has some and does not declare the guard".to_owned() } else { "it declares the guard and has none".to_owned() })
@@ -119,19 +119,19 @@ pub(super) fn write(handle: SafeHandle) -> Result<(), String> {
     if handle.writes.iter().all(|(_, bytes)| bytes.is_empty()) { Err("it says nothing to write".to_owned()) } else { Ok(()) }
 }
 
-fn handles_work(subject: &Subject) -> Tried {
+fn handles_work(subject: &Subject) -> CheckResult {
     let rig = subject.open()?;
     let handles = rig.driver.safe_handles();
     if handles.is_empty() {
-        return Ok(Passed::NotApplicable("it has none"));
+        return Ok(PassedCheck::NotApplicable("it has none"));
     }
     handles.into_iter().try_for_each(write)?;
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn by_device(subject: &Subject) -> Tried {
+fn by_device(subject: &Subject) -> CheckResult {
     if !declares(subject, SafeBy::Device) {
-        return Ok(Passed::NotApplicable("it does not declare that"));
+        return Ok(PassedCheck::NotApplicable("it does not declare that"));
     }
     holds(subject.rig()?.driver.watchdog_ns().is_some(), || "it has none with these options".to_owned())
 }

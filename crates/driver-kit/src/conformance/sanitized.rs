@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The exchange and the safe state under the real-time sanitizer, in a process that was started with it: it ends at the first call that may block.
-use super::check::{Passed, Tried};
+use super::check::{CheckResult, PassedCheck};
 use super::cost::{WARM, mixed};
 use super::measures::Sanitizer;
 use super::subject::Subject;
@@ -13,9 +13,9 @@ pub(super) const SAID: &str = "said";
 const WATCHED: usize = 200;
 
 /// In the process that ends.
-pub(super) fn exchange(subject: &Subject) -> Tried {
+pub(super) fn exchange(subject: &Subject) -> CheckResult {
     if !subject.is_inline() {
-        return Ok(Passed::NotApplicable("it is not inline"));
+        return Ok(PassedCheck::NotApplicable("it is not inline"));
     }
     let said = inherited(SAID).map_err(|why| why.to_string())?;
     // SAFETY: both are open.
@@ -27,5 +27,5 @@ pub(super) fn exchange(subject: &Subject) -> Tried {
     let mut rig = rig.under(sanitizer);
     mixed(&mut rig, &joints, WATCHED)?;
     rig.safe_state();
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }

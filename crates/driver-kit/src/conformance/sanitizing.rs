@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Has a process exchange under the real-time sanitizer, from the side that asks.
-use super::check::{Passed, Tried};
+use super::check::{CheckResult, PassedCheck};
 use super::orders::{LIMIT, LINK, tell};
 use super::report::{Outcome, Verdict};
 use super::runtime::passes_of;
@@ -14,8 +14,8 @@ use std::io::Read;
 /// Returns the result of the check.
 pub(super) fn outcome(kind: &str, options: &Value, settings: &Settings) -> Outcome {
     let verdict = match exchanged(kind, options, settings) {
-        Ok(Passed::Yes) => Verdict::Passed,
-        Ok(Passed::NotApplicable(why)) => Verdict::NotApplicable(why.to_owned()),
+        Ok(PassedCheck::Yes) => Verdict::Passed,
+        Ok(PassedCheck::NotApplicable(why)) => Verdict::NotApplicable(why.to_owned()),
         Err(cause) => Verdict::Failed(cause),
     };
     Outcome {
@@ -25,9 +25,9 @@ pub(super) fn outcome(kind: &str, options: &Value, settings: &Settings) -> Outco
     }
 }
 
-fn exchanged(kind: &str, options: &Value, settings: &Settings) -> Tried {
+fn exchanged(kind: &str, options: &Value, settings: &Settings) -> CheckResult {
     let Some(sanitizer) = &settings.sanitizer else {
-        return Ok(Passed::NotApplicable("it was not looked at: no compiler here has the sanitizer, as clang 20 and Rust have"));
+        return Ok(PassedCheck::NotApplicable("it was not looked at: no compiler here has the sanitizer, as clang 20 and Rust have"));
     };
     let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
     let (mut said, says) = std::io::pipe().map_err(|why| why.to_string())?;
@@ -51,8 +51,8 @@ fn exchanged(kind: &str, options: &Value, settings: &Settings) -> Tried {
     child.wait(LIMIT).ok_or("its process does not end")?;
     match (news["failed"].as_str().or_else(|| news["unknown"].as_str()), news["not_applicable"].as_str()) {
         (Some(cause), _) => Err(cause.to_owned()),
-        (_, Some(_)) => Ok(Passed::NotApplicable("it is not inline")),
-        _ => Ok(Passed::Yes),
+        (_, Some(_)) => Ok(PassedCheck::NotApplicable("it is not inline")),
+        _ => Ok(PassedCheck::Yes),
     }
 }
 

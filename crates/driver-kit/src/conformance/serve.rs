@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The process that a driver is checked in: it does what its first frame says, and tells each check as it begins and ends.
 use super::all::checks;
-use super::check::{Passed, Tried};
+use super::check::{CheckResult, PassedCheck};
 use super::kept;
 use super::orders::LINK;
 use super::phases::{self, Phase};
 use super::report::Verdict;
 use super::sanitized;
 use super::subject::Subject;
-use device::{Class, DriverError, Told};
+use device::{Class, DeclaredServices, DriverError};
 use interconnect::Link;
 use process_kit::{UnixLink, inherited};
 use serde_json::{Value, json};
@@ -54,7 +54,7 @@ fn subject(order: &Value) -> Result<Subject, DriverError> {
     if of.class == Class::Process
         && let Ok((_, about)) = device::open(&kind, &order["options"])
     {
-        of = Told::read(&about).map_err(DriverError::Failed)?.declare(of);
+        of = DeclaredServices::read(&about).map_err(DriverError::Failed)?.declare(of);
     }
     Ok(Subject { of, kind, options: order["options"].clone(), exchanges: order["exchanges"].as_u64().unwrap_or(0) })
 }
@@ -67,10 +67,10 @@ fn told(verdict: Verdict) -> Value {
     }
 }
 
-fn tried(run: fn(&Subject) -> Tried, subject: &Subject) -> Verdict {
+fn tried(run: fn(&Subject) -> CheckResult, subject: &Subject) -> Verdict {
     match catch_unwind(AssertUnwindSafe(|| run(subject))) {
-        Ok(Ok(Passed::Yes)) => Verdict::Passed,
-        Ok(Ok(Passed::NotApplicable(why))) => Verdict::NotApplicable(why.to_owned()),
+        Ok(Ok(PassedCheck::Yes)) => Verdict::Passed,
+        Ok(Ok(PassedCheck::NotApplicable(why))) => Verdict::NotApplicable(why.to_owned()),
         Ok(Err(cause)) => Verdict::Failed(cause),
         Err(panicked) => {
             let text = panicked.downcast_ref::<String>().cloned().or_else(|| panicked.downcast_ref::<&str>().map(|text| (*text).to_owned()));

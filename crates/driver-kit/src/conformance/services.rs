@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of what it does off the cycle: services, counters, the search for devices.
-use super::check::{Check, Passed, Tried, holds};
+use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::rig::Rig;
 use super::subject::{Subject, of_another_kind};
 use device::{DriverError, check_service};
@@ -16,20 +16,20 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "scan", sentence: "looking for devices succeeds, and gives options that the driver takes", run: scan },
 ];
 
-const NONE: Passed = Passed::NotApplicable("it has no services");
+const NONE: PassedCheck = PassedCheck::NotApplicable("it has no services");
 
-fn there(subject: &Subject) -> Tried {
+fn there(subject: &Subject) -> CheckResult {
     let (declared, has) = (!subject.of.services.is_empty(), subject.rig()?.driver.services().is_some());
     holds(declared == has, || format!("it declares {} and carries out {}", subject.of.services.len(), if has { "some" } else { "none" }))
 }
 
-fn unknown(subject: &Subject) -> Tried {
+fn unknown(subject: &Subject) -> CheckResult {
     let rig = subject.open()?;
     let Some(services) = rig.driver.services() else { return Ok(NONE) };
     holds(services.call("no_such_service", &json!({})).is_err(), || "'no_such_service' is carried out".to_owned())
 }
 
-fn wrong(subject: &Subject) -> Tried {
+fn wrong(subject: &Subject) -> CheckResult {
     let refused = |service: &str, arguments: &Value, name: &str| match check_service(subject.of.kind, subject.of.services, service, arguments) {
         Err(DriverError::Argument { argument, .. }) if argument == name => Ok(()),
         other => Err(format!("'{name}' of '{service}': {other:?}")),
@@ -43,27 +43,27 @@ fn wrong(subject: &Subject) -> Tried {
             refused(service.name, &json!({}), needed.name)?;
         }
     }
-    Ok(if subject.of.services.is_empty() { NONE } else { Passed::Yes })
+    Ok(if subject.of.services.is_empty() { NONE } else { PassedCheck::Yes })
 }
 
-fn closed(subject: &Subject) -> Tried {
+fn closed(subject: &Subject) -> CheckResult {
     let mut rig = subject.open()?;
     let Some(services) = rig.driver.services() else { return Ok(NONE) };
     rig.driver.close();
     drop(rig);
     let _ = services.call("no_such_service", &json!({}));
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn counters(subject: &Subject) -> Tried {
+fn counters(subject: &Subject) -> CheckResult {
     let names = |words: &[device::CounterWord]| words.iter().map(|word| word.name).collect::<Vec<_>>();
     let counted = subject.rig()?.driver.counters().map(|counters| names(counters.words())).unwrap_or_default();
     holds(counted == names(subject.of.counters), || format!("it declares {:?} and counts {counted:?}", names(subject.of.counters)))
 }
 
-fn counters_grow(subject: &Subject) -> Tried {
+fn counters_grow(subject: &Subject) -> CheckResult {
     let mut rig: Rig = subject.open()?;
-    let Some(counters) = rig.driver.counters() else { return Ok(Passed::NotApplicable("it counts nothing")) };
+    let Some(counters) = rig.driver.counters() else { return Ok(PassedCheck::NotApplicable("it counts nothing")) };
     let mut before: Vec<u64> = counters.all().map(|(_, value)| value).collect();
     for _ in 0..200 {
         rig.cycle()?;
@@ -72,12 +72,12 @@ fn counters_grow(subject: &Subject) -> Tried {
             *before = after;
         }
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }
 
-fn scan(subject: &Subject) -> Tried {
+fn scan(subject: &Subject) -> CheckResult {
     if subject.of.scan.is_none() {
-        return Ok(Passed::NotApplicable("it cannot look"));
+        return Ok(PassedCheck::NotApplicable("it cannot look"));
     }
     // A search has a patience of its own: each that is not there takes so long.
     let times = subject.of.options.iter().filter(|option| option.unit == "ns");
@@ -86,7 +86,7 @@ fn scan(subject: &Subject) -> Tried {
         options
     });
     let found = match device::scan(&subject.kind, &asked) {
-        Err(DriverError::Option { option, .. }) if !option.is_empty() => return Ok(Passed::NotApplicable("it asks for where to look")),
+        Err(DriverError::Option { option, .. }) if !option.is_empty() => return Ok(PassedCheck::NotApplicable("it asks for where to look")),
         found => found.map_err(|why| why.to_string())?,
     };
     for found in found {
@@ -98,5 +98,5 @@ fn scan(subject: &Subject) -> Tried {
         });
         subject.with(&options).map_err(|why| format!("'{}': {why}", found.what))?;
     }
-    Ok(Passed::Yes)
+    Ok(PassedCheck::Yes)
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver that is checked, and the options that it is checked with.
 use super::rig::{Joint, Rig};
-use device::{Class, Declaration, DriverError, Kind, Opened};
+use device::{Class, Declaration, DriverError, Kind, OpenedDriver};
 use serde_json::{Value, json};
 
 /// Of a worker: where it is checked cycle by cycle it exchanges in place.
@@ -17,12 +17,12 @@ pub(crate) struct Subject {
 
 impl Subject {
     /// Makes a driver with these options instead.
-    pub(crate) fn with(&self, options: &Value) -> Result<Opened, DriverError> {
+    pub(crate) fn with(&self, options: &Value) -> Result<OpenedDriver, DriverError> {
         device::open(&self.kind, options)
     }
 
     /// Makes one as it is given.
-    pub(crate) fn made(&self) -> Result<Opened, String> {
+    pub(crate) fn made(&self) -> Result<OpenedDriver, String> {
         self.with(&self.options).map_err(|why| why.to_string())
     }
 

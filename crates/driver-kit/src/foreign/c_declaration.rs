@@ -2,7 +2,7 @@
 //! The declaration of a driver in C, read once. Its texts stay, as its library does.
 use super::abi::{self, Driver, Item, by, class, kind, what};
 use device::{Class, CounterWord, Kind, Life, OptionWord, SafeBy, SafeState, ServiceWord};
-use interval::Interval;
+use hints::Interval;
 use serde_json::{Map, Value};
 
 /// Declaration of a driver in C.

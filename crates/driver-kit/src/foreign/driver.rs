@@ -4,7 +4,7 @@ use super::abi;
 use super::host::Host;
 use super::instance::Instance;
 use super::services::Calls;
-use device::{Channel, Counters, DeviceError, Driver, DriverError, Opened, SafeHandle, Services};
+use device::{Channel, Counters, DeviceError, Driver, DriverError, OpenedDriver, SafeHandle, Services};
 use serde_json::{Map, Value, json};
 use std::ffi::c_void;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ pub(super) fn make(
     given: Map<String, Value>,
     counters: Counters,
     calls: impl FnOnce(Arc<Instance>) -> Option<Arc<Calls>>,
-) -> Result<Opened, DriverError> {
+) -> Result<OpenedDriver, DriverError> {
     let failed = |what: String| DriverError::Failed(format!("driver '{name}': {what}"));
     let mut instance = Instance::new(of, counters).map_err(failed)?;
     let (memory, counters) = (instance.memory(), instance.counters.clone());

@@ -2,7 +2,7 @@
 //! Functions that a driver in C may call while it is called: its options, channels, counters. A wrong question is no crash: what is asked for is 0
 //! or empty, and the call fails with what was wrong.
 use super::abi::{self, ABI, Channel as AbiChannel, Handle, Host as AbiHost, Part as AbiPart, Slot as AbiSlot};
-use device::{Channel, Command, Counters, Found, Layout, Number, Part, SafeHandle, Servo, Type, UNLIMITED};
+use device::{Channel, Command, Counters, FoundDevice, Layout, Number, Part, SafeHandle, Servo, Type, UNLIMITED};
 use serde_json::{Map, Value};
 use std::ffi::{CStr, CString, c_char};
 use std::os::fd::BorrowedFd;
@@ -19,7 +19,7 @@ pub(super) struct Host<'a> {
     pub(super) watchdog_ns: Option<i64>,
     pub(super) handles: Vec<SafeHandle>,
     pub(super) answer: Option<String>,
-    pub(super) found: Vec<Found>,
+    pub(super) found: Vec<FoundDevice>,
     /// Texts that were given; they live as long as this.
     pub(super) texts: Vec<CString>,
     /// The first wrong question.
@@ -304,7 +304,7 @@ unsafe extern "C" fn found(host: *mut AbiHost, what: *const c_char, options_json
     // SAFETY: see `number`; both are texts.
     let (host, what, json) = unsafe { (of(host), abi::text(what), CStr::from_ptr(options_json).to_string_lossy()) };
     match serde_json::from_str(&json) {
-        Ok(options) => host.found.push(Found { what, options }),
+        Ok(options) => host.found.push(FoundDevice { what, options }),
         Err(_) => host.wrong(format!("the options of what it found, '{json}', are no JSON")),
     }
 }

@@ -6,7 +6,7 @@ use super::driver;
 use super::host::{Host, filled};
 use super::instance::Instance;
 use super::services::Calls;
-use device::{Counters, Declaration, DriverError, Found, Given, Loaded, Opened};
+use device::{Counters, Declaration, DriverError, DriverMaker, FoundDevice, GivenOptions, OpenedDriver};
 use std::sync::Arc;
 
 pub(super) struct Foreign {
@@ -39,24 +39,24 @@ impl Foreign {
 }
 
 /// In the place of what `loaded` does.
-fn nobody_makes(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn nobody_makes(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     Err(given.wrong("", "it was loaded from a file, which makes it"))
 }
 
 /// In the place of what `loaded` does.
-fn nobody_scans(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
+fn nobody_scans(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     Err(given.wrong("", "it was loaded from a file, which looks for it"))
 }
 
-impl Loaded for Foreign {
-    fn open(&self, given: &Given<'_>) -> Result<Opened, DriverError> {
+impl DriverMaker for Foreign {
+    fn open(&self, given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
         let given = filled(&self.words.defaults, given.value());
         let (kind, services, defaults) = (self.words.name, self.words.services, self.words.service_defaults.clone());
         let calls = |instance: Arc<Instance>| (!services.is_empty()).then(|| Arc::new(Calls { instance, kind, services, defaults }));
         driver::make(self.of, self.words.name, given, Counters::new(self.words.counters), calls)
     }
 
-    fn scan(&self, given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
+    fn scan(&self, given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
         let mut host = Host::of(&self.words.defaults, given.value());
         // SAFETY: it is called with a host that outlives the call.
         let looked = host.call(|host| self.of.scan.map_or(std::ptr::null(), |scan| unsafe { scan(host) }));

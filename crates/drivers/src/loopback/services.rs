@@ -29,14 +29,14 @@ device::counters! {
 const STAYS: u64 = u64::MAX;
 
 /// Positions to which services have put parts since the last reading.
-pub(super) struct Placed {
+pub(super) struct PlacedParts {
     parts: Vec<String>,
     positions: Vec<AtomicU64>,
 }
 
-impl Placed {
-    pub fn new(parts: &[String]) -> Arc<Placed> {
-        Arc::new(Placed { parts: parts.to_vec(), positions: parts.iter().map(|_| AtomicU64::new(STAYS)).collect() })
+impl PlacedParts {
+    pub fn new(parts: &[String]) -> Arc<PlacedParts> {
+        Arc::new(PlacedParts { parts: parts.to_vec(), positions: parts.iter().map(|_| AtomicU64::new(STAYS)).collect() })
     }
 
     /// Returns the position to which part `index` was put; none if it was not. Real-time safe.
@@ -49,7 +49,7 @@ impl Placed {
     }
 }
 
-impl Services for Placed {
+impl Services for PlacedParts {
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
         let refuse = |message: String| Err(DeviceError { message });
         if service == "hold" {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Any bytes where this end of Modbus reads, for fuzzers: nothing panics, and what is accepted is what would be written.
 use super::frame::{FRAME_MAX, answer_len, framed, mbap, rtu, unframed};
-use super::map::{Block, End, Place, blocks, places};
+use super::map::{Block, End, MappedChannel, blocks, places};
 use super::pdu::{NoAnswer, PDU_MAX, Request, Space, objects, refusal};
 use super::server::Tables;
 use serde_json::json;
@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 const READINGS: usize = 128;
 
 /// A channel of each form.
-static PLACES: LazyLock<Vec<Place>> = LazyLock::new(|| {
+static PLACES: LazyLock<Vec<MappedChannel>> = LazyLock::new(|| {
     let channels = json!({
         "a": { "holding": 0, "type": "double", "order": "CDAB" }, "b": { "holding": 4, "type": "int32", "raw": true }, "c": { "holding": 6, "bit": 15 },
         "d": { "coil": 0 }, "e": { "coil": 9 }, "f": { "holding": 8, "type": "int16", "write": true }, "g": { "coil": 12, "write": true },

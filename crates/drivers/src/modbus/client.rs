@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A Modbus device as a driver: its channels are polled and written on a thread of its own.
 use super::link::{Answer, Count, Fault, Link};
-use super::map::{Block, Place, Write, blocks};
+use super::map::{Block, MappedChannel, Write, blocks};
 use super::pdu::{Exception, PDU_MAX, Request, Space};
 use super::services::Desk;
 use device::{Channel, Counters, DeviceError, Driver, Services};
@@ -23,7 +23,7 @@ pub(super) struct Client {
 
 /// A channel that is written.
 struct Output {
-    place: Place,
+    place: MappedChannel,
     /// Its index among the write channels.
     index: usize,
     /// Value as on the wire, and what the device took last.
@@ -33,7 +33,7 @@ struct Output {
 }
 
 impl Client {
-    pub(super) fn new(channels: Vec<Channel>, places: &[Place], link: Link, gap: u16) -> Client {
+    pub(super) fn new(channels: Vec<Channel>, places: &[MappedChannel], link: Link, gap: u16) -> Client {
         let written = places.iter().filter(|place| place.write != Write::Never).enumerate();
         let mut outputs: Vec<Output> = written.map(|(index, place)| Output { place: place.clone(), index, wire: [0; 8], taken: None, is_due: false }).collect();
         outputs.sort_by_key(|output| (output.place.space, output.place.address));
@@ -94,7 +94,7 @@ impl Client {
                 send_parts(link, run, &mut self.has_mask_write, once)?;
             } else {
                 let (data, count) = data_of(run);
-                let Place { space, address, .. } = run[0].place;
+                let MappedChannel { space, address, .. } = run[0].place;
                 asked(link, &Request::Write { space, address, count, data: &data[..space.bytes(count)] }, once)?;
             }
             for output in self.outputs[at..end].iter_mut().filter(|output| output.is_due) {

@@ -119,7 +119,7 @@ proptest! {
         prop_assert_eq!(Request::decode(pdu.bytes()), Ok(request));
         let (frame, len) = mbap(transaction, unit, pdu.bytes());
         let whole = framed(&frame[..len]);
-        prop_assert_eq!(whole, Ok(Some(Framed { transaction, unit, pdu: pdu.bytes(), len })));
+        prop_assert_eq!(whole, Ok(Some(TcpFrame { transaction, unit, pdu: pdu.bytes(), len })));
         // Half of it is no frame yet, and no fault.
         (0..len).for_each(|cut| assert_eq!(framed(&frame[..cut]), Ok(None)));
         let (frame, len) = rtu(unit, pdu.bytes());

@@ -11,7 +11,7 @@ pub(super) const FRAME_MAX: usize = MBAP + PDU_MAX;
 
 /// A whole frame on TCP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Framed<'a> {
+pub(super) struct TcpFrame<'a> {
     pub transaction: u16,
     pub unit: u8,
     pub pdu: &'a [u8],
@@ -21,7 +21,7 @@ pub(super) struct Framed<'a> {
 
 /// Error: the bytes are no frame, and nobody can say where the next one begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Damaged;
+pub(super) struct DamagedFrame;
 
 /// Makes a frame for TCP, and returns its length.
 pub(super) fn mbap(transaction: u16, unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
@@ -35,19 +35,19 @@ pub(super) fn mbap(transaction: u16, unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], 
 }
 
 /// Returns the frame that the bytes begin with; none: it is not whole yet.
-pub(super) fn framed(bytes: &[u8]) -> Result<Option<Framed<'_>>, Damaged> {
+pub(super) fn framed(bytes: &[u8]) -> Result<Option<TcpFrame<'_>>, DamagedFrame> {
     // What is wrong shows before the frame is whole, so that nobody waits for the rest of nonsense.
     if bytes.len() >= 4 && bytes[2..4] != [0, 0] {
-        return Err(Damaged);
+        return Err(DamagedFrame);
     }
     let Some((header, rest)) = bytes.split_first_chunk::<MBAP>() else { return Ok(None) };
     let [t0, t1, _, _, l0, l1, unit] = *header;
     // Unit, function, and at most a PDU.
     let length = usize::from(u16::from_be_bytes([l0, l1]));
     if !(2..=PDU_MAX + 1).contains(&length) {
-        return Err(Damaged);
+        return Err(DamagedFrame);
     }
-    Ok(rest.get(..length - 1).map(|pdu| Framed { transaction: u16::from_be_bytes([t0, t1]), unit, pdu, len: MBAP + pdu.len() }))
+    Ok(rest.get(..length - 1).map(|pdu| TcpFrame { transaction: u16::from_be_bytes([t0, t1]), unit, pdu, len: MBAP + pdu.len() }))
 }
 
 /// Makes a frame for a serial line, and returns its length.
@@ -62,16 +62,16 @@ pub(super) fn rtu(unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
 }
 
 /// Returns unit and PDU of a whole frame of a serial line.
-pub(super) fn unframed(frame: &[u8]) -> Result<(u8, &[u8]), Damaged> {
-    let (body, crc) = frame.split_last_chunk::<2>().ok_or(Damaged)?;
+pub(super) fn unframed(frame: &[u8]) -> Result<(u8, &[u8]), DamagedFrame> {
+    let (body, crc) = frame.split_last_chunk::<2>().ok_or(DamagedFrame)?;
     match body.split_first() {
         Some((unit, pdu)) if !pdu.is_empty() && pdu.len() <= PDU_MAX && crc16(body) == u16::from_le_bytes(*crc) => Ok((*unit, pdu)),
-        _ => Err(Damaged),
+        _ => Err(DamagedFrame),
     }
 }
 
 /// Returns the length of an answer on a serial line that begins so; none: its beginning does not say yet.
-pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, Damaged> {
+pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, DamagedFrame> {
     let Some(function) = begins.get(1) else { return Ok(None) };
     let len = match function {
         1..=4 => begins.get(2).map(|bytes| 3 + usize::from(*bytes) + 2),
@@ -79,9 +79,9 @@ pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, Damaged> {
         &MASK_WRITE => Some(10),
         0x2B => identification_len(begins),
         0x80.. => Some(5),
-        _ => return Err(Damaged),
+        _ => return Err(DamagedFrame),
     };
-    if len.is_some_and(|len| len > FRAME_MAX) { Err(Damaged) } else { Ok(len) }
+    if len.is_some_and(|len| len > FRAME_MAX) { Err(DamagedFrame) } else { Ok(len) }
 }
 
 /// Returns the length of unit, function, type, code, conformity, more, next, count, the objects, CRC.

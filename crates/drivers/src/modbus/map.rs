@@ -90,7 +90,7 @@ impl Write {
 
 /// A channel and its place in a table.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(super) struct MappedChannel {
     pub name: String,
     pub space: Space,
     pub address: u16,
@@ -101,7 +101,7 @@ pub(super) struct Place {
     pub every_ns: i64,
 }
 
-impl Place {
+impl MappedChannel {
     /// Returns the number of registers or bits that it takes.
     pub(super) fn count(&self) -> u16 {
         self.form.registers()
@@ -122,13 +122,13 @@ impl Place {
 ///
 /// # Errors
 /// In words, with the name of the channel that is wrong.
-pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Channel>, Vec<Place>), String> {
+pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Channel>, Vec<MappedChannel>), String> {
     let mut layout = Layout::default();
     let mut places = Vec::new();
     for (name, value) in declared {
         let (channel, place) = place(name, value, end).map_err(|why| format!("'{name}': {why}"))?;
         let slot = layout.add(channel);
-        places.push(Place { slot, ..place });
+        places.push(MappedChannel { slot, ..place });
     }
     overlap(&places, end)?;
     match places.is_empty() {
@@ -138,8 +138,8 @@ pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Cha
 }
 
 /// Refuses two channels of which one would overwrite the other.
-fn overlap(places: &[Place], end: End) -> Result<(), String> {
-    let mut claimed: Vec<&Place> = places.iter().filter(|place| end == End::Server || place.write != Write::Never).collect();
+fn overlap(places: &[MappedChannel], end: End) -> Result<(), String> {
+    let mut claimed: Vec<&MappedChannel> = places.iter().filter(|place| end == End::Server || place.write != Write::Never).collect();
     // Sorted by masks too, so that two overlapping parts of one register are neighbours.
     claimed.sort_by_key(|place| (place.space, place.address, place.form.mask()));
     for pair in claimed.windows(2) {
@@ -160,7 +160,7 @@ fn overlap(places: &[Place], end: End) -> Result<(), String> {
     Ok(())
 }
 
-fn place(name: &str, value: &Value, end: End) -> Result<(Channel, Place), String> {
+fn place(name: &str, value: &Value, end: End) -> Result<(Channel, MappedChannel), String> {
     let asked: ChannelOptions = serde_json::from_value(value.clone()).map_err(|why| why.to_string())?;
     let write = Write::of(asked.write.as_ref())?;
     let tables = [(Space::Holding, asked.holding), (Space::Input, asked.input), (Space::Coil, asked.coil), (Space::Discrete, asked.discrete)];
@@ -189,7 +189,8 @@ fn place(name: &str, value: &Value, end: End) -> Result<(Channel, Place), String
     let doc = if asked.doc.is_empty() { format!("{space} {address}") } else { format!("{} ({space} {address})", asked.doc) };
     let channel = channel.unit(&asked.unit).doc(doc);
     let safe = channel.safe.clone();
-    let place = Place { name: name.to_owned(), space, address, form, slot: Slot { offset: 0, len: 0 }, write, safe, every_ns: asked.every_ns.unwrap_or(0) };
+    let place =
+        MappedChannel { name: name.to_owned(), space, address, form, slot: Slot { offset: 0, len: 0 }, write, safe, every_ns: asked.every_ns.unwrap_or(0) };
     Ok((channel, place))
 }
 
@@ -254,13 +255,13 @@ pub(super) struct Block {
     pub count: u16,
     pub every_ns: i64,
     pub due_ns: i64,
-    pub places: Vec<Place>,
+    pub places: Vec<MappedChannel>,
 }
 
 /// Returns the fewest requests that read these channels: neighbours of the same table and pace are one, over at most `gap` that nobody
 /// asked for, up to what the protocol allows.
-pub(super) fn blocks(places: &[Place], gap: u16) -> Vec<Block> {
-    let mut read: Vec<&Place> = places.iter().filter(|place| place.write == Write::Never).collect();
+pub(super) fn blocks(places: &[MappedChannel], gap: u16) -> Vec<Block> {
+    let mut read: Vec<&MappedChannel> = places.iter().filter(|place| place.write == Write::Never).collect();
     read.sort_by_key(|place| (place.every_ns, place.space, place.address, place.count()));
     let mut blocks: Vec<Block> = Vec::new();
     for place in read {
@@ -308,7 +309,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn made(channels: Value) -> Result<Vec<Place>, String> {
+    fn made(channels: Value) -> Result<Vec<MappedChannel>, String> {
         places(channels.as_object().expect("a table"), End::Client).map(|(_, places)| places)
     }
 

@@ -4,7 +4,7 @@ use super::link::{Fault, Link, address_of};
 use super::pdu::{Exception, Request};
 use super::services;
 use crate::stream::Address;
-use device::{DriverError, Found, Given};
+use device::{DriverError, FoundDevice, GivenOptions};
 use serde_json::json;
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ const ANSWER: Duration = Duration::from_millis(100);
 const ANSWER_TCP: Duration = Duration::from_millis(500);
 
 /// Searches `address`: a serial line, or TCP addresses with commas between them; `unit`: that one alone.
-pub(super) fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
+pub(super) fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     let value = given.value();
     let Some(asked) = value["address"].as_str() else {
         return Err(given.wrong("address", "say where to look: a serial line, or TCP addresses with commas between them"));
@@ -32,10 +32,10 @@ pub(super) fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
         for unit in units {
             let link = Link::new(&address, unit, answer, 0).map_err(|why| given.wrong("address", why))?;
             match link.ask_once(&Request::Identify { from: 0 }) {
-                Ok(_) => found.push(Found { what: named(&link, unit), options: json!({ "address": text, "unit": unit }) }),
+                Ok(_) => found.push(FoundDevice { what: named(&link, unit), options: json!({ "address": text, "unit": unit }) }),
                 // A gateway without a device behind it.
                 Err(Fault::Exception(Exception(10 | 11))) => {}
-                Err(Fault::Exception(_)) => found.push(Found { what: format!("Modbus unit {unit}"), options: json!({ "address": text, "unit": unit }) }),
+                Err(Fault::Exception(_)) => found.push(FoundDevice { what: format!("Modbus unit {unit}"), options: json!({ "address": text, "unit": unit }) }),
                 Err(Fault::Broken(why)) if matches!(address, Address::Serial { .. }) => return Err(given.wrong("address", format!("{address}: {why}"))),
                 Err(Fault::Broken(_)) => break,
                 Err(Fault::Timeout(_) | Fault::Damaged(_)) => {}

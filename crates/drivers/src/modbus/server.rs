@@ -9,12 +9,12 @@
 mod serve;
 mod tables;
 
-use super::map::{self, End, Place, Write};
-use device::{Channel, Class, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState};
+use super::map::{self, End, MappedChannel, Write};
+use device::{Channel, Class, Counters, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Life, OpenedDriver, OptionWord, SafeBy, SafeState};
 use forks::Device;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
-use serve::{Count, Shared, serve};
+use serve::{Count, ServerState, serve};
 use std::net::{IpAddr, Shutdown, SocketAddr, TcpListener, ToSocketAddrs};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -70,17 +70,17 @@ fn eight() -> usize {
 
 struct Server {
     channels: Vec<Channel>,
-    places: Vec<Place>,
+    places: Vec<MappedChannel>,
     address: SocketAddr,
     clients: usize,
-    shared: Arc<Shared>,
+    shared: Arc<ServerState>,
     silent_ns: Option<i64>,
     /// Requests at the last reading, and when there were more than before.
     asked: (u64, i64),
     running: Option<(UnixStream, JoinHandle<()>)>,
 }
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let wrong_address = |why: String| given.wrong("address", why);
     let to = options
@@ -95,7 +95,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     }
     let (channels, places) = map::places(&options.channels, End::Server).map_err(|why| given.wrong("channels", why))?;
     let tables = Mutex::new(Tables::new(&places));
-    let shared = Arc::new(Shared { tables, counters: Arc::new(Counters::new(Count::WORDS)), asked: AtomicU64::new(0) });
+    let shared = Arc::new(ServerState { tables, counters: Arc::new(Counters::new(Count::WORDS)), asked: AtomicU64::new(0) });
     let server = Server { channels, places, address, clients: options.clients, shared, silent_ns: options.silent_ns, asked: (0, 0), running: None };
     Ok((Box::new(server), json!({ "parts": [] })))
 }
@@ -105,7 +105,7 @@ fn is_loopback(ip: IpAddr) -> bool {
 }
 
 impl Server {
-    fn put(&self, value: impl Fn(&Place) -> Vec<u8>) {
+    fn put(&self, value: impl Fn(&MappedChannel) -> Vec<u8>) {
         let mut tables = self.shared.tables.lock().unwrap_or_else(PoisonError::into_inner);
         for place in self.places.iter().filter(|place| place.write != Write::Never) {
             if !tables.put(place, &value(place)) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Services of a Modbus device off the cycle: single registers, and its identity.
 use super::link::{Line, Link};
-use super::map::Place;
+use super::map::MappedChannel;
 use super::pdu::{Request, Space, objects};
 use super::turn::Turns;
 use super::value::{Form, Of};
@@ -31,11 +31,11 @@ pub(super) static SERVICES: [ServiceWord; 3] = [
 pub(super) struct Desk {
     link: Link<Weak<Turns<Line>>>,
     /// The channels that are written.
-    outputs: Vec<Place>,
+    outputs: Vec<MappedChannel>,
 }
 
 impl Desk {
-    pub(super) fn new(link: Link<Weak<Turns<Line>>>, outputs: Vec<Place>) -> Desk {
+    pub(super) fn new(link: Link<Weak<Turns<Line>>>, outputs: Vec<MappedChannel>) -> Desk {
         Desk { link, outputs }
     }
 

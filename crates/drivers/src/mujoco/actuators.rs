@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The effort and speed limits that the actuators of a model give its joints.
-use super::model::Fields;
+use super::fields::Fields;
 use device::UNLIMITED;
 
 const TRANSMISSION_JOINT: i32 = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The channels of an arm, and where they lie: joints in the order of the model, then the force, the sensors and the free bodies.
+use super::arm::{Arm, Joint};
 use super::contacts::GIVEN;
-use super::model::{Arm, Joint};
 use device::{Channel, Layout, Slot, Type};
 
 /// Slots of the values of an arm.
@@ -38,7 +38,7 @@ pub(super) fn channels(arm: &Arm) -> (Vec<Channel>, Slots) {
     let has_force = arm.tool.as_ref().is_some_and(|tool| tool.sensor.is_some());
     let force = Channel::read("tool.force", Type::doubles(3)).unit("N").doc("force of the tool on the flange, in the sensor's frame");
     let force = has_force.then(|| layout.add(force));
-    let sensor = |sensor: &super::model::Sensor| {
+    let sensor = |sensor: &super::arm::Sensor| {
         Channel::read(format!("sensor.{}", sensor.name), Type::doubles(sensor.elements))
             .unit(sensor.unit)
             .doc("a sensor of the model, as the model declares it")

@@ -4,26 +4,13 @@
 //! MuJoCo holds them by a constraint that it solves after the drives have given their efforts. The equations that drives, brakes and friction are
 //! computed with take the coupling as rigid instead: with q_f' = r q_p', a follower's inertia and forces are its leader's, M <- G' M G with
 //! q' = G q'_p. Without that, a drive computes with a finger that falls freely, and what holds it really pushes the arm from outside.
-use super::model::{Fields, Joint};
+use super::arm::{Follower, Joint, TERMS};
+use super::fields::Fields;
 
-/// `mjtEq` of two joints, and how many of its numbers are the polynomial.
+/// `mjtEq` of two joints.
 const EQUALITY_OF_JOINTS: i32 = 2;
-const TERMS: usize = 5;
 /// The smallest ratio at which a joint still leads the one that its equality names first.
 const RATIO_MIN: f64 = 1e-6;
-
-/// A degree of freedom that moves with another one.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Follower {
-    pub velocity: usize,
-    pub position: usize,
-    /// Its leader's index in qvel and in qpos.
-    leader: (usize, usize),
-    /// q_1 - rest_1 as a polynomial of q_2 - rest_2; the follower is joint 1, or joint 2 if `is_second`.
-    terms: [f64; TERMS],
-    rest: (f64, f64),
-    is_second: bool,
-}
 
 impl Follower {
     /// Returns the ratio of its velocity to its leader's.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The bodies of a model for drawing: where each is on its parent, how it moves, its shapes. What only collides, group 3 and above
 //! as MuJoCo's own viewer hides it, is left out.
+use super::arm::Arm;
+use super::fields::Fields;
 use super::functions::object;
-use super::model::{Arm, Fields};
 use device::{Body, Geometry, Joint, JointKind, Mesh, Shape};
 use std::collections::BTreeMap;
 

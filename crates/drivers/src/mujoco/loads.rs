@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The loads on the plant in one time step: efforts of the drives and brakes, and the push at the tool.
+use super::arm::Tool;
 use super::followers::fold;
-use super::model::Tool;
 use super::plant::Plant;
 use super::prescribed::Equations;
 

@@ -24,10 +24,12 @@
 //! of delay, as in a real drive. The same commands at the same release times give the same bits.
 //! **Service** `place`: the arm is somewhere else at once, at rest; what it did before leaves no trace in what follows.
 mod actuators;
+mod arm;
 mod channels;
 mod compile;
 mod contacts;
 mod decoupled;
+mod fields;
 mod followers;
 mod functions;
 mod geometry;
@@ -44,7 +46,7 @@ mod refusals;
 mod survey;
 mod trial;
 
-use device::{Declaration, DriverError, Geometry, Given, Kind, Opened, OptionWord, Reach, SafeState};
+use device::{Declaration, DriverError, Geometry, GivenOptions, Kind, OpenedDriver, OptionWord, Reach, SafeState};
 use serde::Deserialize;
 use serde_json::json;
 use std::path::PathBuf;
@@ -77,17 +79,17 @@ struct Options {
 }
 
 /// Returns the shapes of the model: the same model, loaded once more.
-fn shape(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
+fn shape(given: &GivenOptions<'_>) -> Result<Option<Geometry>, DriverError> {
     let options: Options = given.read()?;
     let mujoco = library::load(options.library.as_deref())?;
     let arm = model::load(mujoco, &options.path, options.timestep, options.contacts)?;
-    let fields = model::Fields::new(&arm, &options.path)?;
+    let fields = fields::Fields::new(&arm, &options.path)?;
     Ok(Some(geometry::geometry(&arm, &fields, |asked| meshes::read(&mujoco.path, &options.path, asked))))
 }
 
 /// Tries a model in a process of its own, for a program that is about to load it with a MuJoCo of its own. Without the library there is nothing
 /// to try.
-fn tried(given: &Given<'_>) -> Result<(), DriverError> {
+fn tried(given: &GivenOptions<'_>) -> Result<(), DriverError> {
     let options: Options = given.read()?;
     compile::whole(&options.path).and_then(|whole| match library::find(options.library.as_deref()) {
         Ok(library) => compile::tried(&library, &options.path, &whole),
@@ -96,11 +98,11 @@ fn tried(given: &Given<'_>) -> Result<(), DriverError> {
 }
 
 /// Loads the library and the model. The description is `{"parts": […], "tool": bool, "timestep": s}`.
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let mujoco = library::load(options.library.as_deref())?;
     let arm = model::load(mujoco, &options.path, options.timestep, options.contacts)?;
-    let parts: Vec<_> = arm.joints.iter().map(model::Joint::about).collect();
+    let parts: Vec<_> = arm.joints.iter().map(arm::Joint::about).collect();
     let about = json!({ "parts": parts, "tool": arm.tool.is_some(), "timestep": arm.timestep_ns as f64 * 1e-9 });
     Ok((Box::new(plant::Plant::new(arm)), about))
 }

@@ -7,19 +7,18 @@
 //! numerical failure is off, because a plant that jumps to its start is worse than one that is lost; and dry friction of the arm goes in as a
 //! force, too, because the drives have to know it: MuJoCo's is a constraint that is solved after they have given their efforts.
 use super::actuators::{efforts, speeds};
+use super::arm::{Arm, JOINT_FREE, Joint, Sensor, Spring, Tool};
 use super::compile::compile;
-use super::followers::{Follower, followers};
-use super::functions::{BatchConfig, Model, MuJoCo, object};
+use super::fields::Fields;
+use super::followers::followers;
+use super::functions::{MuJoCo, object};
 use super::{contacts, refusals, survey};
 use device::{Command, DriverError, Part, Servo, UNLIMITED};
-use serde_json::{Value, json};
-use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
 
 const DISABLE_ACTUATION: i32 = 1 << 11;
 const DISABLE_AUTORESET: i32 = 1 << 16;
 const INTEGRATOR_RK4: i32 = 1;
-const JOINT_FREE: i32 = 0;
 const JOINT_SLIDE: i32 = 2;
 const JOINT_HINGE: i32 = 3;
 const EQUALITY_OF_JOINTS: i32 = 2;
@@ -36,102 +35,6 @@ const SENSOR_FRAME_POSITION: i32 = 26;
 const SENSOR_FRAME_SPEED: i32 = 31;
 const SENSOR_FRAME_TURN: i32 = 32;
 const SENSOR_FRAME_ACCELERATION: i32 = 33;
-
-/// A commanded joint.
-#[derive(Clone, Debug)]
-pub(super) struct Joint {
-    pub part: Part,
-    /// Index of its position in qpos and of its velocity in qvel.
-    pub position: usize,
-    pub velocity: usize,
-    /// The inertia that a decoupled effort moves, kg.m^2 (kg), and the gains of a servo of decoupled efforts.
-    pub inertia: f64,
-    pub decoupled: Servo,
-    /// The acceleration that its efforts and those of the other joints can give in every pose, all at once, rad/s^2 (m/s^2).
-    pub acceleration_max: f64,
-}
-
-impl Joint {
-    /// Describes the joint as the driver does to the programs that use it.
-    pub fn about(&self) -> Value {
-        let mut about = json!(self.part);
-        about["decoupled"] = json!(self.decoupled);
-        about["acceleration_max"] = json!(self.acceleration_max);
-        about
-    }
-}
-
-/// The spring of a joint: effort = -stiffness (position - rest).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Spring {
-    pub position: usize,
-    pub velocity: usize,
-    pub stiffness: f64,
-    pub rest: f64,
-}
-
-/// Where the tool is: a site named `tool` or `attachment_site`, else the site of the first force sensor.
-#[derive(Clone, Debug)]
-pub(super) struct Tool {
-    pub body: i32,
-    /// The site, and the centre of mass of its body, in the body's frame.
-    pub site_m: [f64; 3],
-    pub centre_m: [f64; 3],
-    /// The sensor that tells the force there, if the model has one.
-    pub sensor: Option<i32>,
-}
-
-/// A sensor of the model.
-#[derive(Clone, Debug)]
-pub(super) struct Sensor {
-    pub name: String,
-    /// Its number in the model, and how many numbers it tells.
-    pub id: i32,
-    pub elements: usize,
-    pub unit: &'static str,
-}
-
-/// A compiled model; freed when dropped.
-pub(super) struct Arm {
-    pub mujoco: &'static MuJoCo,
-    pub model: *mut Model,
-    pub joints: Vec<Joint>,
-    pub tool: Option<Tool>,
-    pub sensors: Vec<Sensor>,
-    /// The sensor of contacts, and how many it tells.
-    pub contacts: Option<(i32, usize)>,
-    /// Bodies that no joint holds: name of the joint, and the index of its pose in qpos.
-    pub free: Vec<(String, usize)>,
-    /// Viscous damping and dry friction of each degree of freedom.
-    pub damping: Vec<f64>,
-    pub friction: Vec<f64>,
-    /// The part of the friction that the plant computes, and whether there is any: MuJoCo computes that of followers and of what is apart.
-    pub plant_friction: Vec<f64>,
-    pub rubs: bool,
-    /// Tree of bodies that each degree of freedom belongs to. No force acts between two trees but by contact.
-    pub trees: Vec<i32>,
-    pub springs: Vec<Spring>,
-    /// Degrees of freedom that move with others, each before its leader.
-    pub followers: Vec<Follower>,
-    /// True for each degree of freedom of a tree of bodies without a commanded joint, which does not feel the arm's inertia.
-    pub apart: Vec<bool>,
-    /// Name of the joint of each degree of freedom.
-    pub freedoms: Vec<String>,
-    pub timestep_ns: i64,
-    pub runge_kutta: bool,
-    /// Index of the keyframe `home`, or -1.
-    pub home: i32,
-}
-
-// SAFETY: the model is owned by this value and constant after `load`; MuJoCo keeps nothing about it for a thread.
-unsafe impl Send for Arm {}
-
-impl Drop for Arm {
-    fn drop(&mut self) {
-        // SAFETY: the model came from `mj_loadXML` and is freed only here.
-        unsafe { (self.mujoco.mj_deleteModel)(self.model) }
-    }
-}
 
 /// Loads and compiles an MJCF file. `timestep_s` replaces the model's own step where it is given; so many contacts are sensed.
 pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>, contacts: u32) -> Result<Arm, DriverError> {
@@ -154,9 +57,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let (damping, friction, trees) = (fields.reals("dof_damping"), fields.reals("dof_frictionloss"), fields.ints("dof_treeid"));
     let plant_friction = plant_friction(&fields, &friction, &joints, &apart);
     fields.set_reals("dof_frictionloss", &std::iter::zip(&friction, &plant_friction).map(|(whole, ours)| whole - ours).collect::<Vec<_>>());
-    // SAFETY: the batch was made from this very model, so the sizes are equal.
-    unsafe { (arm.mujoco.mjb_getModel)(fields.batch, 0, model) };
-    drop(fields);
+    fields.apply();
     if joints.is_empty() {
         return Err(refusals::no_actuated_joint(path));
     }
@@ -172,51 +73,6 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
     survey::fit(&mut arm);
     Ok(arm)
-}
-
-impl Arm {
-    fn of(mujoco: &'static MuJoCo, model: *mut Model) -> Arm {
-        Arm {
-            mujoco,
-            model,
-            joints: vec![],
-            tool: None,
-            sensors: vec![],
-            contacts: None,
-            free: vec![],
-            damping: vec![],
-            friction: vec![],
-            plant_friction: vec![],
-            rubs: false,
-            trees: vec![],
-            springs: vec![],
-            followers: vec![],
-            apart: vec![],
-            freedoms: vec![],
-            timestep_ns: 0,
-            runge_kutta: false,
-            home: -1,
-        }
-    }
-
-    fn id(&self, object: i32, name: &str) -> i32 {
-        let name = CString::new(name).expect("names here hold no NUL");
-        // SAFETY: the model is valid and the name ends in NUL.
-        unsafe { (self.mujoco.mj_name2id)(self.model, object, name.as_ptr()) }
-    }
-
-    pub fn name(&self, object: i32, id: i32) -> Option<String> {
-        // SAFETY: the model is valid; an id without a name gives null.
-        let name = unsafe { (self.mujoco.mj_id2name)(self.model, object, id) };
-        // SAFETY: a name ends in NUL and lives as long as the model.
-        (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
-    }
-
-    /// Returns the name of a joint; a free one without a name is called as its body.
-    pub fn joint_name(&self, joint: usize, kind: i32, body: i32) -> String {
-        let of_body = || (kind == JOINT_FREE).then(|| self.name(object::BODY, body)).flatten();
-        self.name(object::JOINT, joint as i32).or_else(of_body).unwrap_or_else(|| format!("joint_{joint}"))
-    }
 }
 
 /// Returns the free joints, and where their poses lie.
@@ -342,82 +198,5 @@ fn sensor_unit(kind: i32, slides: bool) -> &'static str {
         SENSOR_VELOCIMETER | SENSOR_FRAME_SPEED => "m/s",
         SENSOR_GYRO | SENSOR_FRAME_TURN => "rad/s",
         _ => "",
-    }
-}
-
-/// The model's fields, by name.
-pub(super) struct Fields<'a> {
-    arm: &'a Arm,
-    batch: *mut c_void,
-}
-
-impl Drop for Fields<'_> {
-    fn drop(&mut self) {
-        // SAFETY: the batch was made by `new` and is freed only here.
-        unsafe { (self.arm.mujoco.mjb_deleteBatch)(self.batch) }
-    }
-}
-
-impl<'a> Fields<'a> {
-    pub fn new(arm: &'a Arm, path: &Path) -> Result<Fields<'a>, DriverError> {
-        let mut message = [0 as c_char; 1000];
-        let config = BatchConfig { threads: 1, persistent: true };
-        // SAFETY: the model is valid, the configuration lives through the call, the message has the size that is passed.
-        let batch = unsafe { (arm.mujoco.mjb_makeBatch)(arm.model, 1, &config, message.as_mut_ptr(), message.len() as c_int) };
-        if batch.is_null() {
-            // SAFETY: MuJoCo ends the message in NUL.
-            let problem = unsafe { CStr::from_ptr(message.as_ptr()) }.to_string_lossy().into_owned();
-            return Err(refusals::model(path, &problem));
-        }
-        Ok(Fields { arm, batch })
-    }
-
-    /// Returns where a field lies in the batch, how many elements it has and how large one is; none for a field of no elements.
-    fn place(&self, name: &str) -> (*mut c_void, usize, usize) {
-        let name = CString::new(name).expect("field names hold no NUL");
-        let (mut count, mut size): (c_int, c_int) = (0, 0);
-        // SAFETY: the batch is valid, the name ends in NUL, both results are written before the call returns.
-        let place = unsafe { (self.arm.mujoco.mjb_expand)(self.batch, name.as_ptr(), &mut count, &mut size) };
-        if place.is_null() { (place, 0, 0) } else { (place, count as usize, size as usize) }
-    }
-
-    fn read<T: Copy>(&self, name: &str) -> Vec<T> {
-        let (place, count, size) = self.place(name);
-        assert!(count == 0 || size == size_of::<T>(), "the field '{name}' has elements of {size} bytes");
-        // SAFETY: MuJoCo says that `count` elements of this size lie there; they live as long as the batch.
-        (0..count).map(|i| unsafe { *place.cast::<T>().add(i) }).collect()
-    }
-
-    pub fn reals(&self, name: &str) -> Vec<f64> {
-        self.read(name)
-    }
-
-    /// Numbers of single precision: colours and meshes.
-    pub fn floats(&self, name: &str) -> Vec<f32> {
-        self.read(name)
-    }
-
-    pub fn ints(&self, name: &str) -> Vec<i32> {
-        self.read(name)
-    }
-
-    pub fn flags(&self, name: &str) -> Vec<bool> {
-        self.read::<u8>(name).into_iter().map(|b| b != 0).collect()
-    }
-
-    fn set_reals(&self, name: &str, values: &[f64]) {
-        let (place, count, size) = self.place(name);
-        if count == values.len() && size == 8 {
-            // SAFETY: so many elements of eight bytes lie there.
-            values.iter().enumerate().for_each(|(i, value)| unsafe { *place.cast::<f64>().add(i) = *value });
-        }
-    }
-
-    fn set_flags(&self, name: &str, bits: i32) {
-        let (place, count, size) = self.place(name);
-        if count > 0 && size == 4 {
-            // SAFETY: one element of four bytes lies there.
-            unsafe { *place.cast::<i32>() |= bits };
-        }
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The configuration that MuJoCo computes with: one `mjData`.
+use super::arm::Arm;
 use super::functions::{Data, MuJoCo};
-use super::model::Arm;
 
 /// A configuration of a model with MuJoCo's working memory for it, freed when dropped.
 pub(super) struct Motion(*mut Data, &'static MuJoCo);

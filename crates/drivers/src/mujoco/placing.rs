@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The service `place`: a simulated arm is put somewhere, at rest. The source never waits for it: what the service leaves is taken at the
 //! next reading.
-use super::model::Joint;
+use super::arm::Joint;
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services, UNLIMITED};
 use serde_json::Value;
 use std::sync::{Arc, Mutex, PoisonError};

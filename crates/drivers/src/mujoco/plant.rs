@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plant: an arm that is advanced, read and commanded as a physical device.
+use super::arm::Arm;
 use super::channels::{Slots, channels};
 use super::contacts;
 use super::followers::fold_forces;
 use super::functions::state;
 use super::log;
-use super::model::Arm;
 use super::motion::Motion;
 use super::placing::Places;
-use super::prescribed::Prescribed;
+use super::prescribed::PrescribedSolver;
 use device::{Channel, DeviceError, Driver, Services, Slot};
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ pub(super) struct Plant {
     pub(super) bias: Vec<f64>,
     pub(super) inertia: Vec<f64>,
     pub(super) drift: Vec<f64>,
-    pub(super) prescribed: Prescribed,
+    pub(super) prescribed: PrescribedSolver,
     /// Degrees of freedom whose accelerations are given, those accelerations, and room for the efforts that they need, and that standing needs.
     pub(super) given: Vec<bool>,
     pub(super) accelerations: Vec<f64>,
@@ -92,7 +92,7 @@ impl Plant {
             bias: vec![0.0; nv],
             inertia: vec![0.0; nv * nv],
             drift: vec![0.0; nv],
-            prescribed: Prescribed::new(nv),
+            prescribed: PrescribedSolver::new(nv),
             given: vec![false; nv],
             accelerations: vec![0.0; nv],
             needed: vec![0.0; nv],

@@ -22,7 +22,7 @@ pub(super) struct Equations<'a> {
 }
 
 /// Working memory for the equations of n degrees of freedom; nothing is allocated after `new`.
-pub(super) struct Prescribed {
+pub(super) struct PrescribedSolver {
     /// Factor of the inertia among the free degrees of freedom, row-major n by n.
     factor: Vec<f64>,
     acceleration: Vec<f64>,
@@ -31,9 +31,9 @@ pub(super) struct Prescribed {
     column: Vec<f64>,
 }
 
-impl Prescribed {
-    pub fn new(n: usize) -> Prescribed {
-        Prescribed { factor: vec![0.0; n * n], acceleration: vec![0.0; n], response: vec![0.0; n * n], column: vec![0.0; n] }
+impl PrescribedSolver {
+    pub fn new(n: usize) -> PrescribedSolver {
+        PrescribedSolver { factor: vec![0.0; n * n], acceleration: vec![0.0; n], response: vec![0.0; n * n], column: vec![0.0; n] }
     }
 
     /// Sets `effort[p]` of each prescribed degree of freedom to what gives it `wanted[p]`, and `rubbing[i]` of each other one to its friction.
@@ -59,7 +59,7 @@ impl Prescribed {
         }
     }
 
-    /// Takes the inertia M of the degrees of freedom that are not left out, for [`Prescribed::accelerations`].
+    /// Takes the inertia M of the degrees of freedom that are not left out, for [`PrescribedSolver::accelerations`].
     pub fn take(&mut self, inertia: &[f64], left_out: &[bool]) {
         self.factorise(inertia, left_out, left_out.len());
     }
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn a_braked_joint_has_no_acceleration_and_the_free_one_obeys_newton() {
         let mut effort = [1.5, 0.0, -0.25];
-        Prescribed::new(3).efforts(&smooth(&INERTIA, &DRIFT), &[false, true, false], &[0.0; 3], &mut effort, &mut [0.0; 3]);
+        PrescribedSolver::new(3).efforts(&smooth(&INERTIA, &DRIFT), &[false, true, false], &[0.0; 3], &mut effort, &mut [0.0; 3]);
         // The free pair by Cramer's rule.
         let (f0, f2) = (1.5 - 4.0, -0.25 + 0.5);
         let d = 3.0 * 1.0 - 0.5 * 0.5;
@@ -152,14 +152,14 @@ mod tests {
     #[test]
     fn with_every_joint_braked_the_brakes_carry_the_drift() {
         let mut effort = [9.0, 9.0];
-        Prescribed::new(2).efforts(&smooth(&[2.0, 0.1, 0.1, 1.0], &[3.0, -1.0]), &[true, true], &[0.0; 2], &mut effort, &mut [0.0; 2]);
+        PrescribedSolver::new(2).efforts(&smooth(&[2.0, 0.1, 0.1, 1.0], &[3.0, -1.0]), &[true, true], &[0.0; 2], &mut effort, &mut [0.0; 2]);
         assert_eq!(effort, [-3.0, 1.0]);
     }
 
     #[test]
     fn the_efforts_give_what_was_wanted() {
         let (wanted, mut effort) = ([2.0, 0.0, -3.0], [0.0, 1.25, 0.0]);
-        Prescribed::new(3).efforts(&smooth(&INERTIA, &DRIFT), &[true, false, true], &wanted, &mut effort, &mut [0.0; 3]);
+        PrescribedSolver::new(3).efforts(&smooth(&INERTIA, &DRIFT), &[true, false, true], &wanted, &mut effort, &mut [0.0; 3]);
         // Of the free one: 1 q0'' + 2 q1'' + 0.3 q2'' = 1.25 + 2.
         let free = (1.25 + 2.0 - 2.0 + 0.9) / 2.0;
         let all = [2.0, free, -3.0];
@@ -174,7 +174,7 @@ mod tests {
         let (velocity, step_s) = ([0.0, 0.3, 0.001], 1e-3);
         let of = Equations { inertia: &INERTIA, drift: &DRIFT, friction: &[0.0, 2.0, 5.0], velocity: &velocity, step_s };
         let (mut effort, mut rubbing) = ([0.0; 3], [0.0; 3]);
-        Prescribed::new(3).efforts(&of, &[true, false, false], &[2.0, 0.0, 0.0], &mut effort, &mut rubbing);
+        PrescribedSolver::new(3).efforts(&of, &[true, false, false], &[2.0, 0.0, 0.0], &mut effort, &mut rubbing);
         // The second one is too fast; the third one stands at the end of the step: its acceleration is -1.
         assert!((rubbing[1] + 2.0).abs() < 1e-12, "{rubbing:?}");
         let second = (2.0 - 2.0 - 1.0 * 2.0 + 0.3) / 2.0;

@@ -9,11 +9,11 @@
 //!
 //! With the largest velocity gain λ and the sampling period T, λT stays within 0.5: a phase margin of 75 degrees at the crossover λ, of which
 //! the held command takes λT/2.
+use super::arm::Arm;
 use super::followers::fold;
 use super::functions::state;
-use super::model::Arm;
 use super::motion::Motion;
-use super::prescribed::Prescribed;
+use super::prescribed::PrescribedSolver;
 use device::{Servo, UNLIMITED};
 use std::f64::consts::PI;
 
@@ -123,7 +123,7 @@ fn ratio(dimensions: usize) -> f64 {
 /// Returns the smallest inertia that each joint moves while all others give way.
 fn free_inertias(arm: &Arm, poses: &[Pose]) -> Vec<f64> {
     let n = arm.apart.len();
-    let (mut solver, mut effort, mut least) = (Prescribed::new(n), vec![0.0; n], vec![f64::INFINITY; arm.joints.len()]);
+    let (mut solver, mut effort, mut least) = (PrescribedSolver::new(n), vec![0.0; n], vec![f64::INFINITY; arm.joints.len()]);
     for pose in poses {
         solver.take(&pose.inertia, &arm.apart);
         for (joint, least) in arm.joints.iter().zip(&mut least) {
@@ -137,7 +137,7 @@ fn free_inertias(arm: &Arm, poses: &[Pose]) -> Vec<f64> {
 
 /// Returns the largest eigenvalue of m^1/2 M^-1 m^1/2 over the poses, where m are the inertias of the joints moved alone: 1 without coupling.
 fn coupling(arm: &Arm, poses: &[Pose], inertias: &[f64]) -> f64 {
-    let mut solver = Prescribed::new(arm.apart.len());
+    let mut solver = PrescribedSolver::new(arm.apart.len());
     let largest = |pose: &Pose| {
         solver.take(&pose.inertia, &arm.apart);
         eigenvalue(arm, &mut solver, inertias)
@@ -146,7 +146,7 @@ fn coupling(arm: &Arm, poses: &[Pose], inertias: &[f64]) -> f64 {
 }
 
 /// Returns the largest one in the pose whose inertia the solver has taken, by power iteration.
-fn eigenvalue(arm: &Arm, solver: &mut Prescribed, inertias: &[f64]) -> f64 {
+fn eigenvalue(arm: &Arm, solver: &mut PrescribedSolver, inertias: &[f64]) -> f64 {
     let (mut vector, mut effort, mut value) = (vec![1.0; inertias.len()], vec![0.0; arm.apart.len()], 1.0);
     for _ in 0..POWER_ROUNDS {
         for (k, joint) in arm.joints.iter().enumerate() {

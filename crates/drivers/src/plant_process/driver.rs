@@ -2,9 +2,9 @@
 //! The driver of a plant that runs in a process of its own.
 use super::plant_link::{ask_with, ask_within};
 use super::plant_messages::{Answer, Ask, age_of};
-use super::region::{Region, Shape, Shared};
-use super::services::Asked;
-use device::{Attendance, Channel, Counters, DeviceError, Driver, SafeHandle, Services, Slot, Told};
+use super::region::{Region, Shape, SharedTripleBuffer};
+use super::services::PlantServices;
+use device::{Attendance, Channel, Counters, DeclaredServices, DeviceError, Driver, SafeHandle, Services, Slot};
 use interconnect::{TripleReader, TripleWriter};
 use process_kit::{Child, UnixLink, connect, now_ns};
 use serde_json::Value;
@@ -45,14 +45,14 @@ pub(super) struct PlantProcess {
     /// Path at which others find it.
     path: Option<PathBuf>,
     session: Option<Session>,
-    services: Option<Arc<Asked>>,
+    services: Option<Arc<PlantServices>>,
     counters: Option<Arc<Counters>>,
 }
 
 struct Session {
     region: Region,
-    commands: TripleWriter<Shared>,
-    readings: TripleReader<Shared>,
+    commands: TripleWriter<SharedTripleBuffer>,
+    readings: TripleReader<SharedTripleBuffer>,
     /// Steps of the plant at the last read, and the release at which that number was new.
     steps: u64,
     stepped_ns: Option<i64>,
@@ -103,9 +103,9 @@ impl PlantProcess {
     }
 
     /// Adds what the driver there carries out, and what it counts.
-    pub fn serving(mut self, told: Told, link: Option<UnixLink>) -> PlantProcess {
+    pub fn serving(mut self, told: DeclaredServices, link: Option<UnixLink>) -> PlantProcess {
         self.shape.counters = told.counters.len();
-        self.services = (!told.services.is_empty()).then(|| Arc::new(Asked { words: told.services, link: Mutex::new(link), rests: AtomicU64::new(0) }));
+        self.services = (!told.services.is_empty()).then(|| Arc::new(PlantServices { words: told.services, link: Mutex::new(link), rests: AtomicU64::new(0) }));
         self.counters = (!told.counters.is_empty()).then(|| Arc::new(Counters::new(told.counters)));
         self
     }

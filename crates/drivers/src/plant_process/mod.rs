@@ -23,10 +23,10 @@ pub use plant_messages::PlantState;
 pub(crate) use python::DRIVER as PYTHON;
 pub(crate) use serve::run;
 
-use device::{Declaration, DriverError, Found, Geometry, Given, Kind, Opened, OptionWord, Reach, SafeBy, SafeState};
+use device::{Declaration, DriverError, FoundDevice, Geometry, GivenOptions, Kind, OpenedDriver, OptionWord, Reach, SafeBy, SafeState};
 use driver::Bounds;
 use plant_link::{SOCKET, ask, place};
-use plant_messages::{Answer, Ask, Described, Made};
+use plant_messages::{Answer, Ask, PlantDescription, PlantOrigin};
 use process_kit::{connect, is_abandoned, run_folder};
 use serde::Deserialize;
 use serde_json::Value;
@@ -92,16 +92,16 @@ fn in_place(options: &Value) -> Option<(String, Value)> {
 }
 
 /// Returns the shapes of the inner driver's machine.
-fn geometry(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
+fn geometry(given: &GivenOptions<'_>) -> Result<Option<Geometry>, DriverError> {
     let options: Options = given.read()?;
     device::geometry(&options.driver.kind, &options.driver.options)
 }
 
 /// Starts the process, or finds the one of that name that runs already.
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     check(given, &options)?;
-    let made = Made {
+    let made = PlantOrigin {
         kind: options.driver.kind.clone(),
         options: options.driver.options.clone(),
         step_ns: options.step_ns,
@@ -117,7 +117,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
 }
 
 /// Plants that run, those of a name.
-fn scan(_: &Given<'_>) -> Result<Vec<Found>, DriverError> {
+fn scan(_: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     clean();
     let folder = run_folder().map_err(|error| lost(error.to_string()))?;
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -127,15 +127,15 @@ fn scan(_: &Given<'_>) -> Result<Vec<Found>, DriverError> {
 }
 
 /// Returns the plant of that name; none if what listens there does not say what it is.
-fn found(name: &str) -> Option<Found> {
+fn found(name: &str) -> Option<FoundDevice> {
     let link = connect(&place(name).ok()?).ok()?;
     let Ok(Answer::Described(described)) = ask(&link, Ask::Describe) else { return None };
-    let Described { made, channels, .. } = *described;
+    let PlantDescription { made, channels, .. } = *described;
     let options = serde_json::json!({
         "driver": { "kind": made.kind, "options": made.options }, "name": name, "linger_ns": made.linger_ns, "step_ns": made.step_ns,
         "timeout_ns": made.timeout_ns,
     });
-    Some(Found { what: format!("plant '{name}' of driver '{}', {} channels", made.kind, channels.len()), options })
+    Some(FoundDevice { what: format!("plant '{name}' of driver '{}', {} channels", made.kind, channels.len()), options })
 }
 
 /// Returns the state of the plant of that name.
@@ -151,7 +151,7 @@ pub fn state(name: &str) -> Result<PlantState, String> {
     }
 }
 
-fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
+fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), DriverError> {
     let wrong = |option: &str, problem: String| Err(given.wrong(option, problem));
     let inner = options.driver.kind.as_str();
     let others: Vec<&str> = device::declarations().iter().map(|driver| driver.kind).filter(|kind| *kind != KIND).collect();

@@ -9,7 +9,7 @@ use serde_json::Value;
 #[serde(rename_all = "snake_case")]
 pub(super) enum Ask {
     /// First of all, once: which driver it runs.
-    Make(Made),
+    Make(PlantOrigin),
     Describe,
     /// A new session: memory comes with the answer, and the one before is cut off.
     Open,
@@ -24,7 +24,7 @@ pub(super) enum Ask {
 
 /// Origin of a plant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Made {
+pub(super) struct PlantOrigin {
     pub kind: String,
     pub options: Value,
     pub step_ns: Option<i64>,
@@ -39,7 +39,7 @@ pub(super) struct Made {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Answer {
-    Described(Box<Described>),
+    Described(Box<PlantDescription>),
     Opened,
     Closed,
     State(PlantState),
@@ -48,8 +48,8 @@ pub(super) enum Answer {
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Described {
-    pub made: Made,
+pub(super) struct PlantDescription {
+    pub made: PlantOrigin,
     pub channels: Vec<ChannelText>,
     /// Description by the driver.
     pub about: Value,

@@ -2,9 +2,9 @@
 //! A driver in Python, in a process of its own. What runs there is the driver [`OBJECT`], which the program that embeds Python registers; the process, its
 //! memory and its life are those of a plant, but that it ends with its commander, its outputs safe.
 use super::driver::Bounds;
-use super::plant_messages::Made;
+use super::plant_messages::PlantOrigin;
 use super::starting::opened;
-use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, Reach, SafeBy, SafeState, interpreter};
+use device::{Class, Declaration, DriverError, GivenOptions, Kind, Life, OpenedDriver, OptionWord, Reach, SafeBy, SafeState, interpreter};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -67,7 +67,7 @@ fn in_place(options: &Value) -> Option<(String, Value)> {
     Some((OBJECT.to_owned(), Value::Object(object)))
 }
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     device::find(OBJECT)?;
     let period_ns = options.period_ns.unwrap_or(PERIOD_NS);
@@ -75,7 +75,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     if age_max_ns < 2 * period_ns {
         return Err(given.wrong("age_max_ns", format!("at least two periods are asked for, {} ms", 2.0 * period_ns as f64 * 1e-6)));
     }
-    let made = Made {
+    let made = PlantOrigin {
         kind: OBJECT.to_owned(),
         options: Value::Object(options.object),
         step_ns: Some(period_ns),

@@ -126,22 +126,22 @@ impl Region {
         &self.memory
     }
 
-    fn commands(&self) -> Shared {
-        Shared { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.commands_start(), len: self.shape.group() }
+    fn commands(&self) -> SharedTripleBuffer {
+        SharedTripleBuffer { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.commands_start(), len: self.shape.group() }
     }
 
-    fn readings(&self) -> Shared {
-        Shared { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.readings_start(), len: self.shape.told() }
+    fn readings(&self) -> SharedTripleBuffer {
+        SharedTripleBuffer { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.readings_start(), len: self.shape.told() }
     }
 
     /// Returns the two ends of the plant. They are taken once for each region.
-    pub fn plant_ends(&self) -> (TripleReader<Shared>, TripleWriter<Shared>) {
+    pub fn plant_ends(&self) -> (TripleReader<SharedTripleBuffer>, TripleWriter<SharedTripleBuffer>) {
         // SAFETY: the plant alone makes these ends, once, of memory that it has just made; so each buffer is where it is at first.
         unsafe { (TripleReader::in_memory(self.commands(), FRONT_AT_FIRST), TripleWriter::in_memory(self.readings(), BACK_AT_FIRST)) }
     }
 
     /// Returns the two ends of the driver. They are taken once for each region.
-    pub fn driver_ends(&self) -> (TripleWriter<Shared>, TripleReader<Shared>) {
+    pub fn driver_ends(&self) -> (TripleWriter<SharedTripleBuffer>, TripleReader<SharedTripleBuffer>) {
         // SAFETY: the plant sends the memory of a session to one driver, which makes these ends once; it has exchanged nothing before, and
         // what the plant has exchanged it has exchanged against the middle.
         unsafe { (TripleWriter::in_memory(self.commands(), BACK_AT_FIRST), TripleReader::in_memory(self.readings(), FRONT_AT_FIRST)) }
@@ -220,14 +220,14 @@ impl Region {
 }
 
 /// A triple buffer in the memory of a session.
-pub(super) struct Shared {
+pub(super) struct SharedTripleBuffer {
     memory: Arc<SharedMemory>,
     spoilt: Arc<AtomicBool>,
     start: usize,
     len: usize,
 }
 
-impl Shared {
+impl SharedTripleBuffer {
     fn buffer(&self, index: u8) -> *mut [u8] {
         // What an end holds was checked in `given`.
         let place = self.start + LINE + usize::from(index.min(2)) * lines(self.len);
@@ -238,7 +238,7 @@ impl Shared {
 
 // SAFETY: the mapping stays as long as the value lives; buffers are a line and more apart; there is one end of each kind
 // (`plant_ends`, `driver_ends`).
-unsafe impl TripleMemory for Shared {
+unsafe impl TripleMemory for SharedTripleBuffer {
     #[inline]
     fn middle(&self) -> &AtomicU8 {
         // SAFETY: within the mapping, which lives as long as `self`.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plant process: one thread that makes steps at its own pace and, between two of them, hears who talks to it.
 use super::plant_link::{ANSWER, LINK, SERVICES, place};
-use super::plant_messages::{Answer, Ask, ChannelText, Described, Made, PlantState, age_of};
-use super::region::{Region, Shape, Shared};
+use super::plant_messages::{Answer, Ask, ChannelText, PlantDescription, PlantOrigin, PlantState, age_of};
+use super::region::{Region, Shape, SharedTripleBuffer};
 use device::{Driver, Slot};
-use interconnect::{Closed, TripleReader, TripleWriter};
+use interconnect::{LinkClosed, TripleReader, TripleWriter};
 use process_kit::{Listener, UnixLink, inherited, now_ns};
 use serde_json::Value;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -62,7 +62,7 @@ fn prioritise() {
 
 struct Plant {
     driver: Box<dyn Driver>,
-    described: Described,
+    described: PlantDescription,
     shape: Shape,
     safe_group: Vec<u8>,
     /// Slot of the age of its readings.
@@ -112,15 +112,15 @@ impl TakenTime {
 /// State that it shares with the driver that has opened it.
 struct Session {
     region: Region,
-    commands: TripleReader<Shared>,
-    readings: TripleWriter<Shared>,
+    commands: TripleReader<SharedTripleBuffer>,
+    readings: TripleWriter<SharedTripleBuffer>,
     holder: u64,
     /// Number of times that its driver had asked for the safe state.
     rests: u64,
 }
 
 impl Plant {
-    fn make(made: Made) -> Result<Plant, String> {
+    fn make(made: PlantOrigin) -> Result<Plant, String> {
         let (mut driver, about) = device::open(&made.kind, &made.options).map_err(|error| error.to_string())?;
         driver.open(0).map_err(|error| error.message)?;
         let path = made.name.as_deref().map(place).transpose().map_err(|error| error.to_string())?;
@@ -135,7 +135,7 @@ impl Plant {
         Ok(Plant {
             age,
             taken: TakenTime { told_ns: None, at_ns: now_ns() },
-            described: Described { made, channels, about, step_ns },
+            described: PlantDescription { made, channels, about, step_ns },
             group: safe_group.clone(),
             engaged: vec![false; shape.writes],
             readings: vec![0; shape.readings],
@@ -273,7 +273,7 @@ impl Plant {
         links.retain(|(number, link)| match link.receive_with(Duration::ZERO) {
             Ok(Some((frame, _))) => self.act(&frame, *number, link),
             Ok(None) => true,
-            Err(Closed) => false,
+            Err(LinkClosed) => false,
         });
         self.links = links;
     }

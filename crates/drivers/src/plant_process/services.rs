@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Period at which a call that waits looks whether there is a process to answer it.
 const LOOK: Duration = Duration::from_secs(1);
 
-pub(super) struct Asked {
+pub(super) struct PlantServices {
     pub words: &'static [ServiceWord],
     /// None once the device is closed.
     pub link: Mutex<Option<UnixLink>>,
@@ -19,7 +19,7 @@ pub(super) struct Asked {
     pub rests: AtomicU64,
 }
 
-impl Asked {
+impl PlantServices {
     /// Notes that the device is closed. A call that waits ends with its process.
     pub fn close(&self) {
         if let Ok(mut link) = self.link.try_lock() {
@@ -28,7 +28,7 @@ impl Asked {
     }
 }
 
-impl Services for Asked {
+impl Services for PlantServices {
     fn words(&self) -> Option<&'static [ServiceWord]> {
         Some(self.words)
     }
@@ -47,7 +47,7 @@ impl Services for Asked {
     }
 }
 
-impl Asked {
+impl PlantServices {
     fn ask(&self, ask: Ask) -> Result<Value, DeviceError> {
         let failed = |message: &str| DeviceError { message: message.to_owned() };
         // One at a time.

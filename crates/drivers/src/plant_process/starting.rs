@@ -2,8 +2,8 @@
 //! The driver of a plant, over the process that runs it.
 use super::driver;
 use super::plant_link::{LINK, SERVICES, ask};
-use super::plant_messages::{Answer, Ask, Described, Made};
-use device::{DriverError, Given, Opened, Told};
+use super::plant_messages::{Answer, Ask, PlantDescription, PlantOrigin};
+use device::{DeclaredServices, DriverError, GivenOptions, OpenedDriver};
 use process_kit::{Child, Launch, UnixLink, connect};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -11,13 +11,13 @@ use std::time::Duration;
 
 /// Opens the process that was made so, found or started with this command.
 pub(super) fn opened(
-    given: &Given<'_>,
+    given: &GivenOptions<'_>,
     kind: &'static str,
-    made: Made,
+    made: PlantOrigin,
     command: Vec<OsString>,
     bounds: driver::Bounds,
     path: Option<PathBuf>,
-) -> Result<Opened, DriverError> {
+) -> Result<OpenedDriver, DriverError> {
     let lost = |problem: String| DriverError::Process { kind: kind.into(), problem };
     let (link, child, services) = match path.as_deref().and_then(|path| connect(path).ok()) {
         Some(link) => (link, None, None),
@@ -38,13 +38,13 @@ pub(super) fn opened(
         let problem = format!("the plant '{name}' that runs already was made with other options; close it, or give this one another name");
         return Err(given.wrong("name", problem));
     }
-    let Described { channels, mut about, .. } = described;
+    let PlantDescription { channels, mut about, .. } = described;
     // What the driver of a machine declares of itself is not served from here.
     let foreign = if made.rest_ns.is_some() { &["class", "safe_state"][..] } else { &["class", "safe_state", "services", "counters"] };
     for word in foreign {
         about.as_object_mut().and_then(|about| about.remove(*word));
     }
-    let told = Told::read(&about).map_err(lost)?;
+    let told = DeclaredServices::read(&about).map_err(lost)?;
     let channels = channels.into_iter().map(Into::into).collect();
     let driver = driver::PlantProcess::new(link, child, (channels, &about), bounds, path).serving(told, services);
     Ok((Box::new(driver), about))

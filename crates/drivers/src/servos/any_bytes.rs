@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Any bytes on the line of servos, for fuzzers: nothing panics, each step goes on, and what is written is read as one whole frame.
-use super::frame::{Ask, FRAME_MAX, Frame, ID_MAX, Taken};
+use super::frame::{Ask, FRAME_MAX, Frame, FrameScan, ID_MAX};
 use super::protocol::Protocol;
 
 /// Reads bytes: the first says the protocol, and whether the others come from the line or are to be written.
@@ -14,9 +14,9 @@ fn came(protocol: Protocol, mut stream: &[u8]) {
     let mut scratch = [0; FRAME_MAX];
     while !stream.is_empty() {
         let count = match protocol.take(stream, &mut scratch) {
-            Taken::Part => return,
-            Taken::Skip(count) | Taken::Bad(count) => count,
-            Taken::Frame(count, answer) => {
+            FrameScan::Part => return,
+            FrameScan::Skip(count) | FrameScan::Bad(count) => count,
+            FrameScan::Frame(count, answer) => {
                 if let Some(answer) = answer {
                     assert!(answer.id <= ID_MAX && protocol.answer_len(answer.bytes.len()) <= count, "{answer:?} of {count} bytes");
                     let present = protocol.present(answer.bytes);
@@ -38,6 +38,6 @@ fn asked(protocol: Protocol, bytes: &[u8]) {
         return;
     }
     let taken = protocol.take(frame.bytes(), &mut scratch);
-    let is_whole = matches!(taken, Taken::Frame(len, _) if len == frame.bytes().len());
+    let is_whole = matches!(taken, FrameScan::Frame(len, _) if len == frame.bytes().len());
     assert!(is_whole || protocol == Protocol::Sts && *id > ID_MAX, "{:?} is {taken:?}", frame.bytes());
 }

@@ -186,7 +186,7 @@ impl Servos {
 
     fn named(&self, name: &str) -> Result<usize, DeviceError> {
         self.joints.iter().position(|joint| joint.wired.name == name).ok_or_else(|| {
-            let meant = suggest::did_you_mean(name, self.joints.iter().map(|joint| joint.wired.name.as_str()));
+            let meant = hints::did_you_mean(name, self.joints.iter().map(|joint| joint.wired.name.as_str()));
             DeviceError { message: format!("there is no servo '{name}' on {}; {meant}", self.port) }
         })
     }

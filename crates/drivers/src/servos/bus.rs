@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One request at a time on a line on which everyone speaks in turn: what is asked, who answers, how long that may last, what is asked again.
-use super::frame::{Answer, Ask, FRAME_MAX, Frame, Taken};
+use super::frame::{Answer, Ask, FRAME_MAX, Frame, FrameScan};
 use super::protocol::Protocol;
 use super::registers::{Register, whole};
 use crate::serial::{SerialLine, Settings};
@@ -42,7 +42,7 @@ pub(super) struct Timing {
 
 /// Answer of a servo to a request of its own.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Answered {
+pub(super) struct ServoAnswer {
     pub(super) error: u8,
     pub(super) value: u32,
 }
@@ -112,12 +112,12 @@ impl Bus {
     }
 
     /// Returns the value of a register of up to four bytes; none: no answer.
-    pub(super) fn read(&mut self, id: u8, register: Register) -> Result<Option<Answered>> {
+    pub(super) fn read(&mut self, id: u8, register: Register) -> Result<Option<ServoAnswer>> {
         self.one(id, Ask::Read { address: register.address, len: register.len }, usize::from(register.len))
     }
 
     /// Stores to a register; none: no answer.
-    pub(super) fn write(&mut self, id: u8, address: u16, bytes: &[u8]) -> Result<Option<Answered>> {
+    pub(super) fn write(&mut self, id: u8, address: u16, bytes: &[u8]) -> Result<Option<ServoAnswer>> {
         self.one(id, Ask::Write { address, bytes }, 0)
     }
 
@@ -156,11 +156,11 @@ impl Bus {
     }
 
     /// Makes a request to one servo, again if it does not answer.
-    fn one(&mut self, id: u8, ask: Ask<'_>, len: usize) -> Result<Option<Answered>> {
+    fn one(&mut self, id: u8, ask: Ask<'_>, len: usize) -> Result<Option<ServoAnswer>> {
         let mut answered = None;
         for round in 0..=self.timing.retries {
             self.counters.add(Count::Retries, u64::from(round > 0));
-            let take = &mut |_: usize, answer: Answer<'_>| answered = Some(Answered { error: answer.error, value: whole(answer.bytes) });
+            let take = &mut |_: usize, answer: Answer<'_>| answered = Some(ServoAnswer { error: answer.error, value: whole(answer.bytes) });
             self.once(id, ask, &[id], &mut [false], len, take)?;
             if answered.is_some() {
                 break;
@@ -239,13 +239,13 @@ impl Bus {
         let (mut from, mut taken) = (0, 0);
         while from < self.len {
             from += match self.protocol.take(&self.came[from..self.len], &mut self.scratch) {
-                Taken::Part => break,
-                Taken::Skip(count) => count,
-                Taken::Bad(count) => {
+                FrameScan::Part => break,
+                FrameScan::Skip(count) => count,
+                FrameScan::Bad(count) => {
                     self.counters.add(Count::FramesBad, 1);
                     count
                 }
-                Taken::Frame(count, answer) => {
+                FrameScan::Frame(count, answer) => {
                     let asked = answer.filter(|answer| answer.bytes.len() == len || is_refusal(self.protocol, answer));
                     match asked.and_then(|answer| ids.iter().position(|id| *id == answer.id).map(|index| (index, answer))) {
                         Some((index, answer)) if !done[index] => {

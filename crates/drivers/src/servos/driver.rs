@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The exchange with the servos of a bus: all are read by one request, and all goals go out in one frame.
 use super::bus::Timing;
-use super::bus::{Answered, Bus, Count};
+use super::bus::{Bus, Count, ServoAnswer};
 use super::frame::Frame;
-use super::options::{Wanted, Wired};
+use super::options::{ServoBusOptions, WiredJoint};
 use super::protocol::Protocol;
 use super::registers::{Effort, Map, Present, Register, WATCHDOG_UNIT_NS};
 use super::services::Desk;
-use device::{Channel, Command, Counters, DeviceError, Driver, Layout, Opened, Part, SafeHandle, Services, Servo, Slot, Type, UNLIMITED};
+use device::{Channel, Command, Counters, DeviceError, Driver, Layout, OpenedDriver, Part, SafeHandle, Services, Servo, Slot, Type, UNLIMITED};
 use serde_json::json;
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ pub(super) struct Servos {
 
 /// A joint as it stands.
 pub(super) struct Joint {
-    pub(super) wired: Wired,
+    pub(super) wired: WiredJoint,
     slots: Slots,
     pub(super) present: Present,
     /// Error that its latest answer reports.
@@ -72,7 +72,7 @@ struct Slots {
 }
 
 impl Servos {
-    pub(super) fn made(wanted: Wanted, protocol: Protocol) -> Opened {
+    pub(super) fn made(wanted: ServoBusOptions, protocol: Protocol) -> OpenedDriver {
         let mut layout = Layout::default();
         let joints: Vec<Joint> = wanted.joints.into_iter().map(|wired| Joint::new(wired, &mut layout)).collect();
         let parts: Vec<Part> = joints.iter().map(|joint| joint.part(wanted.max_speed)).collect();
@@ -100,7 +100,7 @@ impl Servos {
 
     /// Makes an error about a joint.
     pub(super) fn wrong(&self, joint: usize, what: &str) -> DeviceError {
-        let Wired { name, id, .. } = &self.joints[joint].wired;
+        let WiredJoint { name, id, .. } = &self.joints[joint].wired;
         DeviceError { message: format!("servo '{name}' (id {id}) on {} {what}", self.port) }
     }
 
@@ -155,7 +155,7 @@ impl Servos {
     }
 
     /// Returns the value of a register.
-    pub(super) fn ask(&mut self, joint: usize, register: Register) -> Result<Answered, DeviceError> {
+    pub(super) fn ask(&mut self, joint: usize, register: Register) -> Result<ServoAnswer, DeviceError> {
         let id = self.joints[joint].wired.id;
         let read = self.line()?.read(id, register).map_err(|why| self.gone(&why))?;
         read.ok_or_else(|| {
@@ -282,7 +282,7 @@ impl Driver for Servos {
 }
 
 impl Joint {
-    fn new(wired: Wired, layout: &mut Layout) -> Joint {
+    fn new(wired: WiredJoint, layout: &mut Layout) -> Joint {
         let name = wired.name.clone();
         let mut read = |word: &str, unit: &str, doc: &str| layout.add(Channel::read(format!("{name}.{word}"), Type::DOUBLE).unit(unit).doc(doc));
         let position = read("position", "rad", "where it is, from its zero");
@@ -303,7 +303,7 @@ impl Joint {
     }
 
     fn part(&self, max_speed: f64) -> Part {
-        let Wired { name, min, max, .. } = &self.wired;
+        let WiredJoint { name, min, max, .. } = &self.wired;
         Part {
             name: name.clone(),
             command: Command::Position,

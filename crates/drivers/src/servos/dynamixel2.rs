@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Frames of the Dynamixel protocol 2.0: `ff ff fd 00 id length(2) word … crc(2)`. Where a header would stand among what follows the length, a
 //! byte `fd` is stuffed behind it. The word of an answer is 0x55, followed by its error.
-use super::frame::{Answer, Ask, BROADCAST, FRAME_MAX, Frame, ID_MAX, Taken};
+use super::frame::{Answer, Ask, BROADCAST, FRAME_MAX, Frame, FrameScan, ID_MAX};
 
 const HEAD: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
 /// Bytes that are stuffed where they would stand in a frame.
@@ -91,28 +91,28 @@ impl Stuffing<'_> {
     }
 }
 
-pub(super) fn take<'a>(bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> Taken<'a> {
+pub(super) fn take<'a>(bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> FrameScan<'a> {
     let head = (0..bytes.len()).find(|at| bytes[*at..].iter().zip(HEAD).all(|(byte, head)| *byte == head));
     match head {
-        None => return Taken::Skip(bytes.len()),
+        None => return FrameScan::Skip(bytes.len()),
         Some(0) => {}
-        Some(at) => return Taken::Skip(at),
+        Some(at) => return FrameScan::Skip(at),
     }
-    let [.., id, low, high] = *bytes.get(..BEFORE).unwrap_or_default() else { return Taken::Part };
+    let [.., id, low, high] = *bytes.get(..BEFORE).unwrap_or_default() else { return FrameScan::Part };
     let length = usize::from(u16::from_le_bytes([low, high]));
     let end = BEFORE + length;
     if length < 3 || end > FRAME_MAX {
-        return Taken::Bad(HEAD.len());
+        return FrameScan::Bad(HEAD.len());
     }
-    let Some(frame) = bytes.get(..end) else { return Taken::Part };
+    let Some(frame) = bytes.get(..end) else { return FrameScan::Part };
     let (checked, crc_of) = frame.split_at(end - 2);
     if crc(checked).to_le_bytes() != crc_of {
-        return Taken::Bad(HEAD.len());
+        return FrameScan::Bad(HEAD.len());
     }
     let len = unstuff(&checked[BEFORE..], scratch);
     match &scratch[..len] {
-        [ANSWER, error, bytes @ ..] if id <= ID_MAX => Taken::Frame(end, Some(Answer { id, error: *error, bytes })),
-        _ => Taken::Frame(end, None),
+        [ANSWER, error, bytes @ ..] if id <= ID_MAX => FrameScan::Frame(end, Some(Answer { id, error: *error, bytes })),
+        _ => FrameScan::Frame(end, None),
     }
 }
 

@@ -47,7 +47,7 @@ pub(super) struct Answer<'a> {
 
 /// Result of reading the first bytes of a buffer.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Taken<'a> {
+pub(super) enum FrameScan<'a> {
     /// An answer of so many bytes; `None`: a frame that is no answer.
     Frame(usize, Option<Answer<'a>>),
     /// A frame that has not come whole.

@@ -30,7 +30,7 @@ mod sts;
 mod tests;
 mod watchdog;
 
-use device::{Class, Declaration, DriverError, Given, Life, Opened, OptionWord, SafeBy, SafeState};
+use device::{Class, Declaration, DriverError, GivenOptions, Life, OpenedDriver, OptionWord, SafeBy, SafeState};
 use protocol::Protocol;
 
 pub(crate) static FEETECH: Declaration = of(
@@ -61,7 +61,7 @@ const fn of(
     doc: &'static str,
     safe_state: SafeState,
     options: &'static [OptionWord],
-    open: device::Of<Opened>,
+    open: device::Of<OpenedDriver>,
     scan: device::Scan,
 ) -> Declaration {
     Declaration {
@@ -76,6 +76,6 @@ const fn of(
     }
 }
 
-fn open(given: &Given<'_>, protocol: Protocol) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>, protocol: Protocol) -> Result<OpenedDriver, DriverError> {
     Ok(driver::Servos::made(options::read(given, protocol)?, protocol))
 }

@@ -5,7 +5,7 @@ use super::calibration::{self, Calibration};
 use super::frame::ID_MAX;
 use super::protocol::Protocol;
 use super::registers::{Map, Model, TURN, WATCHDOG_UNIT_NS, WATCHDOG_UNITS_MAX};
-use device::{DriverError, Given, Kind, OptionWord, Reach};
+use device::{DriverError, GivenOptions, Kind, OptionWord, Reach};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -76,18 +76,18 @@ struct Servo {
 }
 
 /// Options with which a bus is opened.
-pub(super) struct Wanted {
+pub(super) struct ServoBusOptions {
     pub(super) port: String,
     pub(super) timing: Timing,
     pub(super) max_speed: f64,
     /// Watchdog in units of the servo's register.
     pub(super) watchdog: Option<u8>,
-    pub(super) joints: Vec<Wired>,
+    pub(super) joints: Vec<WiredJoint>,
 }
 
 /// A joint as it is wired: which servo, and how its counts are an angle.
 #[derive(Clone, Debug)]
-pub(super) struct Wired {
+pub(super) struct WiredJoint {
     pub(super) name: String,
     pub(super) id: u8,
     pub(super) model: &'static Model,
@@ -101,7 +101,7 @@ pub(super) struct Wired {
     pub(super) homing_offset: Option<i64>,
 }
 
-impl Wired {
+impl WiredJoint {
     pub(super) fn angle(&self, counts: f64) -> f64 {
         self.direction * (counts - self.zero) * TAU / TURN
     }
@@ -115,7 +115,7 @@ impl Wired {
 const LATENCY: Duration = Duration::from_millis(20);
 
 /// Returns the timing of the line that the options name.
-pub(super) fn timing(given: &Given<'_>, protocol: Protocol) -> Timing {
+pub(super) fn timing(given: &GivenOptions<'_>, protocol: Protocol) -> Timing {
     let whole = |name: &str| given.value()[name].as_u64();
     let narrow = |name: &str| whole(name).and_then(|value| u32::try_from(value).ok());
     let baud = narrow("baud").unwrap_or(Map::of(protocol).bauds[0]);
@@ -125,7 +125,7 @@ pub(super) fn timing(given: &Given<'_>, protocol: Protocol) -> Timing {
 }
 
 /// Reads the options, and the calibration that they name.
-pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, DriverError> {
+pub(super) fn read(given: &GivenOptions<'_>, protocol: Protocol) -> Result<ServoBusOptions, DriverError> {
     let timing = timing(given, protocol);
     let options: Options = given.read()?;
     let max_speed = options.max_speed.unwrap_or(SPEED);
@@ -139,7 +139,7 @@ pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, Driv
     if servos.is_empty() {
         servos.extend(calibration.keys().map(|name| (name.clone(), Servo::default())));
     }
-    let mut joints: Vec<Wired> = Vec::new();
+    let mut joints: Vec<WiredJoint> = Vec::new();
     for (name, servo) in &servos {
         let joint = wired(name, servo, &calibration, protocol).map_err(|(option, problem)| given.wrong(&format!("servos.{name}{option}"), problem))?;
         if let Some(other) = joints.iter().find(|other| other.id == joint.id) {
@@ -150,7 +150,7 @@ pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, Driv
     joints.sort_by_key(|joint| joint.id);
     match joints.len() {
         0 => Err(given.wrong("servos", "it is missing; give name: {\"id\": 1} for each joint, or a calibration; a scan finds ids")),
-        1..=SERVOS_MAX => Ok(Wanted { port: options.port, timing, max_speed, watchdog, joints }),
+        1..=SERVOS_MAX => Ok(ServoBusOptions { port: options.port, timing, max_speed, watchdog, joints }),
         more => Err(given.wrong("servos", format!("{more} are given; one line has at most {SERVOS_MAX}"))),
     }
 }
@@ -161,10 +161,10 @@ fn units(ns: i64) -> Option<u8> {
 }
 
 /// Errors: the option of the servo that is wrong, with the dot before it, and why.
-fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<Wired, (&'static str, String)> {
+fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<WiredJoint, (&'static str, String)> {
     let entry = calibration.get(name);
     if entry.is_none() && !calibration.is_empty() {
-        return Err(("", format!("the calibration has no such joint; {}", suggest::did_you_mean(name, calibration.keys().map(String::as_str)))));
+        return Err(("", format!("the calibration has no such joint; {}", hints::did_you_mean(name, calibration.keys().map(String::as_str)))));
     }
     if let (Protocol::Sts, Some(entry)) = (protocol, entry) {
         let counts = 0.0..=TURN - 1.0;
@@ -191,7 +191,7 @@ fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protoco
     }
     let zero = servo.zero.or(entry.map(|entry| entry.zero())).unwrap_or(0.5 * TURN);
     let homing_offset = entry.map(|entry| entry.homing_offset);
-    let mut joint = Wired { name: name.to_owned(), id, model, direction, zero, min: 0.0, max: 0.0, homing_offset };
+    let mut joint = WiredJoint { name: name.to_owned(), id, model, direction, zero, min: 0.0, max: 0.0, homing_offset };
     let (low, high) = entry.map_or((0.0, TURN - 1.0), |entry| (entry.range_min, entry.range_max));
     let ends = [joint.angle(low), joint.angle(high)];
     joint.min = servo.min.unwrap_or(ends[0].min(ends[1]));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The two protocols of serial servos, chosen by the kind of driver.
-use super::frame::{Ask, FRAME_MAX, Frame, Taken};
+use super::frame::{Ask, FRAME_MAX, Frame, FrameScan};
 use super::{dynamixel2, sts};
 
 /// A protocol.
@@ -24,7 +24,7 @@ impl Protocol {
     }
 
     /// Reads the frame at the beginning of a buffer. `scratch` takes what was stuffed.
-    pub(super) fn take<'a>(self, bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> Taken<'a> {
+    pub(super) fn take<'a>(self, bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> FrameScan<'a> {
         match self {
             Protocol::Sts => sts::take(bytes),
             Protocol::Dynamixel => dynamixel2::take(bytes, scratch),

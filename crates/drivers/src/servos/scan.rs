@@ -5,13 +5,13 @@ use super::frame::ID_MAX;
 use super::options;
 use super::protocol::Protocol;
 use super::registers::{Map, Model};
-use device::{Counters, DriverError, Found, Given};
+use device::{Counters, DriverError, FoundDevice, GivenOptions};
 use serde_json::{Map as Table, Value, json};
 use std::sync::Arc;
 
 /// Looks on the line that the options name, else on every line that has an adapter; at their baud rate, else at each that servos can have.
 /// An id that is not there takes the latency of the adapter: 253 of them 5 s, at the 20 ms that one of FTDI needs.
-pub(super) fn scan(given: &Given<'_>, protocol: Protocol) -> Result<Vec<Found>, DriverError> {
+pub(super) fn scan(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Vec<FoundDevice>, DriverError> {
     let mut timing = options::timing(given, protocol);
     timing.retries = 0;
     let ports = given.value()["port"].as_str().map_or_else(adapters, |port| vec![port.to_owned()]);
@@ -56,11 +56,11 @@ fn present(bus: &mut Bus) -> std::io::Result<Vec<(u8, u32)>> {
     Ok(servos)
 }
 
-fn told(protocol: Protocol, port: &str, baud: u32, servos: &[(u8, u32)]) -> Found {
+fn told(protocol: Protocol, port: &str, baud: u32, servos: &[(u8, u32)]) -> FoundDevice {
     let called: Vec<String> = servos.iter().map(|(id, number)| format!("{} as {id}", Model::called(protocol, *number))).collect();
     let table: Table<String, Value> =
         servos.iter().map(|(id, number)| (format!("servo_{id}"), json!({ "id": id, "model": Model::called(protocol, *number) }))).collect();
-    Found {
+    FoundDevice {
         what: format!("{} servos at {baud} baud on {port}: {}", servos.len(), called.join(", ")),
         options: json!({ "port": port, "baud": baud, "servos": table }),
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Frames of Feetech's STS servos: `ff ff id length word … sum`, where `length` counts what follows it and `sum` is the complement of the
 //! sum of all from the id on. In an answer the word is a set of error bits.
-use super::frame::{Answer, Ask, BROADCAST, Frame, Taken};
+use super::frame::{Answer, Ask, BROADCAST, Frame, FrameScan};
 
 const HEAD: u8 = 0xff;
 /// Bytes before the word: two heads, the id, the length.
@@ -44,30 +44,30 @@ pub(super) fn write(frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
     true
 }
 
-pub(super) fn take(bytes: &[u8]) -> Taken<'_> {
+pub(super) fn take(bytes: &[u8]) -> FrameScan<'_> {
     let head = bytes.iter().position(|byte| *byte == HEAD);
     match head {
-        None => return Taken::Skip(bytes.len()),
+        None => return FrameScan::Skip(bytes.len()),
         Some(0) => {}
-        Some(at) => return Taken::Skip(at),
+        Some(at) => return FrameScan::Skip(at),
     }
     match *bytes {
-        [_] | [_, HEAD] => Taken::Part,
+        [_] | [_, HEAD] => FrameScan::Part,
         // A third head: the frame begins one byte later, for no servo has that id.
-        [_, HEAD, HEAD, ..] => Taken::Skip(1),
-        [_, HEAD, id, ..] if id > super::frame::ID_MAX => Taken::Bad(2),
-        [_, HEAD, _] => Taken::Part,
-        [_, HEAD, _, length, ..] if length < 2 => Taken::Bad(2),
+        [_, HEAD, HEAD, ..] => FrameScan::Skip(1),
+        [_, HEAD, id, ..] if id > super::frame::ID_MAX => FrameScan::Bad(2),
+        [_, HEAD, _] => FrameScan::Part,
+        [_, HEAD, _, length, ..] if length < 2 => FrameScan::Bad(2),
         [_, HEAD, id, length, ..] => whole(bytes, id, length),
-        _ => Taken::Skip(1),
+        _ => FrameScan::Skip(1),
     }
 }
 
-fn whole(bytes: &[u8], id: u8, length: u8) -> Taken<'_> {
+fn whole(bytes: &[u8], id: u8, length: u8) -> FrameScan<'_> {
     let end = BEFORE + usize::from(length);
-    let Some(frame) = bytes.get(..end) else { return Taken::Part };
+    let Some(frame) = bytes.get(..end) else { return FrameScan::Part };
     if sum(&frame[2..end - 1]) != frame[end - 1] {
-        return Taken::Bad(2);
+        return FrameScan::Bad(2);
     }
-    Taken::Frame(end, Some(Answer { id, error: frame[BEFORE], bytes: &frame[BEFORE + 1..end - 1] }))
+    FrameScan::Frame(end, Some(Answer { id, error: frame[BEFORE], bytes: &frame[BEFORE + 1..end - 1] }))
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Any bytes of a device that speaks in lines of text, for fuzzers: nothing panics, each step goes on, and nothing is half taken.
 use super::fields::declared;
-use super::frame::{Checksum, FRAME_MAX, Framing, Scanned, Sum, Written};
+use super::frame::{Checksum, ChecksumForm, FRAME_MAX, Framing, ScannedFrame, Sum};
 use super::pattern::Pattern;
 use device::Slot;
 use serde_json::{Value, json};
@@ -15,9 +15,9 @@ static FRAMINGS: LazyLock<Vec<Framing>> = LazyLock::new(|| {
         |start: &[u8], length: Option<usize>, end: &[u8], checksum: Option<Checksum>| Framing { start: start.to_vec(), length, end: end.to_vec(), checksum };
     let checksum = |sum, written, mark: &[u8]| Some(Checksum { sum, written, mark: mark.to_vec() });
     vec![
-        framing(b"$", None, b"\r\n", checksum(Sum::Xor, Written::Hex, b"*")),
+        framing(b"$", None, b"\r\n", checksum(Sum::Xor, ChecksumForm::Hex, b"*")),
         framing(b"", None, b"\n", None),
-        framing(b"\x02", Some(6), b"\x03", checksum(Sum::Sum, Written::Byte, b"")),
+        framing(b"\x02", Some(6), b"\x03", checksum(Sum::Sum, ChecksumForm::Byte, b"")),
         framing(b"ab", Some(0), b"ba", None),
         framing(b"", Some(3), b"", None),
     ]
@@ -44,11 +44,11 @@ pub fn text(bytes: &[u8]) {
     let framing = &FRAMINGS[usize::from(*which) % FRAMINGS.len()];
     while !rest.is_empty() {
         let len = match framing.scan(rest) {
-            Scanned::Wait => break,
-            Scanned::Noise(len) | Scanned::Damaged(len) | Scanned::TooLong(len) => len,
-            Scanned::Frame(text, len) => {
+            ScannedFrame::Wait => break,
+            ScannedFrame::Noise(len) | ScannedFrame::Damaged(len) | ScannedFrame::TooLong(len) => len,
+            ScannedFrame::Frame(text, len) => {
                 let again = framing.framed(text);
-                assert_eq!(framing.scan(&again), Scanned::Frame(text, again.len()), "what is framed again is read again");
+                assert_eq!(framing.scan(&again), ScannedFrame::Frame(text, again.len()), "what is framed again is read again");
                 PATTERNS.iter().for_each(|pattern| taken(pattern, text));
                 len
             }

@@ -20,7 +20,7 @@ pub(super) enum Sum {
 /// Form in which it is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Written {
+pub(super) enum ChecksumForm {
     /// Two hexadecimal digits.
     #[default]
     Hex,
@@ -31,7 +31,7 @@ pub(super) enum Written {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Checksum {
     pub sum: Sum,
-    pub written: Written,
+    pub written: ChecksumForm,
     /// Between the text and it, as the `*` of NMEA.
     pub mark: Vec<u8>,
 }
@@ -39,7 +39,7 @@ pub(super) struct Checksum {
 impl Checksum {
     /// Bytes behind the text.
     fn len(&self) -> usize {
-        self.mark.len() + if self.written == Written::Hex { 2 } else { 1 }
+        self.mark.len() + if self.written == ChecksumForm::Hex { 2 } else { 1 }
     }
 
     fn of(&self, text: &[u8]) -> u8 {
@@ -64,8 +64,8 @@ impl Checksum {
         let sum = self.of(text);
         to.extend_from_slice(&self.mark);
         match self.written {
-            Written::Byte => to.push(sum),
-            Written::Hex => to.extend_from_slice(format!("{sum:02X}").as_bytes()),
+            ChecksumForm::Byte => to.push(sum),
+            ChecksumForm::Hex => to.extend_from_slice(format!("{sum:02X}").as_bytes()),
         }
     }
 }
@@ -86,7 +86,7 @@ pub(super) struct Framing {
 
 /// Frame at the beginning of the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scanned<'a> {
+pub(super) enum ScannedFrame<'a> {
     /// The frame is not whole yet.
     Wait,
     /// So many bytes belong to no frame: noise between two.
@@ -101,24 +101,24 @@ pub(super) enum Scanned<'a> {
 
 impl Framing {
     /// Looks at what has come in.
-    pub(super) fn scan<'a>(&self, bytes: &'a [u8]) -> Scanned<'a> {
+    pub(super) fn scan<'a>(&self, bytes: &'a [u8]) -> ScannedFrame<'a> {
         let Some(begins) = bytes.strip_prefix(&self.start[..]) else {
             // What may be the start stays: its rest may be on its way.
             return match (0..bytes.len()).find(|at| self.start.starts_with(&bytes[*at..]) || bytes[*at..].starts_with(&self.start)) {
-                Some(0) | None if bytes.is_empty() || self.start.starts_with(bytes) => Scanned::Wait,
-                Some(at) => Scanned::Noise(at),
-                None => Scanned::Noise(bytes.len()),
+                Some(0) | None if bytes.is_empty() || self.start.starts_with(bytes) => ScannedFrame::Wait,
+                Some(at) => ScannedFrame::Noise(at),
+                None => ScannedFrame::Noise(bytes.len()),
             };
         };
         match self.body(begins) {
             Some(Ok(body)) => {
                 let len = self.start.len() + body.len() + self.end.len();
-                self.text(body).map_or(Scanned::Damaged(len), |text| Scanned::Frame(text, len))
+                self.text(body).map_or(ScannedFrame::Damaged(len), |text| ScannedFrame::Frame(text, len))
             }
             // A start that was none: the next is looked for behind its first byte.
-            Some(Err(())) => Scanned::Damaged(1),
-            None if bytes.len() >= FRAME_MAX => Scanned::TooLong(bytes.len()),
-            None => Scanned::Wait,
+            Some(Err(())) => ScannedFrame::Damaged(1),
+            None if bytes.len() >= FRAME_MAX => ScannedFrame::TooLong(bytes.len()),
+            None => ScannedFrame::Wait,
         }
     }
 
@@ -179,7 +179,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn nmea() -> Framing {
-        let checksum = Checksum { sum: Sum::Xor, written: Written::Hex, mark: b"*".to_vec() };
+        let checksum = Checksum { sum: Sum::Xor, written: ChecksumForm::Hex, mark: b"*".to_vec() };
         Framing { start: b"$".to_vec(), length: None, end: b"\r\n".to_vec(), checksum: Some(checksum) }
     }
 
@@ -189,20 +189,20 @@ mod tests {
 
     #[test]
     fn a_text_is_what_is_between_its_marks() {
-        assert_eq!(plain(b"", None, b"\r").scan(b"12.5\r9"), Scanned::Frame(b"12.5", 5));
-        assert_eq!(plain(b"\x02", None, b"\x03").scan(b"noise\x02A\x03"), Scanned::Noise(5));
-        assert_eq!(plain(b"\x02", None, b"\x03").scan(b"\x02A"), Scanned::Wait);
-        assert_eq!(plain(b"<<", None, b">>").scan(b"a<"), Scanned::Noise(1));
-        assert_eq!(plain(b"<<", None, b">>").scan(b"<"), Scanned::Wait);
-        assert_eq!(plain(b"W", Some(3), b"\n").scan(b"W123\n"), Scanned::Frame(b"123", 5));
-        assert_eq!(plain(b"W", Some(3), b"\n").scan(b"W1234"), Scanned::Damaged(1));
-        assert_eq!(plain(b"", Some(2), b"").scan(b"abc"), Scanned::Frame(b"ab", 2));
+        assert_eq!(plain(b"", None, b"\r").scan(b"12.5\r9"), ScannedFrame::Frame(b"12.5", 5));
+        assert_eq!(plain(b"\x02", None, b"\x03").scan(b"noise\x02A\x03"), ScannedFrame::Noise(5));
+        assert_eq!(plain(b"\x02", None, b"\x03").scan(b"\x02A"), ScannedFrame::Wait);
+        assert_eq!(plain(b"<<", None, b">>").scan(b"a<"), ScannedFrame::Noise(1));
+        assert_eq!(plain(b"<<", None, b">>").scan(b"<"), ScannedFrame::Wait);
+        assert_eq!(plain(b"W", Some(3), b"\n").scan(b"W123\n"), ScannedFrame::Frame(b"123", 5));
+        assert_eq!(plain(b"W", Some(3), b"\n").scan(b"W1234"), ScannedFrame::Damaged(1));
+        assert_eq!(plain(b"", Some(2), b"").scan(b"abc"), ScannedFrame::Frame(b"ab", 2));
         // The example of the standard's own.
         let gps = b"$GPGLL,4916.45,N,12311.12,W,225444,A*31\r\n";
-        assert_eq!(nmea().scan(gps), Scanned::Frame(&gps[1..gps.len() - 5], gps.len()));
+        assert_eq!(nmea().scan(gps), ScannedFrame::Frame(&gps[1..gps.len() - 5], gps.len()));
         let mut damaged = *gps;
         damaged[8] ^= 1;
-        assert_eq!(nmea().scan(&damaged), Scanned::Damaged(gps.len()));
+        assert_eq!(nmea().scan(&damaged), ScannedFrame::Damaged(gps.len()));
     }
 
     #[test]
@@ -210,22 +210,22 @@ mod tests {
         let lines = Framing { end: b"\n".to_vec(), ..nmea() };
         for end in [&b"\r\n"[..], b"\n"] {
             let gga = [&b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47"[..], end].concat();
-            assert!(matches!(lines.scan(&gga), Scanned::Frame(text, _) if text.starts_with(b"GPGGA") && text.ends_with(b"M,,")), "{end:?}");
-            assert_eq!(plain(b"", None, b"\n").scan(&[b"W,3.5", end].concat()), Scanned::Frame(b"W,3.5", 5 + end.len()));
+            assert!(matches!(lines.scan(&gga), ScannedFrame::Frame(text, _) if text.starts_with(b"GPGGA") && text.ends_with(b"M,,")), "{end:?}");
+            assert_eq!(plain(b"", None, b"\n").scan(&[b"W,3.5", end].concat()), ScannedFrame::Frame(b"W,3.5", 5 + end.len()));
         }
         // A checksum of one byte that is itself a carriage return, with one before the line feed and without.
-        let sum = Checksum { sum: Sum::Sum, written: Written::Byte, mark: Vec::new() };
+        let sum = Checksum { sum: Sum::Sum, written: ChecksumForm::Byte, mark: Vec::new() };
         let summed = Framing { start: Vec::new(), length: None, end: b"\n".to_vec(), checksum: Some(sum) };
         let text = [b'C', 255, 203];
         assert_eq!(text.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte)), 13);
-        assert_eq!(summed.scan(&[&text[..], b"\r\n"].concat()), Scanned::Frame(&text, 5));
-        assert_eq!(summed.scan(&[&text[..], b"\r\r\n"].concat()), Scanned::Frame(&text, 6));
+        assert_eq!(summed.scan(&[&text[..], b"\r\n"].concat()), ScannedFrame::Frame(&text, 5));
+        assert_eq!(summed.scan(&[&text[..], b"\r\r\n"].concat()), ScannedFrame::Frame(&text, 6));
     }
 
     #[test]
     fn the_rest_of_a_line_that_is_too_long_ends_at_its_end_mark_however_it_is_cut() {
         let framing = plain(b"", None, b"\r\n");
-        assert_eq!(framing.scan(&[b'A'; FRAME_MAX]), Scanned::TooLong(FRAME_MAX));
+        assert_eq!(framing.scan(&[b'A'; FRAME_MAX]), ScannedFrame::TooLong(FRAME_MAX));
         assert_eq!((framing.skip(b"12345\r\nnext"), framing.skip(b"12345\r"), framing.skip(b"12345")), ((7, true), (5, false), (5, false)));
     }
 
@@ -237,8 +237,8 @@ mod tests {
                 let mut damaged = frame.clone();
                 damaged[at] = wrong;
                 let is_same = damaged == frame || damaged.eq_ignore_ascii_case(&frame) && at >= frame.len() - 4;
-                assert_eq!(matches!(nmea().scan(&damaged), Scanned::Frame(b"SCALE,12.50", _)), is_same, "{at} {wrong}");
-                assert!(is_same || !matches!(nmea().scan(&damaged), Scanned::Frame(..)), "{at} {wrong}");
+                assert_eq!(matches!(nmea().scan(&damaged), ScannedFrame::Frame(b"SCALE,12.50", _)), is_same, "{at} {wrong}");
+                assert!(is_same || !matches!(nmea().scan(&damaged), ScannedFrame::Frame(..)), "{at} {wrong}");
             }
         }
     }
@@ -250,8 +250,8 @@ mod tests {
             let mut rest = &bytes[..];
             while !rest.is_empty() {
                 match framing.scan(rest) {
-                    Scanned::Wait => break,
-                    Scanned::Noise(len) | Scanned::Damaged(len) | Scanned::TooLong(len) | Scanned::Frame(_, len) => {
+                    ScannedFrame::Wait => break,
+                    ScannedFrame::Noise(len) | ScannedFrame::Damaged(len) | ScannedFrame::TooLong(len) | ScannedFrame::Frame(_, len) => {
                         prop_assert!(len > 0 && len <= rest.len());
                         rest = &rest[len..];
                     }
@@ -265,11 +265,11 @@ mod tests {
             let text = text.replace(['$', '*'], "x");
             let framing = nmea();
             let stream = [noise.as_bytes(), &framing.framed(text.as_bytes())].concat();
-            let skipped = match framing.scan(&stream) { Scanned::Noise(len) => len, _ => 0 };
+            let skipped = match framing.scan(&stream) { ScannedFrame::Noise(len) => len, _ => 0 };
             prop_assert_eq!(skipped, noise.len());
-            prop_assert!(matches!(framing.scan(&stream[skipped..]), Scanned::Frame(found, _) if found == text.as_bytes()));
+            prop_assert!(matches!(framing.scan(&stream[skipped..]), ScannedFrame::Frame(found, _) if found == text.as_bytes()));
             for cut in skipped..stream.len() {
-                prop_assert_eq!(framing.scan(&stream[skipped..cut]), Scanned::Wait);
+                prop_assert_eq!(framing.scan(&stream[skipped..cut]), ScannedFrame::Wait);
             }
         }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A device that speaks in texts, as a driver.
-use super::frame::{FRAME_MAX, Framing, Scanned};
+use super::frame::{FRAME_MAX, Framing, ScannedFrame};
 use super::pattern::Order;
 use crate::stream::{Address, Stream};
 use device::{Channel, Counters, DeviceError, Driver, Kind, Layout, OptionWord, ServiceWord, Services, Slot};
@@ -162,17 +162,17 @@ impl Talker {
                 }
             }
             let (len, is_fine) = match self.line.framing.scan(&self.came[at..self.filled]) {
-                Scanned::Wait => break,
-                Scanned::Noise(len) | Scanned::Damaged(len) => {
+                ScannedFrame::Wait => break,
+                ScannedFrame::Noise(len) | ScannedFrame::Damaged(len) => {
                     self.line.count(Count::Damaged);
                     (len, None)
                 }
-                Scanned::TooLong(_) => {
+                ScannedFrame::TooLong(_) => {
                     self.line.count(Count::Damaged);
                     self.is_skipping = true;
                     continue;
                 }
-                Scanned::Frame(text, len) => {
+                ScannedFrame::Frame(text, len) => {
                     let mut last = self.line.last.lock().unwrap_or_else(PoisonError::into_inner);
                     last.0 = text.len();
                     last.1[..text.len()].copy_from_slice(text);

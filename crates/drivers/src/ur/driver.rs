@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The exchange: the newest package in, and one out for it.
 use super::dashboard::Panel;
-use super::link::Broken;
+use super::link::LinkError;
 use super::options::Options;
 use super::sample::JOINTS;
 use super::script::CYCLE_NS;
@@ -212,7 +212,7 @@ impl Driver for Ur {
             session.rest();
             (session.told.mask, session.told.levels) = (self.commanded, 0);
             // What does not arrive is missed by the program, which stops the arm by itself.
-            let _: Result<bool, Broken> = session.send();
+            let _: Result<bool, LinkError> = session.send();
         }
     }
 
@@ -221,7 +221,7 @@ impl Driver for Ur {
             session.rest();
             (session.told.mode, session.told.mask, session.told.levels) = (-1, self.commanded, 0);
             // As above.
-            let _: Result<bool, Broken> = session.send();
+            let _: Result<bool, LinkError> = session.send();
         }
     }
 

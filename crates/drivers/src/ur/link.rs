@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The connection over which RTDE comes and goes: never waits where it is not told to, and allocates nothing once it is made.
-use super::rtde::{self, Malformed, Message};
+use super::rtde::{self, MalformedMessage, Message};
 use crate::serial::wait;
 use forks::Device;
 use std::io::{self, ErrorKind, Read, Write};
@@ -15,13 +15,13 @@ const FETCHES_MAX: usize = 4;
 
 /// Reason why a connection carries nothing.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Broken {
+pub(super) enum LinkError {
     #[error("the controller closed its connection: it was restarted, or is shutting down")]
     Closed,
     #[error("the connection failed: {0}")]
     Failed(#[from] io::Error),
     #[error("what the controller sends is no RTDE: {0}")]
-    Malformed(#[from] Malformed),
+    Malformed(#[from] MalformedMessage),
 }
 
 pub(super) struct Link {
@@ -41,14 +41,14 @@ impl Link {
     }
 
     /// Hands each message that has come in to `take`. Real-time safe where `take` is.
-    pub fn receive(&mut self, mut take: impl FnMut(Message<'_>)) -> Result<(), Broken> {
+    pub fn receive(&mut self, mut take: impl FnMut(Message<'_>)) -> Result<(), LinkError> {
         for _ in 0..FETCHES_MAX {
             match self.stream.read(&mut self.input[self.filled..]) {
-                Ok(0) => return Err(Broken::Closed),
+                Ok(0) => return Err(LinkError::Closed),
                 Ok(more) => self.filled += more,
                 Err(why) if why.kind() == ErrorKind::WouldBlock => return Ok(()),
                 Err(why) if why.kind() == ErrorKind::Interrupted => continue,
-                Err(why) if why.kind() == ErrorKind::ConnectionReset => return Err(Broken::Closed),
+                Err(why) if why.kind() == ErrorKind::ConnectionReset => return Err(LinkError::Closed),
                 Err(why) => return Err(why.into()),
             }
             let mut begin = 0;
@@ -68,7 +68,7 @@ impl Link {
     }
 
     /// Sends a package, or nothing of it: false where the connection has not taken the one before. Real-time safe.
-    pub fn send(&mut self, package: &[u8]) -> Result<bool, Broken> {
+    pub fn send(&mut self, package: &[u8]) -> Result<bool, LinkError> {
         self.flush()?;
         let is_free = self.unsent.is_empty();
         if is_free {
@@ -78,7 +78,7 @@ impl Link {
         Ok(is_free)
     }
 
-    fn flush(&mut self) -> Result<(), Broken> {
+    fn flush(&mut self) -> Result<(), LinkError> {
         while !self.unsent.is_empty() {
             match self.stream.write(&self.unsent) {
                 Ok(taken) => {
@@ -86,7 +86,7 @@ impl Link {
                 }
                 Err(why) if why.kind() == ErrorKind::WouldBlock => break,
                 Err(why) if why.kind() == ErrorKind::Interrupted => {}
-                Err(why) if matches!(why.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => return Err(Broken::Closed),
+                Err(why) if matches!(why.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => return Err(LinkError::Closed),
                 Err(why) => return Err(why.into()),
             }
         }

@@ -26,7 +26,7 @@ mod script;
 mod session;
 mod states;
 
-use device::{Declaration, DriverError, Given, Life, Opened, SafeBy, SafeState};
+use device::{Declaration, DriverError, GivenOptions, Life, OpenedDriver, SafeBy, SafeState};
 use options::{OPTIONS, Options, SILENCE_NS, WAIT_NS};
 use serde_json::{Value, json};
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
@@ -45,7 +45,7 @@ pub(crate) static DRIVER: Declaration = Declaration {
 };
 
 /// Makes the driver; the controller is looked for when it is opened.
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let address = address(&options.host).ok_or_else(|| given.wrong("host", format!("'{}' is neither an address nor the name of a host", options.host)))?;
     let (driver, parts) = driver::Ur::new(options, address);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The messages of RTDE, protocol version 2: a length, a kind, and what the kind says, all numbers with their high byte first.
 //!
-//! Whatever bytes come in, decoding ends in a message or in [`Malformed`]; neither allocates.
+//! Whatever bytes come in, decoding ends in a message or in [`MalformedMessage`]; neither allocates.
 
 /// Port of a controller's RTDE.
 pub(super) const PORT: u16 = 30004;
@@ -52,7 +52,7 @@ pub(super) enum Message<'a> {
 
 /// Bytes that are no message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(super) enum Malformed {
+pub(super) enum MalformedMessage {
     #[error("a message says that it is {0} bytes long")]
     Length(u16),
     #[error("a message of the unknown kind {0}")]
@@ -62,20 +62,20 @@ pub(super) enum Malformed {
 }
 
 /// Returns the message at the beginning of `bytes`, and how long it is; none: more bytes must come.
-pub(super) fn decode(bytes: &[u8]) -> Result<Option<(Message<'_>, usize)>, Malformed> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Option<(Message<'_>, usize)>, MalformedMessage> {
     let [high, low, kind, rest @ ..] = bytes else { return Ok(None) };
     let said = u16::from_be_bytes([*high, *low]);
-    let Some(len) = usize::from(said).checked_sub(HEADER_LEN) else { return Err(Malformed::Length(said)) };
+    let Some(len) = usize::from(said).checked_sub(HEADER_LEN) else { return Err(MalformedMessage::Length(said)) };
     match rest.get(..len) {
         Some(contents) => Ok(Some((message(*kind, contents)?, usize::from(said)))),
         // A kind that is none will not become one.
-        None if message(*kind, &[]) == Err(Malformed::Kind(*kind)) => Err(Malformed::Kind(*kind)),
+        None if message(*kind, &[]) == Err(MalformedMessage::Kind(*kind)) => Err(MalformedMessage::Kind(*kind)),
         None => Ok(None),
     }
 }
 
-fn message(kind: u8, contents: &[u8]) -> Result<Message<'_>, Malformed> {
-    let wrong = Malformed::Contents { kind, len: contents.len() };
+fn message(kind: u8, contents: &[u8]) -> Result<Message<'_>, MalformedMessage> {
+    let wrong = MalformedMessage::Contents { kind, len: contents.len() };
     let text = |bytes| std::str::from_utf8(bytes).map_err(|_| wrong);
     match (kind, contents) {
         (kind::VERSION, [accepted]) => Ok(Message::Version(*accepted != 0)),
@@ -96,7 +96,7 @@ fn message(kind: u8, contents: &[u8]) -> Result<Message<'_>, Malformed> {
         (kind::PAUSE, [accepted]) => Ok(Message::Paused(*accepted != 0)),
         (kind::DATA, [recipe, values @ ..]) => Ok(Message::Data { recipe: *recipe, values }),
         (kind::VERSION | kind::CONTROLLER | kind::TEXT | kind::OUTPUTS | kind::INPUTS | kind::START | kind::PAUSE | kind::DATA, _) => Err(wrong),
-        _ => Err(Malformed::Kind(kind)),
+        _ => Err(MalformedMessage::Kind(kind)),
     }
 }
 
@@ -155,10 +155,10 @@ mod tests {
 
     #[test]
     fn what_is_no_message_is_refused_as_soon_as_that_is_known() {
-        assert_eq!(decode(&[0, 2, b'V']), Err(Malformed::Length(2)));
-        assert_eq!(decode(&[0, 9, b'?']), Err(Malformed::Kind(b'?')));
-        assert_eq!(decode(&[0, 5, b'S', 1, 1]), Err(Malformed::Contents { kind: b'S', len: 2 }));
-        assert_eq!(decode(&[0, 6, b'M', 9, b'x', 0]), Err(Malformed::Contents { kind: b'M', len: 3 }));
+        assert_eq!(decode(&[0, 2, b'V']), Err(MalformedMessage::Length(2)));
+        assert_eq!(decode(&[0, 9, b'?']), Err(MalformedMessage::Kind(b'?')));
+        assert_eq!(decode(&[0, 5, b'S', 1, 1]), Err(MalformedMessage::Contents { kind: b'S', len: 2 }));
+        assert_eq!(decode(&[0, 6, b'M', 9, b'x', 0]), Err(MalformedMessage::Contents { kind: b'M', len: 3 }));
         assert_eq!(decode(&[0, 4, b'S']), Ok(None));
     }
 

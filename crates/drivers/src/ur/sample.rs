@@ -86,7 +86,7 @@ impl Sample {
 
 /// Inputs of the script in each cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Told {
+pub(super) struct ScriptInputs {
     /// Heartbeat counter, incremented in every package; a constant value means that the controller is gone.
     pub beat: i32,
     /// The script's own number: it follows the goals. 0: it rests. -1: it ends.
@@ -97,7 +97,7 @@ pub(super) struct Told {
     pub levels: u8,
 }
 
-impl Told {
+impl ScriptInputs {
     /// Returns the data package for the recipe that the controller gave.
     pub fn encode(&self, recipe: u8) -> [u8; PACKAGE_LEN] {
         let mut package = [0; PACKAGE_LEN];
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn what_it_is_told_lies_in_the_order_of_the_recipe() {
-        let package = Told { beat: 1, mode: 7, goals: [0.5, 0.0, 0.0, 0.0, 0.0, -2.0], mask: 3, levels: 1 }.encode(4);
+        let package = ScriptInputs { beat: 1, mode: 7, goals: [0.5, 0.0, 0.0, 0.0, 0.0, -2.0], mask: 3, levels: 1 }.encode(4);
         let Ok(Some((Message::Data { recipe: 4, values }, PACKAGE_LEN))) = decode(&package) else { panic!("no data package") };
         let mut fields = Fields(values);
         assert_eq!((fields.i32(), fields.i32(), fields.doubles::<JOINTS>()), (1, 7, [0.5, 0.0, 0.0, 0.0, 0.0, -2.0]));

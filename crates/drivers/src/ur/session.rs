@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Start of an arm that is to follow: connection, recipes, power, remote control, program. Off the cycle, so that it may wait.
 use super::dashboard::Dashboard;
-use super::link::{Broken, Link};
+use super::link::{Link, LinkError};
 use super::options::Options;
 use super::rtde::{self, Message, kind, request};
-use super::sample::{INPUTS, JOINTS, OUTPUTS, Sample, Told, recipe};
+use super::sample::{INPUTS, JOINTS, OUTPUTS, Sample, ScriptInputs, recipe};
 use super::script::{CYCLE_NS, Program};
 use super::states::{hindrance, interruption, is_off};
 use device::DeviceError;
@@ -31,7 +31,7 @@ pub(super) struct Session {
     /// Its number, by which the program knows its goals.
     pub number: i32,
     pub sample: Sample,
-    pub told: Told,
+    pub told: ScriptInputs,
     /// Number of messages that were no package of the recipe.
     pub refused: u64,
     /// Time limit of an answer.
@@ -104,7 +104,7 @@ impl Session {
             link.send(&request(kind, contents))?;
             let (mut found, until) = (None, deadline.min(Instant::now() + answer));
             while found.is_none() {
-                if !link.wait(until).map_err(Broken::from)? {
+                if !link.wait(until).map_err(LinkError::from)? {
                     return Err(Failure::NotThere(format!("the controller has not answered RTDE's request '{}'", char::from(kind))));
                 }
                 link.receive(|message| found = found.take().or_else(|| pick(message)))?;
@@ -137,7 +137,7 @@ impl Session {
             return Err(Failure::Refused("the controller does not start RTDE".to_owned()));
         }
         let recipes = [outputs.number, inputs.number].map(|number| number as u8);
-        Ok(Session { link, recipes, number: number(), sample: Sample::default(), told: Told::default(), refused: 0, answer, deadline })
+        Ok(Session { link, recipes, number: number(), sample: Sample::default(), told: ScriptInputs::default(), refused: 0, answer, deadline })
     }
 
     /// Starts the program, at rest, and waits until it says that it runs.
@@ -183,7 +183,7 @@ impl Session {
     }
 
     /// Waits for a package; false: none came.
-    pub fn wait(&mut self, within: Duration) -> Result<bool, Broken> {
+    pub fn wait(&mut self, within: Duration) -> Result<bool, LinkError> {
         let deadline = Instant::now() + within;
         loop {
             if self.take()? {
@@ -196,7 +196,7 @@ impl Session {
     }
 
     /// Takes the newest package that has come in; false: none has. Real-time safe.
-    pub fn take(&mut self) -> Result<bool, Broken> {
+    pub fn take(&mut self) -> Result<bool, LinkError> {
         let (of, mut newest, mut refused) = (self.recipes[0], None, 0);
         self.link.receive(|message| {
             if let Message::Data { recipe, values } = message {
@@ -212,7 +212,7 @@ impl Session {
     }
 
     /// Sends what it is told; false: the connection has not taken the package before. Real-time safe.
-    pub fn send(&mut self) -> Result<bool, Broken> {
+    pub fn send(&mut self) -> Result<bool, LinkError> {
         self.told.beat = self.told.beat.wrapping_add(1);
         self.link.send(&self.told.encode(self.recipes[1]))
     }
@@ -242,8 +242,8 @@ enum Failure {
     Refused(String),
 }
 
-impl From<Broken> for Failure {
-    fn from(why: Broken) -> Failure {
+impl From<LinkError> for Failure {
+    fn from(why: LinkError) -> Failure {
         Failure::NotThere(why.to_string())
     }
 }

@@ -3,9 +3,9 @@
 use super::options::{AxisOptions, PdosFrom};
 use crate::coe::Entry;
 use crate::main_device::{Field, Mapping, Pdos, Sync0};
-use cia402::axis::{self, Measured};
-use cia402::identity::Expected;
-use cia402::{BrakeOptions, Mode, Told, error_name};
+use cia402::axis::{self, DriveReadings};
+use cia402::identity::ExpectedIdentity;
+use cia402::{BrakeOptions, DriveCommand, Mode, error_name};
 use device::Layout;
 
 /// An axis, and where its process data lie.
@@ -14,7 +14,7 @@ pub(super) struct Axis {
     /// Its place on the line.
     pub at: usize,
     /// The identity that its drive is to have.
-    pub expected: Expected,
+    pub expected: ExpectedIdentity,
     mode: Mode,
     pdos: PdosFrom,
     brake: Option<BrakeOptions>,
@@ -47,7 +47,7 @@ impl Axis {
         Axis {
             moved: axis::Axis::new(of, format!("axis '{}'", of.name), error_name, layout),
             at: options.at.unwrap_or(index),
-            expected: Expected { alias: options.alias, ..of.expected() },
+            expected: ExpectedIdentity { alias: options.alias, ..of.expected() },
             mode: of.mode.mode(),
             pdos: options.pdos,
             brake: of.brake,
@@ -133,7 +133,7 @@ impl Axis {
     pub fn look(&mut self, process: &[u8]) {
         let fields = self.fields;
         let word = |at: Option<usize>| at.map_or(0, |at| i16_at(process, at));
-        self.moved.look(Measured {
+        self.moved.look(DriveReadings {
             status: i16_at(process, fields.status) as u16,
             position: i32_at(process, fields.position),
             velocity: fields.velocity.map_or(0, |at| i32_at(process, at)),
@@ -161,7 +161,7 @@ impl Axis {
         self.put(told, process);
     }
 
-    fn put(&self, told: Told, process: &mut [u8]) {
+    fn put(&self, told: DriveCommand, process: &mut [u8]) {
         let fields = &self.fields;
         put(process, fields.control, &told.control.to_le_bytes());
         if let Some(mode) = fields.mode {

@@ -3,14 +3,14 @@
 use super::axis::Axis;
 use super::counters::Count;
 use super::device::EtherCat;
-use super::entries::{Named, of_eeprom, of_pdos};
+use super::entries::{NamedEntry, of_eeprom, of_pdos};
 use super::options::{OPTIONS, Options, TIMEOUT_NS, TerminalOptions, check};
 use super::services::SERVICES;
 use super::terminal::Terminal;
 use crate::main_device::{Bus, inventory};
 use crate::sii::Contents;
 use cia402::axis::part;
-use device::{Class, Declaration, DriverError, Found, Given, Layout, Life, Opened, Part, SafeBy, SafeState};
+use device::{Class, Declaration, DriverError, FoundDevice, GivenOptions, Layout, Life, OpenedDriver, Part, SafeBy, SafeState};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -31,7 +31,7 @@ pub static DRIVER: Declaration = Declaration {
     ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, an axis each, and terminals of inputs and outputs", &OPTIONS, open)
 };
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     check(given, &options)?;
     let timeout_ns = options.timeout_ns.unwrap_or(TIMEOUT_NS);
@@ -47,14 +47,14 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
 }
 
 /// Returns the terminals, with the channels that they have by their vendors' files, or else by their EEPROMs, which are read.
-fn terminals(given: &Given<'_>, options: &Options, layout: &mut Layout) -> Result<Vec<Terminal>, DriverError> {
+fn terminals(given: &GivenOptions<'_>, options: &Options, layout: &mut Layout) -> Result<Vec<Terminal>, DriverError> {
     let is_asked = options.terminals.iter().any(|of| of.pdos.is_none());
     let found = if is_asked { Bus::open(&options.interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)? } else { Vec::new() };
     let made = options.terminals.iter().map(|of| Terminal::new(of, &named(of, &found)?, layout).map_err(|problem| given.wrong("terminals", problem)));
     made.collect()
 }
 
-fn named(of: &TerminalOptions, found: &[Contents]) -> Result<Vec<Named>, DriverError> {
+fn named(of: &TerminalOptions, found: &[Contents]) -> Result<Vec<NamedEntry>, DriverError> {
     match (&of.pdos, found.get(of.at)) {
         (Some(pdos), _) => Ok(of_pdos(pdos)),
         (None, Some(contents)) => Ok(of_eeprom(contents)),
@@ -80,7 +80,7 @@ struct Where {
     interface: Option<String>,
 }
 
-fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
+fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     let Where { interface: Some(interface) } = given.read()? else {
         return Err(given.wrong("interface", "it is missing; give the network interface to look at: `ip link` lists them"));
     };
@@ -89,7 +89,7 @@ fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
 }
 
 /// Returns the subdevice at a position, and the options that would serve it: as a terminal if its EEPROM lists entries and none is a drive's.
-fn tell(interface: &str, position: usize, contents: &Contents) -> Found {
+fn tell(interface: &str, position: usize, contents: &Contents) -> FoundDevice {
     const CONTROL_WORD: u16 = 0x6040;
     let identity = &contents.identity;
     let (vendor, product, revision) = (identity.vendor, identity.product, identity.revision);
@@ -110,5 +110,5 @@ fn tell(interface: &str, position: usize, contents: &Contents) -> Found {
         (false, false) => json!({ "interface": interface, "terminals": [{ "name": format!("terminal{position}"), "at": position }] }),
         (false, true) => json!({ "interface": interface }),
     };
-    Found { what, options }
+    FoundDevice { what, options }
 }

@@ -4,12 +4,12 @@ use super::axis::Axis;
 use super::counters::Count;
 use super::services::{Beside, Mailboxes};
 use super::terminal::Terminal;
-use crate::main_device::{Bus, Clocks, Cycle, Pdos, Replied, Station, Subdevice, Sync0, Wanted, bring_up, open_link, take};
+use crate::main_device::{Bus, Clocks, Cycle, FrameAnswer, Pdos, Station, Subdevice, SubdeviceSettings, Sync0, bring_up, open_link, take};
 use crate::registers::AL_CONTROL;
 use crate::sii;
 use crate::states::{State, describe};
 use cia402::Commander;
-use cia402::axis::Shared;
+use cia402::axis::ServiceState;
 use cia402::identity::{self, Identity};
 use device::{Channel, Counters, DeviceError, Driver, Services};
 use std::sync::Arc;
@@ -46,7 +46,7 @@ pub(super) struct EtherCat {
 
 impl EtherCat {
     pub fn new(interface: String, axes: Vec<Axis>, channels: Vec<Channel>, timeout_ns: i64, lost_after: u32, sync0: Option<Sync0>) -> EtherCat {
-        let beside = Shared::new(&format!("the segment on '{interface}'"), axes.iter().map(|axis| axis.moved.beside()));
+        let beside = ServiceState::new(&format!("the segment on '{interface}'"), axes.iter().map(|axis| axis.moved.beside()));
         EtherCat {
             beside: Arc::new(Beside(beside)),
             interface,
@@ -79,9 +79,9 @@ impl EtherCat {
     fn start(&mut self) -> Result<(), String> {
         let mut bus = Bus::open(&self.interface)?;
         let asked: Vec<_> = self.axes.iter().map(|axis| (axis.at, axis.pdos(), axis.settings(self.sync0))).collect();
-        let axes = asked.iter().map(|(position, pdos, settings)| Wanted { position: *position, pdos, settings, is_synced: true });
-        let terminals = self.terminals.iter().map(|of| Wanted { position: of.at, pdos: &Pdos::Terminal, settings: &[], is_synced: false });
-        let wanted: Vec<Wanted<'_>> = axes.chain(terminals).collect();
+        let axes = asked.iter().map(|(position, pdos, settings)| SubdeviceSettings { position: *position, pdos, settings, is_synced: true });
+        let terminals = self.terminals.iter().map(|of| SubdeviceSettings { position: of.at, pdos: &Pdos::Terminal, settings: &[], is_synced: false });
+        let wanted: Vec<SubdeviceSettings<'_>> = axes.chain(terminals).collect();
         let opened = self.opened;
         let now_ns = move || now_ns(opened);
         let clocks = self.sync0.map(|sync0| Clocks { sync0, now_ns: &now_ns });
@@ -134,7 +134,7 @@ impl EtherCat {
         let opened = (0..self.axes.len() + self.terminals.len()).filter_map(|of| {
             let (title, name, at, expected) = self.member(of);
             let sii::Identity { vendor, product, revision, serial, alias, .. } = found.get(at)?.contents.identity;
-            Some(identity::Opened {
+            Some(identity::BusDevice {
                 title: format!("{title} '{name}' at place {at}"),
                 place: format!("ethercat {} {at} {name}", self.interface),
                 expected,
@@ -145,7 +145,7 @@ impl EtherCat {
     }
 
     /// Returns the axis or terminal of this station: which of them it is, its name, its place and the identity that it is to have.
-    fn member(&self, of: usize) -> (&'static str, &str, usize, identity::Expected) {
+    fn member(&self, of: usize) -> (&'static str, &str, usize, identity::ExpectedIdentity) {
         match self.axes.get(of) {
             Some(axis) => ("axis", axis.name(), axis.at, axis.expected),
             None => {
@@ -165,7 +165,7 @@ impl EtherCat {
             self.terminals.iter().for_each(|terminal| terminal.be_safe(cycle.outputs()));
             cycle.send(self.sync0.map(|_| now_ns(self.opened))).map_err(|error| format!("interface '{}': {error}", self.interface))?;
             let replied = cycle.wait(ANSWER).map_err(|error| format!("interface '{}': {error}", self.interface))?;
-            if replied == Replied::Whole || replied == Replied::Short {
+            if replied == FrameAnswer::Whole || replied == FrameAnswer::Short {
                 self.axes.iter_mut().for_each(|axis| axis.look(cycle.newest()));
                 return Ok(());
             }
@@ -189,11 +189,11 @@ impl EtherCat {
     }
 
     /// Returns why the cycles bring nothing: the subdevice that does not answer, or its state.
-    fn lost(&self, replied: Replied) -> DeviceError {
+    fn lost(&self, replied: FrameAnswer) -> DeviceError {
         let cycles = self.missed;
         let on = &self.interface;
         let message = match (replied, &self.cycle) {
-            (Replied::Short, Some(cycle)) => self.what_is_short(cycle),
+            (FrameAnswer::Short, Some(cycle)) => self.what_is_short(cycle),
             _ => format!(
                 "nothing came back on interface '{on}' for {cycles} cycles: the cable to '{}' is out, or it has no power",
                 (0..self.stations.len()).map(|of| self.member(of)).min_by_key(|(_, _, at, _)| *at).map_or("", |(_, name, ..)| name)
@@ -248,9 +248,9 @@ impl Driver for EtherCat {
         let counters = &self.counters;
         let Some(cycle) = &mut self.cycle else { return Err(not_open()) };
         let replied = if self.lockstep { cycle.wait(ANSWER_IN_LOCKSTEP) } else { cycle.receive(|_| counters.add(Count::Refused, 1)) };
-        let replied = replied.unwrap_or(Replied::Nothing);
+        let replied = replied.unwrap_or(FrameAnswer::Nothing);
         match replied {
-            Replied::Whole => {
+            FrameAnswer::Whole => {
                 // One that has left OP answers on, and heeds no outputs.
                 self.missed = if cycle.all_are_in(State::Op) { 0 } else { self.missed + 1 };
                 if let Some(timing) = cycle.timing() {
@@ -259,9 +259,9 @@ impl Driver for EtherCat {
                 }
                 self.show(readings);
             }
-            Replied::NotAsked => self.show(readings),
-            Replied::Short | Replied::Nothing => {
-                counters.add(if replied == Replied::Short { Count::Short } else { Count::Lost }, 1);
+            FrameAnswer::NotAsked => self.show(readings),
+            FrameAnswer::Short | FrameAnswer::Nothing => {
+                counters.add(if replied == FrameAnswer::Short { Count::Short } else { Count::Lost }, 1);
                 self.missed += 1;
                 if self.missed >= self.lost_after {
                     self.beside.0.homes.end();
@@ -273,7 +273,7 @@ impl Driver for EtherCat {
             Some(message) => Err(DeviceError { message }),
             None if self.missed >= self.lost_after => {
                 self.beside.0.homes.end();
-                Err(self.lost(Replied::Short))
+                Err(self.lost(FrameAnswer::Short))
             }
             None => Ok(()),
         }

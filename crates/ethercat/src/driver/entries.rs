@@ -7,7 +7,7 @@ use device::Number;
 
 /// An entry that a terminal exchanges.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Named {
+pub(super) struct NamedEntry {
     /// Name in lower case with underscores: `channel_1`, `ai_standard_channel_1_value`.
     pub name: String,
     /// Title as its vendor writes it.
@@ -22,7 +22,7 @@ pub(super) struct Named {
 const BITS_MAX: usize = 64;
 
 /// Entries by the EEPROM.
-pub(super) fn of_eeprom(contents: &Contents) -> Vec<Named> {
+pub(super) fn of_eeprom(contents: &Contents) -> Vec<NamedEntry> {
     let list = |pdos: &[Pdo], is_output| -> Vec<PdoOptions> {
         let assigned = pdos.iter().filter(|pdo| pdo.manager.is_some());
         assigned.map(|pdo| PdoOptions { output: is_output, name: pdo.name.clone(), entries: pdo.entries.iter().map(EntryOptions::from).collect() }).collect()
@@ -31,8 +31,8 @@ pub(super) fn of_eeprom(contents: &Contents) -> Vec<Named> {
 }
 
 /// Entries by a list of PDOs; gaps and what is no number are left out.
-pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<Named> {
-    let mut all: Vec<Named> = Vec::new();
+pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<NamedEntry> {
+    let mut all: Vec<NamedEntry> = Vec::new();
     for pdo in pdos {
         let entries: Vec<&EntryOptions> = pdo.entries.iter().filter(|entry| entry.index != 0 && (1..=BITS_MAX).contains(&entry.bits.into())).collect();
         for entry in &entries {
@@ -42,7 +42,7 @@ pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<Named> {
             let taken = |name: &str| all.iter().any(|other| other.name == name);
             let numbered = (2..).map(|number| format!("{plain}_{number}"));
             let name = std::iter::once(plain.clone()).chain(numbered).find(|name| !taken(name)).unwrap_or(plain);
-            all.push(Named {
+            all.push(NamedEntry {
                 name,
                 title,
                 of: Entry { index: entry.index, sub: entry.sub },
@@ -56,7 +56,7 @@ pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<Named> {
 }
 
 /// Returns the entry that a text names: by the name of its channel, as its vendor writes it, or by its object, `0x6000:1`.
-pub(super) fn find<'a>(entries: &'a [Named], text: &str) -> Option<&'a Named> {
+pub(super) fn find<'a>(entries: &'a [NamedEntry], text: &str) -> Option<&'a NamedEntry> {
     let object = text.split_once(':').and_then(|(index, sub)| Some(Entry { index: whole(index)?, sub: u8::try_from(whole(sub)?).ok()? }));
     let name = lower(text);
     entries.iter().find(|entry| Some(entry.of) == object || object.is_none() && entry.name == name)

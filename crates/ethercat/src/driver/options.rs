@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of the driver: what they are, and what is refused.
-use super::entries::Named;
 use crate::main_device::Sync0;
 use crate::sii::PdoEntry;
 use cia402::axis;
-use cia402::identity::Expected;
+use cia402::identity::ExpectedIdentity;
 use device::counts::{CountsOptions, given_twice};
-use device::{DriverError, Given, Kind, Number, OptionWord};
+use device::{DriverError, GivenOptions, Kind, Number, OptionWord};
 use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -125,8 +124,8 @@ pub(super) struct TerminalOptions {
 
 impl TerminalOptions {
     /// Returns the identity that it is to have.
-    pub fn expected(&self) -> Expected {
-        Expected { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: self.alias }
+    pub fn expected(&self) -> ExpectedIdentity {
+        ExpectedIdentity { vendor: self.vendor, product: self.product, revision: self.revision, serial: self.serial, alias: self.alias }
     }
 }
 
@@ -174,11 +173,11 @@ pub(super) struct ChannelOptions {
 }
 
 impl ChannelOptions {
-    /// Returns why it cannot be a channel of this entry.
-    pub fn problem(&self, of: &Named) -> Option<String> {
+    /// Returns why it cannot be a channel of an entry with this number.
+    pub fn problem(&self, number: Number, is_output: bool) -> Option<String> {
         match self.rest.keys().next() {
             Some(field) => Some(format!("has no {field}; a channel has entry, scale, offset, unit and safe")),
-            None => self.of.problem(of.number == Number::Bool, of.is_output),
+            None => self.of.problem(number == Number::Bool, is_output),
         }
     }
 }
@@ -193,7 +192,7 @@ const SYNC0_NS_MAX: f64 = u32::MAX as f64;
 const TIMEOUT_NS_MAX: f64 = 6.5e9;
 
 /// Refuses what cannot be, by name.
-pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
+pub(super) fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), DriverError> {
     let wrong = |problem: String| Err(given.wrong("axes", problem));
     match (options.sync0_ns, options.sync0_shift_ns) {
         (None, Some(_)) => return Err(given.wrong("sync0_shift_ns", "sync0_ns is missing: the period of the source")),

@@ -2,7 +2,7 @@
 //! Services of the driver beside its cycle.
 use crate::main_device::{Bus, Mailbox};
 use cia402::Entry;
-use cia402::axis::{HOME, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, is_told_of_stops};
+use cia402::axis::{HOME, READ_OBJECT, RESET_FAULT, Reach, ServiceState, WRITE_OBJECT, is_told_of_stops};
 use device::{DeviceError, ServiceWord, Services};
 use serde_json::Value;
 
@@ -25,7 +25,7 @@ impl Reach for Mailboxes {
 }
 
 /// The services of an open device.
-pub(super) struct Beside(pub Shared<Mailboxes>);
+pub(super) struct Beside(pub ServiceState<Mailboxes>);
 
 impl Services for Beside {
     fn is_told_of_stops(&self, service: &str) -> bool {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A terminal on a segment: inputs and outputs that are channels by their entries of process data.
-use super::entries::{self, Named};
+use super::entries::{self, NamedEntry};
 use super::options::{ChannelOptions, TerminalOptions};
 use crate::coe::Entry;
 use crate::main_device::{Field, Mapping};
-use cia402::identity::Expected;
+use cia402::identity::ExpectedIdentity;
 use device::counts::Counts;
 use device::{Channel, Layout, Number, Slot, Type};
 
@@ -14,7 +14,7 @@ pub(super) struct Terminal {
     /// Its place on the line.
     pub at: usize,
     /// The identity that it is to have.
-    pub expected: Expected,
+    pub expected: ExpectedIdentity,
     inputs: Vec<Point>,
     outputs: Vec<Point>,
 }
@@ -39,16 +39,16 @@ impl Terminal {
     ///
     /// # Errors
     /// For people: a channel names an entry that there is not, or has a value that its entry cannot carry.
-    pub fn new(options: &TerminalOptions, entries: &[Named], layout: &mut Layout) -> Result<Terminal, String> {
+    pub fn new(options: &TerminalOptions, entries: &[NamedEntry], layout: &mut Layout) -> Result<Terminal, String> {
         let title = format!("terminal '{}'", options.name);
         let mut terminal = Terminal { name: options.name.clone(), at: options.at, expected: options.expected(), inputs: Vec::new(), outputs: Vec::new() };
         let plain = ChannelOptions::default();
-        let chosen: Vec<(&str, &Named, &ChannelOptions)> = match &options.channels {
+        let chosen: Vec<(&str, &NamedEntry, &ChannelOptions)> = match &options.channels {
             None => entries.iter().map(|of| (of.name.as_str(), of, &plain)).collect(),
             Some(channels) => {
                 let found = channels.iter().map(|(name, wanted)| {
                     let text = wanted.entry.as_deref().unwrap_or(name);
-                    let missing = || format!("{title} exchanges no entry '{text}'; {}", suggest::did_you_mean(text, entries.iter().map(|of| of.name.as_str())));
+                    let missing = || format!("{title} exchanges no entry '{text}'; {}", hints::did_you_mean(text, entries.iter().map(|of| of.name.as_str())));
                     Ok((name.as_str(), entries::find(entries, text).ok_or_else(missing)?, wanted))
                 });
                 found.collect::<Result<_, String>>()?
@@ -107,8 +107,8 @@ impl Terminal {
 }
 
 impl Point {
-    fn new(channel: String, of: &Named, wanted: &ChannelOptions, layout: &mut Layout) -> Result<Point, String> {
-        if let Some(problem) = wanted.problem(of) {
+    fn new(channel: String, of: &NamedEntry, wanted: &ChannelOptions, layout: &mut Layout) -> Result<Point, String> {
+        if let Some(problem) = wanted.problem(of.number, of.is_output) {
             return Err(problem);
         }
         let (counts, is_scaled) = (wanted.of.counts(of.number, of.bits as u32), wanted.of.is_scaled());

@@ -37,7 +37,7 @@ pub struct Wiring {
 
 /// Changes of a write that have to be looked after.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Changed {
+pub struct WriteEffects {
     pub al_control: bool,
     /// The mailbox to the subdevice was filled.
     pub mailbox: bool,
@@ -199,7 +199,7 @@ impl Controller {
     }
 
     /// Writes; none: it cannot be written. Registers that only the subdevice writes stay as they are.
-    pub fn write(&mut self, address: u16, from: &[u8]) -> Option<Changed> {
+    pub fn write(&mut self, address: u16, from: &[u8]) -> Option<WriteEffects> {
         let start = usize::from(address);
         let end = start + from.len();
         if end > MEMORY_LEN || self.is_refused(start, false) {
@@ -207,7 +207,7 @@ impl Controller {
         }
         if start == usize::from(reg::DC_SYSTEM_TIME) {
             self.compare(from);
-            return Some(Changed::default());
+            return Some(WriteEffects::default());
         }
         for (to, value) in (start..end).zip(from) {
             if is_writable(to) {
@@ -217,7 +217,7 @@ impl Controller {
         Some(self.was_written(start, end))
     }
 
-    fn was_written(&mut self, start: usize, end: usize) -> Changed {
+    fn was_written(&mut self, start: usize, end: usize) -> WriteEffects {
         let touches = |address: u16| start <= usize::from(address) && usize::from(address) < end;
         if touches(reg::EEPROM) || touches(reg::EEPROM + 1) {
             self.command_eeprom();
@@ -239,7 +239,7 @@ impl Controller {
             self.set_full(0, true);
         }
         let answer = sync_manager(1);
-        Changed {
+        WriteEffects {
             al_control: touches(reg::AL_CONTROL),
             mailbox: is_filled,
             repeat: start <= answer + 6 && answer + 6 < end && (self.memory[answer + 6] ^ self.memory[answer + 7]) & 2 != 0,
@@ -266,9 +266,9 @@ impl Controller {
     }
 
     /// Passes a logical datagram through the FMMUs: which of reading (1) and writing (2) were done.
-    pub fn logical(&mut self, start: u32, data: &mut [u8], reads: bool, writes: bool) -> (u16, Changed) {
+    pub fn logical(&mut self, start: u32, data: &mut [u8], reads: bool, writes: bool) -> (u16, WriteEffects) {
         let mut done = (false, false);
-        let mut changed = Changed::default();
+        let mut changed = WriteEffects::default();
         for fmmu in 0..FMMUS {
             let at = usize::from(reg::FMMU) + fmmu * usize::from(reg::FMMU_LEN);
             let (logical, len) = (u32_at(&self.memory, at), u32::from(u16_at(&self.memory, at + 4)));

@@ -24,4 +24,4 @@ pub use cia402::emulated::{PRODUCT, VENDOR};
 pub use options::{DriveOptions, TerminalOptions};
 pub use segment::{Counts, Segment};
 pub use serve::{Server, run, serve, serve_at};
-pub use subdevice::Synced;
+pub use subdevice::SyncHistory;

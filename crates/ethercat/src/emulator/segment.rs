@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The line: what passes a frame through all subdevices, and what can happen to a frame and to a line.
 use super::options::DriveOptions;
-use super::subdevice::{Subdevice, Synced};
-use crate::frames::{self, Command, Datagram, Malformed};
+use super::subdevice::{Subdevice, SyncHistory};
+use crate::frames::{self, Command, Datagram, MalformedFrame};
 use crate::states::State;
 use serde::Serialize;
 
@@ -76,7 +76,7 @@ impl Segment {
         off.min(self.cut_at)
     }
 
-    fn pass_datagrams(&mut self, frame: &mut [u8], reached: usize, now_ns: u64) -> Result<(), Malformed> {
+    fn pass_datagrams(&mut self, frame: &mut [u8], reached: usize, now_ns: u64) -> Result<(), MalformedFrame> {
         // All headers are looked at before anything is done.
         for datagram in frames::datagrams(frame)? {
             datagram?;
@@ -173,7 +173,7 @@ impl Segment {
     }
 
     /// Returns the history of a drive's clock and its SYNC0.
-    pub fn synced(&self, position: usize) -> Synced {
+    pub fn synced(&self, position: usize) -> SyncHistory {
         self.subdevices.get(position).map(Subdevice::synced).unwrap_or_default()
     }
 

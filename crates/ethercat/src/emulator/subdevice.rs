@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An emulated subdevice: its states, its mailbox, its process data.
+//! An emulated subdevice: its mailbox, its process data, its clock.
+mod states;
+
 use super::clock::Clock;
-use super::controller::{Changed, Controller, Wiring};
+use super::controller::{Controller, Wiring, WriteEffects};
 use super::identity::{identify, map};
 use super::options::{DriveOptions, TerminalOptions};
 use super::sdo::{MAILBOX_LEN, SdoServer};
@@ -10,7 +12,7 @@ use crate::frames::{Command, Datagram};
 use crate::registers as reg;
 use crate::sii::{self, Contents, Identity, SyncManager};
 use crate::states::{ERROR, State};
-use cia402::emulated::{Drive, Mapped, Objects, PRODUCT, VENDOR};
+use cia402::emulated::{Drive, MappedObject, Objects, PRODUCT, VENDOR};
 
 /// Addresses of its mailboxes.
 const MAILBOXES: [u16; 2] = [0x1000, 0x1080];
@@ -19,20 +21,12 @@ const INPUTS: u16 = 0x1180;
 /// SyncManagers of the process data of one that has a mailbox.
 const DRIVE_OUTPUTS: usize = 2;
 const DRIVE_INPUTS: usize = 3;
-/// AL status codes.
-const INVALID_CHANGE: u16 = 0x0011;
-const UNKNOWN_STATE: u16 = 0x0012;
-const NO_BOOT: u16 = 0x0013;
-const MAILBOX_WRONG: u16 = 0x0016;
+/// AL status code of a watchdog that ended.
 const WATCHDOG: u16 = 0x001B;
-const OUTPUTS_WRONG: u16 = 0x001D;
-const INPUTS_WRONG: u16 = 0x001E;
-const NO_SYNC: u16 = 0x002D;
-const SYNC_WRONG: u16 = 0x0030;
 
 /// History of SYNC0 and the clock of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Synced {
+pub struct SyncHistory {
     /// Delay of a frame from the reference clock, as a main device wrote it, ns.
     pub delay_ns: u32,
     /// Difference of its time from that of the reference clock, ns.
@@ -62,11 +56,11 @@ pub struct Subdevice {
     reply: [u8; MAILBOX_LEN],
     state: State,
     /// Objects that a drive exchanges.
-    outputs: Vec<Mapped>,
-    inputs: Vec<Mapped>,
+    outputs: Vec<MappedObject>,
+    inputs: Vec<MappedObject>,
     written_ns: u64,
     stepped_ns: u64,
-    synced: Synced,
+    synced: SyncHistory,
     /// Outputs wait for SYNC0.
     is_fresh: bool,
     pub is_on: bool,
@@ -104,7 +98,7 @@ impl Subdevice {
             inputs: Vec::new(),
             written_ns: 0,
             stepped_ns: 0,
-            synced: Synced::default(),
+            synced: SyncHistory::default(),
             is_fresh: false,
             is_on: true,
         }
@@ -192,12 +186,12 @@ impl Subdevice {
         self.controller.system_ns().wrapping_add(clock.local_ns()).wrapping_sub(self.controller.clock.local_ns())
     }
 
-    pub fn synced(&self) -> Synced {
+    pub fn synced(&self) -> SyncHistory {
         let delay = [self.controller.word(reg::DC_DELAY), self.controller.word(reg::DC_DELAY + 2)];
         let shown = self.controller.clock.difference();
         let magnitude = i64::from(shown & 0x7FFF_FFFF);
         let difference_ns = if shown >> 31 == 0 { magnitude } else { -magnitude };
-        Synced { delay_ns: u32::from(delay[0]) | u32::from(delay[1]) << 16, difference_ns, ..self.synced }
+        SyncHistory { delay_ns: u32::from(delay[0]) | u32::from(delay[1]) << 16, difference_ns, ..self.synced }
     }
 
     /// Counts the SYNC0 events since the last frame: outputs that came before them are taken.
@@ -227,7 +221,7 @@ impl Subdevice {
 
     /// Forgets what SYNC0 has been.
     pub fn forget_synced(&mut self) {
-        self.synced = Synced::default();
+        self.synced = SyncHistory::default();
     }
 
     /// Its axis, its clock and its watchdog go on to this time; a frame comes now that is back from those behind it after that time.
@@ -289,7 +283,7 @@ impl Subdevice {
         self.controller.word(reg::STATION)
     }
 
-    fn look_after(&mut self, changed: Changed, now_ns: u64) {
+    fn look_after(&mut self, changed: WriteEffects, now_ns: u64) {
         if changed.outputs {
             self.written_ns = now_ns;
             self.controller.set_word(reg::WATCHDOG_STATUS, 1);
@@ -364,74 +358,6 @@ impl Subdevice {
         self.state = state;
         self.controller.set_word(reg::AL_STATUS, state as u16 | if code == 0 { 0 } else { ERROR });
         self.controller.set_word(reg::AL_CODE, code);
-    }
-
-    fn change_state(&mut self, now_ns: u64) {
-        let control = self.controller.word(reg::AL_CONTROL);
-        let has_error = self.controller.word(reg::AL_STATUS) & ERROR != 0;
-        let Some(to) = State::of(control) else { return self.set_state(self.state, UNKNOWN_STATE) };
-        if has_error && control & ERROR == 0 && to > State::Init {
-            return;
-        }
-        let from = self.state;
-        let goes = to <= from || matches!((from, to), (State::Init, State::PreOp) | (State::PreOp, State::SafeOp) | (State::SafeOp, State::Op));
-        let wrong = match to {
-            State::Boot => NO_BOOT,
-            _ if !goes => INVALID_CHANGE,
-            State::PreOp if from == State::Init => self.check_mailbox(),
-            State::SafeOp if from == State::PreOp => self.check_process_data(),
-            // SYNC0 has no cycle, or was to begin in the past.
-            State::Op if self.controller.is_synchronised() && self.controller.clock.next_sync_ns().is_none() => NO_SYNC,
-            _ => 0,
-        };
-        if wrong != 0 {
-            return self.set_state(from, wrong);
-        }
-        if to == State::Init {
-            // Its mailbox begins anew: the counters of an earlier client say nothing any more.
-            self.sdo = SdoServer::new();
-        }
-        if from == State::Op && to < State::Op {
-            self.lose_communication();
-        }
-        self.written_ns = now_ns;
-        self.set_state(to, 0);
-        self.give_inputs();
-    }
-
-    fn check_mailbox(&self) -> u16 {
-        if !self.controller.wiring().has_mailbox {
-            return 0;
-        }
-        let is_right = |manager: usize| self.controller.area(manager) == (MAILBOXES[manager].into(), MAILBOX_LEN) && self.controller.is_active(manager);
-        if is_right(0) && is_right(1) { 0 } else { MAILBOX_WRONG }
-    }
-
-    fn check_process_data(&mut self) -> u16 {
-        let is_without_cycle = self.controller.word(reg::SYNC0_CYCLE) == 0 && self.controller.word(reg::SYNC0_CYCLE + 2) == 0;
-        if self.controller.is_synchronised() && is_without_cycle {
-            return SYNC_WRONG;
-        }
-        if let Application::Terminal(terminal) = &self.application {
-            let Wiring { outputs, inputs, .. } = self.controller.wiring();
-            let len = |managers: &[usize]| managers.iter().filter(|of| self.controller.is_active(**of)).map(|of| self.controller.area(*of).1).sum::<usize>();
-            return match (len(outputs) == terminal.outputs_len(), len(inputs) == terminal.inputs().len()) {
-                (true, true) => 0,
-                (false, _) => OUTPUTS_WRONG,
-                _ => INPUTS_WRONG,
-            };
-        }
-        let (Some(outputs), Some(inputs)) = (self.objects.mapping(0x1C12), self.objects.mapping(0x1C13)) else { return OUTPUTS_WRONG };
-        (self.outputs, self.inputs) = (outputs, inputs);
-        let is_right = |manager: usize, start: u16, of: &[Mapped]| {
-            let len: usize = of.iter().map(|mapped| mapped.len).sum();
-            len == 0 || self.controller.area(manager) == (start.into(), len) && self.controller.is_active(manager)
-        };
-        match (is_right(DRIVE_OUTPUTS, OUTPUTS, &self.outputs), is_right(DRIVE_INPUTS, INPUTS, &self.inputs)) {
-            (true, true) => 0,
-            (false, _) => OUTPUTS_WRONG,
-            _ => INPUTS_WRONG,
-        }
     }
 }
 

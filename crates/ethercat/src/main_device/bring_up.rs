@@ -38,7 +38,7 @@ pub struct Station {
 }
 
 /// Settings that are wanted of a subdevice.
-pub struct Wanted<'a> {
+pub struct SubdeviceSettings<'a> {
     pub position: usize,
     pub pdos: &'a Pdos,
     /// Objects that are written in PREOP: entry and value. One that the subdevice does not have is left out where it may be.
@@ -61,7 +61,7 @@ pub struct Line {
 ///
 /// # Errors
 /// For people: each names the subdevice.
-pub fn bring_up(bus: &mut Bus, found: &[Subdevice], wanted: &[Wanted<'_>], watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Line, String> {
+pub fn bring_up(bus: &mut Bus, found: &[Subdevice], wanted: &[SubdeviceSettings<'_>], watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Line, String> {
     let reference = clocks.map(|clocks| clocks::synchronise(bus, found, clocks)).transpose()?;
     let mut stations = Vec::with_capacity(wanted.len());
     for want in wanted {
@@ -93,7 +93,7 @@ fn named(subdevice: &Subdevice, error: &str) -> String {
     if error.starts_with("subdevice") { error.to_owned() } else { format!("{}: {error}", subdevice.title()) }
 }
 
-fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &Wanted<'_>) -> Result<Mapping, String> {
+fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &SubdeviceSettings<'_>) -> Result<Mapping, String> {
     if matches!(want.pdos, Pdos::Terminal) {
         return terminal_to_pre_op(bus, subdevice);
     }

@@ -3,7 +3,7 @@
 use super::bring_up::{Line, Station};
 use super::bus::{OFF_CYCLE, SOURCE};
 use super::clocks::Reference;
-use crate::frames::{self, Builder, Command, Datagram, FRAME_MAX, Malformed, u16_at};
+use crate::frames::{self, Builder, Command, Datagram, FRAME_MAX, MalformedFrame, u16_at};
 use crate::link::Link;
 use crate::registers as reg;
 use crate::states::State;
@@ -56,8 +56,8 @@ pub struct Timing {
 
 /// Reason why a frame is not the answer to the one that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Refused {
-    Malformed(Malformed),
+pub enum AnswerError {
+    Malformed(MalformedFrame),
     /// The frame is that of another cycle, or of another main device.
     Other,
     /// The frame has other datagrams, or outputs that were not sent.
@@ -66,7 +66,7 @@ pub enum Refused {
 
 /// Answer to the frame that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Replied {
+pub enum FrameAnswer {
     /// All did what they should; the inputs are new.
     Whole,
     /// The frame came back, and not all did what they should.
@@ -136,9 +136,9 @@ impl Cycle {
     ///
     /// # Errors
     /// The interface is down.
-    pub fn receive(&mut self, mut refused: impl FnMut(Refused)) -> std::io::Result<Replied> {
+    pub fn receive(&mut self, mut refused: impl FnMut(AnswerError)) -> std::io::Result<FrameAnswer> {
         if !self.is_out {
-            return Ok(Replied::NotAsked);
+            return Ok(FrameAnswer::NotAsked);
         }
         for _ in 0..LOOKED_AT {
             let Some(len) = self.link.receive(&mut self.received[..])? else { break };
@@ -154,16 +154,16 @@ impl Cycle {
                 Err(why) => refused(why),
             }
         }
-        Ok(Replied::Nothing)
+        Ok(FrameAnswer::Nothing)
     }
 
     /// Waits for the answer, off the cycle.
-    pub fn wait(&mut self, time: std::time::Duration) -> std::io::Result<Replied> {
+    pub fn wait(&mut self, time: std::time::Duration) -> std::io::Result<FrameAnswer> {
         let until = std::time::Instant::now() + time;
         loop {
             let left = until.saturating_duration_since(std::time::Instant::now());
             let replied = self.receive(|_| {})?;
-            if replied != Replied::Nothing || left.is_zero() {
+            if replied != FrameAnswer::Nothing || left.is_zero() {
                 return Ok(replied);
             }
             self.link.wait(left);
@@ -175,28 +175,28 @@ impl Cycle {
     ///
     /// # Errors
     /// Why it is not. A turned bit in the inputs is seen by the check sum of Ethernet alone, which the adapter checks.
-    pub fn check(&self, frame: &[u8]) -> Result<Replied, Refused> {
-        let mut all = frames::datagrams(frame).map_err(Refused::Malformed)?;
+    pub fn check(&self, frame: &[u8]) -> Result<FrameAnswer, AnswerError> {
+        let mut all = frames::datagrams(frame).map_err(AnswerError::Malformed)?;
         for sent in std::iter::once(&self.process).chain(&self.states).chain(self.time.iter().flat_map(Time::datagrams)) {
-            let came = all.next().ok_or(Refused::Changed)?.map_err(Refused::Malformed)?;
+            let came = all.next().ok_or(AnswerError::Changed)?.map_err(AnswerError::Malformed)?;
             if came.index != self.index {
-                return Err(Refused::Other);
+                return Err(AnswerError::Other);
             }
             // Command, index, address and length, with the bits that have no meaning.
             let header = sent.at..sent.at + 8;
             if came.at != sent.at || frame[header.clone()] != self.frame[header] {
-                return Err(Refused::Changed);
+                return Err(AnswerError::Changed);
             }
         }
         let same = |of: &Datagram, len: usize| frame[of.data_at()..of.data_at() + len] == self.frame[of.data_at()..of.data_at() + len];
         let is_same = all.next().is_none() && same(&self.process, self.outputs) && self.time.as_ref().is_none_or(|time| same(&time.follow, time.follow.len));
         if !is_same {
-            return Err(Refused::Changed);
+            return Err(AnswerError::Changed);
         }
         let is_whole = self.process.working_counter(frame) == self.expected
             && self.states.iter().all(|of| of.working_counter(frame) == 1)
             && self.time.as_ref().is_none_or(|time| time.is_whole(&self.frame[..], frame));
-        Ok(if is_whole { Replied::Whole } else { Replied::Short })
+        Ok(if is_whole { FrameAnswer::Whole } else { FrameAnswer::Short })
     }
 
     /// Returns state and code of the subdevice of this index, as the last frame had them; none: it did not answer.

@@ -9,10 +9,10 @@ mod mapping;
 mod sdo;
 mod subdevices;
 
-pub use bring_up::{Line, Pdos, Station, Wanted, bring_up};
+pub use bring_up::{Line, Pdos, Station, SubdeviceSettings, bring_up};
 pub use bus::{Bus, open_link};
 pub use clocks::{Clocks, Reference, Sync0};
-pub use cycle::{Cycle, Refused, Replied};
+pub use cycle::{AnswerError, Cycle, FrameAnswer};
 pub use mapping::{Field, Mapping, Window};
 pub use sdo::Mailbox;
 pub use subdevices::{Subdevice, inventory, take};

@@ -148,31 +148,31 @@ fn what_failed_is_written_again_for_some_seconds() {
 #[test]
 fn a_heart_that_has_not_beaten_yet_is_not_silent_and_may_be_stopped() {
     let mut pulse = Pulse::new(Bounds::default(), 0, 0);
-    assert!((1..100).all(|look| pulse.look(0, || false, look * 20 * MS) == Standing::Serves));
-    assert_eq!(pulse.look(0, || true, 2_000 * MS), Standing::Stopped);
+    assert!((1..100).all(|look| pulse.look(0, || false, look * 20 * MS) == ProcessStanding::Serves));
+    assert_eq!(pulse.look(0, || true, 2_000 * MS), ProcessStanding::Stopped);
 }
 
 #[test]
 fn a_beat_starts_both_bounds_anew() {
     let mut pulse = Pulse::new(Bounds::default(), 1, 0);
     for look in 1..1000 {
-        assert_eq!(pulse.look(look / 4, || true, look as i64 * 20 * MS), Standing::Serves);
+        assert_eq!(pulse.look(look / 4, || true, look as i64 * 20 * MS), ProcessStanding::Serves);
     }
 }
 
 #[test]
 fn who_was_held_up_himself_blames_nobody() {
     let mut pulse = Pulse::new(Bounds::default(), 1, 0);
-    assert_eq!(pulse.look(1, || true, 20 * MS), Standing::Serves);
-    assert_eq!(pulse.look(1, || true, 5_000 * MS), Standing::Serves, "one look: the machine stood still, not the process");
-    assert_eq!(pulse.look(2, || true, 5_020 * MS), Standing::Serves);
+    assert_eq!(pulse.look(1, || true, 20 * MS), ProcessStanding::Serves);
+    assert_eq!(pulse.look(1, || true, 5_000 * MS), ProcessStanding::Serves, "one look: the machine stood still, not the process");
+    assert_eq!(pulse.look(2, || true, 5_020 * MS), ProcessStanding::Serves);
 }
 
 #[test]
 fn a_bound_that_somebody_gave_holds_for_a_stop_too() {
     let mut pulse = Pulse::new(Duration::from_secs(60).into(), 1, 0);
-    assert!((1..2_990).all(|look| pulse.look(1, || true, look * 20 * MS) == Standing::Serves));
-    assert!((2_990..3_010).any(|look| pulse.look(1, || true, look * 20 * MS) == Standing::Stopped));
+    assert!((1..2_990).all(|look| pulse.look(1, || true, look * 20 * MS) == ProcessStanding::Serves));
+    assert!((2_990..3_010).any(|look| pulse.look(1, || true, look * 20 * MS) == ProcessStanding::Stopped));
 }
 
 #[test]

@@ -19,7 +19,7 @@ const STALE: Duration = Duration::from_millis(300);
 
 /// Values read on a connection: the newest value, and rows.
 #[derive(Default)]
-struct Seen {
+struct ConnectionValues {
     value: AtomicU64,
     rows: AtomicU64,
     /// True if the newest value came just now.
@@ -45,7 +45,7 @@ fn main() {
 }
 
 fn serve(hosts: &Hosts) {
-    let mut seen: HashMap<u64, Arc<Seen>> = HashMap::new();
+    let mut seen: HashMap<u64, Arc<ConnectionValues>> = HashMap::new();
     let link: Mutex<Option<Arc<dyn Link>>> = Mutex::new(None);
     for line in std::io::stdin().lock().lines() {
         let line = line.expect("the test writes text");
@@ -57,7 +57,7 @@ fn serve(hosts: &Hosts) {
                 std::thread::spawn(move || write(sender));
             }
             "read" => {
-                let (number, found) = (number(), Arc::new(Seen::default()));
+                let (number, found) = (number(), Arc::new(ConnectionValues::default()));
                 seen.insert(number, found.clone());
                 let receiver = hosts.clone().receiver(number, &SPEC, Box::new(|| ())).expect("there is room");
                 std::thread::spawn(move || read(receiver, &found));
@@ -110,7 +110,7 @@ fn write(mut sender: Box<dyn Sender>) {
     }
 }
 
-fn read(mut receiver: Box<dyn Receiver>, seen: &Seen) {
+fn read(mut receiver: Box<dyn Receiver>, seen: &ConnectionValues) {
     let (mut newest, mut rows) = (0, 0);
     let mut heard = Instant::now();
     loop {

@@ -10,21 +10,21 @@ const RAISE_MAX: Duration = Duration::from_secs(60);
 
 /// Makes both ends of each connection, the writing one by one [`Ends`] and the reading one by another. What is published or pushed is readable at
 /// once; [`deliver`](Carrier::deliver) waits for the raises.
-pub struct Joined {
+pub struct JoinedCarrier {
     writing: Box<dyn Ends>,
     reading: Box<dyn Ends>,
     connections: u64,
     raises: Arc<Raises>,
 }
 
-impl Joined {
+impl JoinedCarrier {
     /// Panics, later, where an end cannot be made.
     pub fn new(writing: impl Ends + 'static, reading: impl Ends + 'static) -> Self {
-        Joined { writing: Box::new(writing), reading: Box::new(reading), connections: 0, raises: Arc::default() }
+        JoinedCarrier { writing: Box::new(writing), reading: Box::new(reading), connections: 0, raises: Arc::default() }
     }
 }
 
-impl Carrier for Joined {
+impl Carrier for JoinedCarrier {
     fn connect(&mut self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>) {
         let number = self.connections;
         self.connections += 1;

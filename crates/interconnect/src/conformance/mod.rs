@@ -2,7 +2,7 @@
 //! Promises of every carrier of connections, as checks: the tests of each carrier run them all by [`conformance!`](crate::conformance!).
 mod joined;
 
-pub use joined::Joined;
+pub use joined::JoinedCarrier;
 
 use crate::carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
 

@@ -23,13 +23,13 @@ impl<'a> Packet<'a> {
     /// Checks length and checksum.
     ///
     /// # Errors
-    /// [`Damaged`]: one of them does not agree.
-    pub fn new_checked(bytes: &'a [u8]) -> Result<Self, Damaged> {
+    /// [`DamagedPacket`]: one of them does not agree.
+    pub fn new_checked(bytes: &'a [u8]) -> Result<Self, DamagedPacket> {
         if bytes.len() < PAYLOAD || word(bytes, LENGTH) as u32 as usize != bytes.len() {
-            return Err(Damaged);
+            return Err(DamagedPacket);
         }
         if word(bytes, 0) != checksum(&bytes[CHECKED..]) {
-            return Err(Damaged);
+            return Err(DamagedPacket);
         }
         Ok(Packet(bytes))
     }
@@ -41,7 +41,7 @@ impl<'a> Packet<'a> {
 
 /// The bytes are not those of a packet as it was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Damaged;
+pub struct DamagedPacket;
 
 /// Content of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,8 +99,8 @@ impl<'a> Repr<'a> {
     /// Returns the content of the packet.
     ///
     /// # Errors
-    /// [`Damaged`]: its kind is not known.
-    pub fn parse(packet: Packet<'a>) -> Result<Self, Damaged> {
+    /// [`DamagedPacket`]: its kind is not known.
+    pub fn parse(packet: Packet<'a>) -> Result<Self, DamagedPacket> {
         let (sequence, number, bytes) = (word(packet.0, SEQUENCE), word(packet.0, NUMBER), &packet.0[PAYLOAD..]);
         let content = match packet.kind() {
             1 => Content::Group { sequence, header: Header { number, time_ns: word(packet.0, TIME).cast_signed() }, bytes },
@@ -109,7 +109,7 @@ impl<'a> Repr<'a> {
             4 => Content::RowsReceived { count: sequence },
             5 => Content::RowsPopped { count: sequence },
             6 => Content::RoomKnown { count: sequence },
-            _ => return Err(Damaged),
+            _ => return Err(DamagedPacket),
         };
         Ok(Repr { connection: word(packet.0, CONNECTION), content })
     }
@@ -215,10 +215,10 @@ mod tests {
             for bit in 0..bytes.len() * 8 {
                 let mut changed = bytes.clone();
                 changed[bit / 8] ^= 1 << (bit % 8);
-                assert_eq!(Packet::new_checked(&changed).err(), Some(Damaged), "{repr:?}, bit {bit}");
+                assert_eq!(Packet::new_checked(&changed).err(), Some(DamagedPacket), "{repr:?}, bit {bit}");
             }
             for len in 0..bytes.len() {
-                assert_eq!(Packet::new_checked(&bytes[..len]).err(), Some(Damaged), "{repr:?}, {len} bytes");
+                assert_eq!(Packet::new_checked(&bytes[..len]).err(), Some(DamagedPacket), "{repr:?}, {len} bytes");
             }
         }
     }
@@ -229,6 +229,6 @@ mod tests {
         bytes[LENGTH + 4] = 99;
         let sum = checksum(&bytes[CHECKED..]);
         bytes[..CHECKED].copy_from_slice(&sum.to_le_bytes());
-        assert_eq!(Packet::new_checked(&bytes).and_then(Repr::parse), Err(Damaged));
+        assert_eq!(Packet::new_checked(&bytes).and_then(Repr::parse), Err(DamagedPacket));
     }
 }

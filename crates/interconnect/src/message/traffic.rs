@@ -2,7 +2,7 @@
 //! The traffic of all connections over one link: arrivals and retransmissions, in order of time.
 use super::ends::{ReadingEnd, WritingEnd};
 use super::link::{Faults, Link};
-use super::packet::{Content, Damaged, Packet, Repr};
+use super::packet::{Content, DamagedPacket, Packet, Repr};
 use crate::carrier::{ConnectionSpec, Header};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -46,7 +46,7 @@ impl Traffic {
             if let Some((_, (connection, to_reader), bytes)) = self.link.arrival(at_ns) {
                 match self.arrive(connection, to_reader, &bytes) {
                     Ok(()) => self.link.counters.delivered += 1,
-                    Err(Damaged) => self.link.counters.refused += 1,
+                    Err(DamagedPacket) => self.link.counters.refused += 1,
                 }
             } else if let Some((_, connection, which)) = self.deadlines.pop_first() {
                 self.connection(connection).due_ns[which as usize] = None;
@@ -145,15 +145,15 @@ impl Traffic {
     }
 
     /// Lets a packet come to the reading or the writing end.
-    pub(super) fn arrive(&mut self, connection: u32, to_reader: bool, bytes: &[u8]) -> Result<(), Damaged> {
+    pub(super) fn arrive(&mut self, connection: u32, to_reader: bool, bytes: &[u8]) -> Result<(), DamagedPacket> {
         let repr = Repr::parse(Packet::new_checked(bytes)?)?;
         if repr.connection != u64::from(connection) || repr.answers() == to_reader {
-            return Err(Damaged);
+            return Err(DamagedPacket);
         }
         let Connection { reader, writing, reading, .. } = self.connection(connection);
         match repr.content {
             Content::Group { sequence, header, bytes } => {
-                let sequence = reading.group_came(sequence, header, bytes).ok_or(Damaged)?;
+                let sequence = reading.group_came(sequence, header, bytes).ok_or(DamagedPacket)?;
                 self.send(connection, Content::GroupReceived { sequence });
             }
             Content::GroupReceived { sequence } => {
@@ -164,7 +164,7 @@ impl Traffic {
                 }
             }
             Content::Row { sequence, number, bytes } => {
-                let readable = reading.row_came(sequence, number, bytes).ok_or(Damaged)?;
+                let readable = reading.row_came(sequence, number, bytes).ok_or(DamagedPacket)?;
                 let (reader, count) = (*reader, reading.received());
                 self.raises.extend(std::iter::repeat_n(reader, readable));
                 self.send(connection, Content::RowsReceived { count });

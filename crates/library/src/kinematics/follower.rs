@@ -7,7 +7,7 @@ use super::line::ON_THE_LINE;
 use super::pose::{Numbers, Pose};
 use super::{BAD_CHAIN, BAD_LIMIT, NO_PLAN};
 use crate::pace;
-use crate::span::{Passed, Span};
+use crate::span::{ElapsedTime, Span};
 use crate::takeover::Tail;
 use opengpac::{Condition, ConditionOf, Invocation};
 
@@ -59,7 +59,7 @@ pub trait Way {
 
 /// Inputs of one invocation of a generator, a number for each joint.
 #[derive(Clone, Copy, Debug)]
-pub struct Asked<'a> {
+pub struct FollowerInputs<'a> {
     pub r#override: &'a [f64],
     pub cell_override: &'a [f64],
     pub holding: bool,
@@ -71,7 +71,7 @@ pub struct Asked<'a> {
 
 /// Outputs of one invocation of a generator.
 #[derive(Clone, Copy, Debug)]
-pub struct Followed {
+pub struct FollowerOutputs {
     pub setpoint: [f64; JOINTS_MAX],
     pub velocity: [f64; JOINTS_MAX],
     pub acceleration: [f64; JOINTS_MAX],
@@ -87,7 +87,7 @@ pub struct Followed {
     pub gap_s: Option<f64>,
 }
 
-impl Followed {
+impl FollowerOutputs {
     /// Reports the conditions that have come.
     pub fn report(&self, finished: &mut Condition, held: &mut Condition, singular: &mut ConditionOf<f64>, gap: &mut ConditionOf<f64>) {
         if let Some(gap_s) = self.gap_s {
@@ -119,7 +119,7 @@ impl Follower {
     ///
     /// # Errors
     /// The code of a fault: an override is not within 0 and 1.
-    pub fn follow(&mut self, arm: &Arm, way: &impl Way, asked: &Asked, lost: &mut f64) -> Result<Followed, u32> {
+    pub fn follow(&mut self, arm: &Arm, way: &impl Way, asked: &FollowerInputs, lost: &mut f64) -> Result<FollowerOutputs, u32> {
         let allowed = pace::allowed(asked.r#override, asked.cell_override).ok_or(BAD_LIMIT)?;
         let (from, to) = way.ends();
         let passed = self.begin(way.plan(), from, if asked.holding { 0.0 } else { allowed }, asked.invocation);
@@ -137,7 +137,7 @@ impl Follower {
         self.is_lost &= gap_s.is_none();
         let (mut velocity, mut acceleration) = ([0.0; JOINTS_MAX], [0.0; JOINTS_MAX]);
         self.tail.push(&self.q, span_s, complete || self.pace == 0.0, &mut velocity, &mut acceleration);
-        Ok(Followed {
+        Ok(FollowerOutputs {
             setpoint: self.q,
             velocity,
             acceleration,
@@ -151,7 +151,7 @@ impl Follower {
     }
 
     /// Begins where a plan is new; the time since the invocation before. At the beginning the planned speed is 0: any pace will do.
-    fn begin(&mut self, plan: f64, from: &[f64; JOINTS_MAX], wanted: f64, invocation: &Invocation) -> Passed {
+    fn begin(&mut self, plan: f64, from: &[f64; JOINTS_MAX], wanted: f64, invocation: &Invocation) -> ElapsedTime {
         if plan != self.plan {
             *self = Follower { plan, pace: wanted, q: *from, ..Follower::default() };
         }

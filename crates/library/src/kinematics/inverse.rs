@@ -38,7 +38,7 @@ pub struct Ranges<'a> {
 
 /// The best that was found.
 #[derive(Clone, Copy, Debug)]
-pub struct Found {
+pub struct InverseSolution {
     pub q: [f64; JOINTS_MAX],
     /// Distance of the tool from the goal, m.
     pub position_error: f64,
@@ -50,7 +50,7 @@ pub struct Found {
 }
 
 /// The joint positions for `goal` that are found from `near`.
-pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance) -> Found {
+pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance) -> InverseSolution {
     let mut search = Search::new(arm, goal, near, ranges, tolerance);
     for _ in 0..ITERATIONS {
         if !search.improve() {
@@ -61,7 +61,7 @@ pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: 
 }
 
 /// As [`inverse`], and where that fails from other positions in the ranges, `attempts` in all: of those that reach it, the first.
-pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance, attempts: u32) -> Found {
+pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance, attempts: u32) -> InverseSolution {
     let mut best = inverse(arm, goal, near, ranges, tolerance);
     for attempt in 1..attempts.max(1) {
         if best.reached {
@@ -82,7 +82,7 @@ pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, to
 }
 
 /// The joint whose range keeps an arm from a goal that was not reached: that at its end, if the goal can be had without ranges.
-pub fn in_the_way(arm: &Arm, goal: &Pose, near: &[f64], found: &Found, tolerance: Tolerance, attempts: u32) -> Option<usize> {
+pub fn in_the_way(arm: &Arm, goal: &Pose, near: &[f64], found: &InverseSolution, tolerance: Tolerance, attempts: u32) -> Option<usize> {
     let joint = found.stopped_by?;
     let turn = |sign: f64| -> [f64; JOINTS_MAX] { std::array::from_fn(|i| near.get(i).map_or(0.0, |q| q + sign * 2.0 * std::f64::consts::PI)) };
     let (min, max) = (turn(-1.0), turn(1.0));
@@ -187,11 +187,11 @@ impl<'a> Search<'a> {
         [0.0; JOINTS_MAX]
     }
 
-    fn found(&self, tolerance: Tolerance) -> Found {
+    fn found(&self, tolerance: Tolerance) -> InverseSolution {
         let position_error = length([self.error[0], self.error[1], self.error[2]]);
         let angle_error = length([self.error[3], self.error[4], self.error[5]]);
         let reached = position_error <= tolerance.position && angle_error <= tolerance.angle;
-        Found { q: self.q, position_error, angle_error, reached, stopped_by: if reached { None } else { self.stopped_by } }
+        InverseSolution { q: self.q, position_error, angle_error, reached, stopped_by: if reached { None } else { self.stopped_by } }
     }
 }
 

@@ -9,7 +9,7 @@ pub(crate) mod planner;
 use super::JOINTS_MAX;
 use super::chain::Arm;
 use super::course::Course;
-use super::inverse::{Found, Ranges, Tolerance, in_the_way, inverse, inverse_anywhere};
+use super::inverse::{InverseSolution, Ranges, Tolerance, in_the_way, inverse, inverse_anywhere};
 use super::pose::{Pose, length, scale, subtract};
 use crate::profile::{Coefficients, Limits, plan};
 use opengpac::{ConditionOf, Type};
@@ -162,7 +162,7 @@ pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Re
 }
 
 /// Returns what is in the way: the end of a range; else, if the goal itself can be reached, a singularity on the way there.
-fn obstacle(arm: &Arm, place: &Pose, here: &[f64; JOINTS_MAX], found: &Found, wish: &Wish) -> Obstacle {
+fn obstacle(arm: &Arm, place: &Pose, here: &[f64; JOINTS_MAX], found: &InverseSolution, wish: &Wish) -> Obstacle {
     let n = arm.joints();
     if let Some(joint) = in_the_way(arm, place, &here[..n], found, ON_THE_LINE, 1) {
         return Obstacle::Limit(joint);

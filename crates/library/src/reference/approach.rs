@@ -4,7 +4,7 @@
 use super::{Bounds, Spline, WARY};
 use crate::lead::{Braking, Lead};
 use crate::online::State;
-use crate::span::{Passed, Span};
+use crate::span::{ElapsedTime, Span};
 use opengpac::Invocation;
 
 /// The reference of a joint: its set-points, smoothed, within its range and its maximum speed, wherever its zero is found to be.
@@ -28,7 +28,7 @@ struct Gap {
 
 /// Inputs of a reference in one invocation.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Led {
+pub struct ReferenceInputs {
     pub setpoint: f64,
     /// Speed and acceleration of the set-point, and the time at which it was stored, ns; 0 if it declares none.
     pub velocity: f64,
@@ -54,7 +54,7 @@ pub struct Led {
 
 /// Result of one approach of a reference.
 #[derive(Clone, Copy, Debug)]
-pub struct Approached {
+pub struct ApproachResult {
     pub reference: f64,
     /// Per second; 0 without interpolation.
     pub velocity: f64,
@@ -74,7 +74,7 @@ impl Approach {
     /// Advances by one cycle, whatever time was lost before. In the first invocation it begins where the joint is, whatever is commanded. `interpolation` says over how many
     /// invocations a new set-point is approached, of the time between two of them. Where more time was lost than `gap_max_s`, it brakes from
     /// where the joint is by then.
-    pub fn advance(&mut self, invocation: &Invocation, led: Led, interpolation: impl FnOnce(f64) -> u32) -> Approached {
+    pub fn advance(&mut self, invocation: &Invocation, led: ReferenceInputs, interpolation: impl FnOnce(f64) -> u32) -> ApproachResult {
         let first = !self.span.begun();
         let passed = self.span.pass(invocation);
         let span_s = passed.used_s();
@@ -106,12 +106,12 @@ impl Approach {
         let moving = interpolation > 1 && span_s > 0.0;
         let stands_still = led.joint_velocity.abs() <= STILL_S * led.acceleration_max;
         let rested_s = if self.spline.is_there() { self.lead.rested(stands_still) } else { None };
-        Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, lost_s, braking: self.lead.braking(), rested_s }
+        ApproachResult { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, lost_s, braking: self.lead.braking(), rested_s }
     }
 
     /// Returns true if more time was lost than allowed, or if the joint has strayed too far in a shorter gap. For a short time after a gap too:
     /// the first readings may be from before it.
-    fn is_left(&self, passed: Passed, led: &Led) -> bool {
+    fn is_left(&self, passed: ElapsedTime, led: &ReferenceInputs) -> bool {
         let is_beyond = passed.lost_s() > led.gap_max_s && !self.rests_in_place(led);
         let is_recent = passed.is_gap() || (self.lead.is_alone() && self.gap.since_s() < READING_S);
         let is_astray = led.error_max > 0.0 && (self.spline.value - led.position).abs() > led.error_max;
@@ -119,14 +119,14 @@ impl Approach {
     }
 
     /// Returns true if nothing moved before the gap and the joint is still in its place.
-    fn rests_in_place(&self, led: &Led) -> bool {
+    fn rests_in_place(&self, led: &ReferenceInputs) -> bool {
         let moved = (self.spline.value - led.position - self.error_before).abs();
         self.spline.is_there() && self.lead.is_at_rest() && (led.error_max == 0.0 || moved <= IN_PLACE * led.error_max)
     }
 
     /// Begins at the joint, as fast as it moves, and brakes. A distance that the reference had before stays as far as the joint still has it, so
     /// the effort that holds the joint has no step.
-    fn leave(&mut self, led: &Led, cycle_s: f64, interpolation: u32, lost_s: f64, now_ns: i64) {
+    fn leave(&mut self, led: &ReferenceInputs, cycle_s: f64, interpolation: u32, lost_s: f64, now_ns: i64) {
         let before = if self.error_before.is_finite() { self.error_before } else { 0.0 };
         let kept = (self.spline.value - led.position).clamp(before.min(0.0), before.max(0.0));
         let velocity = if led.joint_velocity.is_finite() { led.joint_velocity.clamp(-led.speed_max, led.speed_max) } else { 0.0 };
@@ -146,7 +146,7 @@ const READING_S: f64 = 0.1;
 
 impl Gap {
     /// Lets a cycle pass. Returns the time lost in the last gap, s; 0 if that is longer ago than it was long.
-    fn pass(&mut self, passed: Passed) -> f64 {
+    fn pass(&mut self, passed: ElapsedTime) -> f64 {
         if passed.is_gap() {
             *self = Gap { lost_s: passed.lost_s(), left_s: passed.lost_s() };
         } else if self.left_s > 0.0 {
@@ -180,7 +180,7 @@ mod tests {
             } else {
                 0.6 - 0.25 * (2.6 - t.min(2.6)).powi(2)
             };
-            let led = Led { setpoint, range: None, speed_max: 3.0, acceleration_max: 5.0, ..Led::default() };
+            let led = ReferenceInputs { setpoint, range: None, speed_max: 3.0, acceleration_max: 5.0, ..ReferenceInputs::default() };
             let now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 20).reference;
             let speed = (now - before) / 1e-3;
             (fastest, hardest) = (fastest.max(speed), hardest.max((speed - rate).abs() / 1e-3));
@@ -206,7 +206,7 @@ mod tests {
         let mut approach = Approach::default();
         let mut at = |number: u64| {
             let invocation = Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 };
-            approach.advance(&invocation, Led { speed_max: 3.0, acceleration_max: 5.0, ..Led::default() }, |_| 20).lost_s
+            approach.advance(&invocation, ReferenceInputs { speed_max: 3.0, acceleration_max: 5.0, ..ReferenceInputs::default() }, |_| 20).lost_s
         };
         assert_eq!((at(0), at(1), at(3)), (0.0, 0.0, 0.0), "a cycle too late is no gap");
         let told: Vec<f64> = (54..110).map(&mut at).collect();
@@ -221,7 +221,7 @@ mod tests {
         let mut now = 0.0;
         for k in 0..2000u64 {
             let number = 2 * k;
-            let led = Led { setpoint: (number / 20) as f64 * 0.006, speed_max: 3.0, acceleration_max: 5.0, ..Led::default() };
+            let led = ReferenceInputs { setpoint: (number / 20) as f64 * 0.006, speed_max: 3.0, acceleration_max: 5.0, ..ReferenceInputs::default() };
             now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 10).reference;
         }
         assert!((now - 0.3 * 3.97).abs() < 0.01, "{now}");
@@ -236,7 +236,7 @@ mod tests {
             let number = if k < 1000 { k } else { k + 700 };
             let ms = |number: u64| number as i64 * 1_000_000;
             let knot = number / 20 * 20;
-            let led = Led {
+            let led = ReferenceInputs {
                 setpoint: knot as f64 * 3e-4,
                 velocity: 0.3,
                 time_ns: ms(knot) + 1,
@@ -247,7 +247,7 @@ mod tests {
                 joint_velocity: speed,
                 error_max: 0.05,
                 gap_max_s: 0.5,
-                ..Led::default()
+                ..ReferenceInputs::default()
             };
             let now = approach.advance(&Invocation { number, time_ns: ms(number), now_ns: ms(number) }, led, |_| 20);
             joint = now.reference;

@@ -3,7 +3,7 @@
 use super::Draft;
 use crate::lists::CheckedCommand;
 use crate::refusal::Class;
-use suggest::did_you_mean;
+use hints::did_you_mean;
 
 /// A block is on in a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

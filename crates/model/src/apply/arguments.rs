@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Arguments: what each instantiation parameter is bound to; a device's members meet the parameters by name.
-use super::{Draft, Given};
+use super::{Draft, GroupBinding};
 use crate::configuration::Svv;
 use crate::definition::Argument;
 use crate::parameters::Whose;
 use crate::refusal::Class;
-use suggest::did_you_mean;
+use hints::did_you_mean;
 
 impl<'a> Draft<'a> {
     /// Returns the binding of each group.
-    pub fn arguments(&mut self) -> Vec<Given<'a>> {
+    pub fn arguments(&mut self) -> Vec<GroupBinding<'a>> {
         self.resolve_objects();
         self.refuse_unknown_arguments();
-        let mut given: Vec<Given<'a>> = Vec::new();
-        given.resize_with(self.checked.groups.len(), || Given::Private);
+        let mut given: Vec<GroupBinding<'a>> = Vec::new();
+        given.resize_with(self.checked.groups.len(), || GroupBinding::Private);
         if !self.refusals.is_empty() {
             return given;
         }
@@ -100,7 +100,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    fn members(&mut self, object: &str, member: &str) -> Option<Given<'a>> {
+    fn members(&mut self, object: &str, member: &str) -> Option<GroupBinding<'a>> {
         let configuration = self.configuration;
         let at = self.checked.objects.get_index_of(object)?;
         let mut svvs = Vec::with_capacity(self.objects[at].len());
@@ -110,17 +110,17 @@ impl<'a> Draft<'a> {
                 None => self.refuse(Class::UnknownName, format!("the device '{device}' has no SVV '{member}'"), "declare it in the device type", &None),
             }
         }
-        Some(Given::Svvs(svvs))
+        Some(GroupBinding::Svvs(svvs))
     }
 
-    fn own(&mut self, name: &'a str) -> Option<Given<'a>> {
+    fn own(&mut self, name: &'a str) -> Option<GroupBinding<'a>> {
         let (application, configuration) = (self.application, self.configuration);
         let owner = application.owner.as_ref().and_then(|owner| configuration.logical_devices.get(owner));
         let argument = application.arguments.get(name).or_else(|| owner?.arguments.get(name));
         match argument {
             Some(argument) => self.argument(name, argument),
             None => match owner.and_then(|owner| owner.svvs.get(name)) {
-                Some(svv) => Some(Given::Svvs(self.svv(svv).into_iter().collect())),
+                Some(svv) => Some(GroupBinding::Svvs(self.svv(svv).into_iter().collect())),
                 None => {
                     let message = format!("verb '{}' needs the instantiation parameter '{name}'", self.checked.name);
                     self.refuse(Class::CallError, message, "give an SVV or a channel, or make it a cell of the verb", &None);
@@ -130,10 +130,10 @@ impl<'a> Draft<'a> {
         }
     }
 
-    fn argument(&mut self, name: &str, argument: &'a Argument) -> Option<Given<'a>> {
+    fn argument(&mut self, name: &str, argument: &'a Argument) -> Option<GroupBinding<'a>> {
         match argument {
-            Argument::Svv(svv) => Some(Given::Svvs(self.svv(svv).into_iter().collect())),
-            Argument::Svvs(svvs) => Some(Given::Svvs(svvs.iter().filter_map(|svv| self.svv(svv)).collect())),
+            Argument::Svv(svv) => Some(GroupBinding::Svvs(self.svv(svv).into_iter().collect())),
+            Argument::Svvs(svvs) => Some(GroupBinding::Svvs(svvs.iter().filter_map(|svv| self.svv(svv)).collect())),
             Argument::Channel { device, channel } => self.channel(device, channel),
             Argument::Part { .. } | Argument::Device(_) | Argument::Devices(_) => {
                 let message = format!("'{name}' of verb '{}' takes an SVV or a channel", self.checked.name);
@@ -143,7 +143,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    fn part(&mut self, name: &'a str, argument: &'a str, channel: &str) -> Option<Given<'a>> {
+    fn part(&mut self, name: &'a str, argument: &'a str, channel: &str) -> Option<GroupBinding<'a>> {
         let (application, configuration) = (self.application, self.configuration);
         let owner = application.owner.as_ref().and_then(|owner| configuration.logical_devices.get(owner));
         let of = |name: &str| application.arguments.get(name).or_else(|| owner?.arguments.get(name));
@@ -174,7 +174,7 @@ impl<'a> Draft<'a> {
         found.map(|(name, svv)| (name.as_str(), svv))
     }
 
-    fn channel(&mut self, device: &str, channel: &str) -> Option<Given<'a>> {
+    fn channel(&mut self, device: &str, channel: &str) -> Option<GroupBinding<'a>> {
         let Some((name, physical)) = self.configuration.devices.get_key_value(device) else {
             let remedy = did_you_mean(device, self.configuration.devices.keys().map(String::as_str));
             self.refuse(Class::UnknownName, format!("there is no physical device '{device}'"), &remedy, &None);
@@ -186,6 +186,6 @@ impl<'a> Draft<'a> {
             self.refuse(Class::UnknownName, format!("the physical device '{device}' has no channel '{channel}'"), &remedy, &None);
             return None;
         };
-        Some(Given::Channel { device: name, channel, physical })
+        Some(GroupBinding::Channel { device: name, channel, physical })
     }
 }

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bindings: the cells of an instance, and the types and units on both sides of each.
-use super::{Draft, Given};
+use super::{Draft, GroupBinding};
 use crate::configuration::Svv;
 use crate::flatten::{Group, Origin, Port};
 use crate::interface::{Kind, Mode};
 use crate::kind::{Layout, Shape, is_data};
 use crate::plan::{Binding, Bound, CellIndex, CellKind, PlannedBlock, PlannedCell};
 use crate::quantity::units_agree;
-use crate::refusal::{Class, Place, Refusal, Where};
+use crate::refusal::{Class, Refusal, SourceLocation, Where};
 use crate::types::Type;
 use std::sync::Arc;
 
 impl<'a> Draft<'a> {
     /// Makes blocks and cells, and binds them.
-    pub fn bind(&mut self, given: &[Given<'a>]) {
+    pub fn bind(&mut self, given: &[GroupBinding<'a>]) {
         self.make_blocks();
         let checked = self.checked;
         for (group, given) in checked.groups.iter().zip(given) {
             match given {
-                Given::Private => self.bind_private(group),
-                Given::Svvs(svvs) => self.bind_svvs(group, svvs),
-                Given::Channel { device, channel, physical } => self.bind_channel(group, device, *channel, &physical.channels[*channel]),
+                GroupBinding::Private => self.bind_private(group),
+                GroupBinding::Svvs(svvs) => self.bind_svvs(group, svvs),
+                GroupBinding::Channel { device, channel, physical } => self.bind_channel(group, device, *channel, &physical.channels[*channel]),
             }
         }
         self.gather();
@@ -223,7 +223,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Checks that an input which reads the last values is bound to one SVV that keeps as many.
-    fn check_history(&mut self, port: Port, svvs: &[(&str, &Svv)], whole: bool, place: &Option<Place>) {
+    fn check_history(&mut self, port: Port, svvs: &[(&str, &Svv)], whole: bool, place: &Option<SourceLocation>) {
         let history = self.flat(port.0).kind.item(port.1).history;
         let Some((name, svv)) = svvs.first().filter(|_| history > 0) else { return };
         let described = self.described(port);
@@ -348,7 +348,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    fn refuse_units(&mut self, what: String, what_place: &Option<Place>, port: Port, place: &Option<Place>) {
+    fn refuse_units(&mut self, what: String, what_place: &Option<SourceLocation>, port: Port, place: &Option<SourceLocation>) {
         let described = self.described(port);
         let refusal = Refusal::new(Class::UnitMismatch, format!("cannot bind {what} to {described}: units differ"));
         let refusal = refusal.remedy("declare one of them as the other, or convert with a gain that has a unit, for example k='2 N.m/rad'");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Parts of a plan beside its blocks: input parameters, output values, claims, conditions.
 use super::sequence::Order;
-use super::{Draft, Given};
+use super::{Draft, GroupBinding};
 use crate::conformity::within_items;
 use crate::definition::Arbitration;
 use crate::ending::CheckedSuspend;
@@ -17,7 +17,13 @@ use crate::types::Type;
 
 impl<'a> Draft<'a> {
     /// Returns the plan.
-    pub fn finish(mut self, given: Vec<Given<'a>>, activations: Vec<PlannedActivation>, order: Order, lists: Vec<PlannedList>) -> Result<Plan, Refusals> {
+    pub fn finish(
+        mut self,
+        given: Vec<GroupBinding<'a>>,
+        activations: Vec<PlannedActivation>,
+        order: Order,
+        lists: Vec<PlannedList>,
+    ) -> Result<Plan, Refusals> {
         drop(given);
         let checked = self.checked;
         let inputs: Vec<PlannedInput> = checked.inputs.iter().filter_map(|input| self.input(input)).collect();

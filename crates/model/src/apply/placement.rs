@@ -2,16 +2,16 @@
 //! Placement: the interrupt source of each block.
 use super::activity::Activity;
 use super::relate::Relations;
-use super::{Draft, Given};
+use super::{Draft, GroupBinding};
 use crate::configuration::{Source, SourceKind};
 use crate::interface::Mode;
 use crate::quantity::duration_text;
 use crate::refusal::Class;
-use suggest::did_you_mean;
+use hints::did_you_mean;
 
 impl<'a> Draft<'a> {
     /// Gives each block its source.
-    pub fn place(&mut self, activity: &Activity, relations: &Relations, given: &[Given<'a>]) {
+    pub fn place(&mut self, activity: &Activity, relations: &Relations, given: &[GroupBinding<'a>]) {
         let patterns = self.patterns();
         let channels = self.channel_sources(given);
         let processors = self.processors(given);
@@ -72,11 +72,11 @@ impl<'a> Draft<'a> {
     }
 
     /// Returns the device and source of each block that has a channel.
-    fn channel_sources(&mut self, given: &[Given<'a>]) -> Vec<Option<(&'a str, &'a str)>> {
+    fn channel_sources(&mut self, given: &[GroupBinding<'a>]) -> Vec<Option<(&'a str, &'a str)>> {
         let mut sources: Vec<Option<(&'a str, &'a str)>> = vec![None; self.blocks.len()];
         let checked = self.checked;
         for (group, given) in checked.groups.iter().zip(given) {
-            let Given::Channel { device, physical, .. } = given else { continue };
+            let GroupBinding::Channel { device, physical, .. } = given else { continue };
             for port in &group.ports {
                 let other = sources[port.0].replace((*device, physical.source.as_str()));
                 if let Some((first, source)) = other.filter(|(_, source)| *source != physical.source) {
@@ -90,7 +90,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Returns the real-time processors of what the verb acts on; all, if it acts on nothing that has one.
-    fn processors(&self, given: &[Given<'a>]) -> Vec<&'a str> {
+    fn processors(&self, given: &[GroupBinding<'a>]) -> Vec<&'a str> {
         let configuration = self.configuration;
         let mut found: Vec<&'a str> = Vec::new();
         let mut add = |processor: &'a str| {
@@ -106,9 +106,9 @@ impl<'a> Draft<'a> {
         self.objects.iter().flatten().filter_map(|device| of_device(device)).for_each(&mut add);
         for given in given {
             match given {
-                Given::Channel { physical, .. } => add(&physical.processor),
-                Given::Svvs(svvs) => svvs.iter().filter_map(|(_, svv)| of_device(svv.device.as_ref()?)).for_each(&mut add),
-                Given::Private => {}
+                GroupBinding::Channel { physical, .. } => add(&physical.processor),
+                GroupBinding::Svvs(svvs) => svvs.iter().filter_map(|(_, svv)| of_device(svv.device.as_ref()?)).for_each(&mut add),
+                GroupBinding::Private => {}
             }
         }
         if found.is_empty() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A verb applied before anybody has given it anything: the functions of the installation check what its definition alone decides.
 use super::activity::Activity;
-use super::{Draft, Given};
+use super::{Draft, GroupBinding};
 use crate::checked::CheckedVerb;
 use crate::configuration::{Configuration, Svv, SvvId};
 use crate::definition::Application;
@@ -19,7 +19,7 @@ impl StandIns {
     pub fn new(checked: &CheckedVerb, configuration: &Configuration) -> StandIns {
         let nothing = Application::default();
         let mut draft = Draft::new(checked, &nothing, configuration);
-        let given: Vec<Given<'_>> = checked.groups.iter().map(|_| Given::Private).collect();
+        let given: Vec<GroupBinding<'_>> = checked.groups.iter().map(|_| GroupBinding::Private).collect();
         draft.known_sizes(&given);
         // Ids of a system count from 0.
         let mut ids = (0..=u32::MAX).rev().map(SvvId);
@@ -52,11 +52,11 @@ impl StandIns {
 
 impl<'a> Draft<'a> {
     /// Infers sizes and units as far as the definition decides them, and gives what each group is bound to meanwhile.
-    pub fn stand_in(&mut self, stand_ins: &'a StandIns) -> Vec<Given<'a>> {
+    pub fn stand_in(&mut self, stand_ins: &'a StandIns) -> Vec<GroupBinding<'a>> {
         self.objects = vec![Vec::new(); self.checked.objects.len()];
-        let mut given: Vec<Given<'a>> = self.checked.groups.iter().map(|_| Given::Private).collect();
+        let mut given: Vec<GroupBinding<'a>> = self.checked.groups.iter().map(|_| GroupBinding::Private).collect();
         for (group, svvs) in &stand_ins.0 {
-            given[*group] = Given::Svvs(svvs.iter().map(|(name, svv)| (name.as_str(), svv)).collect());
+            given[*group] = GroupBinding::Svvs(svvs.iter().map(|(name, svv)| (name.as_str(), svv)).collect());
         }
         self.known_sizes(&given);
         self.infer_units(&given);
@@ -65,7 +65,7 @@ impl<'a> Draft<'a> {
 
     /// Refuses what an installation would refuse whatever it is given. `is_whole`: nothing was refused before, so what is absent is so
     /// because it was left out.
-    pub fn rehearse(&mut self, given: &[Given<'a>], is_whole: bool) {
+    pub fn rehearse(&mut self, given: &[GroupBinding<'a>], is_whole: bool) {
         self.bind(given);
         let activity = self.activity();
         self.one_writer(&activity);

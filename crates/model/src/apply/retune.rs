@@ -6,8 +6,8 @@ use crate::definition::Application;
 use crate::lists::CheckedCommand;
 use crate::plan::{ActivationIndex, Plan, PlannedCommand};
 use crate::refusal::{Class, Refusal, Refusals};
+use hints::did_you_mean;
 use indexmap::IndexMap;
-use suggest::did_you_mean;
 
 impl CheckedVerb {
     /// Labels whose interval is declared tunable in some command list, in the order of the lists.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sizes: how many elements a block for any number of elements has, from what it is bound to.
-use super::{Draft, Given};
+use super::{Draft, GroupBinding};
 use crate::flatten::Port;
 use crate::kind::Shape;
 use crate::refusal::Class;
@@ -10,14 +10,14 @@ use std::sync::Arc;
 
 impl Draft<'_> {
     /// Infers the size of every block that has one.
-    pub fn infer_sizes(&mut self, given: &[Given<'_>]) {
+    pub fn infer_sizes(&mut self, given: &[GroupBinding<'_>]) {
         for block in self.known_sizes(given) {
             self.check_size(block);
         }
     }
 
     /// Infers the sizes as far as they are known, and gives the blocks that have one.
-    pub fn known_sizes(&mut self, given: &[Given<'_>]) -> Vec<usize> {
+    pub fn known_sizes(&mut self, given: &[GroupBinding<'_>]) -> Vec<usize> {
         self.sizes = vec![None; self.checked.blocks.len()];
         let checked = self.checked;
         let sized: Vec<usize> = (0..checked.blocks.len()).filter(|b| checked.blocks[*b].kind.size_item.is_some()).collect();
@@ -54,7 +54,7 @@ impl Draft<'_> {
         }
     }
 
-    fn size_from_bindings(&self, block: usize, given: &[Given<'_>]) -> Option<u32> {
+    fn size_from_bindings(&self, block: usize, given: &[GroupBinding<'_>]) -> Option<u32> {
         let kind = Arc::clone(&self.flat(block).kind);
         kind.shapes.iter().enumerate().find_map(|(item, shape)| {
             let Shape::Sized(element) = shape else { return None };
@@ -63,17 +63,17 @@ impl Draft<'_> {
             }
             let group = self.checked.group((block, item))?;
             let count = match &given[group] {
-                Given::Svvs(svvs) if svvs.len() > 1 => Some(svvs.len()),
-                Given::Svvs(svvs) => {
+                GroupBinding::Svvs(svvs) if svvs.len() > 1 => Some(svvs.len()),
+                GroupBinding::Svvs(svvs) => {
                     let svv = svvs.first()?.1;
                     let read = Type::parse(&svv.type_text, &svv.types).ok()?;
                     if read == element.read { Some(1) } else { elements(&read, &element.read) }
                 }
-                Given::Channel { channel, physical, .. } => {
+                GroupBinding::Channel { channel, physical, .. } => {
                     let read = Type::parse(&physical.channels[*channel].type_text, &Default::default()).ok()?;
                     elements(&read, &element.read)
                 }
-                Given::Private => self.checked.groups[group].ports.iter().find_map(|port| self.known_count(*port, &element.read)),
+                GroupBinding::Private => self.checked.groups[group].ports.iter().find_map(|port| self.known_count(*port, &element.read)),
             };
             u32::try_from(count?).ok()
         })

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Units that pass through a block: an item that is declared with the unit of others (`=u`, `=k.u`) has it as soon as that is known.
-use super::{Draft, Given};
+use super::{Draft, GroupBinding};
 use crate::configuration::Channel;
 use crate::flatten::Port;
 use crate::interface::Kind;
@@ -18,7 +18,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Infers the units of items that are those of others.
-    pub fn infer_units(&mut self, given: &[Given<'_>]) {
+    pub fn infer_units(&mut self, given: &[GroupBinding<'_>]) {
         let checked = self.checked;
         let items = |block: usize| checked.blocks[block].kind.interface.items.iter().enumerate();
         let mut work: Vec<Port> =
@@ -38,7 +38,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    fn inferred(&self, (block, item): Port, given: &[Given<'_>]) -> Option<String> {
+    fn inferred(&self, (block, item): Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let kind = &self.checked.blocks[block].kind;
         let factors = kind.item(item).unit_of.iter().map(|name| self.factor((block, kind.find(name)?), given));
         let factors: Vec<String> = factors.collect::<Option<_>>()?;
@@ -53,7 +53,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Returns the unit of an item that another takes it from; none if it is not known.
-    fn factor(&self, port: Port, given: &[Given<'_>]) -> Option<String> {
+    fn factor(&self, port: Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let own = Some(self.unit(port).to_owned()).filter(|unit| !unit.is_empty());
         own.or_else(|| match self.kind(port) {
             Kind::Parameter => self.parameter_unit(port).map(str::to_owned),
@@ -72,12 +72,12 @@ impl<'a> Draft<'a> {
     }
 
     /// Returns the unit of what a port is bound to.
-    fn group_unit(&self, port: Port, given: &[Given<'_>]) -> Option<String> {
+    fn group_unit(&self, port: Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let Some(group) = self.checked.group(port) else { return self.elements_unit(port, given) };
         let mut found: Vec<String> = match &given[group] {
-            Given::Svvs(svvs) => svvs.iter().map(|(_, svv)| svv.unit.clone()).collect(),
-            Given::Channel { channel, physical, .. } => vec![self.channel_unit(port, &physical.channels[*channel])],
-            Given::Private => Vec::new(),
+            GroupBinding::Svvs(svvs) => svvs.iter().map(|(_, svv)| svv.unit.clone()).collect(),
+            GroupBinding::Channel { channel, physical, .. } => vec![self.channel_unit(port, &physical.channels[*channel])],
+            GroupBinding::Private => Vec::new(),
         };
         if found.iter().all(|unit| unit.is_empty()) {
             let ports = &self.checked.groups[group].ports;
@@ -89,7 +89,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Returns the unit of an array port whose elements are bound one by one: that of all of them.
-    fn elements_unit(&self, (block, item): Port, given: &[Given<'_>]) -> Option<String> {
+    fn elements_unit(&self, (block, item): Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let elements = self.checked.blocks[block].kind.elements_of(item);
         let mut units = elements.iter().map(|(_, element)| self.factor((block, *element), given));
         let first = units.next()??;

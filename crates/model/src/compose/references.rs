@@ -4,9 +4,9 @@ use super::Composing;
 use super::part::PartOf;
 use crate::conditions::{LIMITS, SYSTEM};
 use crate::refusal::Class;
+use hints::did_you_mean;
 use indexmap::IndexSet;
 use std::collections::HashMap;
-use suggest::did_you_mean;
 
 /// Names of a verb's things, by the sets in which they must differ.
 pub(super) struct Names<'a> {

@@ -5,7 +5,7 @@ use super::part::{PartOf, is_within};
 use crate::flatten::{Origin, Port};
 use crate::kind::is_data;
 use crate::refusal::Class;
-use suggest::did_you_mean;
+use hints::did_you_mean;
 
 impl Composing<'_> {
     /// Reads `share`: which blocks and cells of which part are shared.

@@ -6,10 +6,10 @@ use super::{Composing, Step};
 use crate::conditions::{ENDS, LIMITS, SYSTEM};
 use crate::definition::Transition;
 use crate::refusal::Class;
+use hints::did_you_mean;
 use indexmap::{IndexMap, IndexSet};
 use std::cmp::Reverse;
 use std::collections::HashMap;
-use suggest::did_you_mean;
 
 /// A list of a part.
 type ListOf = (usize, usize);

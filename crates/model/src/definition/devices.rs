@@ -2,7 +2,7 @@
 //! Logical device types, and a verb applied to devices and SVVs.
 use super::Bound;
 use crate::range::Range;
-use crate::refusal::Place;
+use crate::refusal::SourceLocation;
 use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -97,7 +97,7 @@ pub struct DeviceType {
     #[serde(default)]
     pub arbitration: Arbitration,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 /// Argument of an instantiation parameter or object.
@@ -148,5 +148,5 @@ pub struct Application {
     #[serde(default)]
     pub owner: Option<String>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }

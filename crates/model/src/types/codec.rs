@@ -5,7 +5,6 @@ use crate::quantity;
 use crate::refusal::{Class, Refusal};
 use crate::value::Value;
 use indexmap::IndexMap;
-use suggest;
 
 impl Type {
     /// Returns the bytes of `value`, which is a number in `unit`, a quantity (`"20 ms"`), a list for an array, a record for a struct.
@@ -61,7 +60,7 @@ impl Type {
     fn encode_record(&self, values: &IndexMap<String, Value>, unit: &str, bytes: &mut [u8]) -> Result<(), Refusal> {
         let Type::Struct(members) = self else { return Ok(()) };
         if let Some(name) = values.keys().find(|name| members.iter().all(|m| m.name != **name)) {
-            return Err(refused(format!("{self} has no member '{name}'")).remedy(suggest::did_you_mean(name, members.iter().map(|m| m.name.as_str()))));
+            return Err(refused(format!("{self} has no member '{name}'")).remedy(hints::did_you_mean(name, members.iter().map(|m| m.name.as_str()))));
         }
         for (member, at) in members.iter().zip(self.offsets()) {
             let Some(value) = values.get(&member.name) else {

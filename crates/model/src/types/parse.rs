@@ -3,7 +3,6 @@
 use super::{Member, Scalar, Type};
 use crate::refusal::{Class, Refusal};
 use indexmap::IndexMap;
-use suggest;
 
 /// Bytes that one value may have at most.
 const SIZE_MAX: usize = 1 << 30;
@@ -144,7 +143,7 @@ impl<'a> Reader<'a> {
     fn named(&mut self, name: &str) -> Result<Type, Refusal> {
         let Some(declaration) = self.types.get(name) else {
             let known = ["double", "float", "bool", "int32_t", "int64_t", "uint32_t", "uint64_t", "int8_t", "uint8_t", "int16_t", "uint16_t"];
-            let meant = suggest::nearest(name, known.into_iter().chain(self.types.keys().map(String::as_str)));
+            let meant = hints::nearest(name, known.into_iter().chain(self.types.keys().map(String::as_str)));
             let remedy = meant.map_or_else(|| "declare it as a struct of the module".to_owned(), |m| format!("did you mean '{m}'?"));
             return Err(self.refusal(format!("the type '{name}' is not known")).remedy(remedy));
         };

@@ -71,13 +71,3 @@ pub(super) fn identifier(name: &str) -> Result<&str, String> {
     }
     if is_taken_in_c(name) { Err(format!("'{name}' is a word of C or of OpenGPAC: give the port or block another name")) } else { Ok(name) }
 }
-
-/// The name of a port for an input or output that has no declaration: its own in letters, digits and _.
-pub(super) fn port_name(name: &str, side: &str) -> String {
-    let letters: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    match letters.trim_matches('_') {
-        "" => format!("{side}_value"),
-        bare if bare.starts_with(|c: char| c.is_ascii_digit()) || is_taken_in_c(bare) => format!("{side}_{bare}"),
-        bare => bare.to_string(),
-    }
-}

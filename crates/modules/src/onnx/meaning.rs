@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Meaning of a network's numbers: the declaration that `gpac.policy` writes into the file, compared with the network's shapes and with
 //! what the trainer wrote there (`metadata.rs`).
-use super::items::port_name;
 use super::network::{Network, names};
+use crate::source::is_taken_in_c;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -146,4 +146,14 @@ fn check(name: &str, terms: &[Term], shape: &[usize], side: &str) -> Result<(), 
         }
     }
     Ok(())
+}
+
+/// The name of a port for an input or output that has no declaration: its own in letters, digits and _.
+pub(super) fn port_name(name: &str, side: &str) -> String {
+    let letters: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    match letters.trim_matches('_') {
+        "" => format!("{side}_value"),
+        bare if bare.starts_with(|c: char| c.is_ascii_digit()) || is_taken_in_c(bare) => format!("{side}_{bare}"),
+        bare => bare.to_string(),
+    }
 }

@@ -77,7 +77,7 @@ fn translate(path: &Path, bytes: &[u8]) -> Result<String, String> {
     let network = network::read(&model, &meaning.shapes)?;
     meaning.complete(&network)?;
     metadata::compare(&mut meaning, &file)?;
-    let name = if meaning.name.is_empty() { items::port_name(&stem(path), "policy") } else { meaning.name.clone() };
+    let name = if meaning.name.is_empty() { meaning::port_name(&stem(path), "policy") } else { meaning.name.clone() };
     block::source(&meaning, &network, &name)
 }
 

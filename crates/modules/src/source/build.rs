@@ -2,6 +2,7 @@
 //! Building a code module from C or C++ with the system's compiler.
 
 use super::diagnosis::{Diagnosis, first_error};
+use super::languages::is_cxx;
 use crate::folder::Folder;
 use crate::native::seal;
 use std::ffi::OsString;
@@ -42,10 +43,6 @@ const COMPILE: [&str; 9] =
 const C_ONLY: [&str; 3] = ["-Werror=implicit-function-declaration", "-Werror=incompatible-pointer-types", "-Werror=int-conversion"];
 const CXX_ONLY: [&str; 1] = ["-std=gnu++17"];
 const LINK: [&str; 5] = ["-shared", "-Wl,-z,defs", "-Wl,-z,now", "-Wl,-Bsymbolic", "-lm"];
-
-pub(super) fn is_cxx(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ["cpp", "cc", "cxx"].iter().any(|cxx| ending == *cxx))
-}
 
 /// Writes `opengpac.h` and `opengpac_driver.h` into a folder, for an editor or another build; returns the path of the first.
 ///
@@ -91,7 +88,7 @@ pub fn build<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<Pa
 }
 
 /// A source that has been compiled.
-pub(super) struct Compiled {
+pub(super) struct CompiledSource {
     pub path: PathBuf,
     pub source: Vec<u8>,
     pub object: Vec<u8>,
@@ -101,7 +98,7 @@ pub(super) struct Compiled {
 }
 
 /// The same, with what its sources were.
-pub(super) fn build_told<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<(PathBuf, Vec<Compiled>), BuildError> {
+pub(super) fn build_told<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<(PathBuf, Vec<CompiledSource>), BuildError> {
     let Some(first) = sources.first() else { return Err(BuildError::NoSources) };
     let output = options.output.clone().unwrap_or_else(|| first.as_ref().with_extension("so"));
     let unwritable = |path: &Path, error: std::io::Error| BuildError::Unwritable { path: path.to_path_buf(), what: error.to_string() };
@@ -120,7 +117,7 @@ pub(super) fn build_told<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) 
         run(&mut command, source, &header)?;
         let of = std::fs::read(&object).map_err(|error| unwritable(&object, error))?;
         let read = std::fs::read_to_string(&read).map_err(|error| unwritable(&read, error))?;
-        compiled.push(Compiled { path: source.to_path_buf(), source: before, object: of, read, ours: folder.path().to_path_buf() });
+        compiled.push(CompiledSource { path: source.to_path_buf(), source: before, object: of, read, ours: folder.path().to_path_buf() });
         objects.push(object);
     }
     let linked = folder.path().join("linked.so");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The first error of a compiler, in plain words and at the user's line.
 
-use super::build::is_cxx;
+use super::languages::is_cxx;
 use super::names::{TakenName, taken_name};
 use std::path::{Path, PathBuf};
 

@@ -4,6 +4,7 @@ pub(crate) mod build;
 mod c_words;
 mod diagnosis;
 pub mod fused;
+mod languages;
 mod names;
 mod text;
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sources from which blocks in C were compiled: kept beside their code, so that it can be compiled once more with that of others.
 
-use super::build::{BuildOptions, Compiled, is_cxx};
+use super::build::{BuildOptions, CompiledSource};
+use super::languages::is_cxx;
 use object::{Object, ObjectSection, ObjectSymbol, SectionFlags};
 use opengpac::abi::Run;
 use std::collections::HashMap;
@@ -36,7 +37,7 @@ pub(crate) fn of(run: Run) -> Option<Arc<Text>> {
 
 impl Text {
     /// Returns the source of what has just been compiled.
-    pub(crate) fn of(Compiled { path, source, object, read, ours }: Compiled, options: &BuildOptions) -> Text {
+    pub(crate) fn of(CompiledSource { path, source, object, read, ours }: CompiledSource, options: &BuildOptions) -> Text {
         let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         let included = dependencies(&read).into_iter().filter(|file| *file != path && !file.starts_with(&ours));
         let included = included.map(|file| digest(&file).map(|digest| (whole(&file), digest))).collect::<Option<Vec<_>>>();

@@ -236,7 +236,7 @@ fn the_log_is_read_without_the_values() {
     system.advance(30_000 * MS).unwrap();
     system.halt(id).unwrap();
     recorder.stop();
-    let file = mcap::Indexed::open(std::fs::File::open(scratch.file("run.mcap")).unwrap()).unwrap();
+    let file = mcap::IndexedFile::open(std::fs::File::open(scratch.file("run.mcap")).unwrap()).unwrap();
     let of_values = |id: &u16| file.channels[id].metadata.contains_key("kind");
     let mixed = |chunk: &mcap::ChunkIndex| chunk.counts.keys().any(of_values) && !chunk.counts.keys().all(of_values);
     assert_eq!(file.chunks.iter().filter(|chunk| mixed(chunk)).count(), 0);

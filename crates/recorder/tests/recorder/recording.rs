@@ -98,10 +98,10 @@ fn what_cannot_be_recorded_is_refused_with_words() {
 
 /// A disk of so many bytes, which may stand still.
 #[derive(Clone)]
-struct Disk(Arc<(Mutex<Written>, Condvar)>);
+struct Disk(Arc<(Mutex<WrittenBytes>, Condvar)>);
 
 /// Bytes that were written, the room, and whether the disk stands still.
-type Written = (Vec<u8>, usize, bool);
+type WrittenBytes = (Vec<u8>, usize, bool);
 
 impl Disk {
     fn new(room: usize) -> Disk {

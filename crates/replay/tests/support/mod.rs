@@ -65,10 +65,10 @@ pub fn player() -> Player {
 }
 
 /// The fingerprint of a replay, and the last values by name.
-pub type Played = (u64, Vec<(String, Vec<u8>)>);
+pub type PlayedRun = (u64, Vec<(String, Vec<u8>)>);
 
 /// Runs a record again: firings, and the values of the SVVs at the end. Errors: the first moment that is not the same.
-pub fn play(items: &[Item]) -> Result<Played, String> {
+pub fn play(items: &[Item]) -> Result<PlayedRun, String> {
     let mut player = player();
     for item in items {
         let moment = player.play(item).map_err(|why| why.to_string())?;

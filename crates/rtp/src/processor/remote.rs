@@ -3,10 +3,10 @@
 use super::*;
 
 impl RemoteWord for Processor {
-    fn take(&self, process: u64, generation: u32, insist: bool) -> Option<Taken> {
+    fn take(&self, process: u64, generation: u32, insist: bool) -> Option<TakeResult> {
         match self.ask(TAKE, |ticket| Order::Take { ticket, process, generation, insist }) {
             // One that it has not heard of yet has entered nothing.
-            Ok(Answer::Taken(taken)) => Some(taken.unwrap_or(Taken::Before)),
+            Ok(Answer::Taken(taken)) => Some(taken.unwrap_or(TakeResult::Before)),
             _ => None,
         }
     }

@@ -139,7 +139,7 @@ impl Step for Marker {
 
 /// Gain with a condition that never comes: y = k u.
 #[derive(FunctionBlock)]
-pub struct Watched {
+pub struct WatchedGain {
     /// input
     #[input]
     u: f64,
@@ -154,7 +154,7 @@ pub struct Watched {
     broken: Condition,
 }
 
-impl Step for Watched {
+impl Step for WatchedGain {
     fn step(&mut self, _: &Invocation) -> Outcome {
         self.y = self.k * self.u;
         if self.y.abs() > 1e300 {
@@ -201,13 +201,13 @@ impl Step for Stamp {
 
 /// Keeps how old its input is.
 #[derive(FunctionBlock)]
-pub struct Seen {
+pub struct InputAge {
     /// time at which it was written, ns
     #[input(asynchronous)]
     u: i64,
 }
 
-impl Step for Seen {
+impl Step for InputAge {
     fn step(&mut self, _: &Invocation) -> Outcome {
         keep(now_ns() - self.u);
         Outcome::Done

@@ -2,7 +2,7 @@
 //! A value from a source on one core to a source on another that it wakes: from the writer's body to the reader's body, against
 //! a bare word and a futex between two threads.
 use crate::Bench;
-use crate::blocks::{MARKED, MARKS, Seen, Stamp, now_ns};
+use crate::blocks::{InputAge, MARKED, MARKS, Stamp, now_ns};
 use crate::report::{Line, median, time};
 use crate::rig::{Rig, core, interval, pin, rest, single, software, step};
 use interconnect::ConnectionSpec;
@@ -54,7 +54,7 @@ fn by_kernel() -> f64 {
     let cells: Vec<Cell> = (0..2).map(|_| Extent::new(8).cell(0, 8)).collect();
     let mut stamp = single(1, Stamp::descriptor());
     stamp.bind(0, &cells[0]);
-    let mut seen = single(2, Seen::descriptor());
+    let mut seen = single(2, InputAge::descriptor());
     seen.bind(0, &cells[1]);
     let table = |block, inbound, outbound, on: &Arc<Activation>, process: &Arc<Process>| {
         Op::Table(Box::new(Table::new(vec![step(Arc::new(block), on, process, vec![])], inbound, outbound, vec![], None)))

@@ -9,7 +9,7 @@ type New = unsafe extern "C" fn(c_long, *const c_uchar, *const u32, *const u32, 
 type Cycles = unsafe extern "C" fn(*mut c_void, c_long) -> i64;
 
 /// Result of the load.
-pub struct Loaded {
+pub struct LoadResult {
     new: New,
     free: unsafe extern "C" fn(*mut c_void),
     loops: [Cycles; 4],
@@ -29,9 +29,9 @@ pub enum Loop {
     WrittenOut = 3,
 }
 
-impl Loaded {
+impl LoadResult {
     /// Loads both. Panics, saying why, where one cannot be loaded: this is a program for people who build it.
-    pub fn open(peer: &str, blocks: &str) -> Loaded {
+    pub fn open(peer: &str, blocks: &str) -> LoadResult {
         let (peer, module) = (library(peer), library(blocks));
         // SAFETY: the symbols have these types in `bench/c/peer.c`; a module exports `opengpac_module` as the ABI says.
         unsafe {
@@ -41,7 +41,7 @@ impl Loaded {
             let blocks: HashMap<_, _> = blocks.map(|block: &'static Descriptor| (text(block.name), block)).collect();
             let bank_of: unsafe extern "C" fn(Run) -> Option<Bank> = std::mem::transmute(symbol(module, c"opengpac_bank_1"));
             blocks.values().filter_map(|block| Some((block.run, bank_of(block.run)?))).for_each(|(run, bank)| bank::add(run, bank));
-            Loaded {
+            LoadResult {
                 new: std::mem::transmute::<*mut c_void, New>(symbol(peer, c"peer_new")),
                 free: std::mem::transmute::<*mut c_void, unsafe extern "C" fn(*mut c_void)>(symbol(peer, c"peer_free")),
                 loops: [c"peer_calls", c"peer_checked", c"peer_inlined", c"peer_written_out"]
@@ -67,7 +67,7 @@ impl Loaded {
 
 /// One such program.
 pub struct Peer<'a> {
-    loaded: &'a Loaded,
+    loaded: &'a LoadResult,
     peer: *mut c_void,
     _kinds: Box<[u8]>,
 }

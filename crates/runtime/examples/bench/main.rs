@@ -19,11 +19,11 @@ mod report;
 mod rig;
 mod transition;
 
-use loaded::Loaded;
+use loaded::LoadResult;
 
 /// Everything that a row needs.
 pub struct Bench {
-    pub loaded: Loaded,
+    pub loaded: LoadResult,
     pub rounds: usize,
 }
 
@@ -33,7 +33,7 @@ fn main() {
         eprintln!("bench PEER.so BLOCKS.so ROUNDS [ROW…]");
         std::process::exit(2);
     };
-    let bench = Bench { loaded: Loaded::open(peer, blocks), rounds: rounds.parse().expect("ROUNDS is a number") };
+    let bench = Bench { loaded: LoadResult::open(peer, blocks), rounds: rounds.parse().expect("ROUNDS is a number") };
     type Row = (&'static str, fn(&Bench));
     let rows: [Row; 8] = [
         ("dispatch", dispatch::rows),

@@ -3,7 +3,7 @@
 //! the new process runs. The next firing is requested beforehand, so nothing lies between but publication, the transition, the
 //! event to the supervisor, and the start of a firing.
 use crate::Bench;
-use crate::blocks::{Every, MARKED, MARKS, Marker, Watched};
+use crate::blocks::{Every, MARKED, MARKS, Marker, WatchedGain};
 use crate::report::{Line, median, thousands, time};
 use crate::rig::{BURST_NS, Image, Rig, image, interval, rest, single, step};
 use kernel::*;
@@ -14,7 +14,7 @@ use std::sync::atomic::Ordering;
 /// Firings in a burst; a transition on each fourth.
 const FIRINGS: usize = 400;
 const PERIOD: usize = 4;
-/// Index of the condition of `Watched`, and of `Every`.
+/// Index of the condition of `WatchedGain`, and of `Every`.
 const BROKEN: u8 = 3;
 const REACHED: u8 = 1;
 const CONDITIONS: usize = 100;
@@ -30,7 +30,7 @@ pub fn rows(bench: &Bench) {
 fn measure(bench: &Bench, n: usize, apart: bool) {
     let rig = Rig::new();
     let (reads, writes): (Vec<u32>, Vec<u32>) = ((0..2 * n as u32).collect(), (2 * n as u32..4 * n as u32).collect());
-    let image = image(&vec![Watched::descriptor(); 2 * n], &reads, &writes, 4 * n);
+    let image = image(&vec![WatchedGain::descriptor(); 2 * n], &reads, &writes, 4 * n);
     let process = Process::new(1, 1);
     let activations: Vec<Vec<Arc<Activation>>> = (0..2).map(|_| if apart { (0..n).map(|_| interval()).collect() } else { vec![interval()] }).collect();
     process.set_stages((0..2).map(|from| stage(&image, &activations, n, from)).collect());

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The reading side: objects are made, scripts name them.
-use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
+use super::{AppendAs, CellAt, CodeName, DueAs, MemberAs, OpAs, Parcel, RemoteObject, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
 use crate::renewal::Renewal;
 use device::Direction;
 use interconnect::{Receiver, RowsReader, Sender};
 use kernel::process::CAPTURED_MAX;
 use kernel::{
-    Activation, Append, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Response, Rows, Script, SourceId, Stage, Stamped, Step,
+    Activation, Append, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Response, Rows, Script, SourceId, Stage, StampedValue, Step,
     StepKind, Table, Watch, Way, Window,
 };
 use kernel::{QueueMember, RowsEnd};
@@ -48,11 +48,11 @@ enum Object {
 /// Maximum bytes of a connection or ring: what asks for more is not meant so.
 const BYTES_MAX: u64 = 1 << 30;
 
-type Read<T> = Result<T, String>;
+type ReadResult<T> = Result<T, String>;
 
 macro_rules! finder {
     ($name:ident, $variant:ident, $of:ty, $word:literal) => {
-        fn $name(&self, number: u64) -> Read<&Arc<$of>> {
+        fn $name(&self, number: u64) -> ReadResult<&Arc<$of>> {
             match self.objects.get(&number) {
                 Some(Object::$variant(found)) => Ok(found),
                 _ => Err(format!("there is no {} {number}", $word)),
@@ -74,7 +74,7 @@ impl Reader {
 
     /// Makes what a parcel brings; the script to submit, numbered `submission`. Errors: what does not fit together, in words; what was made before
     /// that is kept.
-    pub fn open(&mut self, submission: u64, parcel: Parcel, ground: &mut dyn Ground) -> Read<Box<Script>> {
+    pub fn open(&mut self, submission: u64, parcel: Parcel, ground: &mut dyn Ground) -> ReadResult<Box<Script>> {
         for made in parcel.made {
             self.make(made, ground)?;
         }
@@ -124,53 +124,53 @@ impl Reader {
         self.objects.is_empty()
     }
 
-    fn keep(&mut self, number: u64, object: Object) -> Read<()> {
+    fn keep(&mut self, number: u64, object: Object) -> ReadResult<()> {
         match self.objects.insert(number, object) {
             None => Ok(()),
             Some(_) => Err(format!("number {number} was given twice")),
         }
     }
 
-    fn make(&mut self, made: Made, ground: &mut dyn Ground) -> Read<()> {
+    fn make(&mut self, made: RemoteObject, ground: &mut dyn Ground) -> ReadResult<()> {
         match made {
-            Made::Extent { number, bytes } => {
+            RemoteObject::Extent { number, bytes } => {
                 let extent = Extent::new(bytes.len());
                 extent.cell(0, bytes.len()).store(&bytes);
                 self.keep(number, Object::Extent(extent))
             }
-            Made::Block { number, id, name, code, memory, initial, bound } => {
+            RemoteObject::Block { number, id, name, code, memory, initial, bound } => {
                 let Some((descriptor, module)) = ground.code(&code) else {
                     return Err(format!("the code of block '{name}' ({} of module {}) is not here", code.block, code.module));
                 };
-                let bound = bound.into_iter().map(|cell| cell.map(|cell| self.cell(cell)).transpose()).collect::<Read<Vec<_>>>()?;
+                let bound = bound.into_iter().map(|cell| cell.map(|cell| self.cell(cell)).transpose()).collect::<ReadResult<Vec<_>>>()?;
                 let block = Block::like((id, &name), descriptor, module, self.cell(memory)?, &initial, &bound)?;
                 self.keep(number, Object::Block(Arc::new(block)))
             }
-            Made::Activation { number, due, stamp, budget_ns } => {
+            RemoteObject::Activation { number, due, stamp, budget_ns } => {
                 let (due, stamp) = (self.due(due)?, stamp.map(|stamp| self.cell(stamp)).transpose()?);
                 if stamp.as_ref().is_some_and(|stamp| stamp.len() < kernel::STAMP_LEN) {
                     return Err(format!("the stamp of activation {number} is too short"));
                 }
                 self.keep(number, Object::Activation(Activation::with_budget(due, stamp, budget_ns)))
             }
-            Made::Process { number, id, created } => self.keep(number, Object::Process(Process::new(id, created))),
-            Made::Stages { process, stages } => self.set_stages(process, stages),
-            Made::Inbound { number, way, group, queue } => {
+            RemoteObject::Process { number, id, created } => self.keep(number, Object::Process(Process::new(id, created))),
+            RemoteObject::Stages { process, stages } => self.set_stages(process, stages),
+            RemoteObject::Inbound { number, way, group, queue } => {
                 let (way, group, queue) = self.connection(&way, group, queue)?;
                 self.keep(number, Object::Inbound(Inbound::new(ground.receiver(&way), group, queue)))
             }
-            Made::Outbound { number, way, group, queue, wake } => {
+            RemoteObject::Outbound { number, way, group, queue, wake } => {
                 let (way, group, queue) = self.connection(&way, group, queue)?;
                 self.keep(number, Object::Outbound(Outbound::new(ground.sender(&way), group, queue, wake)))
             }
-            Made::Rows { number, row_len, depth } => {
+            RemoteObject::Rows { number, row_len, depth } => {
                 if depth < 2 || row_len.checked_mul(depth).is_none_or(|bytes| bytes > BYTES_MAX) {
                     return Err(format!("a ring of {depth} rows of {row_len} bytes cannot be made"));
                 }
                 let (writer, _) = interconnect::rows(row_len as usize, depth as usize);
                 self.keep(number, Object::Rows(RowsEnd::new(writer)))
             }
-            Made::Device { number, name, readings, commands } => {
+            RemoteObject::Device { number, name, readings, commands } => {
                 let device = ground.device(&name).ok_or_else(|| format!("device '{name}' was not opened here"))?;
                 let (read, written) = device.images();
                 let (read, written) = (read.place().0.clone(), written.place().0.clone());
@@ -178,7 +178,7 @@ impl Reader {
                 self.keep(commands, Object::Extent(written))?;
                 self.keep(number, Object::Device(device))
             }
-            Made::Edge { number, device, channel, kind, raises } => {
+            RemoteObject::Edge { number, device, channel, kind, raises } => {
                 let device = self.device(device)?;
                 let found = device.channels().get(channel as usize).filter(|found| found.direction == Direction::Read && found.len <= size_of::<u64>());
                 if found.is_none() {
@@ -187,7 +187,7 @@ impl Reader {
                 let edge = Edge::new(device, channel as usize, kind, raises);
                 self.keep(number, Object::Edge(edge))
             }
-            Made::Forget { numbers } => {
+            RemoteObject::Forget { numbers } => {
                 for number in numbers {
                     self.objects.remove(&number);
                 }
@@ -196,21 +196,21 @@ impl Reader {
         }
     }
 
-    fn cell(&self, CellAt(extent, offset, len): CellAt) -> Read<Cell> {
+    fn cell(&self, CellAt(extent, offset, len): CellAt) -> ReadResult<Cell> {
         let found = self.extent(extent)?.find(offset as usize, len as usize);
         found.ok_or_else(|| format!("a cell of {len} bytes at {offset} does not lie in extent {extent}"))
     }
 
-    fn cells(&self, cells: Vec<CellAt>) -> Read<Vec<Cell>> {
+    fn cells(&self, cells: Vec<CellAt>) -> ReadResult<Vec<Cell>> {
         cells.into_iter().map(|cell| self.cell(cell)).collect()
     }
 
-    fn pair(&self, (from, to): (CellAt, CellAt)) -> Read<(Cell, Cell)> {
+    fn pair(&self, (from, to): (CellAt, CellAt)) -> ReadResult<(Cell, Cell)> {
         let (from, to) = (self.cell(from)?, self.cell(to)?);
         if from.len() == to.len() { Ok((from, to)) } else { Err("a copy goes between cells of one length".to_owned()) }
     }
 
-    fn window(&self, value: CellAt, window: CellAt) -> Read<(Cell, Window)> {
+    fn window(&self, value: CellAt, window: CellAt) -> ReadResult<(Cell, Window)> {
         let (value, window) = (self.cell(value)?, self.cell(window)?);
         if value.is_empty() || window.is_empty() || !window.len().is_multiple_of(value.len()) {
             return Err(format!("a window of {} bytes does not hold values of {}", window.len(), value.len()));
@@ -219,8 +219,8 @@ impl Reader {
         Ok((value, Window::new(window, len)))
     }
 
-    fn due(&self, due: DueAs) -> Read<Due> {
-        let drivers = |by: Vec<(u64, u32)>| by.into_iter().map(|(driver, n)| Ok((self.activation(driver)?.clone(), n))).collect::<Read<_>>();
+    fn due(&self, due: DueAs) -> ReadResult<Due> {
+        let drivers = |by: Vec<(u64, u32)>| by.into_iter().map(|(driver, n)| Ok((self.activation(driver)?.clone(), n))).collect::<ReadResult<_>>();
         Ok(match due {
             DueAs::Interval => Due::Interval,
             DueAs::Driven(by) => Due::Driven { by: drivers(by)? },
@@ -230,12 +230,12 @@ impl Reader {
                     let exists = (member as usize) < inbound.members.len();
                     if exists { Ok((inbound.clone(), member as usize)) } else { Err(format!("inbound connection {number} has no member {member}")) }
                 };
-                Due::Queued { members: members.into_iter().map(member).collect::<Read<_>>()?, by: drivers(by)? }
+                Due::Queued { members: members.into_iter().map(member).collect::<ReadResult<_>>()?, by: drivers(by)? }
             }
         })
     }
 
-    fn connection(&self, way: &WayAs, group: Vec<CellAt>, queue: Vec<MemberAs>) -> Read<(Way, Vec<Cell>, Vec<QueueMember>)> {
+    fn connection(&self, way: &WayAs, group: Vec<CellAt>, queue: Vec<MemberAs>) -> ReadResult<(Way, Vec<Cell>, Vec<QueueMember>)> {
         let group = self.cells(group)?;
         let prefix = kernel::row_prefix(queue.len()) as u64;
         let mut members = Vec::with_capacity(queue.len());
@@ -256,7 +256,7 @@ impl Reader {
         Ok((way.way(), group, members))
     }
 
-    fn set_stages(&mut self, process: u64, stages: Vec<Vec<WatchAs>>) -> Read<()> {
+    fn set_stages(&mut self, process: u64, stages: Vec<Vec<WatchAs>>) -> ReadResult<()> {
         let process = self.process(process)?.clone();
         let mut made = Vec::with_capacity(stages.len());
         for watches in stages {
@@ -275,7 +275,7 @@ impl Reader {
                 };
                 Ok(Watch { block: of.block, item: of.item, condition: of.condition, priority: of.priority, response })
             };
-            made.push(Stage { watches: watches.into_iter().map(watch).collect::<Read<_>>()? });
+            made.push(Stage { watches: watches.into_iter().map(watch).collect::<ReadResult<_>>()? });
         }
         if process.stages.get().is_some() {
             return Err(format!("the stages of process {} were given before", process.id()));
@@ -284,12 +284,12 @@ impl Reader {
         Ok(())
     }
 
-    fn append(&self, AppendAs { block, ratio, value, window }: AppendAs) -> Read<Append> {
+    fn append(&self, AppendAs { block, ratio, value, window }: AppendAs) -> ReadResult<Append> {
         let (value, window) = self.window(value, window)?;
         Ok(Append { block: self.block(block)?.clone(), ratio, value, window })
     }
 
-    fn stamped(&self, StampedAs { block, ratio, stamp, history }: StampedAs) -> Read<Stamped> {
+    fn stamped(&self, StampedAs { block, ratio, stamp, history }: StampedAs) -> ReadResult<StampedValue> {
         let stamp = self.cell(stamp)?;
         if stamp.len() < kernel::STAMP_LEN {
             return Err(format!("the stamp of a value of block {block} is too short"));
@@ -301,16 +301,16 @@ impl Reader {
             }
             Ok((value, rows))
         });
-        Ok(Stamped { block: self.block(block)?.clone(), ratio, stamp, history: history.transpose()? })
+        Ok(StampedValue { block: self.block(block)?.clone(), ratio, stamp, history: history.transpose()? })
     }
 
-    fn table(&self, table: TableAs) -> Read<Table> {
+    fn table(&self, table: TableAs) -> ReadResult<Table> {
         let mut steps = Vec::with_capacity(table.steps.len());
         for (index, (what, activation, process, drivers)) in table.steps.into_iter().enumerate() {
             let kind = match what {
                 StepAs::Block(block) => StepKind::Block(self.block(block)?.clone()),
-                StepAs::Copy(pairs) => StepKind::Copy(pairs.into_iter().map(|pair| self.pair(pair)).collect::<Read<_>>()?),
-                StepAs::Append(appends) => StepKind::Append(appends.into_iter().map(|append| self.append(append)).collect::<Read<_>>()?),
+                StepAs::Copy(pairs) => StepKind::Copy(pairs.into_iter().map(|pair| self.pair(pair)).collect::<ReadResult<_>>()?),
+                StepAs::Append(appends) => StepKind::Append(appends.into_iter().map(|append| self.append(append)).collect::<ReadResult<_>>()?),
             };
             if drivers.iter().any(|driver| *driver as usize >= index) {
                 return Err(format!("step {index} is driven by a later one"));
@@ -325,19 +325,19 @@ impl Reader {
             }
             rows.push(Rows { cells, writer });
         }
-        let inbound = table.inbound.into_iter().map(|number| self.inbound(number).cloned()).collect::<Read<_>>()?;
-        let outbound = table.outbound.into_iter().map(|number| self.outbound(number).cloned()).collect::<Read<_>>()?;
-        let devices = table.devices.into_iter().map(|number| self.device(number).cloned()).collect::<Read<_>>()?;
-        let edges = table.edges.into_iter().map(|number| self.edge(number).cloned()).collect::<Read<_>>()?;
-        let stamped = table.stamped.into_iter().map(|stamped| self.stamped(stamped)).collect::<Read<_>>()?;
+        let inbound = table.inbound.into_iter().map(|number| self.inbound(number).cloned()).collect::<ReadResult<_>>()?;
+        let outbound = table.outbound.into_iter().map(|number| self.outbound(number).cloned()).collect::<ReadResult<_>>()?;
+        let devices = table.devices.into_iter().map(|number| self.device(number).cloned()).collect::<ReadResult<_>>()?;
+        let edges = table.edges.into_iter().map(|number| self.edge(number).cloned()).collect::<ReadResult<_>>()?;
+        let stamped = table.stamped.into_iter().map(|stamped| self.stamped(stamped)).collect::<ReadResult<_>>()?;
         Ok(Table::new(steps, inbound, outbound, devices, None).with_rows(rows).with_edges(edges).with_stamped(stamped))
     }
 
-    fn ops(&self, ops: Vec<OpAs>) -> Read<Vec<Op>> {
+    fn ops(&self, ops: Vec<OpAs>) -> ReadResult<Vec<Op>> {
         ops.into_iter().map(|op| self.op(op)).collect()
     }
 
-    fn op(&self, op: OpAs) -> Read<Op> {
+    fn op(&self, op: OpAs) -> ReadResult<Op> {
         Ok(match op {
             OpAs::Table(table) => Op::Table(Box::new(self.table(table)?)),
             OpAs::Store(cell, bytes) => {
@@ -356,7 +356,7 @@ impl Reader {
             OpAs::Follow(activation, due) => self.activation(activation)?.follow(self.due(due)?),
             OpAs::Tune(activation, every) => Op::Tune(self.activation(activation)?.clone(), every),
             OpAs::Off(activation) => Op::Off(self.activation(activation)?.clone()),
-            OpAs::Execute(blocks) => Op::Execute(blocks.into_iter().map(|block| self.block(block).cloned()).collect::<Read<_>>()?),
+            OpAs::Execute(blocks) => Op::Execute(blocks.into_iter().map(|block| self.block(block).cloned()).collect::<ReadResult<_>>()?),
             OpAs::Stage { process, stage, generation } => Op::Stage { process: self.process(process)?.clone(), stage, generation },
             OpAs::Advance { process, generation, from, to } => Op::Advance { process: self.process(process)?.clone(), generation, from, to },
             OpAs::Forget => Op::Forget,
@@ -374,7 +374,7 @@ impl Reader {
     }
 
     /// Returns a device that has these channels.
-    fn channels(&self, device: u64, channels: &[u16]) -> Read<Arc<Device>> {
+    fn channels(&self, device: u64, channels: &[u16]) -> ReadResult<Arc<Device>> {
         let device = self.device(device)?;
         let known = device.channels().len();
         let exist = channels.iter().all(|channel| usize::from(*channel) < known);

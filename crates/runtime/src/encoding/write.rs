@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The writing side: objects get their numbers.
-use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
+use super::{AppendAs, CellAt, CodeName, DueAs, MemberAs, OpAs, Parcel, RemoteObject, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
 use kernel::QueueMember;
 use kernel::copies::Aside;
 use kernel::{Activation, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Response, RowsEnd, Script, Table};
@@ -19,7 +19,7 @@ pub struct Writer {
     last: u64,
     /// Number of objects that were known at the last sweep.
     swept: usize,
-    made: Vec<Made>,
+    made: Vec<RemoteObject>,
     /// Devices that were named for the first time.
     devices: Vec<(String, Vec<device::Channel>)>,
 }
@@ -97,7 +97,7 @@ impl Writer {
             self.rings.remove(number);
         }
         self.swept = self.known.len();
-        self.made.push(Made::Forget { numbers });
+        self.made.push(RemoteObject::Forget { numbers });
     }
 
     /// Returns the number of an object, and whether it is new.
@@ -120,7 +120,7 @@ impl Writer {
     fn extent(&mut self, extent: &Arc<Extent>) -> u64 {
         let (number, is_new) = self.number(extent);
         if is_new {
-            self.made.push(Made::Extent { number, bytes: extent.cell(0, extent.len()).load() });
+            self.made.push(RemoteObject::Extent { number, bytes: extent.cell(0, extent.len()).load() });
         }
         number
     }
@@ -142,7 +142,7 @@ impl Writer {
             };
             let (memory, initial, bound) = block.parts();
             let (memory, bound) = (self.cell(memory), bound.iter().map(|cell| cell.as_ref().map(|cell| self.cell(cell))).collect());
-            self.made.push(Made::Block { number, id: block.id(), name: block.name().to_owned(), code, memory, initial: initial.to_vec(), bound });
+            self.made.push(RemoteObject::Block { number, id: block.id(), name: block.name().to_owned(), code, memory, initial: initial.to_vec(), bound });
         }
         Ok(number)
     }
@@ -156,7 +156,7 @@ impl Writer {
         if is_new {
             let due = self.due(&activation.planned());
             let stamp = activation.stamp_cell().map(|stamp| self.cell(stamp));
-            self.made.push(Made::Activation { number, due, stamp, budget_ns: activation.budget_ns() });
+            self.made.push(RemoteObject::Activation { number, due, stamp, budget_ns: activation.budget_ns() });
         }
         number
     }
@@ -177,7 +177,7 @@ impl Writer {
     fn process(&mut self, process: &Arc<Process>, names: Names) -> Result<u64, String> {
         let (number, is_new) = self.number(process);
         if is_new {
-            self.made.push(Made::Process { number, id: process.id(), created: process.created() });
+            self.made.push(RemoteObject::Process { number, id: process.id(), created: process.created() });
         }
         if let (Some(stages), false, false) = (process.stages.get(), process.is_spread(), self.staged.contains(&number)) {
             self.staged.insert(number);
@@ -185,7 +185,7 @@ impl Writer {
             for stage in stages {
                 written.push(stage.watches.iter().map(|watch| self.watch(watch, names)).collect::<Result<_, _>>()?);
             }
-            self.made.push(Made::Stages { process: number, stages: written });
+            self.made.push(RemoteObject::Stages { process: number, stages: written });
         }
         Ok(number)
     }
@@ -204,7 +204,7 @@ impl Writer {
         if is_new && let Some(way) = &inbound.way {
             let (group, queue) = (self.cells(&inbound.group), self.members(&inbound.members));
             self.inbounds.insert(number, Arc::downgrade(inbound));
-            self.made.push(Made::Inbound { number, way: WayAs::of(way), group, queue });
+            self.made.push(RemoteObject::Inbound { number, way: WayAs::of(way), group, queue });
         }
         number
     }
@@ -213,7 +213,7 @@ impl Writer {
         let (number, is_new) = self.number(outbound);
         if is_new && let Some(way) = &outbound.way {
             let (group, queue) = (self.cells(&outbound.group), self.members(&outbound.queue));
-            self.made.push(Made::Outbound { number, way: WayAs::of(way), group, queue, wake: outbound.wake });
+            self.made.push(RemoteObject::Outbound { number, way: WayAs::of(way), group, queue, wake: outbound.wake });
         }
         number
     }
@@ -234,7 +234,7 @@ impl Writer {
             let (readings, commands) = device.images();
             let (readings, commands) = (self.number(readings.place().0).0, self.number(commands.place().0).0);
             self.devices.push((device.name().to_owned(), device.channels().to_vec()));
-            self.made.push(Made::Device { number, name: device.name().to_owned(), readings, commands });
+            self.made.push(RemoteObject::Device { number, name: device.name().to_owned(), readings, commands });
         }
         number
     }
@@ -243,7 +243,7 @@ impl Writer {
         let (number, is_new) = self.number(edge);
         if is_new {
             let device = self.device(&edge.device);
-            self.made.push(Made::Edge { number, device, channel: edge.index as u32, kind: edge.number, raises: edge.raises });
+            self.made.push(RemoteObject::Edge { number, device, channel: edge.index as u32, kind: edge.number, raises: edge.raises });
         }
         number
     }
@@ -253,7 +253,7 @@ impl Writer {
         if is_new {
             self.rings.insert(number, Arc::downgrade(rows));
             let (row_len, depth) = rows.shape();
-            self.made.push(Made::Rows { number, row_len: row_len as u64, depth: depth as u64 });
+            self.made.push(RemoteObject::Rows { number, row_len: row_len as u64, depth: depth as u64 });
         }
         number
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Running a record again: a host under the virtual clock whose sources do what is recorded of them, segment by segment.
 use crate::host::Host;
-use crate::trace::Taped;
+use crate::trace::TapedReceiver;
 use crate::trace::tape::{SourceTape, Stretch};
 use interconnect::{Full, Receiver, Sender};
 use kernel::clock::monotonic_ns;
@@ -16,7 +16,7 @@ use std::ffi::CStr;
 
 /// Result of a segment that was run again.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Played {
+pub struct PlayedSegment {
     /// Digest of everything that the source's blocks had stored when it was over.
     pub digest: u64,
     /// A fault stopped the source in it.
@@ -43,7 +43,7 @@ impl Host {
     pub fn played(&self, way: &Way) -> Box<dyn Receiver> {
         // A record that is damaged may name a source that it has not made.
         match self.tape(SourceId(way.spec.reader)) {
-            Some(tape) => Box::new(Taped::playing(&way.spec, tape)),
+            Some(tape) => Box::new(TapedReceiver::playing(&way.spec, tape)),
             None => Box::new(Nowhere::of(&way.spec)),
         }
     }
@@ -54,7 +54,7 @@ impl Host {
     }
 
     /// Runs a segment of `source` again. `script`: the one that it carries out. Of a host that plays ([`Host::playing`]).
-    pub fn play(&self, source: SourceId, stretch: &Stretch, script: Option<Box<Script>>) -> Played {
+    pub fn play(&self, source: SourceId, stretch: &Stretch, script: Option<Box<Script>>) -> PlayedSegment {
         self.set_now(stretch.time_ns);
         let script = script.map(|mut script| {
             self.prepare(source, &mut script);
@@ -97,9 +97,9 @@ impl Sender for Unread {
 }
 
 /// Does what `stretch` says, with the script that it names.
-fn play(kernel: &mut Kernel, tape: Option<&SourceTape>, stretch: &Stretch, script: Option<Box<Script>>) -> Played {
+fn play(kernel: &mut Kernel, tape: Option<&SourceTape>, stretch: &Stretch, script: Option<Box<Script>>) -> PlayedSegment {
     let Some(tape) = tape else {
-        return Played { digest: 0, stopped: false, differs: Some("this host does not play".to_owned()) };
+        return PlayedSegment { digest: 0, stopped: false, differs: Some("this host does not play".to_owned()) };
     };
     tape.load(&stretch.answers);
     match (stretch.occasion, script) {
@@ -109,11 +109,11 @@ fn play(kernel: &mut Kernel, tape: Option<&SourceTape>, stretch: &Stretch, scrip
             kernel.carry_out(Submission::new(script), stretch.time_ns);
         }
         (Occasion::Script(number), None) => {
-            return Played { digest: 0, stopped: false, differs: Some(format!("the record does not have script {number}")) };
+            return PlayedSegment { digest: 0, stopped: false, differs: Some(format!("the record does not have script {number}")) };
         }
         (Occasion::Restart, _) => kernel.restart(),
     }
-    Played { digest: kernel.digest(), stopped: kernel.stopped, differs: tape.differs() }
+    PlayedSegment { digest: kernel.digest(), stopped: kernel.stopped, differs: tape.differs() }
 }
 
 /// Returns the values of the outputs and device channels of a block.

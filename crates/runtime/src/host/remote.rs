@@ -4,7 +4,7 @@ use super::*;
 use crate::locked::locked;
 use crate::remote::Remote;
 use crate::remote_sources::is_same;
-use crate::trace::Taped;
+use crate::trace::TapedReceiver;
 use interconnect::{ConnectionSpec, EndError, Memory, Receiver, Sender};
 use kernel::connection::End;
 use kernel::{Nowhere, Process, Reach, Way, clock};
@@ -49,7 +49,7 @@ impl Host {
                 return (sender.into(), receiver.into());
             };
             let way = Some(Way { number: trace.way(), spec: *spec, reach: Reach::Process });
-            return (End { end: sender, way }, End { end: Box::new(Taped::recording(receiver, tape)), way });
+            return (End { end: sender, way }, End { end: Box::new(TapedReceiver::recording(receiver, tape)), way });
         }
         let reach = self.reach(writer, reader);
         let way = Way { number: self.remote_sources.next_way(), spec: *spec, reach };

@@ -5,7 +5,7 @@ use interconnect::{ConnectionSpec, Header, Receiver};
 use std::sync::Arc;
 
 /// A reading end with the tape of its source.
-pub(crate) struct Taped {
+pub(crate) struct TapedReceiver {
     /// None where all of it comes from the record.
     inner: Option<Box<dyn Receiver>>,
     tape: Arc<SourceTape>,
@@ -15,17 +15,17 @@ pub(crate) struct Taped {
     held: Option<u64>,
 }
 
-impl Taped {
-    pub(crate) fn recording(inner: Box<dyn Receiver>, tape: Arc<SourceTape>) -> Taped {
-        Taped { inner: Some(inner), tape, group: Vec::new(), row: Vec::new(), held: None }
+impl TapedReceiver {
+    pub(crate) fn recording(inner: Box<dyn Receiver>, tape: Arc<SourceTape>) -> TapedReceiver {
+        TapedReceiver { inner: Some(inner), tape, group: Vec::new(), row: Vec::new(), held: None }
     }
 
-    pub(crate) fn playing(spec: &ConnectionSpec, tape: Arc<SourceTape>) -> Taped {
-        Taped { inner: None, tape, group: vec![0; spec.asynchronous_len], row: vec![0; spec.queue_row_len], held: None }
+    pub(crate) fn playing(spec: &ConnectionSpec, tape: Arc<SourceTape>) -> TapedReceiver {
+        TapedReceiver { inner: None, tape, group: vec![0; spec.asynchronous_len], row: vec![0; spec.queue_row_len], held: None }
     }
 }
 
-impl Receiver for Taped {
+impl Receiver for TapedReceiver {
     fn latch(&mut self, now_ns: i64) -> Option<Header> {
         let Some(inner) = &mut self.inner else {
             if self.tape.one_of(&[Ask::NoGroup, Ask::Group])? != Ask::Group {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Calls about verb instances: made, started, waited for, halted, deleted.
 use super::{INSTANCES, Pending, World};
-use crate::broken::{Broken, broken, text};
+use crate::broken::{BrokenInvariant, broken, text};
 use crate::lives::{Claim, Life};
 use crate::operations::{CALLERS, Operation};
 use crate::program::{ARBITRATED, ARRAYS, JOINT, Kind, MS, PAIRS, Program, Verb};
 use crate::seed::Numbers;
-use api::Answered;
+use api::CallResult;
 use model::refusal::{Class, Refusals};
 use serde_json::{Map, Value as Json, json};
 use std::time::Duration;
@@ -80,7 +80,7 @@ impl World {
         (arguments, life)
     }
 
-    pub fn start(&mut self, of: Operation) -> Result<String, Broken> {
+    pub fn start(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
         let Some((name, id)) = self.pick(of.a) else { return Ok("nothing to start".to_owned()) };
         let verb = self.program.verbs[self.lives.of[&name].verb].clone();
         self.last_tag += 1;
@@ -151,7 +151,7 @@ impl World {
         self.system.statistics().physical_devices.get("plant").is_some_and(|plant| plant.lost.is_some())
     }
 
-    pub(super) fn transit(&mut self, of: Operation, call: &str, from: &str, to: &[&str]) -> Result<String, Broken> {
+    pub(super) fn transit(&mut self, of: Operation, call: &str, from: &str, to: &[&str]) -> Result<String, BrokenInvariant> {
         let Some((name, id)) = self.pick(of.a) else { return Ok(format!("nothing to {call}")) };
         let before = self.system.state(id);
         let (answer, result) = self.told(call, json!({"instance": id}));
@@ -165,7 +165,7 @@ impl World {
         if is_right { Ok(words) } else { broken("life of an instance", format!("{words}; it was {before} and is {after}")) }
     }
 
-    pub(super) fn halt(&mut self, of: Operation) -> Result<String, Broken> {
+    pub(super) fn halt(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
         let Some((name, id)) = self.pick(of.a) else { return Ok("nothing to halt".to_owned()) };
         let before = self.system.state(id);
         let is_second = of.b.is_multiple_of(3);
@@ -197,8 +197,8 @@ impl World {
 
     fn go_on(&mut self, caller: usize, call: &'static str, arguments: &Json) -> String {
         match api::begin(&self.system, call, &arguments.to_string(), Duration::ZERO) {
-            Ok(Answered::Done(value)) => value.to_string().chars().take(160).collect(),
-            Ok(Answered::Waiting { call, arguments }) => {
+            Ok(CallResult::Done(value)) => value.to_string().chars().take(160).collect(),
+            Ok(CallResult::Waiting { call, arguments }) => {
                 self.pending[caller] = Some(Pending { call, arguments });
                 "waits".to_owned()
             }
@@ -220,7 +220,7 @@ impl World {
         words
     }
 
-    pub(super) fn delete(&mut self, of: Operation) -> Result<String, Broken> {
+    pub(super) fn delete(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
         let Some((name, id)) = self.pick(of.a) else { return Ok("nothing to delete".to_owned()) };
         let before = self.system.state(id);
         let (answer, result) = self.told("delete", json!({"instance": id}));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operations, carried out one by one.
 use super::World;
-use crate::broken::{Broken, broken};
+use crate::broken::{BrokenInvariant, broken};
 use crate::churn::churn;
 use crate::operations::{Operation, What};
 use crate::plant;
@@ -10,7 +10,7 @@ use interconnect::Faults;
 use serde_json::json;
 
 /// Carries out one operation; what was done, in words.
-pub fn carry_out(world: &mut World, of: Operation) -> Result<String, Broken> {
+pub fn carry_out(world: &mut World, of: Operation) -> Result<String, BrokenInvariant> {
     if world.pending[of.caller].is_some() && !matches!(of.what, What::Advance | What::Step) {
         return Ok("nothing: the caller waits".to_owned());
     }
@@ -83,7 +83,7 @@ pub fn carry_out(world: &mut World, of: Operation) -> Result<String, Broken> {
 }
 
 impl World {
-    fn emergency_stop(&mut self) -> Result<String, Broken> {
+    fn emergency_stop(&mut self) -> Result<String, BrokenInvariant> {
         let (answer, result) = self.told("emergency_stop", json!({"reason": "simulated"}));
         if result.is_err() || self.system.latched().is_none() {
             return broken("stopping is always possible", format!("emergency stop: {answer}"));
@@ -111,7 +111,7 @@ impl World {
 
     /// One or two of those who watch each other are hit; what follows takes seconds, in which the system's own time stands: a heart beats
     /// every 20 ms, and firings say nothing about it.
-    fn hit(&mut self, of: Operation) -> Result<String, Broken> {
+    fn hit(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
         let now_ns = self.hearts_ns;
         let still = |choice: usize| (!choice.is_multiple_of(3)).then_some([60, 300, 2_000, 30_000][choice / 3 % 4] * MS);
         let mut words = self.watching.hit(of.a, still(of.b), of.c.is_multiple_of(2), now_ns);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Alarms: texts, what the programming system raises, acknowledgements, what there is.
 use crate::alarms::causes::{known_alarm, raise};
-use crate::alarms::list::{Alarm, AlarmList, AlarmText, Cause, Raised, Severity};
-use crate::alarms::shelving::ShelvingRequest;
+use crate::alarms::list::{Alarm, AlarmList, AlarmText, Cause, RaisedAlarm, Severity};
+use crate::alarms::shelving_calls::ShelvingRequest;
 use crate::refuse::{refuse, unknown};
 use crate::system::System;
 use model::refusal::{Class, Refusals};
@@ -28,7 +28,7 @@ impl System {
     pub fn raise_alarm(&self, code: &str, source: &str, text: &str) -> Result<(), Refusals> {
         self.shared.command(|core| {
             known_alarm(core, code)?;
-            raise(core, Raised { code, source, block: None, text: text.to_owned(), remedy: "", severity: Severity::High, cause: Cause::Event });
+            raise(core, RaisedAlarm { code, source, block: None, text: text.to_owned(), remedy: "", severity: Severity::High, cause: Cause::Event });
             Ok(())
         })
     }

@@ -3,7 +3,7 @@
 //! device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an end of another
 //! verb that is not normal (returned at once: the end is the event), a condition that names an alarm, and the programming system.
 //! Ends that follow from one of these have no alarm of their own, so that one cause is one line.
-use crate::alarms::list::{CURRENT_MAX, Cause, Raised, Severity};
+use crate::alarms::list::{CURRENT_MAX, Cause, RaisedAlarm, Severity};
 use crate::core::Core;
 use crate::ending::report::Report;
 use crate::refuse::unknown;
@@ -16,7 +16,7 @@ const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "
 /// Conditions among those with an alarm of their own, which the fault of a logical device only repeats.
 const TOLD: [&str; 2] = ["device_lost", "processor_lost"];
 
-pub(crate) fn raise(core: &mut Core, raised: Raised<'_>) {
+pub(crate) fn raise(core: &mut Core, raised: RaisedAlarm<'_>) {
     let now_ns = core.host.now_ns();
     core.observation.log.add(now_ns, "alarm", raised.source, format!("{}: {}", raised.code, raised.text));
     if let Some(gone) = core.safety.alarms.raise(raised, now_ns) {
@@ -29,7 +29,7 @@ pub(crate) fn raise(core: &mut Core, raised: Raised<'_>) {
 pub(crate) fn alarm_events_lost(core: &mut Core, source: &str, count: u64) {
     let text = format!("{count} conditions or other events of source '{source}' were lost: more came than there is room for");
     let remedy = "report less often, or spread the verbs over more sources";
-    raise(core, Raised { code: "events_lost", source, block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
+    raise(core, RaisedAlarm { code: "events_lost", source, block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
     alarm_returns(core, "events_lost", source);
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn alarm_returns(core: &mut Core, code: &str, source: &str) {
 /// Raises the alarm of the emergency stop, which was tripped by an input or by a call (`system`).
 pub(crate) fn alarm_emergency(core: &mut Core, source: &str, reason: &str) {
     let (text, remedy) = (format!("emergency stop: {reason}"), "remove the cause, then reset");
-    raise(core, Raised { code: "emergency_stop", source, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Latch });
+    raise(core, RaisedAlarm { code: "emergency_stop", source, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Latch });
 }
 
 /// Notes the reset: the emergency stop, the faults of logical devices and the lost processors are over.
@@ -54,7 +54,7 @@ pub(crate) fn alarm_reset(core: &mut Core) {
 /// Raises the alarm of a lost physical device.
 pub(crate) fn alarm_lost(core: &mut Core, device: &str, message: &str) {
     let (text, remedy) = (format!("physical device '{device}' was lost: {message}"), "look at its power and cable, then open it again");
-    raise(core, Raised { code: "device_lost", source: device, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Loss });
+    raise(core, RaisedAlarm { code: "device_lost", source: device, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Loss });
 }
 
 /// Raises the alarm of a lost processor: one, however many sources, verbs and devices go with it. `place`: the process where several share one.
@@ -63,13 +63,13 @@ pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
         return;
     }
     let (text, remedy) = (message.to_owned(), "see the log for why, then call reset()");
-    raise(core, Raised { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
+    raise(core, RaisedAlarm { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
 }
 
 /// Raises the alarm of a recording that has ended before its time: an event, which a person is to see.
 pub(crate) fn alarm_recording(core: &mut Core, why: &str) {
     let (code, source, remedy) = ("recording_failed", "system", "make room on the disk, and record into a new file");
-    raise(core, Raised { code, source, block: None, text: why.to_owned(), remedy, severity: Severity::Medium, cause: Cause::Event });
+    raise(core, RaisedAlarm { code, source, block: None, text: why.to_owned(), remedy, severity: Severity::Medium, cause: Cause::Event });
     alarm_returns(core, code, source);
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, blo
     let (verb, name) = (instance.plan.verb.clone(), instance.plan.conditions[condition].name.clone());
     let source = instance.owner.clone().unwrap_or(verb);
     let text = if message.is_empty() { format!("'{name}' of '{}'", instance.name) } else { message.to_owned() };
-    raise(core, Raised { code: &code, source: &source, block, text, remedy: "", severity: Severity::High, cause: Cause::Event });
+    raise(core, RaisedAlarm { code: &code, source: &source, block, text, remedy: "", severity: Severity::High, cause: Cause::Event });
     alarm_returns(core, &code, &source);
 }
 
@@ -107,10 +107,10 @@ pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>
     if let Some(device) = owner {
         if !TOLD.contains(&report.condition.as_str()) {
             let remedy = "remove the cause, then enable the device again";
-            raise(core, Raised { code: &report.condition, source: device, block, text, remedy, severity: Severity::High, cause: Cause::Fault });
+            raise(core, RaisedAlarm { code: &report.condition, source: device, block, text, remedy, severity: Severity::High, cause: Cause::Fault });
         }
     } else if !report.normal && !has_own && !FOLLOWS.contains(&report.condition.as_str()) {
-        raise(core, Raised { code: &report.condition, source: &report.verb, block, text, remedy: "", severity: Severity::Medium, cause: Cause::Event });
+        raise(core, RaisedAlarm { code: &report.condition, source: &report.verb, block, text, remedy: "", severity: Severity::Medium, cause: Cause::Event });
         // The end is the event: what is left is to be seen by a person.
         alarm_returns(core, &report.condition, &report.verb);
     }

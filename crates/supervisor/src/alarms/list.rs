@@ -93,7 +93,7 @@ pub(crate) enum Cause {
 }
 
 /// Alarm that is raised, before the texts are looked up.
-pub(crate) struct Raised<'a> {
+pub(crate) struct RaisedAlarm<'a> {
     pub code: &'a str,
     pub source: &'a str,
     pub block: Option<&'a str>,
@@ -145,7 +145,7 @@ impl Alarms {
     }
 
     /// Gives back the alarm that had to leave for this one, if one did.
-    pub fn raise(&mut self, raised: Raised<'_>, now_ns: i64) -> Option<Alarm> {
+    pub fn raise(&mut self, raised: RaisedAlarm<'_>, now_ns: i64) -> Option<Alarm> {
         let wall_ns = self.wall_ns(now_ns);
         let said = self.texts.get(raised.code);
         let text = match said {

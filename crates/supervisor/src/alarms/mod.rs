@@ -4,3 +4,4 @@ pub(crate) mod alarm_calls;
 pub(crate) mod causes;
 pub(crate) mod list;
 pub(crate) mod shelving;
+pub(crate) mod shelving_calls;

@@ -3,10 +3,11 @@
 //! or, where the logical devices that it belongs to declare it, waited for in the order of the starts, or taken by aborting the
 //! holder. A start takes all that it needs at once, so no start holds one thing while it waits for another: there is no deadlock.
 use crate::core::Core;
+use crate::instances::cause::Cause;
 use crate::instances::course::Course;
-use crate::instances::instance::{Cause, State};
+use crate::instances::instance::State;
 use crate::instances::table::Request;
-use crate::starting::needs::Held;
+use crate::starting::needs::HeldClaim;
 use model::SystemCondition;
 use model::definition::Arbitration;
 use model::plan::Plan;
@@ -61,7 +62,7 @@ impl Core {
                 self.admit(request);
                 continue;
             }
-            let running = |h: &Held| self.instances[&h.holder].state() != State::Queued;
+            let running = |h: &HeldClaim| self.instances[&h.holder].state() != State::Queued;
             if held.iter().all(|h| h.arbitration == Arbitration::Abort && running(h)) {
                 let holders: BTreeSet<u64> = held.iter().map(|h| h.holder).collect();
                 let length = self.instances.queue.len();

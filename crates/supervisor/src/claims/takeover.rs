@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Takeover by a start: of the SVVs that its instance writes, and of the values that ψ stores.
 use crate::movements::carrier::Carrier;
-use crate::movements::sequence::{Carried, Movement, Object};
+use crate::movements::sequence::{CarriedCell, Movement, Object};
 use crate::starting::psi::stored_svvs;
 use crate::wiring::homes::first_writer;
 use model::interface::Mode;
@@ -37,8 +37,8 @@ impl Carrier<'_> {
             }
         }
         let home = |svv: &str| self.registry.svvs.get(svv).and_then(|s| s.home);
-        let carried: Vec<Carried> = (written.iter())
-            .filter_map(|(svv, to)| Some(Carried { object: Object::Svv(svv.clone()), from: home(svv).filter(|from| from != to)?, to: *to }))
+        let carried: Vec<CarriedCell> = (written.iter())
+            .filter_map(|(svv, to)| Some(CarriedCell { object: Object::Svv(svv.clone()), from: home(svv).filter(|from| from != to)?, to: *to }))
             .collect();
         let pairs = written.iter().flat_map(|(svv, source)| self.registry.hand_over(svv, *source)).collect::<Vec<_>>();
         let mut again = Vec::new();

@@ -3,7 +3,7 @@
 use crate::refuse::{refuse, refuse_at};
 use indexmap::IndexMap;
 use model::interface::Interface;
-use model::refusal::{Class, Place, Refusals};
+use model::refusal::{Class, Refusals, SourceLocation};
 use modules::{BuildError, BuildOptions, LoadError, LoadOptions, Probe};
 use opengpac::read::{BlockFace, TypeFace};
 use std::ffi::OsString;
@@ -14,7 +14,7 @@ pub fn load(path: &Path, python: &str) -> Result<modules::LoadedModule, Refusals
     let options = LoadOptions { probe: probe(python), build: BuildOptions { python: Some(python.into()), ..BuildOptions::default() } };
     modules::load(path, &options).map_err(|error| {
         let place = match &error {
-            LoadError::BuildFailed { file, line, .. } => Some(Place { file: file.display().to_string(), line: *line }),
+            LoadError::BuildFailed { file, line, .. } => Some(SourceLocation { file: file.display().to_string(), line: *line }),
             _ => None,
         };
         let message = match error {
@@ -33,7 +33,9 @@ fn probe(python: &str) -> Probe {
 pub fn build(sources: &[PathBuf], output: Option<PathBuf>, python: &str) -> Result<PathBuf, Refusals> {
     let options = BuildOptions { output, python: Some(python.into()), ..BuildOptions::default() };
     modules::build(sources, &options).map_err(|error| match error {
-        BuildError::Failed { message, file, line } => refuse_at(Class::ModuleError, message, "", Some(Place { file: file.display().to_string(), line })),
+        BuildError::Failed { message, file, line } => {
+            refuse_at(Class::ModuleError, message, "", Some(SourceLocation { file: file.display().to_string(), line }))
+        }
         other => refuse(Class::ModuleError, other.to_string(), ""),
     })
 }

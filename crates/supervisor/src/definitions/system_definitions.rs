@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Definitions: configuration and code, and where processors run.
-use crate::copied::Copied;
+use crate::copied::CopiedState;
 use crate::definitions::catalog::Catalog;
 use crate::processors::location::{Location, Processor};
 use crate::refuse::{refuse, unknown};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Definitions of a system. Locked before the core where both are needed.
 #[derive(Default)]
 pub(crate) struct Definitions {
-    pub configuration: Copied<Configuration>,
+    pub configuration: CopiedState<Configuration>,
     pub catalog: Catalog,
     /// Verbs that have been checked with the code and device types that are there now.
     pub checked: HashMap<String, Arc<CheckedVerb>>,

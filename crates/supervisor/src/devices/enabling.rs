@@ -113,7 +113,7 @@ impl Course<'_> {
         if instance.is_ending() || !self.take_process(true) {
             return;
         }
-        self.end_at_once(crate::instances::instance::Cause {
+        self.end_at_once(crate::instances::cause::Cause {
             condition,
             block: None,
             value: None,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Services of drivers and searches for devices that are being carried out, each until its answer is taken.
 use crate::refuse::refuse;
-use device::Unserved;
+use device::ServiceError;
 use model::refusal::{Class, Refusals};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ pub(crate) struct Errand {
     pub of: String,
     /// `service 'home'`, `a search`.
     pub what: String,
-    pub answer: Mutex<Option<Result<Json, Unserved>>>,
+    pub answer: Mutex<Option<Result<Json, ServiceError>>>,
     pub answered: Condvar,
 }
 
@@ -54,7 +54,7 @@ impl Errands {
 }
 
 impl Errand {
-    pub fn end(&self, answer: Result<Json, Unserved>) {
+    pub fn end(&self, answer: Result<Json, ServiceError>) {
         *self.answer.lock().unwrap_or_else(PoisonError::into_inner) = Some(answer);
         self.answered.notify_all();
     }
@@ -63,12 +63,12 @@ impl Errand {
         self.answer.lock().unwrap_or_else(PoisonError::into_inner).is_some()
     }
 
-    pub fn refused(&self, why: Unserved) -> Refusals {
+    pub fn refused(&self, why: ServiceError) -> Refusals {
         let Errand { of, what, .. } = self;
         match why {
-            Unserved::Unknown(why) => refuse(Class::UnknownName, format!("{of}: {why}"), ""),
-            Unserved::Arguments(why) => refuse(Class::CallError, format!("{of}: {why}"), ""),
-            Unserved::Failed(why) => refuse(Class::DeviceFailed, format!("{of} has not carried out {what}: {why}"), ""),
+            ServiceError::Unknown(why) => refuse(Class::UnknownName, format!("{of}: {why}"), ""),
+            ServiceError::Arguments(why) => refuse(Class::CallError, format!("{of}: {why}"), ""),
+            ServiceError::Failed(why) => refuse(Class::DeviceFailed, format!("{of} has not carried out {what}: {why}"), ""),
         }
     }
 }

@@ -3,15 +3,15 @@
 //! one go off and those of the other on. Blocks of the same label and code keep their states, outputs and invocation numbers, cells
 //! of the same name their values, and running time goes on.
 use crate::core::Core;
+use crate::instances::cause::Cause;
 use crate::instances::course::Course;
-use crate::instances::instance::{Cause, Instance, Limits, State};
+use crate::instances::instance::{Instance, Limits, State};
 use crate::instances::table::{Instances, Request};
 use crate::movements::sequence::{Builder, Movement};
 use crate::refuse::{invalid_state, refuse};
 use crate::registry::{DeviceState, Registry};
 use crate::starting::opening::refresh;
 use crate::starting::psi::{Psi, psi};
-use crate::transitions::stages::Verbatim;
 use indexmap::IndexMap;
 use kernel::{Cell, Op, SourceId};
 use model::SystemCondition;
@@ -187,8 +187,8 @@ fn turn_over(registry: &Registry, (from, to): (&Instance, &Instance), stores: &[
     for (_, flows, begins) in beginnings(from, to, source) {
         builder.add(source, Op::Copy(flows, begins));
     }
-    let of = Verbatim { plan: &to.plan, installed: &to.installed, devices: &registry.physical };
-    let before = Verbatim { plan: &from.plan, installed: &from.installed, devices: &registry.physical };
+    let of = to.installed_verb(&registry.physical);
+    let before = from.installed_verb(&registry.physical);
     let written = of.channels_in(source);
     for (device, mut channels) in before.channels_in(source) {
         channels.retain(|c| !written.iter().any(|(of, now)| of.name() == device.name() && now.contains(c)));

@@ -5,7 +5,7 @@ use crate::refuse::unknown;
 use crate::system::System;
 use indexmap::IndexMap;
 use model::definition::Application;
-use model::refusal::{Place, Refusals};
+use model::refusal::{Refusals, SourceLocation};
 
 impl System {
     /// Replaces the verb of a device by another one, with the same arguments. Within one firing where the device is enabled.
@@ -14,7 +14,7 @@ impl System {
     /// Everything that creating and starting the other verb may refuse; then nothing has changed. `PlacementError` where one of them
     /// lies in several sources; `InvalidState` where the device is neither enabled nor idle, or another verb takes one of its SVVs
     /// synchronously.
-    pub fn exchange_verb(&self, device: &str, verb: &str, place: Option<Place>) -> Result<(), Refusals> {
+    pub fn exchange_verb(&self, device: &str, verb: &str, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(record) = definitions.configuration.logical_devices.get(device) else {
             return Err(unknown("logical device", device, definitions.configuration.logical_devices.keys().map(String::as_str)));

@@ -10,7 +10,7 @@ use crate::system::System;
 use device::Direction;
 use model::configuration::{Channel, PhysicalDevice, SourceKind};
 use model::plan::CellKind;
-use model::refusal::{Class, Place, Refusals};
+use model::refusal::{Class, Refusals, SourceLocation};
 use std::sync::Arc;
 
 impl System {
@@ -22,7 +22,7 @@ impl System {
         kind: &str,
         options: &serde_json::Value,
         source: &str,
-        place: Option<Place>,
+        place: Option<SourceLocation>,
     ) -> Result<PhysicalDeviceAbout, Refusals> {
         let mut definitions = self.shared.definitions();
         crate::definitions::sane::check_name("the name of a physical device", name)?;

@@ -5,7 +5,7 @@ use crate::core::Core;
 use crate::processors::remote::processor_of;
 use crate::refuse::{invalid_state, refuse, unknown};
 use crate::scripts::Purpose;
-use crate::system::{System, Waited};
+use crate::system::{System, WaitResult};
 use device::Beside;
 use kernel::{Device, Op, SourceId};
 use model::refusal::{Class, Refusals};
@@ -86,7 +86,7 @@ impl System {
             Ok(())
         })?;
         match self.shared.wait_for(None, BOUNDARY, |_| Ok(done.load(Ordering::Acquire).then_some(())))? {
-            Waited::Done(()) => Ok(()),
+            WaitResult::Done(()) => Ok(()),
             _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()")),
         }
     }

@@ -3,8 +3,8 @@
 //! which a stop could wait for; the caller waits for its answer, in slices.
 use crate::devices::errands::{Errand, Errands};
 use crate::refuse::{refuse, unknown};
-use crate::system::{System, Waited};
-use device::{DriverError, Reached, Unserved};
+use crate::system::{System, WaitResult};
+use device::{DriverError, ReachingValue, ServiceError};
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 use serde_json::Value as Json;
@@ -41,11 +41,11 @@ impl System {
         let kind = kind.to_owned();
         carry_out(&errand, move || {
             let found = drivers::scan(&kind, &options).map_err(|why| match &why {
-                DriverError::UnknownKind { .. } => Unserved::Unknown(why.to_string()),
-                DriverError::Option { .. } | DriverError::NoScan { .. } => Unserved::Arguments(why.to_string()),
-                _ => Unserved::Failed(why.to_string()),
+                DriverError::UnknownKind { .. } => ServiceError::Unknown(why.to_string()),
+                DriverError::Option { .. } | DriverError::NoScan { .. } => ServiceError::Arguments(why.to_string()),
+                _ => ServiceError::Failed(why.to_string()),
             })?;
-            serde_json::to_value(found).map_err(|why| Unserved::Failed(why.to_string()))
+            serde_json::to_value(found).map_err(|why| ServiceError::Failed(why.to_string()))
         });
         Ok(number)
     }
@@ -59,7 +59,7 @@ impl System {
         device: &str,
         service: &str,
         arguments: &mut Json,
-        visit: &mut dyn FnMut(Reached<'_>) -> Result<(), E>,
+        visit: &mut dyn FnMut(ReachingValue<'_>) -> Result<(), E>,
     ) -> Result<(), E> {
         let driver = self.shared.locked().registry.physical.get(device).map(|of| of.driver.clone());
         match driver {
@@ -73,7 +73,7 @@ impl System {
     }
 
     /// Waits for the answer of a service call, for `slice` at most. It is given once.
-    pub fn served(&self, errand: u64, slice: Duration) -> Result<Waited<Option<Value>>, Refusals> {
+    pub fn served(&self, errand: u64, slice: Duration) -> Result<WaitResult<Option<Value>>, Refusals> {
         let gone = || refuse(Class::InvalidState, format!("errand {errand} is over, and its answer was taken"), "ask for the service again");
         let of = self.errands().get(errand).ok_or_else(gone)?;
         let until = Instant::now() + slice;
@@ -85,23 +85,23 @@ impl System {
             }
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                return Ok(Waited::Slice);
+                return Ok(WaitResult::Slice);
             }
             answer = of.answered.wait_timeout(answer, left).unwrap_or_else(PoisonError::into_inner).0;
         }
         let answer = answer.take().ok_or_else(gone)?;
         self.errands().remove(errand);
-        let wrong = |why: serde_json::Error| Unserved::Failed(format!("its answer is of no form that is known: {why}"));
+        let wrong = |why: serde_json::Error| ServiceError::Failed(format!("its answer is of no form that is known: {why}"));
         let value = answer.and_then(|answer| serde_json::from_value(answer).map_err(wrong));
-        value.map(Waited::Done).map_err(|why| of.refused(why))
+        value.map(WaitResult::Done).map_err(|why| of.refused(why))
     }
 }
 
 /// Carries out a service call on a thread of its own.
-fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, Unserved> + Send + 'static) {
+fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, ServiceError> + Send + 'static) {
     let ends = errand.clone();
     if let Err(why) = std::thread::Builder::new().name("service".to_owned()).spawn(move || ends.end(does())) {
-        errand.end(Err(Unserved::Failed(format!("no thread for it: {why}"))));
+        errand.end(Err(ServiceError::Failed(format!("no thread for it: {why}"))));
     }
 }
 

@@ -4,10 +4,11 @@
 //! condition with which the departure began.
 use crate::alarms::causes::alarm_of_condition;
 use crate::core::Core;
+use crate::instances::cause::Cause;
 use crate::instances::course::Course;
-use crate::instances::instance::{Cause, Departure};
+use crate::instances::installed_verb::InstalledVerb;
+use crate::instances::instance::Departure;
 use crate::movements::sequence::Builder;
-use crate::transitions::stages::Verbatim;
 use kernel::SourceId;
 use model::{ENDS, SystemCondition};
 
@@ -86,7 +87,7 @@ impl Course<'_> {
         let Some(list) = transition.map(|(_, to)| *to).filter(|_| !instance.is_ending() && !instance.is_in_ending()) else {
             return self.end_of_loss(cause);
         };
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = instance.installed_verb(&self.core.registry.physical);
         match of.needed_by(list).into_iter().find(|source| !self.core.stands(*source)) {
             None => {
                 let (about, name) = (instance.name.clone(), instance.plan.conditions[cause.condition].name.clone());
@@ -114,7 +115,7 @@ impl Course<'_> {
         let condition = cause.condition;
         self.concluding(cause);
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         let mut builder = Builder::default();
         instance.findings.expect_nothing();
         for &source in &instance.installed.sources {
@@ -130,7 +131,7 @@ impl Course<'_> {
     pub fn concluded_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         instance.findings.captures.take(&of, &of.concluding_outputs(source, cause.condition), captured);
         let cause = instance.remembered(cause);
         self.concluding(cause);

@@ -3,14 +3,15 @@
 use crate::alarms::causes::{alarm_of_condition, alarm_of_end};
 use crate::core::Core;
 use crate::ending::report::Report;
+use crate::instances::cause::Cause;
 use crate::instances::course::Course;
 use crate::instances::following_errors::{gap_text, lost_beyond, servo_text};
-use crate::instances::instance::{Cause, Instance, Life, State};
+use crate::instances::installed_verb::InstalledVerb;
+use crate::instances::instance::{Instance, Life, State};
 use crate::instances::output_values::{decode, reported};
 use crate::movements::sequence::{Builder, Movement};
 use crate::processors::farewell;
 use crate::registry::{DeviceState, Registry};
-use crate::transitions::stages::Verbatim;
 use indexmap::IndexMap;
 use kernel::{STAMP_LEN, SourceId};
 use model::SystemCondition;
@@ -140,7 +141,7 @@ impl Course<'_> {
         // A resume takes the pause back and begins nothing that is on its way to its end.
         self.core.safety.pause.forget_start(id);
         let instance = self.core.instances.get_mut(&id).expect("found above");
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         if is_through {
             let source = instance.installed.sources[0];
             let outputs = of.outputs_in(source, condition);
@@ -168,7 +169,7 @@ impl Course<'_> {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         (instance.position.list, instance.position.stage) = instance.list_stage(instance.installed.process.now().1);
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         // What the ending list captured is nothing: the outputs were read when it began.
         let outputs = if instance.is_in_ending() { Vec::new() } else { of.outputs_in(source, cause.condition) };
         instance.findings.captures.take(&of, &outputs, captured);
@@ -193,7 +194,7 @@ impl Course<'_> {
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
         let Life::Ending { cause, .. } = &instance.life else { return };
         let cause = cause.clone();
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         instance.findings.captures.take_scripts(&of, std::mem::take(&mut instance.work.captured));
         instance.position.active.clear();
         instance.position.wait_until_ns = None;
@@ -239,7 +240,7 @@ impl Course<'_> {
 
 fn report(instance: &Instance, registry: &Registry, cause: Cause) -> Report {
     let (condition, way) = (&instance.plan.conditions[cause.condition], &instance.findings.way);
-    let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
+    let of = instance.installed_verb(&registry.physical);
     let mut outputs = IndexMap::new();
     let on_the_way = way.conditions.iter().flat_map(|passed| &instance.plan.conditions[*passed].returns).map(|output| (output, &way.captures));
     for (&output, captured) in on_the_way.chain(condition.returns.iter().map(|output| (output, &instance.findings.captures))) {

@@ -16,7 +16,7 @@ pub struct Other {
 /// A command list that a condition led on from.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Passed {
+pub struct PassedList {
     pub command_list: String,
     pub condition: String,
     /// The block that reported it, if one did.
@@ -52,5 +52,5 @@ pub struct Report {
     pub outputs: IndexMap<String, Option<Value>>,
     pub others: Vec<Other>,
     /// The transitions that it took, in order: at most the last 64.
-    pub way: Vec<Passed>,
+    pub way: Vec<PassedList>,
 }

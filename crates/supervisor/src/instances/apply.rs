@@ -9,14 +9,14 @@ use crate::precedence::first;
 use crate::refuse::{invalid_state, refuse_at, unknown};
 use crate::registry::{DeviceState, LogicalRecord};
 use crate::svvs::svv_calls::SvvRequest;
-use crate::system::{System, Waited};
+use crate::system::{System, WaitResult};
 use indexmap::IndexMap;
 use model::configuration::{LogicalDevice, Svv};
 use model::definition::{Application, Arbitration, Argument, DeviceType, Initial, SvvSpecification, Within};
 use model::members::check_parameter;
 use model::plan::{CellKind, Plan, PlannedCell};
 use model::range::Range;
-use model::refusal::{Class, Place, Refusals};
+use model::refusal::{Class, Refusals, SourceLocation};
 use model::value::Value;
 use std::time::Duration;
 
@@ -47,7 +47,7 @@ pub struct DeviceRequest {
     #[serde(default)]
     pub arbitration: Option<Arbitration>,
     #[serde(default)]
-    pub place: Option<Place>,
+    pub place: Option<SourceLocation>,
 }
 
 impl System {
@@ -258,7 +258,7 @@ impl System {
     }
 
     /// Waits until a device that is being enabled is ready, or has ended without: then false.
-    pub fn wait_enabled(&self, device: &str, until_ns: Option<i64>, slice: Duration) -> Result<Waited<bool>, Refusals> {
+    pub fn wait_enabled(&self, device: &str, until_ns: Option<i64>, slice: Duration) -> Result<WaitResult<bool>, Refusals> {
         self.shared.wait_for(until_ns, slice, |core| {
             Ok(match core.registry.logical(device)?.state {
                 DeviceState::Enabled => Some(true),
@@ -269,9 +269,9 @@ impl System {
     }
 
     /// Ends the verbs that use a device, then its own.
-    pub fn disable(&self, device: &str, slice: Duration) -> Result<Waited<()>, Refusals> {
+    pub fn disable(&self, device: &str, slice: Duration) -> Result<WaitResult<()>, Refusals> {
         if first(|| self.shared.command(|core| core.disable(device)))? {
-            return Ok(Waited::Done(()));
+            return Ok(WaitResult::Done(()));
         }
         self.shared.wait_for(None, slice, |core| Ok(core.disable(device)?.then_some(())))
     }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values of outputs in one start: what has been captured, and what scripts under way still capture.
-use crate::instances::instance::Piece;
-use crate::transitions::stages::Verbatim;
+use crate::instances::installed_verb::InstalledVerb;
 use kernel::SourceId;
+
+/// Piece of an output that is read at once: all of it, or one element if a port's elements are cells of their own, as each of them is
+/// where it is written.
+pub(crate) type Piece = (usize, usize);
 
 /// Outputs as far as they have been captured. An output of several cells comes in pieces, as these may lie in several sources.
 #[derive(Default)]
@@ -41,7 +44,7 @@ impl Captures {
     }
 
     /// Takes the bytes of pieces that were captured one behind the other.
-    pub fn take(&mut self, of: &Verbatim, pieces: &[Piece], mut bytes: &[u8]) {
+    pub fn take(&mut self, of: &InstalledVerb, pieces: &[Piece], mut bytes: &[u8]) {
         for &piece in pieces {
             let Some((part, rest)) = bytes.split_at_checked(of.piece_len(piece)) else { return };
             self.taken.push((piece, part.to_vec()));
@@ -50,7 +53,7 @@ impl Captures {
     }
 
     /// Takes what the scripts under way have captured in each source; none is under way then.
-    pub fn take_scripts(&mut self, of: &Verbatim, captured: Vec<(SourceId, Vec<u8>)>) {
+    pub fn take_scripts(&mut self, of: &InstalledVerb, captured: Vec<(SourceId, Vec<u8>)>) {
         let pending = std::mem::take(&mut self.pending);
         for (source, bytes) in captured {
             if let Some((_, pieces)) = pending.iter().find(|(asked, _)| *asked == source) {
@@ -60,7 +63,7 @@ impl Captures {
     }
 
     /// Returns the bytes of an output all of whose pieces have been captured.
-    pub fn whole(&self, of: &Verbatim, output: usize) -> Option<Vec<u8>> {
+    pub fn whole(&self, of: &InstalledVerb, output: usize) -> Option<Vec<u8>> {
         (0..of.parts(output)).map(|part| self.bytes((output, part))).collect::<Option<Vec<_>>>().map(|pieces| pieces.concat())
     }
 

@@ -5,15 +5,16 @@ use crate::claims::writers::Pair;
 use crate::core::Core;
 use crate::definitions::catalog::Catalog;
 use crate::instances::course::Course;
-use crate::instances::instance::{Findings, Instance, Leaving, Life, Position, Times, Work};
+use crate::instances::installed_verb::InstalledVerb;
+use crate::instances::instance::{EndingEvents, Findings, Instance, Life, Position, Times, Work};
 use crate::movements::sequence::Movement;
 use crate::refuse::{invalid_state, refuse};
 use crate::starting::psi::InputValues;
 use crate::suspension::idle_values::check_hold;
-use crate::transitions::stages::{REMEMBERED_MAX, Verbatim};
+use crate::transitions::stages::REMEMBERED_MAX;
 use crate::wiring::connect::{crossings, enter_queues};
 use crate::wiring::install::install;
-use crate::wiring::installed::Installed;
+use crate::wiring::installed::InstalledPlan;
 use indexmap::IndexMap;
 use kernel::SourceId;
 use model::plan::Plan;
@@ -31,7 +32,7 @@ impl Core {
         let (installed, queues) = install(&mut self.registry, &self.host, &mut self.numbers, catalog, &plan, (id, &name))?;
         check_waits(&plan, &installed)?;
         let merged = self.carrier().merge_orders(&plan, &installed)?;
-        let stages = Verbatim { plan: &plan, installed: &installed, devices: &self.registry.physical }.stages();
+        let stages = InstalledVerb { plan: &plan, installed: &installed, devices: &self.registry.physical }.stages();
         installed.process.set_stages(stages);
         let mut sources = installed.sources.clone();
         sources.extend(enter_queues(&mut self.wiring, queues, id, &installed));
@@ -122,8 +123,8 @@ impl Course<'_> {
 }
 
 /// Checks that the kernel can remember every condition that is waited for.
-fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
-    let waited = Verbatim { plan, installed, devices: &IndexMap::new() }.waited_for().len();
+fn check_waits(plan: &Plan, installed: &InstalledPlan) -> Result<(), Refusals> {
+    let waited = InstalledVerb { plan, installed, devices: &IndexMap::new() }.waited_for().len();
     let count = plan.conditions.len() + waited;
     if waited == 0 || count <= REMEMBERED_MAX {
         return Ok(());
@@ -135,7 +136,7 @@ fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
     ))
 }
 
-fn instance(id: u64, name: String, plan: Arc<Plan>, installed: Installed, owner: Option<String>) -> Instance {
+fn instance(id: u64, name: String, plan: Arc<Plan>, installed: InstalledPlan, owner: Option<String>) -> Instance {
     let list = plan.initial;
     Instance {
         id,
@@ -155,6 +156,6 @@ fn instance(id: u64, name: String, plan: Arc<Plan>, installed: Installed, owner:
         times: Times::default(),
         work: Work::default(),
         findings: Findings::default(),
-        leaving: Leaving::default(),
+        leaving: EndingEvents::default(),
     }
 }

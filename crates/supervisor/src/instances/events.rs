@@ -2,15 +2,16 @@
 //! Events of the kernels.
 use crate::alarms::causes::{alarm_events_lost, alarm_lost, alarm_of_condition};
 use crate::core::Core;
+use crate::instances::cause::Cause;
 use crate::instances::course::Course;
 use crate::instances::floating_point::floats_text;
-use crate::instances::instance::{Cause, Instance, State};
+use crate::instances::instance::{Instance, State};
 use crate::instances::messages::{fault_text, gap_message, stopped_text};
 use crate::scripts::Purpose;
 use crate::stopping::emergency_stop::watch_inputs;
 use crate::stopping::lost_processors::{give_up_for_good, mark_lost, processor_lost};
 use crate::stopping::standstill::stood_still;
-use crate::transitions::stages::{Answer, Verbatim};
+use crate::transitions::stages::Answer;
 use model::SystemCondition;
 
 use kernel::{BlockId, Event, Fault, SourceId};
@@ -254,7 +255,7 @@ impl Course<'_> {
         }
         let now_ns = self.core.host.now_ns();
         let Some(instance) = self.core.instances.get(&id) else { return };
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = instance.installed_verb(&self.core.registry.physical);
         let condition = (cause.condition < instance.plan.conditions.len()).then_some(cause.condition);
         match of.answer(instance.position.list, instance.position.stage, condition, reported) {
             Some(Answer::Go(list, stage)) => match self.core.instances.get_mut(&id).and_then(|instance| instance.enters_again(now_ns)) {

@@ -2,17 +2,19 @@
 //! A verb instance: what it was made of, where it is in its life, what it still waits for.
 use crate::ending::report::{Other, Report};
 use crate::instances::captures::Captures;
+use crate::instances::cause::Cause;
+use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::Movement;
 use crate::refuse::refuse;
+use crate::registry::PhysicalRecord;
 use crate::starting::psi::InputValues;
 use crate::transitions::route::Way;
-use crate::wiring::installed::Installed;
+use crate::wiring::installed::InstalledPlan;
 use indexmap::IndexMap;
 use kernel::SourceId;
 use model::definition::Application;
-use model::plan::{Claim, Plan, Wait};
+use model::plan::{Claim, Plan};
 use model::refusal::{Class, Refusals};
-use model::value::Value;
 use model::{CheckedVerb, SystemCondition};
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -66,20 +68,6 @@ pub(crate) enum Life {
         cause: Cause,
     },
     Ended(Box<Report>),
-}
-
-/// Cause of a start's end.
-#[derive(Clone, Debug)]
-pub(crate) struct Cause {
-    /// Index into the plan's conditions.
-    pub condition: usize,
-    /// Flat label of the block that reported it.
-    pub block: Option<String>,
-    pub value: Option<Value>,
-    pub message: String,
-    pub time_ns: i64,
-    /// Its end is normal, whatever the condition says (a halt asked for by the waiter).
-    pub asked_for: bool,
 }
 
 /// Limits of one start.
@@ -172,10 +160,6 @@ pub(crate) struct Origin {
     pub application: Application,
 }
 
-/// Piece of an output that is read at once: all of it, or one element if a port's elements are cells of their own, as each of them is
-/// where it is written.
-pub(crate) type Piece = (usize, usize);
-
 /// Stages that an instance has left in the instant in which they were entered.
 #[derive(Default)]
 pub(crate) struct Entries {
@@ -253,7 +237,7 @@ impl Findings {
 
 /// Events of one start that lead to its end, or may.
 #[derive(Default)]
-pub(crate) struct Leaving {
+pub(crate) struct EndingEvents {
     /// An end that is on its way while lists still run.
     pub departure: Option<Departure>,
     /// The time limit or loss that told it to end, where τ has led on from it.
@@ -272,7 +256,7 @@ pub(crate) struct Instance {
     pub id: u64,
     pub name: String,
     pub plan: Arc<Plan>,
-    pub installed: Installed,
+    pub installed: InstalledPlan,
     /// The logical device that it keeps going.
     pub owner: Option<String>,
     /// Origin from which it was made.
@@ -294,10 +278,15 @@ pub(crate) struct Instance {
     pub times: Times,
     pub work: Work,
     pub findings: Findings,
-    pub leaving: Leaving,
+    pub leaving: EndingEvents,
 }
 
 impl Instance {
+    /// Returns its verb as it is installed, with the devices that there are.
+    pub fn installed_verb<'a>(&'a self, devices: &'a IndexMap<String, PhysicalRecord>) -> InstalledVerb<'a> {
+        InstalledVerb { plan: &self.plan, installed: &self.installed, devices }
+    }
+
     /// Returns list and stage of a kernel's stage.
     pub fn list_stage(&self, kernel_stage: u16) -> (usize, usize) {
         let mut rest = usize::from(kernel_stage) / 2;
@@ -371,7 +360,7 @@ impl Instance {
         (self.position.wait_until_ns, self.position.has_entered) = (None, false);
         self.work.captured.clear();
         self.work.is_through = false;
-        (self.findings, self.leaving) = (Findings::default(), Leaving::default());
+        (self.findings, self.leaving) = (Findings::default(), EndingEvents::default());
     }
 
     /// Returns the index of a condition by name: its line for the present command list, if the list has one.
@@ -410,16 +399,4 @@ impl Instance {
     pub fn other(&mut self, condition: String, block: String, time_ns: i64) {
         self.findings.others.push(Other { condition, block, time_s: time_ns as f64 * 1e-9 });
     }
-}
-
-/// Returns the kernel's stage while the commands of (list, stage) are carried out. Each stage is two of the kernel's: while its commands are
-/// under way, what its wait is for is remembered; when they are through, the wait is reached.
-pub(crate) fn under_way(plan: &Plan, list: usize, stage: usize) -> u16 {
-    let before: usize = plan.lists[..list].iter().map(|l| l.stages.len()).sum();
-    u16::try_from(2 * (before + stage)).expect("a verb has fewer than 32,768 stages")
-}
-
-/// Returns the kernel's stage once the commands of (list, stage) are through.
-pub(crate) fn reached(plan: &Plan, list: usize, stage: usize) -> u16 {
-    under_way(plan, list, stage) + u16::from(matches!(plan.lists[list].stages[stage].wait, Some(Wait::Conditions(_))))
 }

@@ -5,7 +5,7 @@ use crate::instances::instance::{Instance, Limits, State};
 use crate::pausing::program::refuse_paused;
 use crate::precedence::first;
 use crate::refuse::{invalid_state, refuse};
-use crate::system::{System, Waited};
+use crate::system::{System, WaitResult};
 use indexmap::IndexMap;
 use model::refusal::{Class, Refusals};
 use model::value::Value;
@@ -54,7 +54,7 @@ impl System {
     }
 
     /// Returns the end report of the latest start, waiting at most `slice` of real time. `until_ns`: when to give up, on the system's clock.
-    pub fn wait(&self, instance: u64, until_ns: Option<i64>, slice: Duration) -> Result<Waited<Report>, Refusals> {
+    pub fn wait(&self, instance: u64, until_ns: Option<i64>, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.shared.wait_for(until_ns, slice, |core| core.instances.known(instance)?.ended())
     }
 
@@ -71,7 +71,7 @@ impl System {
     pub(crate) fn until_settled(&self, instance: u64, holds: impl Fn(&Instance) -> bool) -> Result<(), Refusals> {
         let waited = self.shared.wait_for(None, SETTLE_MAX, |core| Ok(core.instances.get(&instance).is_none_or(&holds).then_some(())))?;
         match waited {
-            Waited::Done(()) => Ok(()),
+            WaitResult::Done(()) => Ok(()),
             _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()")),
         }
     }

@@ -2,6 +2,7 @@
 //! Verb instances: as they are kept, made, commanded and told of, and the events that move them.
 pub(crate) mod apply;
 pub(crate) mod captures;
+pub(crate) mod cause;
 pub(crate) mod commands;
 pub(crate) mod course;
 pub(crate) mod create;
@@ -9,6 +10,7 @@ pub(crate) mod deadlines;
 pub(crate) mod events;
 pub(crate) mod floating_point;
 pub(crate) mod following_errors;
+pub(crate) mod installed_verb;
 pub(crate) mod instance;
 pub(crate) mod instance_calls;
 pub(crate) mod messages;

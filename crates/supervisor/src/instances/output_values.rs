@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! ω: where an instance's output values lie, and which of them a condition reads in which source.
-use crate::instances::instance::Piece;
+use crate::instances::captures::Piece;
+use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::Builder;
-use crate::transitions::stages::Verbatim;
 use indexmap::IndexMap;
 use kernel::{Op, SourceId};
 use model::plan::Target;
 use model::types::Type;
 use model::value::Value;
 
-impl Verbatim<'_> {
+impl InstalledVerb<'_> {
     /// Pieces of what a condition returns whose value lies in `source`.
     pub fn outputs_in(&self, source: SourceId, condition: usize) -> Vec<Piece> {
         let mut pieces = self.pieces(condition);

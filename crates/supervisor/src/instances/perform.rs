@@ -5,7 +5,7 @@ use crate::core::Core;
 use crate::ending::report::Report;
 use crate::instances::apply::delete_from;
 use crate::instances::instance::Limits;
-use crate::system::{System, Waited};
+use crate::system::{System, WaitResult};
 use crate::watchful::Watchful;
 use indexmap::IndexMap;
 use model::refusal::Refusals;
@@ -40,7 +40,7 @@ impl System {
     }
 
     /// Waits for the end of an instance at most `slice` of real time, and deletes it; where the time is over, [`System::performed`] goes on.
-    pub fn complete(&self, started: StartedInstance, slice: Duration) -> Result<Waited<Report>, Refusals> {
+    pub fn complete(&self, started: StartedInstance, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.ended_and_deleted(started.instance, started.attending, slice)
     }
 
@@ -51,11 +51,11 @@ impl System {
     }
 
     /// Returns the end report of an instance that [`System::start_to_wait`] has started, waiting at most `slice` of real time. It is deleted then.
-    pub fn performed(&self, instance: u64, slice: Duration) -> Result<Waited<Report>, Refusals> {
+    pub fn performed(&self, instance: u64, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.ended_and_deleted(instance, None, slice)
     }
 
-    fn ended_and_deleted(&self, instance: u64, attending: Option<Attending>, slice: Duration) -> Result<Waited<Report>, Refusals> {
+    fn ended_and_deleted(&self, instance: u64, attending: Option<Attending>, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         let mut is_deleted = false;
         let watchful = self.shared.locked().expects(instance);
         let waited = self.shared.wait_watchfully(watchful, attending, None, slice, |core| {
@@ -69,7 +69,7 @@ impl System {
             }
             Ok(Some(report))
         })?;
-        if matches!(waited, Waited::Done(_)) && !is_deleted {
+        if matches!(waited, WaitResult::Done(_)) && !is_deleted {
             self.delete_by(instance, |mut course| course.retire())?;
         }
         Ok(waited)

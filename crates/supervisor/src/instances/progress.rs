@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where an instance stands between its start and its end: on its way to an end, coming to rest, in a stage.
 use crate::ending::report::Report;
-use crate::instances::instance::{Cause, Entries, Instance, Life, Rest};
+use crate::instances::cause::Cause;
+use crate::instances::instance::{Entries, Instance, Life, Rest};
 use crate::instances::output_values::decode;
 use crate::movements::sequence::Movement;
 use crate::refuse::invalid_state;

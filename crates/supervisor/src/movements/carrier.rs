@@ -3,7 +3,7 @@
 //! means for the life of its instance is not known here.
 use crate::claims::writers::Pair;
 use crate::instances::table::Instances;
-use crate::movements::sequence::{Carried, Inlet, Movement, Object, by_source};
+use crate::movements::sequence::{CarriedCell, Inlet, Movement, Object, by_source};
 use crate::numbers::Numbers;
 use crate::observation::record::name_cells;
 use crate::observation::taps::Taps;
@@ -138,7 +138,7 @@ impl Carrier<'_> {
     }
 
     /// Returns the cells that go to another source with a cell: (cell there, cell here).
-    fn carried(&self, id: u64, Carried { object, from, to }: &Carried) -> Vec<(Cell, Cell)> {
+    fn carried(&self, id: u64, CarriedCell { object, from, to }: &CarriedCell) -> Vec<(Cell, Cell)> {
         let pair = |cells: &BTreeMap<SourceId, Cell>| cells.get(from).cloned().zip(cells.get(to).cloned());
         match object {
             Object::Svv(name) => {
@@ -154,14 +154,14 @@ impl Carrier<'_> {
     }
 
     /// Captures the values that go to another source.
-    pub fn carry(&mut self, id: u64, carried: &[Carried]) {
-        let cells = |c: &Carried| self.carried(id, c).into_iter().map(|(from, _)| from).collect();
+    pub fn carry(&mut self, id: u64, carried: &[CarriedCell]) {
+        let cells = |c: &CarriedCell| self.carried(id, c).into_iter().map(|(from, _)| from).collect();
         let captures = by_source(carried.iter().map(|c| (c.from, Op::Capture(cells(c)))));
         self.send(id, captures);
     }
 
     /// Stores the values that come from another source.
-    pub fn arrive(&mut self, id: u64, carried: &[Carried]) {
+    pub fn arrive(&mut self, id: u64, carried: &[CarriedCell]) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let mut captured = std::mem::take(&mut instance.work.captured);
         let mut stores = Vec::new();

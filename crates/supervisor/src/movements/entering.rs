@@ -6,11 +6,11 @@ use crate::refuse::refuse;
 use crate::registry::Registry;
 use crate::svvs::cells::{SvvRecord, WriterRecord, make_stamps};
 use crate::wiring::follow::step_drivers;
-use crate::wiring::installed::Installed;
+use crate::wiring::installed::InstalledPlan;
 use crate::wiring::ports::mode_of;
 use crate::wiring::tables::StepRecord;
 use indexmap::IndexMap;
-use kernel::{BlockId, SourceId, Stamped};
+use kernel::{BlockId, SourceId, StampedValue};
 use model::interface::Mode;
 use model::order;
 use model::plan::{CellKind, Plan, PlannedCell};
@@ -22,7 +22,7 @@ type Edge = (BlockId, BlockId);
 
 impl Carrier<'_> {
     /// Returns the order of a firing in each source with the new blocks in it.
-    pub fn merge_orders(&self, plan: &Plan, installed: &Installed) -> Result<Vec<(SourceId, Vec<BlockId>)>, Refusals> {
+    pub fn merge_orders(&self, plan: &Plan, installed: &InstalledPlan) -> Result<Vec<(SourceId, Vec<BlockId>)>, Refusals> {
         let mut merged = Vec::new();
         for (source_name, planned) in &plan.order {
             let source = self.registry.sources[source_name];
@@ -40,7 +40,7 @@ impl Carrier<'_> {
     }
 
     /// Synchronous ports that would have to run both before and after each other.
-    fn cycle(&self, verb: &str, installed: &Installed, source: &str, cycle: &[BlockId]) -> Refusals {
+    fn cycle(&self, verb: &str, installed: &InstalledPlan, source: &str, cycle: &[BlockId]) -> Refusals {
         let known = self.wiring.tables.values().flat_map(|t| &t.steps).map(|s| &s.block).chain(&installed.blocks);
         let names: Vec<&str> = known.filter(|b| cycle.contains(&b.id())).map(|b| b.name()).collect();
         refuse(
@@ -53,7 +53,7 @@ impl Carrier<'_> {
     /// Edges that the new blocks bring into the order of a source, synchronous and asynchronous: those of their own plan as far as its
     /// order holds them, and those through SVVs with what is there. The writer of an SVV runs only while it has claimed it: between two
     /// instances that both write it there is no edge, for they never run at one time.
-    fn edges(&self, plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
+    fn edges(&self, plan: &Plan, installed: &InstalledPlan, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
         let (mut hard, mut soft) = own_edges(plan, installed, source);
         for cell in &plan.cells {
             let CellKind::Svv { name, .. } = &cell.kind else { continue };
@@ -93,7 +93,7 @@ impl Carrier<'_> {
     }
 
     /// Enters the steps of an instance in the tables of its sources.
-    pub fn enter_steps(&mut self, id: u64, plan: &Plan, installed: &Installed, merged: Vec<(SourceId, Vec<BlockId>)>) {
+    pub fn enter_steps(&mut self, id: u64, plan: &Plan, installed: &InstalledPlan, merged: Vec<(SourceId, Vec<BlockId>)>) {
         for (source, order) in merged {
             let table = self.wiring.tables.get_mut(&source).expect("a source has its table as long as the system lives");
             let mut steps: HashMap<BlockId, StepRecord> = table.steps.drain(..).map(|s| (s.id, s)).collect();
@@ -106,7 +106,7 @@ impl Carrier<'_> {
     }
 
     /// Makes the stamps of SVVs in the images of those that may write them.
-    pub fn make_stamps(&mut self, plan: &Plan, installed: &Installed) {
+    pub fn make_stamps(&mut self, plan: &Plan, installed: &InstalledPlan) {
         for &source in &installed.sources {
             let writes = |cell: &&PlannedCell| cell.writers.iter().any(|(block, _)| installed.block_source[*block] == source);
             let svv = |cell: &PlannedCell| if let CellKind::Svv { name, .. } = &cell.kind { Some(name.clone()) } else { None };
@@ -116,7 +116,7 @@ impl Carrier<'_> {
     }
 
     /// Tells the SVVs who reads and may write them. The pairs whose connections change.
-    pub fn enter_svvs(&mut self, id: u64, plan: &Plan, installed: &Installed) -> Vec<Pair> {
+    pub fn enter_svvs(&mut self, id: u64, plan: &Plan, installed: &InstalledPlan) -> Vec<Pair> {
         let mut pairs = Vec::new();
         for (index, cell) in plan.cells.iter().enumerate() {
             let CellKind::Svv { name, .. } = &cell.kind else { continue };
@@ -147,7 +147,7 @@ impl Carrier<'_> {
 }
 
 /// Edges within a plan, but for those that its own order could not hold.
-fn own_edges(plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
+fn own_edges(plan: &Plan, installed: &InstalledPlan, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
     let mut position = vec![None; plan.blocks.len()];
     let planned = plan.order.iter().flat_map(|(_, blocks)| blocks).filter(|block| installed.block_source[**block] == source);
     for (at, block) in planned.enumerate() {
@@ -172,7 +172,7 @@ fn own_edges(plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<Edge>
 }
 
 /// Returns the SVVs that a block stores, and the private cells that others store too, with what they have in its image.
-fn stamped(plan: &Plan, installed: &Installed, block: usize, svvs: &IndexMap<String, SvvRecord>) -> Vec<Stamped> {
+fn stamped(plan: &Plan, installed: &InstalledPlan, block: usize, svvs: &IndexMap<String, SvvRecord>) -> Vec<StampedValue> {
     let source = installed.block_source[block];
     let mut found = Vec::new();
     for (index, cell) in plan.cells.iter().enumerate() {
@@ -182,14 +182,14 @@ fn stamped(plan: &Plan, installed: &Installed, block: usize, svvs: &IndexMap<Str
             let Some(stamp) = stamps.and_then(|stamps| stamps.get(&source)).cloned() else { continue };
             let history = svv.and_then(|svv| svv.cells.get(&source).cloned().zip(svv.past.rings.get(&source).cloned()));
             let ratio = if let Mode::Ratio(n) = mode_of(plan, block, *item) { n } else { 1 };
-            found.push(Stamped { block: installed.blocks[block].clone(), ratio, stamp, history });
+            found.push(StampedValue { block: installed.blocks[block].clone(), ratio, stamp, history });
         }
     }
     found
 }
 
 /// Returns the step of one planned block.
-fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, registry: &Registry) -> StepRecord {
+fn step(instance: u64, plan: &Plan, installed: &InstalledPlan, index: usize, registry: &Registry) -> StepRecord {
     let planned = &plan.blocks[index];
     let block = installed.blocks[index].clone();
     StepRecord {

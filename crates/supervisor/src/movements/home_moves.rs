@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where cells lie that blocks of several sources write: before a command lets such a block run, the cell comes to its source.
+use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::{Builder, Movement};
-use crate::transitions::stages::Verbatim;
 use crate::wiring::homes::run_by;
 use crate::wiring::installed::Homes;
 use model::plan::PlannedCommand;
 
-impl Verbatim<'_> {
+impl InstalledVerb<'_> {
     /// Brings the cells that a command lets blocks write home before it acts; does nothing if they are there already.
     pub fn bring(&self, builder: &mut Builder, command: &PlannedCommand) {
         if self.installed.homes.is_empty() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bringing cells home: before a block runs that writes a cell which lies with another source, the cell comes to its own.
 use crate::movements::carrier::Carrier;
-use crate::movements::sequence::{Carried, Movement, Object};
+use crate::movements::sequence::{CarriedCell, Movement, Object};
 use crate::wiring::connect::crossings;
 use crate::wiring::ports::mode_of;
 use model::interface::Mode;
@@ -21,7 +21,7 @@ impl Carrier<'_> {
             match &plan.cells[cell].kind {
                 CellKind::Svv { name, .. } => {
                     let from = self.registry.svvs.get(name).and_then(|svv| svv.home).filter(|from| *from != to);
-                    carried.extend(from.map(|from| Carried { object: Object::Svv(name.clone()), from, to }));
+                    carried.extend(from.map(|from| CarriedCell { object: Object::Svv(name.clone()), from, to }));
                     pairs.extend(self.registry.hand_over(name, to));
                     let item = plan.cells[cell].writers.iter().find(|(of, _)| *of == block).map_or(0, |(_, item)| *item);
                     if let Some(svv) = self.registry.svvs.get_mut(name) {
@@ -31,7 +31,7 @@ impl Carrier<'_> {
                 }
                 CellKind::Private { .. } => {
                     let Some(from) = from.filter(|from| *from != to) else { continue };
-                    carried.push(Carried { object: Object::Private(cell), from, to });
+                    carried.push(CarriedCell { object: Object::Private(cell), from, to });
                     let now = crossings(&plan, &instance.installed);
                     let before = self.wiring.crossings.insert(id, now.clone()).unwrap_or_default();
                     let both = before.into_iter().chain(now).map(|(pair, ..)| pair);

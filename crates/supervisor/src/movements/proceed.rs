@@ -2,12 +2,12 @@
 //! Carrying sequences out: one movement after the other, each when the one before has been acknowledged.
 use crate::alarms::causes::alarm_enabled;
 use crate::instances::course::Course;
+use crate::instances::installed_verb::InstalledVerb;
 use crate::instances::instance::{Life, Rest, State};
 use crate::movements::sequence::{Builder, Movement, by_source};
 use crate::starting::opening::{make_up, set_rest, wake};
 use crate::starting::operating::looks;
-use crate::transitions::stages::Verbatim;
-use kernel::{Cell, SourceId, Taken};
+use kernel::{Cell, SourceId, TakeResult};
 use model::SystemCondition;
 use model::plan::{PlannedCommand, Wait};
 
@@ -138,10 +138,10 @@ impl Course<'_> {
         let id = self.id;
         self.enter_stage(list, stage, stage == 0);
         if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| i.is_in_ending() && i.findings.captures.is_pending()) {
-            let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+            let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
             instance.findings.captures.take_scripts(&of, std::mem::take(&mut instance.work.captured));
         } else if let Some(instance) = self.core.instances.get_mut(&id).filter(|i| i.findings.way.captures.is_pending()) {
-            let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+            let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
             instance.findings.way.captures.take_scripts(&of, std::mem::take(&mut instance.work.captured));
         }
         let turned = self.core.carrier().follow_writers(id);
@@ -218,9 +218,9 @@ impl Course<'_> {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return false };
         let (list, stage) = match instance.installed.process.take(instance.generation, insist) {
-            Taken::Late => return false,
-            Taken::Before => instance.position.target,
-            Taken::From(stage) => instance.list_stage(stage),
+            TakeResult::Late => return false,
+            TakeResult::Before => instance.position.target,
+            TakeResult::From(stage) => instance.list_stage(stage),
         };
         instance.generation += 1;
         if (list, stage) != (instance.position.list, instance.position.stage) {
@@ -255,7 +255,7 @@ impl Course<'_> {
             builder.homes.clone_from(&instance.installed.homes);
         }
         make_up(&self.core.registry, &mut builder, instance);
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = instance.installed_verb(&self.core.registry.physical);
         // What scripts on their way still switch on goes off too.
         let all: Vec<usize> = (0..instance.plan.activations.len()).collect();
         of.enter(&mut builder, &all, list, stage, Some(instance.generation));

@@ -39,9 +39,9 @@ pub(crate) enum Movement {
     /// Blocks are about to write cells that may lie with other sources: (planned cell, block).
     Home(Vec<(usize, usize)>),
     /// Cells get a home in another source: their values are captured in the one before …
-    Carry(Vec<Carried>),
+    Carry(Vec<CarriedCell>),
     /// … and stored in the new one.
-    Arrive(Vec<Carried>),
+    Arrive(Vec<CarriedCell>),
     /// Waits until machines say in these channels that they follow what is written: the script before has captured them.
     Operating(Vec<(SourceId, Cell)>),
     /// Sets the SVVs of a logical device that start as copies of others, from what the script before captured.
@@ -81,7 +81,7 @@ pub(crate) enum Object {
 
 /// A cell whose value goes from the image of one source to that of another.
 #[derive(Clone)]
-pub(crate) struct Carried {
+pub(crate) struct CarriedCell {
     pub object: Object,
     pub from: SourceId,
     pub to: SourceId,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Durations of blocks, as the kernels' probes have seen them.
 use crate::refuse::{refuse, unknown};
-use crate::system::{Shared, System};
+use crate::system::{System, SystemState};
 use kernel::SourceId;
 use model::refusal::{Class, Refusals};
 use serde::Serialize;
@@ -56,7 +56,7 @@ impl System {
 }
 
 /// Returns the blocks of each source that were visited since they were installed.
-pub(crate) fn by_source(shared: &Shared) -> HashMap<SourceId, Vec<BlockTimes>> {
+pub(crate) fn by_source(shared: &SystemState) -> HashMap<SourceId, Vec<BlockTimes>> {
     let mut found: HashMap<SourceId, Vec<BlockTimes>> = HashMap::new();
     let ids: Vec<u64> = shared.locked().instances.keys().copied().collect();
     for id in ids {

@@ -22,9 +22,9 @@ struct GivenCommand {
 
 /// The latest commands.
 #[derive(Default)]
-pub(crate) struct Commanded(VecDeque<GivenCommand>);
+pub(crate) struct LatestCommands(VecDeque<GivenCommand>);
 
-impl Commanded {
+impl LatestCommands {
     /// Returns the number of repetitions of a command since it was entered last; none if it is not to be entered now.
     pub fn enter(&mut self, who: &str, call: &str, about: &str, is_refused: bool, now_ns: i64) -> Option<u64> {
         let same = |given: &GivenCommand| given.who == who && given.call == call && given.about == about && given.is_refused == is_refused;
@@ -45,7 +45,7 @@ impl Commanded {
 }
 
 /// A command of the program that is under way.
-pub(crate) struct Announced {
+pub(crate) struct AnnouncedCommand {
     pub number: u64,
     pub call: String,
     pub about: String,
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn what_is_repeated_is_counted() {
-        let mut commanded = Commanded::default();
+        let mut commanded = LatestCommands::default();
         assert_eq!(commanded.enter("program", "set", "move#1", false, 0), Some(0));
         assert_eq!(commanded.enter("program", "set", "move#1", false, 999_999_999), None);
         assert_eq!(commanded.enter("program", "set", "move#2", false, 999_999_999), Some(0), "it is about something else");

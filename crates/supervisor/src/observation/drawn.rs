@@ -9,7 +9,7 @@ use serde::Serialize;
 /// Installed verb instances.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Installed {
+pub struct InstalledInstances {
     pub instances: Vec<InstalledInstance>,
 }
 

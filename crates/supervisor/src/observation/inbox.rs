@@ -41,7 +41,7 @@ pub(crate) struct Segment {
 
 /// Rows that the supervisor hands to a tap.
 #[derive(Default)]
-pub(crate) struct Arrived {
+pub(crate) struct TapRows {
     pub segments: Vec<Segment>,
     /// Values that the PS or ψ stored in an SVV that nothing writes: (channel, time, bytes).
     pub stores: Vec<(usize, i64, Vec<u8>)>,
@@ -56,12 +56,12 @@ pub(crate) struct Arrived {
 /// The meeting place of the supervisor and a tap. Neither holds the lock for longer than it takes to put something in or out.
 #[derive(Default)]
 pub(crate) struct Inbox {
-    arrived: Mutex<Arrived>,
+    arrived: Mutex<TapRows>,
     turned: Condvar,
 }
 
 impl Inbox {
-    pub fn locked(&self) -> MutexGuard<'_, Arrived> {
+    pub fn locked(&self) -> MutexGuard<'_, TapRows> {
         self.arrived.lock().expect("nobody panics with the lock held")
     }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Histories of SVVs: what is kept of each.
-use crate::svvs::cells::{ROWS_SPARE, Stays, Stored};
+use crate::svvs::cells::{ROWS_SPARE, Stays, StoredValue};
 use interconnect::Row;
 use kernel::{RowsEnd, SourceId};
 use std::collections::VecDeque;
@@ -13,15 +13,15 @@ type Past = (u64, i64, Vec<u8>);
 type WrittenRow = (SourceId, Row);
 
 /// History that is kept of an SVV at one instant.
-pub(crate) struct Kept {
+pub(crate) struct KeptHistory {
     pub history: usize,
     /// Rings with the rows that each had then: what comes later is not told without what was stored before it.
     pub rings: Vec<(SourceId, Arc<RowsEnd>, u64)>,
     pub stays: Arc<Stays>,
-    pub stores: Arc<VecDeque<Stored>>,
+    pub stores: Arc<VecDeque<StoredValue>>,
 }
 
-impl Kept {
+impl KeptHistory {
     /// Returns up to `count` last values, oldest first: (number, time, bytes).
     pub fn last(&self, count: usize) -> Vec<Past> {
         let mut values = self.with_stores(self.written());
@@ -48,7 +48,8 @@ impl Kept {
     /// Returns the same with what the PS and ψ stored between: such a value has the number of the invocation before it.
     fn with_stores(&self, written: Vec<WrittenRow>) -> Vec<Past> {
         let mut values: Vec<Past> = Vec::with_capacity(written.len() + self.stores.len());
-        let put = |values: &mut Vec<Past>, store: &Stored| values.push((values.last().map_or(0, |(number, ..)| *number), store.time_ns, store.bytes.clone()));
+        let put =
+            |values: &mut Vec<Past>, store: &StoredValue| values.push((values.last().map_or(0, |(number, ..)| *number), store.time_ns, store.bytes.clone()));
         let mut stores = self.stores.iter().peekable();
         for (source, row) in written {
             while let Some(store) = stores.next_if(|store| !store.comes_behind(source, &row)) {

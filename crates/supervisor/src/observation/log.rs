@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The log: commands with their callers, conditions, faults, transitions, starts and ends, the last few thousand.
-use crate::observation::commanded::{Announced, Commanded};
+use crate::observation::commanded::{AnnouncedCommand, LatestCommands};
 use model::wording::printable;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -35,9 +35,9 @@ pub(crate) struct Log {
     counts: BTreeSet<(usize, Subject)>,
     kept: usize,
     next: u64,
-    commanded: Commanded,
+    commanded: LatestCommands,
     /// Commands of which it is not known yet whether they are refused.
-    announced: Vec<Announced>,
+    announced: Vec<AnnouncedCommand>,
     /// Number of announcements so far.
     announcements: u64,
 }
@@ -108,7 +108,7 @@ impl Log {
     /// Announces a command of the program, and returns its number.
     pub fn announce(&mut self, call: &str, about: &str, time_ns: i64) -> u64 {
         self.announcements += 1;
-        self.announced.push(Announced { number: self.announcements, call: call.to_owned(), about: about.to_owned(), time_ns });
+        self.announced.push(AnnouncedCommand { number: self.announcements, call: call.to_owned(), about: about.to_owned(), time_ns });
         self.announcements
     }
 

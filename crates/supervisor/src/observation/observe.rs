@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Looking at a running system: snapshots, histories. Nothing here disturbs what runs.
 use crate::svvs::values::{Reading, are_read, ask_for, forget_snapshot, kept, taken, unanswered};
-use crate::system::{System, Waited};
+use crate::system::{System, WaitResult};
 use model::refusal::Refusals;
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ impl System {
         let snapshot = self.shared.ask(|core| ask_for(core, names))?;
         let waited = self.shared.wait_for(None, READ_MAX, |core| Ok(taken(core, &snapshot, names.len())))?;
         match waited {
-            Waited::Done(read) => Ok(read),
+            WaitResult::Done(read) => Ok(read),
             _ => {
                 let mut core = self.shared.locked();
                 let why = unanswered(&core, &snapshot);

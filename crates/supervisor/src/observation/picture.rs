@@ -4,8 +4,8 @@
 use crate::core::Core;
 use crate::instances::instance::Instance;
 use crate::observation::drawn::{
-    CellKind, DueBy, Installed, InstalledActivation, InstalledBlock, InstalledCell, InstalledCondition, InstalledCourse, InstalledInstance, InstalledList,
-    InstalledPort, InstalledTransition, PortDirection, PortValue,
+    CellKind, DueBy, InstalledActivation, InstalledBlock, InstalledCell, InstalledCondition, InstalledCourse, InstalledInstance, InstalledInstances,
+    InstalledList, InstalledPort, InstalledTransition, PortDirection, PortValue,
 };
 use crate::observation::states::InstanceState;
 use crate::svvs::named::cell_name;
@@ -23,14 +23,14 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 impl System {
     /// Returns every instance with its blocks, ports, cells, command lists, conditions and transitions.
-    pub fn installed(&self) -> Installed {
+    pub fn installed(&self) -> InstalledInstances {
         let ids: Vec<u64> = self.shared.locked().instances.keys().copied().collect();
         // One at a time: no command waits until all are drawn.
         let draw = |id: &u64| {
             let core = self.shared.locked();
             core.instances.get(id).map(|instance| Picture { core: &core, instance }.drawn())
         };
-        Installed { instances: ids.iter().filter_map(draw).collect() }
+        InstalledInstances { instances: ids.iter().filter_map(draw).collect() }
     }
 
     /// Returns a number that changes whenever what [`System::installed`] says may have changed.

@@ -6,7 +6,7 @@
 use crate::instances::instance::Instance;
 use crate::instances::table::Instances;
 use crate::observation::inbox::{Field, Inbox, Segment, TapChannel};
-use crate::observation::taps::{Part, TapRecord, Tapped, Taps};
+use crate::observation::taps::{Part, TapRecord, TappedChannel, Taps};
 use crate::patterns::{is_open, matches};
 use crate::refuse::unknown;
 use crate::registry::Registry;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
 /// Source and offset at which a channel's values are written now.
-struct Place {
+struct ChannelCells {
     source: SourceId,
     cell: Cell,
     stamp: Option<Cell>,
@@ -45,10 +45,10 @@ impl Layout {
 }
 
 /// A tap's channels, where it gets its rings, and the sources whose tables change.
-pub(crate) type Attached = (Vec<TapChannel>, Arc<Inbox>, Vec<SourceId>);
+pub(crate) type TapAttachment = (Vec<TapChannel>, Arc<Inbox>, Vec<SourceId>);
 
 /// Everything that can be observed.
-pub(crate) struct Seen<'a> {
+pub(crate) struct Observables<'a> {
     pub registry: &'a Registry,
     pub instances: &'a Instances,
     pub is_virtual: bool,
@@ -91,16 +91,16 @@ const BYTES_MAX: usize = 64 << 20;
 
 impl Taps {
     /// Begins to observe.
-    pub fn attach(&mut self, id: u64, names: &[String], seen: &Seen<'_>) -> Result<Attached, Refusals> {
+    pub fn attach(&mut self, id: u64, names: &[String], seen: &Observables<'_>) -> Result<TapAttachment, Refusals> {
         let channels = names.iter().map(|name| tap_channel(seen, name)).collect::<Result<Vec<_>, _>>()?;
         let inbox = Arc::new(Inbox::default());
-        let tapped = channels.iter().map(|of| Tapped { of: of.clone(), stamp: None, stamps: 0 }).collect();
+        let tapped = channels.iter().map(|of| TappedChannel { of: of.clone(), stamp: None, stamps: 0 }).collect();
         self.records.insert(id, TapRecord { channels: tapped, inbox: inbox.clone(), ..TapRecord::default() });
         Ok((channels, inbox, self.renew(seen)))
     }
 
     /// Attaches a tap to everything of these names, now and whenever it comes to be; a name without `*` or `?` is of something that is there.
-    pub fn attach_all(&mut self, id: u64, patterns: &[String], cells: bool, seen: &Seen<'_>) -> Result<(Arc<Inbox>, Vec<SourceId>), Refusals> {
+    pub fn attach_all(&mut self, id: u64, patterns: &[String], cells: bool, seen: &Observables<'_>) -> Result<(Arc<Inbox>, Vec<SourceId>), Refusals> {
         for name in patterns.iter().filter(|name| !is_open(name)) {
             tap_channel(seen, name)?;
         }
@@ -115,13 +115,13 @@ impl Taps {
     }
 
     /// Taps take in what has come to be.
-    pub fn widen(&mut self, seen: &Seen<'_>) {
+    pub fn widen(&mut self, seen: &Observables<'_>) {
         self.records.values_mut().filter(|tap| tap.cells || !tap.patterns.is_empty()).for_each(|tap| widen(seen, tap));
     }
 
     /// Replaces the rings of the sources in which something observed has come, gone or got another writer. The sources whose tables
     /// change.
-    pub fn renew(&mut self, seen: &Seen<'_>) -> Vec<SourceId> {
+    pub fn renew(&mut self, seen: &Observables<'_>) -> Vec<SourceId> {
         self.widen(seen);
         let mut changed = Vec::new();
         for tap in self.records.values_mut() {
@@ -148,7 +148,7 @@ impl Taps {
     }
 }
 
-fn widen(seen: &Seen<'_>, tap: &mut TapRecord) {
+fn widen(seen: &Observables<'_>, tap: &mut TapRecord) {
     let is_named = |tap: &TapRecord, name: &str| tap.patterns.iter().any(|pattern| matches(pattern, name));
     let mut found = Vec::new();
     for (name, svv) in &seen.registry.svvs {
@@ -171,12 +171,12 @@ fn widen(seen: &Seen<'_>, tap: &mut TapRecord) {
             }
         }
     }
-    tap.channels.extend(found.iter().map(|of| Tapped { of: of.clone(), stamp: None, stamps: 0 }));
+    tap.channels.extend(found.iter().map(|of| TappedChannel { of: of.clone(), stamp: None, stamps: 0 }));
     tap.inbox.locked().channels.extend(found);
 }
 
 /// Returns the channel of a name: an SVV, or a cell of an instance.
-fn tap_channel(seen: &Seen<'_>, name: &str) -> Result<TapChannel, Refusals> {
+fn tap_channel(seen: &Observables<'_>, name: &str) -> Result<TapChannel, Refusals> {
     if let Some(svv) = seen.registry.svvs.get(name) {
         return Ok(TapChannel { name: name.to_owned(), type_text: svv.type_text.clone(), unit: svv.unit.clone(), size: svv.size });
     }
@@ -194,8 +194,8 @@ fn tap_channel(seen: &Seen<'_>, name: &str) -> Result<TapChannel, Refusals> {
 }
 
 /// Returns the layouts of a tap, by source: the stamps first, each once.
-fn layouts(seen: &Seen<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, Layout> {
-    let mut places: BTreeMap<SourceId, Vec<(usize, Place)>> = BTreeMap::new();
+fn layouts(seen: &Observables<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, Layout> {
+    let mut places: BTreeMap<SourceId, Vec<(usize, ChannelCells)>> = BTreeMap::new();
     let mut found = FoundInstances::default();
     for (channel, tapped) in tap.channels.iter_mut().enumerate() {
         let Some(place) = place_of(seen, &tapped.of, &mut found) else { continue };
@@ -234,11 +234,11 @@ fn layouts(seen: &Seen<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, Layout> {
 }
 
 /// Returns the place of a channel; none if nothing writes it now, or what is there now is of another type.
-fn place_of<'a>(seen: &Seen<'a>, of: &TapChannel, found: &mut FoundInstances<'a>) -> Option<Place> {
+fn place_of<'a>(seen: &Observables<'a>, of: &TapChannel, found: &mut FoundInstances<'a>) -> Option<ChannelCells> {
     if let Some(svv) = seen.registry.svvs.get(&of.name) {
         let (source, ratio) = (svv.home?, svv.ratio);
         let cell = svv.cells.get(&source).filter(|_| svv.type_text == of.type_text)?.clone();
-        return Some(Place { source, cell, stamp: svv.stamps.get(&source).cloned(), ratio });
+        return Some(ChannelCells { source, cell, stamp: svv.stamps.get(&source).cloned(), ratio });
     }
     let (name, cell) = of.name.split_once(':')?;
     if !found.contains_key(name) {
@@ -260,11 +260,11 @@ fn place_of<'a>(seen: &Seen<'a>, of: &TapChannel, found: &mut FoundInstances<'a>
     };
     let own = installed.own_stamps.get(&index).and_then(|stamps| stamps.get(&source)).cloned();
     let stamp = own.or_else(|| (!planned.writers.is_empty()).then(|| installed.stamps[instance.plan.blocks[block].activation].clone()));
-    Some(Place { source, cell: installed.cell(index, source)?.clone(), stamp, ratio })
+    Some(ChannelCells { source, cell: installed.cell(index, source)?.clone(), stamp, ratio })
 }
 
 /// Rows of a ring of rows of `len` bytes.
-fn depth(seen: &Seen<'_>, source: SourceId, len: usize) -> usize {
+fn depth(seen: &Observables<'_>, source: SourceId, len: usize) -> usize {
     let period_ns = match seen.registry.specs.get(source.0 as usize).map(|spec| &spec.kind) {
         Some(SourceKind::Timer { period_ns }) => Some((*period_ns).max(1)),
         _ => None,

@@ -56,7 +56,7 @@ impl Samples {
 
 /// State of a channel between two rows.
 #[derive(Default)]
-pub(crate) struct Known {
+pub(crate) struct ChannelState {
     /// The last value.
     pub bytes: Vec<u8>,
     pub has_value: bool,
@@ -70,9 +70,9 @@ pub(crate) struct Known {
     pub route: u64,
 }
 
-impl Known {
-    pub(crate) fn new(tells_present: bool) -> Known {
-        Known { tells_present, ..Known::default() }
+impl ChannelState {
+    pub(crate) fn new(tells_present: bool) -> ChannelState {
+        ChannelState { tells_present, ..ChannelState::default() }
     }
 
     /// Looks for a new value in one row.

@@ -67,7 +67,7 @@ impl DeviceState {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
-pub enum Paused {
+pub enum PausesInForce {
     All(bool),
     Devices(Vec<String>),
 }

@@ -2,7 +2,7 @@
 //! Statistics of a system: firings, overruns and jitter of every interrupt source, instances, devices, whether it is stopped or paused.
 use crate::definitions::system_definitions::Definitions;
 use crate::observation::block_times::{self, BlockTimes};
-use crate::observation::states::{DeviceState, InstanceState, Paused};
+use crate::observation::states::{DeviceState, InstanceState, PausesInForce};
 use crate::pausing::modes::Mode;
 use crate::system::System;
 use indexmap::IndexMap;
@@ -26,7 +26,7 @@ pub struct Statistics {
     pub processes: IndexMap<String, Vec<String>>,
     /// Cause of the latched emergency stop; null: it is not latched.
     pub emergency: Option<String>,
-    pub paused: Paused,
+    pub paused: PausesInForce,
     pub mode: Mode,
     /// Rights that the supervisor's thread asked of the operating system and did not get.
     pub supervisor_rights_missing: Vec<String>,

@@ -7,10 +7,10 @@
 //! | a value is lost | never | where it is read too late: 2 s of firings wait for it, at least 256 |
 //! | knows what was lost | | exactly, by channel, where its writer numbers its values |
 use crate::observation::inbox::{Inbox, Segment, TapChannel};
-use crate::observation::samples::{Known, Samples};
+use crate::observation::samples::{ChannelState, Samples};
 use crate::observation::stamp::Stamp;
 use crate::refuse::refuse;
-use crate::system::{Shared, System, Waited};
+use crate::system::{System, SystemState, WaitResult};
 use interconnect::Row;
 use model::refusal::{Class, Refusals};
 use std::sync::Arc;
@@ -22,14 +22,14 @@ const ATTACH_MAX: Duration = Duration::from_secs(5);
 
 /// Observes some values of a running system, see [`System::tap`]. Dropping it ends that.
 pub struct Tap {
-    shared: Arc<Shared>,
+    shared: Arc<SystemState>,
     id: u64,
     channels: Vec<TapChannel>,
     inbox: Arc<Inbox>,
     /// Segments, with the count of each.
     segments: Vec<(u64, Segment)>,
     count: u64,
-    known: Vec<Known>,
+    known: Vec<ChannelState>,
     tells_present: bool,
     row: Row,
 }
@@ -67,7 +67,7 @@ impl System {
     }
 
     fn begin_tap(&self, id: u64, channels: Vec<TapChannel>, inbox: Arc<Inbox>, tells_present: bool) -> Result<Tap, Refusals> {
-        let known = channels.iter().map(|_| Known::new(tells_present)).collect();
+        let known = channels.iter().map(|_| ChannelState::new(tells_present)).collect();
         let mut tap = Tap { shared: self.shared.clone(), id, channels, inbox, segments: Vec::new(), count: 0, known, tells_present, row: Row::default() };
         tap.collect();
         let mine = tap.segments.iter().map(|(_, segment)| (segment.source, segment.end.reader())).collect::<Vec<_>>();
@@ -78,7 +78,7 @@ impl System {
                 .then_some(()))
         })?;
         match begun {
-            Waited::Done(()) => Ok(tap),
+            WaitResult::Done(()) => Ok(tap),
             _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()")),
         }
     }
@@ -135,7 +135,7 @@ impl Tap {
         let mut arrived = self.inbox.locked();
         for of in arrived.channels.drain(..) {
             self.channels.push(of);
-            self.known.push(Known::new(self.tells_present));
+            self.known.push(ChannelState::new(self.tells_present));
         }
         for segment in arrived.segments.drain(..) {
             self.count += 1;

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 const STORES_MAX: usize = 65_536;
 
 /// A channel, and where it was found last.
-pub(crate) struct Tapped {
+pub(crate) struct TappedChannel {
     pub of: TapChannel,
     /// The stamp of its present writer, and how many there were.
     pub stamp: Option<Cell>,
@@ -28,7 +28,7 @@ pub(crate) struct Part {
 
 #[derive(Default)]
 pub(crate) struct TapRecord {
-    pub channels: Vec<Tapped>,
+    pub channels: Vec<TappedChannel>,
     pub parts: BTreeMap<SourceId, Part>,
     pub inbox: Arc<Inbox>,
     /// Names that it takes in where they come to be; and all private cells.

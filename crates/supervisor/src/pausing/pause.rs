@@ -5,7 +5,7 @@
 //! A pause is of the whole system or of some logical devices. What a pause suspended goes on when no pause covers it;
 //! an instance that was suspended by a call stays suspended.
 use crate::instances::instance::{Instance, Life};
-use crate::observation::states::Paused;
+use crate::observation::states::PausesInForce;
 use model::plan::Target;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -42,8 +42,8 @@ impl Pause {
     }
 
     /// Returns `true`, `false`, or the devices that are paused.
-    pub fn shown(&self) -> Paused {
-        if self.devices.is_empty() || self.all { Paused::All(self.all) } else { Paused::Devices(self.devices.iter().cloned().collect()) }
+    pub fn shown(&self) -> PausesInForce {
+        if self.devices.is_empty() || self.all { PausesInForce::All(self.all) } else { PausesInForce::Devices(self.devices.iter().cloned().collect()) }
     }
 
     /// Holds a start back, where a pause covers it. What it claims is its own already.

@@ -4,7 +4,7 @@ use crate::core::Core;
 use crate::instances::instance::State;
 use crate::pausing::program::{pause_program, resume_program};
 use crate::precedence::first;
-use crate::system::{System, Waited};
+use crate::system::{System, WaitResult};
 use model::refusal::Refusals;
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ impl System {
     }
 
     /// Waits, at most `slice` of real time, until none of these instances runs.
-    pub fn paused(&self, instances: &[u64], slice: Duration) -> Result<Waited<()>, Refusals> {
+    pub fn paused(&self, instances: &[u64], slice: Duration) -> Result<WaitResult<()>, Refusals> {
         self.shared.wait_for(None, slice, |core| {
             let runs = |id: &u64| core.instances.get(id).is_some_and(|i| i.state() == State::Running);
             Ok((!instances.iter().any(runs)).then_some(()))

@@ -11,9 +11,9 @@ use crate::system::System;
 use device::Beside;
 use kernel::{Device, SourceId, SourceSpec};
 use model::plan::Plan;
-use model::refusal::{Class, Place, Refusals};
+use model::refusal::{Class, Refusals, SourceLocation};
 use process_kit::Restarts;
-use rtp::{Bounds, Module, Processor, Started};
+use rtp::{Bounds, Module, Processor, StartedProcessor};
 use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::Duration;
@@ -108,7 +108,7 @@ impl System {
     fn attach(&self, processor: &Arc<Processor>) -> Result<(), String> {
         let Some(places) = self.shared.places.get() else { return Err("this system was made without a way to start processes".to_owned()) };
         let name = processor.name();
-        let started: Started = match runtime::Remote::host(&**processor) {
+        let started: StartedProcessor = match runtime::Remote::host(&**processor) {
             Some(host) => places.host(host, name)?,
             None => places.process(name, processor.bounds())?,
         };
@@ -187,7 +187,7 @@ impl System {
     }
 
     /// Brings the code of a plan to its processors; refuses a plan with a source whose processor is lost.
-    pub(crate) fn send_code(&self, catalog: &Catalog, plan: &Plan, place: &Option<Place>) -> Result<(), Refusals> {
+    pub(crate) fn send_code(&self, catalog: &Catalog, plan: &Plan, place: &Option<SourceLocation>) -> Result<(), Refusals> {
         let remote = self.shared.command(|core| {
             refuse_lost_plan(core, plan)?;
             Ok(core.remote.processors.clone())

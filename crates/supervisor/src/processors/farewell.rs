@@ -4,7 +4,6 @@ use crate::instances::instance::Instance;
 use crate::movements::sequence::{Builder, Movement};
 use crate::processors::remote::Remote;
 use crate::registry::Registry;
-use crate::transitions::stages::Verbatim;
 use kernel::Script;
 use model::definition::IfCutOff;
 
@@ -13,7 +12,7 @@ pub(crate) fn bid(remote: &Remote, registry: &Registry, instance: &Instance) {
     if remote.processors.is_empty() {
         return;
     }
-    let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
+    let of = instance.installed_verb(&registry.physical);
     for &source in &instance.installed.sources {
         let Some(remote) = remote.at(registry.source_name(source)) else { continue };
         let script = (instance.if_cut_off() != IfCutOff::Continue).then(|| {

@@ -3,7 +3,7 @@
 //! still. The guard watches it from the first device on that can be made safe from outside.
 use device::SafeHandle;
 use kernel::SourceId;
-use rtp::{BEAT, Firings, Held, Holder, Places};
+use rtp::{BEAT, Firings, Holder, Places, ProcessorHold};
 use runtime::Host;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 /// Guard of this process.
 #[derive(Default)]
-pub(crate) struct Guarded {
+pub(crate) struct ProcessGuard {
     state: Arc<State>,
     /// The thread of the heart.
     heart: Mutex<Option<JoinHandle<()>>>,
@@ -22,7 +22,7 @@ pub(crate) struct Guarded {
 #[derive(Default)]
 struct State {
     /// Held hearts by processor, each with bounds of its own.
-    held: Mutex<BTreeMap<String, Box<dyn Held>>>,
+    held: Mutex<BTreeMap<String, Box<dyn ProcessorHold>>>,
     /// Sources that are threads here.
     sources: Mutex<Vec<SourceId>>,
     /// Time for which a processor may stand still, if it was configured.
@@ -34,7 +34,7 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Guarded {
+impl ProcessGuard {
     /// Notes that a source is a thread here.
     pub fn runs(&self, source: SourceId) {
         locked(&self.state.sources).push(source);
@@ -87,7 +87,7 @@ impl Guarded {
     }
 }
 
-impl Guarded {
+impl ProcessGuard {
     /// Gives the guard what makes a device safe; from the first on, a heart says that this process is there.
     pub fn hold(&self, places: &dyn Places, host: &Arc<Host>, processor: &str, device: &str, handles: &[SafeHandle]) -> Result<(), String> {
         self.begin(host)?;

@@ -6,7 +6,7 @@ use crate::system::System;
 use crate::wiring::tables::SourceTable;
 use kernel::{Number, SourceSpec};
 use model::configuration::{Source, SourceKind};
-use model::refusal::{Class, Place, Refusals};
+use model::refusal::{Class, Refusals, SourceLocation};
 
 impl System {
     /// Makes a real-time processor. `core`: where its sources' threads are pinned. The first is the supervisor, unless another says so.
@@ -131,7 +131,7 @@ impl System {
 
     /// Lets a channel that a physical device reads raise a trigger or software source, of any processor, each time it goes from zero to
     /// something else. It is looked at in each firing of the device's source.
-    pub fn raise(&self, device: &str, channel: &str, source: &str, place: Option<Place>) -> Result<(), Refusals> {
+    pub fn raise(&self, device: &str, channel: &str, source: &str, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let definitions = self.shared.definitions();
         let Some(of) = definitions.configuration.devices.get(device) else {
             return Err(unknown("physical device", device, definitions.configuration.devices.keys().map(String::as_str)));

@@ -9,7 +9,7 @@ use model::plan::{Claim, Plan};
 use model::refusal::{Class, Refusal};
 
 /// Claim that a start needs and another instance holds, or waits for.
-pub(crate) struct Held {
+pub(crate) struct HeldClaim {
     pub claim: Claim,
     pub holder: u64,
     pub arbitration: Arbitration,
@@ -17,18 +17,18 @@ pub(crate) struct Held {
 
 impl Instances {
     /// Returns the needs of a start that others hold, or (those before `place` in the queue) wait for.
-    pub fn held(&self, registry: &Registry, request: &Request, plan: &Plan, place: usize) -> Vec<Held> {
-        let mut held: Vec<Held> = Vec::new();
+    pub fn held(&self, registry: &Registry, request: &Request, plan: &Plan, place: usize) -> Vec<HeldClaim> {
+        let mut held: Vec<HeldClaim> = Vec::new();
         let mut look = |claim: &Claim, arbitration: Arbitration| {
             let waits = |r: &&Request| needs(r, &self[&r.id].plan).any(|(needed, _)| needed == *claim);
             let holders = registry.claims.get(claim).copied().into_iter().chain(self.queue.iter().take(place).filter(waits).map(|r| r.id));
-            held.extend(holders.filter(|h| *h != request.id).map(|holder| Held { claim: claim.clone(), holder, arbitration }));
+            held.extend(holders.filter(|h| *h != request.id).map(|holder| HeldClaim { claim: claim.clone(), holder, arbitration }));
         };
         needs(request, plan).for_each(|(claim, arbitration)| look(&claim, arbitration));
         held
     }
 
-    pub fn second_writer(&self, registry: &Registry, name: &str, plan: &Plan, held: &Held) -> Refusal {
+    pub fn second_writer(&self, registry: &Registry, name: &str, plan: &Plan, held: &HeldClaim) -> Refusal {
         let (holder, waits) = self.get(&held.holder).map_or(("?", false), |i| (i.name.as_str(), i.state() == State::Queued));
         let what = registry.claim_name(&held.claim);
         let is = if waits { "waited for" } else { "written" };

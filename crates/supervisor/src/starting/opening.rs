@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operations of the kernels that begin an instance, or let it go on: pure functions of what is configured and of the instance.
+use crate::instances::installed_verb::InstalledVerb;
 use crate::instances::instance::{Instance, Life};
 use crate::movements::sequence::{Builder, Movement};
 use crate::registry::Registry;
 use crate::starting::operating::{looks, operating};
 use crate::suspension::idle_values::idle_channels;
-use crate::transitions::stages::Verbatim;
 use kernel::{Op, SourceId};
 use model::plan::{Binding, CellKind, PlannedCommand, PlannedSuspend, Target};
 
 /// Returns the movements from the reset to the end of the initial list's first stage.
 pub(crate) fn opening(registry: &Registry, instance: &Instance, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
-    let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
+    let of = instance.installed_verb(&registry.physical);
     let mut builder = Builder::at_home(instance.installed.homes.clone());
     let operating = operating(registry, instance);
     let ends = instance.ends_in_its_opening().filter(|_| operating.is_empty());
@@ -62,7 +62,7 @@ pub(crate) fn make_up(registry: &Registry, builder: &mut Builder, instance: &Ins
         builder.barrier();
     }
     if instance.owner.is_none() {
-        Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical }.engage(builder);
+        instance.installed_verb(&registry.physical).engage(builder);
     }
 }
 
@@ -109,7 +109,7 @@ fn begin_delay(builder: &mut Builder, instance: &Instance, source: SourceId, por
 }
 
 /// Opens the initial list of a device's own verb: what starts as a copy is copied after the leading executes, before the loop closes.
-fn open_device(registry: &Registry, builder: &mut Builder, instance: &Instance, of: &Verbatim) {
+fn open_device(registry: &Registry, builder: &mut Builder, instance: &Instance, of: &InstalledVerb) {
     let (list, generation) = (instance.plan.initial, Some(instance.generation));
     let stage = &instance.plan.lists[list].stages[0];
     of.open(builder, list, 0, generation);
@@ -177,7 +177,7 @@ pub(crate) fn set_rest(registry: &Registry, builder: &mut Builder, instance: &In
 /// Operations that let a suspended instance go on: its channels are its own again, its clock runs. `restores`: the channels hold
 /// what they held before, within their slew limits; else they stay safe until a block stores into them.
 pub(crate) fn wake(registry: &Registry, builder: &mut Builder, instance: &Instance, restores: bool) {
-    let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &registry.physical };
+    let of = instance.installed_verb(&registry.physical);
     let held = if let Life::Suspended { held } = &instance.life { held.as_slice() } else { &[] };
     for &source in &instance.installed.sources {
         if instance.plan.suspend == PlannedSuspend::Safe {

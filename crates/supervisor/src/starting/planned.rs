@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Plans that were made lately: where nothing has changed, the same application has the same plan. A program calls few verbs, again and
 //! again.
-use crate::copied::Copied;
+use crate::copied::CopiedState;
 use model::CheckedVerb;
 use model::configuration::{Configuration, Writer};
 use model::definition::Application;
@@ -52,7 +52,7 @@ fn writers_of<'a>(configuration: &'a Configuration, svv: &str) -> &'a [Writer] {
 
 impl Plans {
     /// Returns the plan of an application of a verb as everything is now.
-    pub fn of(&mut self, application: &Application, checked: &Arc<CheckedVerb>, configuration: &Copied<Configuration>) -> Result<Arc<Plan>, Refusals> {
+    pub fn of(&mut self, application: &Application, checked: &Arc<CheckedVerb>, configuration: &CopiedState<Configuration>) -> Result<Arc<Plan>, Refusals> {
         let changes = configuration.changes();
         if let Some(at) = self.0.iter().position(|kept| kept.holds(application, checked, changes, configuration)) {
             let kept = self.0.remove(at).expect("it was just found");

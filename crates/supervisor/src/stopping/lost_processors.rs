@@ -3,7 +3,8 @@
 //! leads on to a list that runs on what is left, else they end; no wait includes the source until a reset.
 use crate::alarms::causes::alarm_processor;
 use crate::core::Core;
-use crate::instances::instance::{Cause, Instance};
+use crate::instances::cause::Cause;
+use crate::instances::instance::Instance;
 use crate::observation::log::Log;
 use crate::refuse::refuse;
 use crate::registry::Registry;

@@ -2,7 +2,7 @@
 //! Standstills of whole processes, as the first firing after them tells: a paused virtual machine, a frozen container. The log has each
 //! source, and one alarm says how long it was where nobody attended to the outputs meanwhile.
 use crate::alarms::causes::{alarm_returns, raise};
-use crate::alarms::list::{Cause, Raised, Severity};
+use crate::alarms::list::{Cause, RaisedAlarm, Severity};
 use crate::core::Core;
 use kernel::SourceId;
 
@@ -21,6 +21,6 @@ pub(crate) fn stood_still(core: &mut Core, source: SourceId, late_ns: i64, is_un
     let text =
         format!("{text}, and nobody attended to outputs: devices that were commanded are safe, and lost; time limits ran on, and what uses no device goes on");
     let remedy = "see what paused it, look at the machine, then call reset()";
-    raise(core, Raised { code: TIME_LOST, source: "system", block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
+    raise(core, RaisedAlarm { code: TIME_LOST, source: "system", block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
     alarm_returns(core, TIME_LOST, "system");
 }

@@ -2,13 +2,14 @@
 //! Suspension: running time stands still, and goes on. A verb says what its actuators do meanwhile: outputs that drive on (an effort, a speed)
 //! take their idle values and the last commands of all others stay, all channels go to their safe values, or its blocks come to rest first.
 use crate::instances::course::Course;
-use crate::instances::instance::{Rest, reached};
+use crate::instances::installed_verb::InstalledVerb;
+use crate::instances::instance::Rest;
 use crate::movements::sequence::{Builder, Movement};
 use crate::refuse::invalid_state;
 use crate::scripts::Purpose;
 use crate::starting::opening::{rest_ops, wake};
 use crate::suspension::idle_values::{idle_channels, idle_svvs};
-use crate::transitions::stages::Verbatim;
+use crate::transitions::stages::reached;
 use kernel::{Op, SourceId};
 use model::plan::{Due, PlannedSuspend};
 use model::refusal::Refusals;
@@ -94,7 +95,7 @@ impl Course<'_> {
             }
             builder.barrier();
         }
-        let of = Verbatim { plan, installed, devices: &self.core.registry.physical };
+        let of = InstalledVerb { plan, installed, devices: &self.core.registry.physical };
         idle.into_iter().for_each(|(source, op)| builder.add(source, op));
         for &source in &installed.sources {
             if plan.suspend == PlannedSuspend::Safe {

@@ -50,7 +50,7 @@ pub(crate) struct Past {
     /// Where it had its homes, oldest first, as far as its history may reach: the source, and the rows that its ring had then.
     pub stays: Arc<Stays>,
     /// Values that the PS and ψ stored last, oldest first, as far as its history reaches.
-    pub stores: Arc<VecDeque<Stored>>,
+    pub stores: Arc<VecDeque<StoredValue>>,
 }
 
 /// The last values of an SVV that some block reads.
@@ -78,14 +78,14 @@ impl Stays {
 
 /// A value that no block stored.
 #[derive(Clone)]
-pub(crate) struct Stored {
+pub(crate) struct StoredValue {
     pub time_ns: i64,
     pub bytes: Vec<u8>,
     /// Rows that its home's ring had then: those come before it, also of the same instant.
     pub behind: Option<(SourceId, u64)>,
 }
 
-impl Stored {
+impl StoredValue {
     /// Returns true if the row was written before.
     pub fn comes_behind(&self, source: SourceId, row: &interconnect::Row) -> bool {
         row.time_ns < self.time_ns || (row.time_ns == self.time_ns && self.behind.is_some_and(|(home, written)| home == source && row.sequence < written))
@@ -123,7 +123,7 @@ impl SvvRecord {
             let behind = self.home.and_then(|home| Some((home, self.past.rings.get(&home)?.reader().written())));
             // A copy is made only while a reader holds the history.
             let stores = Arc::make_mut(&mut self.past.stores);
-            stores.push_back(Stored { time_ns: now_ns, bytes: bytes.to_vec(), behind });
+            stores.push_back(StoredValue { time_ns: now_ns, bytes: bytes.to_vec(), behind });
             let excess = stores.len().saturating_sub(self.past.history as usize);
             stores.drain(..excess);
         }

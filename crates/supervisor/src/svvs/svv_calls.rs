@@ -9,7 +9,7 @@ use model::configuration::{Svv, SvvId};
 use model::definition::{Bound, Initial, SvvSpecification, Within};
 use model::plan::CellKind;
 use model::range::Range;
-use model::refusal::{Class, Place, Refusals};
+use model::refusal::{Class, Refusals, SourceLocation};
 use model::types::Type;
 use std::collections::BTreeMap;
 
@@ -25,7 +25,7 @@ pub struct SvvRequest {
 
 impl System {
     /// Makes an SVV of the system.
-    pub fn svv(&self, name: &str, request: &SvvRequest, place: Option<Place>) -> Result<(), Refusals> {
+    pub fn svv(&self, name: &str, request: &SvvRequest, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         self.make_svv(&mut definitions, name, request, None, place)
     }
@@ -36,7 +36,7 @@ impl System {
         name: &str,
         request: &SvvRequest,
         device: Option<&str>,
-        place: Option<Place>,
+        place: Option<SourceLocation>,
     ) -> Result<(), Refusals> {
         if definitions.configuration.svvs.contains_key(name) {
             return Err(refuse_at(Class::InUse, format!("there is an SVV '{name}' already"), "give it another name, or delete that one first", place));

@@ -3,7 +3,7 @@
 use crate::core::Core;
 use crate::instances::instance::State;
 use crate::movements::sequence::by_source;
-use crate::observation::kept::Kept;
+use crate::observation::kept::KeptHistory;
 use crate::observation::stamp::Stamp;
 use crate::refuse::{refuse, unknown};
 use crate::registry::PhysicalRecord;
@@ -196,12 +196,12 @@ pub(crate) fn store_value(core: &mut Core, name: &str, value: &Value) -> Result<
 }
 
 /// Returns the history that is kept of an SVV.
-pub(crate) fn kept(core: &Core, name: &str) -> Result<Kept, Refusals> {
+pub(crate) fn kept(core: &Core, name: &str) -> Result<KeptHistory, Refusals> {
     let name = core.registry.name_of(name)?;
     let svv = core.registry.svvs.get(name).ok_or_else(|| unknown("SVV", name, core.registry.svvs.keys().map(String::as_str)))?;
     if svv.past.history == 0 {
         return Err(refuse(Class::ValueRefused, format!("SVV '{name}' has no history"), "declare one: cell.svv(…, history=100)"));
     }
     let rings = svv.past.rings.iter().map(|(source, ring)| (*source, ring.clone(), ring.reader().written())).collect();
-    Ok(Kept { history: svv.past.history as usize, rings, stays: svv.past.stays.clone(), stores: svv.past.stores.clone() })
+    Ok(KeptHistory { history: svv.past.history as usize, rings, stays: svv.past.stays.clone(), stores: svv.past.stores.clone() })
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Transitions: a condition leads on to another command list. What it returns is read as its own list goes off, and the report of the
 //! end tells the way.
+use crate::instances::cause::Cause;
 use crate::instances::course::Course;
-use crate::instances::instance::Cause;
+use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::Builder;
-use crate::transitions::stages::Verbatim;
 use kernel::SourceId;
 
 impl Course<'_> {
@@ -12,7 +12,7 @@ impl Course<'_> {
     pub fn lead_on(&mut self, cause: &Cause, list: usize) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         let way = &mut instance.findings.way;
         way.lead_on(&of, instance.position.list, cause);
         let mut builder = Builder::default();
@@ -28,7 +28,7 @@ impl Course<'_> {
     pub fn led_on_by_kernel(&mut self, source: SourceId, cause: &Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
         instance.findings.way.lead_on(&of, instance.position.list, cause);
         instance.findings.way.captures.take(&of, &of.outputs_in(source, cause.condition), captured);
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The way of one start through its command lists: the conditions that led on, and what they returned.
-use crate::ending::report::Passed;
+use crate::ending::report::PassedList;
 use crate::instances::captures::Captures;
-use crate::instances::instance::Cause;
-use crate::transitions::stages::Verbatim;
+use crate::instances::cause::Cause;
+use crate::instances::installed_verb::InstalledVerb;
 use std::collections::VecDeque;
 
 /// Steps that a report tells. A verb that goes round for days keeps the last ones.
@@ -12,7 +12,7 @@ const TOLD_MAX: usize = 64;
 /// The transitions of one start, in order.
 #[derive(Default)]
 pub(crate) struct Way {
-    passed: VecDeque<Passed>,
+    passed: VecDeque<PassedList>,
     /// Conditions that led on, by index, each once, in the order in which they came last.
     pub conditions: Vec<usize>,
     /// Outputs that those return, as they were when they led on.
@@ -21,12 +21,12 @@ pub(crate) struct Way {
 
 impl Way {
     /// Notes that a condition leads on from a list; what it returned before is out of date.
-    pub fn lead_on(&mut self, of: &Verbatim, list: usize, cause: &Cause) {
+    pub fn lead_on(&mut self, of: &InstalledVerb, list: usize, cause: &Cause) {
         let condition = &of.plan.conditions[cause.condition];
         if self.passed.len() == TOLD_MAX {
             self.passed.pop_front();
         }
-        self.passed.push_back(Passed {
+        self.passed.push_back(PassedList {
             command_list: of.plan.lists[list].name.clone(),
             condition: condition.name.clone(),
             block: cause.block.clone(),
@@ -39,7 +39,7 @@ impl Way {
     }
 
     /// Returns the steps as a report tells them.
-    pub fn told(&self) -> Vec<Passed> {
+    pub fn told(&self) -> Vec<PassedList> {
         self.passed.iter().cloned().collect()
     }
 }

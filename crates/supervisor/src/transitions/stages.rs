@@ -3,11 +3,8 @@
 //!
 //! A condition is answered by its kernel alone, in the same firing, where everything that the answer touches lies in the source
 //! that reported it; otherwise the process is frozen there and the supervisor carries on.
-use crate::instances::instance::{reached, under_way};
+use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::{Builder, Movement};
-use crate::registry::PhysicalRecord;
-use crate::wiring::installed::Installed;
-use indexmap::IndexMap;
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
 use model::plan::{Claim, Due, Plan, PlannedCommand, Wait};
 use std::sync::Arc;
@@ -20,13 +17,6 @@ pub(crate) enum Answer {
     End,
 }
 
-/// A plan in memory, with the physical devices whose channels it writes.
-pub(crate) struct Verbatim<'a> {
-    pub plan: &'a Plan,
-    pub installed: &'a Installed,
-    pub devices: &'a IndexMap<String, PhysicalRecord>,
-}
-
 /// Bytes of output values that a reaction may capture; an end with more is the supervisor's.
 const CAPTURED_MAX: usize = 64 * 1024;
 
@@ -36,7 +26,19 @@ const PASSED_MAX: usize = 4 * 1024;
 /// Conditions of a verb, and waits for others, that a kernel can remember.
 pub(crate) const REMEMBERED_MAX: usize = 64;
 
-impl Verbatim<'_> {
+/// Returns the kernel's stage while the commands of (list, stage) are carried out. Each stage is two of the kernel's: while its commands are
+/// under way, what its wait is for is remembered; when they are through, the wait is reached.
+pub(crate) fn under_way(plan: &Plan, list: usize, stage: usize) -> u16 {
+    let before: usize = plan.lists[..list].iter().map(|l| l.stages.len()).sum();
+    u16::try_from(2 * (before + stage)).expect("a verb has fewer than 32,768 stages")
+}
+
+/// Returns the kernel's stage once the commands of (list, stage) are through.
+pub(crate) fn reached(plan: &Plan, list: usize, stage: usize) -> u16 {
+    under_way(plan, list, stage) + u16::from(matches!(plan.lists[list].stages[stage].wait, Some(Wait::Conditions(_))))
+}
+
+impl InstalledVerb<'_> {
     /// Returns the consequence of (block, item) in (list, stage): a wait takes it first, else τ, else the end. `None`: nothing (it is no
     /// termination condition there).
     pub fn answer(&self, list: usize, stage: usize, condition: Option<usize>, reported: Option<(usize, usize)>) -> Option<Answer> {

@@ -8,7 +8,7 @@ use crate::claims::writers::Pair;
 use crate::movements::sequence::{Inlet, Movement};
 use crate::registry::Registry;
 use crate::wiring::homes::writer_for;
-use crate::wiring::installed::{Gate, Installed};
+use crate::wiring::installed::{Gate, InstalledPlan};
 use crate::wiring::ports::mode_of;
 use crate::wiring::tables::{Crossing, InletRecord, Outlet, Wiring};
 use interconnect::{ConnectionSpec, Receiver, Sender};
@@ -220,7 +220,7 @@ impl HalfQueue {
     }
 
     /// Enters both ends in the tables of their sources.
-    fn enter(self, wiring: &mut Wiring, instance: u64, installed: &Installed) {
+    fn enter(self, wiring: &mut Wiring, instance: u64, installed: &InstalledPlan) {
         let (offsets, _) = lay_out(&self.members);
         let member = |(m, offset): (&Member, usize)| {
             let activation = match &m.author {
@@ -247,7 +247,7 @@ impl HalfQueue {
 }
 
 /// Enters the queues of an instance; the sources whose tables change.
-pub(crate) fn enter_queues(wiring: &mut Wiring, queues: Vec<HalfQueue>, instance: u64, installed: &Installed) -> Vec<SourceId> {
+pub(crate) fn enter_queues(wiring: &mut Wiring, queues: Vec<HalfQueue>, instance: u64, installed: &InstalledPlan) -> Vec<SourceId> {
     let sources = queues.iter().flat_map(|q| [q.pair.0, q.pair.1]).collect();
     for queue in queues {
         queue.enter(wiring, instance, installed);
@@ -256,7 +256,7 @@ pub(crate) fn enter_queues(wiring: &mut Wiring, queues: Vec<HalfQueue>, instance
 }
 
 /// Pairs over which the private cells of an instance travel asynchronously, with the cells of both ends.
-pub(crate) fn crossings(plan: &Plan, installed: &Installed) -> Vec<Crossing> {
+pub(crate) fn crossings(plan: &Plan, installed: &InstalledPlan) -> Vec<Crossing> {
     let mut found = Vec::new();
     for (index, cell) in plan.cells.iter().enumerate() {
         if !matches!(cell.kind, CellKind::Private { .. }) {

@@ -2,7 +2,7 @@
 //! Drive of an activation across instances: the writer of the SVV that it takes synchronously or by ratio, at the time. When another
 //! instance starts to write it, its followers turn to that one; so a reader outlives its writers.
 use crate::registry::Registry;
-use crate::wiring::installed::{Gate, Installed};
+use crate::wiring::installed::{Gate, InstalledPlan};
 use crate::wiring::ports::mode_of;
 use kernel::{Activation, BlockId, Due, Inbound, SourceId};
 use model::interface::Mode;
@@ -16,7 +16,7 @@ pub(crate) fn driving_svvs(plan: &Plan, block: usize) -> impl Iterator<Item = &s
 }
 
 /// Blocks of the same source that drive a block: of its plan, and of other instances.
-pub(crate) fn step_drivers(plan: &Plan, installed: &Installed, block: usize, registry: &Registry) -> Vec<BlockId> {
+pub(crate) fn step_drivers(plan: &Plan, installed: &InstalledPlan, block: usize, registry: &Registry) -> Vec<BlockId> {
     let source = installed.block_source[block];
     let inner = plan.blocks[block].drivers.iter().map(|driver| installed.blocks[*driver].id());
     let gated = |svv: &&str| installed.gates.iter().any(|gate| gate.activation == plan.blocks[block].activation && gate.svv.as_deref() == Some(*svv));

@@ -16,7 +16,7 @@ const SLICE: Duration = Duration::from_secs(1);
 /// Groups of fused blocks, and blocks that are not fused.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Fused {
+pub struct FusedBlocks {
     /// Tables get the entries that there are, also those of instances that come.
     pub on: bool,
     /// Groups that nobody has compiled so far: `fuse` goes on with them.
@@ -58,7 +58,7 @@ impl System {
     ///
     /// # Errors
     /// The system is closed.
-    pub fn fuse(&self, on: bool) -> Result<Fused, Refusals> {
+    pub fn fuse(&self, on: bool) -> Result<FusedBlocks, Refusals> {
         let begun = Instant::now();
         self.shared.command(|core| {
             if core.wiring.fusing.is_on != on {
@@ -87,7 +87,7 @@ impl System {
     }
 
     /// Returns the groups of fused blocks, and the blocks that are not fused, with the reason.
-    pub fn fused(&self) -> Fused {
+    pub fn fused(&self) -> FusedBlocks {
         let core = self.shared.locked();
         let fusing = &core.wiring.fusing;
         let found: Vec<(SourceId, Candidate)> = candidates(&core);
@@ -109,7 +109,7 @@ impl System {
                 Some(SingleBlock { block: record.block.name().to_owned(), why: why? })
             })
         });
-        Fused { on: fusing.is_on, waiting, groups: groups.collect(), single: single.collect() }
+        FusedBlocks { on: fusing.is_on, waiting, groups: groups.collect(), single: single.collect() }
     }
 }
 

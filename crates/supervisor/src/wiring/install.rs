@@ -9,7 +9,7 @@ use crate::svvs::cells::lay_side_by_side;
 use crate::wiring::connect::{Delays, HalfQueue, open, queues};
 use crate::wiring::follow::due;
 use crate::wiring::homes::{first_homes, writer_for};
-use crate::wiring::installed::{Gate, Installed, Windows};
+use crate::wiring::installed::{Gate, InstalledPlan, Windows};
 use crate::wiring::instance_windows::make_windows;
 use crate::wiring::ports::cells_of;
 use kernel::{Activation, Block, BlockId, Cell, Extent, SourceId};
@@ -70,7 +70,7 @@ pub(crate) fn install(
     catalog: &Catalog,
     plan: &Plan,
     (instance, name): (u64, &str),
-) -> Result<(Installed, Vec<HalfQueue>), Refusals> {
+) -> Result<(InstalledPlan, Vec<HalfQueue>), Refusals> {
     let source_of = |registry: &Registry, name: &str| {
         registry.sources.get(name).copied().ok_or_else(|| refuse(Class::UnknownName, format!("there is no source '{name}'"), ""))
     };
@@ -101,7 +101,7 @@ pub(crate) fn install(
     let delays = delays.into_iter().map(|((block, item), cell)| (site.block_source[block], block, item, cell)).collect();
     let interfaces = plan.blocks.iter().map(|b| catalog.blocks[&b.block].interface.clone()).collect();
     let (homes, own_stamps) = (first_homes(plan, &site.block_source), own_stamps(&site));
-    let installed = Installed {
+    let installed = InstalledPlan {
         homes,
         own_stamps,
         sources,

@@ -22,7 +22,7 @@ pub(crate) struct Gate {
 }
 
 /// A plan in memory.
-pub(crate) struct Installed {
+pub(crate) struct InstalledPlan {
     /// Sources that it has blocks in, in the plan's order.
     pub sources: Vec<SourceId>,
     /// Blocks, by planned block.
@@ -52,14 +52,14 @@ pub(crate) struct Installed {
     pub gates: Vec<Gate>,
 }
 
-impl Installed {
+impl InstalledPlan {
     /// Returns the cell in the image of `source`, or else in any.
     pub fn cell(&self, index: usize, source: SourceId) -> Option<&Cell> {
         self.cells[index].get(&source)
     }
 }
 
-impl Installed {
+impl InstalledPlan {
     /// Returns the source in which a planned cell is written now; with a reader, if nothing writes it.
     pub fn home(&self, plan: &Plan, cell: usize) -> Option<SourceId> {
         let planned = &plan.cells[cell];

@@ -2,7 +2,7 @@
 //! The windows that the blocks of an instance read: made with its memory.
 use crate::registry::Registry;
 use crate::svvs::windows::{asked, window};
-use crate::wiring::installed::{Installed, Windows};
+use crate::wiring::installed::{InstalledPlan, Windows};
 use kernel::{Cell, SourceId};
 use model::plan::{CellKind, Plan};
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ pub(crate) fn make_windows(registry: &mut Registry, plan: &Plan, block_source: &
     windows
 }
 
-impl Installed {
+impl InstalledPlan {
     /// Windows of a private cell that travel between two sources.
     pub fn crossing_windows(&self, cell: usize, from: SourceId, to: SourceId) -> impl Iterator<Item = (Cell, Cell)> + '_ {
         let of = self.windows.range((cell, 0)..=(cell, u32::MAX));

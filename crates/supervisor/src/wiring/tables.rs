@@ -5,7 +5,7 @@ use crate::movements::sequence::{Inlet, Serial};
 use crate::wiring::fusing::{Candidate, Fusing, candidates};
 
 use kernel::Rows;
-use kernel::{Activation, Append, Block, BlockId, Cell, Device, Edge, Inbound, Op, Outbound, Process, SourceId, Stamped, Step, StepKind, Table};
+use kernel::{Activation, Append, Block, BlockId, Cell, Device, Edge, Inbound, Op, Outbound, Process, SourceId, StampedValue, Step, StepKind, Table};
 use runtime::Host;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -21,7 +21,7 @@ pub(crate) struct StepRecord {
     /// Windows that what it stores is appended to.
     pub appends: Vec<Append>,
     /// SVVs that it stores.
-    pub stamped: Vec<Stamped>,
+    pub stamped: Vec<StampedValue>,
     pub activation: Arc<Activation>,
     pub process: Arc<Process>,
     /// Blocks of the same source that it takes values from synchronously.

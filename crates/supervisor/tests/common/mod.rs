@@ -16,7 +16,7 @@ use model::value::Value;
 use runtime::ClockKind;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
-use supervisor::{Limits, Report, SvvRequest, System, Waited};
+use supervisor::{Limits, Report, SvvRequest, System, WaitResult};
 
 pub const MS: i64 = 1_000_000;
 
@@ -171,9 +171,9 @@ impl Rig {
     pub fn wait_for(&self, id: u64, ms: i64) -> Option<Report> {
         let until_ns = self.system.now_ns() + ms * MS;
         match self.system.wait(id, Some(until_ns), LONG).unwrap_or_else(|r| panic!("{}", text(&r))) {
-            Waited::Done(report) => Some(report),
-            Waited::TimedOut => None,
-            Waited::Slice => panic!("the wait took five minutes of real time"),
+            WaitResult::Done(report) => Some(report),
+            WaitResult::TimedOut => None,
+            WaitResult::Slice => panic!("the wait took five minutes of real time"),
         }
     }
 

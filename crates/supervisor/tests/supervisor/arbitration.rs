@@ -4,7 +4,7 @@ use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
-use supervisor::{DeviceRequest, Limits, Waited};
+use supervisor::{DeviceRequest, Limits, WaitResult};
 
 /// Devices j1 and j2, enabled, and verbs that count into what is commanded: `push` on one, `pair` on both.
 fn arm(rig: &Rig, arbitration: &str) {
@@ -143,7 +143,7 @@ fn what_disables_or_stops_everything_ends_the_queue_and_begins_none_of_it() {
                 rig.system.emergency_stop("tested").unwrap();
                 rig.system.reset().unwrap();
             } else {
-                assert!(matches!(rig.system.disable("j1", Duration::from_secs(60)).unwrap(), Waited::Done(())));
+                assert!(matches!(rig.system.disable("j1", Duration::from_secs(60)).unwrap(), WaitResult::Done(())));
                 rig.system.enable("j1").unwrap();
             }
             assert_eq!(ids.map(|id| rig.wait_for(id, 0).unwrap().condition), [condition; 3]);
@@ -202,7 +202,7 @@ fn a_start_that_fails_aborts_nothing() {
         let (first, second) = (on(rig, "push", "first", &["j1"], "rtp0.fast"), on(rig, "pair", "second", &["j1", "j2"], "rtp0.fast"));
         rig.start_with(first, json!({"limit": 0.0}));
         assert_eq!(class(rig.try_start(second, json!({"limit": [1.0]}), Limits::default())), Class::ValueRefused);
-        assert!(matches!(rig.system.disable("j2", Duration::from_secs(60)).unwrap(), Waited::Done(())));
+        assert!(matches!(rig.system.disable("j2", Duration::from_secs(60)).unwrap(), WaitResult::Done(())));
         assert_eq!(class(rig.try_start(second, json!({}), Limits::default())), Class::NotEnabled);
         assert_eq!(states(rig, &[first, second]), ["running", "created"]);
         rig.advance(3);

@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use serde_json::{Value as Json, json};
 use std::collections::HashSet;
 use std::time::Duration;
-use supervisor::{Limits, Report, Waited};
+use supervisor::{Limits, Report, WaitResult};
 
 #[derive(Clone, Copy, Debug)]
 enum Act {
@@ -146,7 +146,7 @@ impl Witness {
         let system = &self.rig.system;
         let started = system.start_to_wait(system.create_to_start(application)?, &application.values, limits)?;
         match system.complete(started, Duration::from_secs(60))? {
-            Waited::Done(report) => Ok(report),
+            WaitResult::Done(report) => Ok(report),
             _ => panic!("a call of at most some ms of virtual time took a minute"),
         }
     }

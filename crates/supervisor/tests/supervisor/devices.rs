@@ -5,7 +5,7 @@ use model::refusal::Class;
 use model::value::Value;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
-use supervisor::{DeviceRequest, Limits, Waited};
+use supervisor::{DeviceRequest, Limits, WaitResult};
 
 const LONG: Duration = Duration::from_secs(300);
 
@@ -45,7 +45,7 @@ fn arm(rig: &Rig, options: Json) {
 fn enable(rig: &Rig, device: &str) {
     rig.system.enable(device).unwrap_or_else(|r| panic!("{}", text(&r)));
     let until_ns = Some(rig.system.now_ns() + 1_000 * MS);
-    assert!(matches!(rig.system.wait_enabled(device, until_ns, LONG).unwrap(), Waited::Done(true)));
+    assert!(matches!(rig.system.wait_enabled(device, until_ns, LONG).unwrap(), WaitResult::Done(true)));
 }
 
 fn push(rig: &Rig, joint: &str) -> u64 {
@@ -87,7 +87,7 @@ fn a_verb_starts_only_on_devices_that_are_enabled() {
         rig.advance(3);
         rig.system.halt(id).unwrap();
         rig.wait(id);
-        assert!(matches!(rig.system.disable("j1", LONG).unwrap(), Waited::Done(())));
+        assert!(matches!(rig.system.disable("j1", LONG).unwrap(), WaitResult::Done(())));
         assert_eq!(rig.system.device_state("j1").unwrap(), "disabled");
         assert_eq!(class(rig.system.delete_device("j1")), Class::InvalidState, "an instance is bound to it");
         rig.system.delete(id).unwrap();
@@ -105,7 +105,7 @@ fn disabling_ends_the_users_first() {
         let id = push(rig, "j1");
         rig.start(id);
         rig.advance(2);
-        assert!(matches!(rig.system.disable("j1", LONG).unwrap(), Waited::Done(())));
+        assert!(matches!(rig.system.disable("j1", LONG).unwrap(), WaitResult::Done(())));
         assert_eq!(rig.wait(id).condition, "device_disabled");
         assert_eq!(rig.logged("end"), ["push j1: device_disabled: device 'j1' was disabled", "j1.servo: device_disabled: device 'j1' was disabled"]);
         assert_eq!(class(rig.try_start(id, json!({}), Limits::default())), Class::NotEnabled);

@@ -311,7 +311,7 @@ fn disabling_waits_for_what_its_users_and_its_own_verb_do_at_their_ends() {
         rig.advance(3);
         let before = rig.system.now_ns();
         let disabled = rig.system.disable("d", std::time::Duration::from_secs(60));
-        assert!(matches!(disabled, Ok(supervisor::Waited::Done(()))) && rig.system.device_state("d").unwrap() == "disabled");
+        assert!(matches!(disabled, Ok(supervisor::WaitResult::Done(()))) && rig.system.device_state("d").unwrap() == "disabled");
         assert_eq!(rig.system.now_ns() - before, 6 * MS);
         assert_eq!(rig.wait(id).command_list, "slow", "it is told once that its device is disabled");
         let ends: Vec<String> = rig.logged("end").iter().map(|e| e.split(": ").take(2).collect::<Vec<_>>().join(": ")).collect();

@@ -5,7 +5,7 @@ use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::Duration;
-use supervisor::{DeviceRequest, Waited};
+use supervisor::{DeviceRequest, WaitResult};
 
 const LONG: Duration = Duration::from_secs(300);
 
@@ -57,7 +57,7 @@ fn joint(rig: &Rig) -> u64 {
 
 fn enable(rig: &Rig) {
     rig.system.enable("j1").unwrap();
-    assert!(matches!(rig.system.wait_enabled("j1", Some(rig.system.now_ns() + 50 * MS), LONG).unwrap(), Waited::Done(true)));
+    assert!(matches!(rig.system.wait_enabled("j1", Some(rig.system.now_ns() + 50 * MS), LONG).unwrap(), WaitResult::Done(true)));
 }
 
 /// Checks the servo's own trace: one row a ms, without a gap, each at most `stride` from the one before.

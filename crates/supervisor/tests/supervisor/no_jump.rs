@@ -6,7 +6,7 @@ use crate::common::*;
 use serde_json::json;
 use std::collections::HashSet;
 use std::time::Duration;
-use supervisor::{DeviceRequest, Limits, Waited};
+use supervisor::{DeviceRequest, Limits, WaitResult};
 
 const LONG: Duration = Duration::from_secs(300);
 /// Slew limit of an effort, per second, and the most that a verb moves a set-point in a ms.
@@ -94,7 +94,7 @@ impl Cell {
             10..=11 => return format!("halt {which}: {}", system.halt(which).is_ok()),
             12 => {
                 let disabled = system.disable(JOINTS[joint].0, LONG);
-                assert!(matches!(disabled, Ok(Waited::Done(()))), "{joint} is disabled when its users and its own verb have ended");
+                assert!(matches!(disabled, Ok(WaitResult::Done(()))), "{joint} is disabled when its users and its own verb have ended");
                 return format!("disable {joint}");
             }
             13..=14 => {

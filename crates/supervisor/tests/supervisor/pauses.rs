@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use serde_json::json;
 use std::collections::{BTreeSet, HashMap};
 use std::time::Duration;
-use supervisor::{DeviceRequest, Limits, Waited};
+use supervisor::{DeviceRequest, Limits, WaitResult};
 
 const LONG: Duration = Duration::from_secs(300);
 const JOINTS: [&str; 2] = ["j1", "j2"];
@@ -112,7 +112,7 @@ impl Model {
         for joint in JOINTS {
             self.rig.system.enable(joint).unwrap_or_else(|r| panic!("{}", text(&r)));
             let until_ns = Some(self.rig.system.now_ns() + 1_000 * MS);
-            assert!(matches!(self.rig.system.wait_enabled(joint, until_ns, LONG).unwrap(), Waited::Done(true)));
+            assert!(matches!(self.rig.system.wait_enabled(joint, until_ns, LONG).unwrap(), WaitResult::Done(true)));
         }
     }
 
@@ -164,7 +164,7 @@ impl Model {
             Call::Pause(joint) => {
                 let stopped = system.pause(Self::scope(joint).as_deref()).unwrap_or_else(|r| panic!("{}", text(&r)));
                 let ids: Vec<u64> = stopped.iter().map(|(id, _)| *id).collect();
-                assert!(matches!(system.paused(&ids, LONG).unwrap(), Waited::Done(())));
+                assert!(matches!(system.paused(&ids, LONG).unwrap(), WaitResult::Done(())));
                 match joint {
                     Some(joint) => self.paused.extend([joint]),
                     None => self.all = true,
@@ -178,7 +178,7 @@ impl Model {
                 }
             }
             Call::Disable(joint) => {
-                assert!(matches!(system.disable(JOINTS[joint], LONG).unwrap(), Waited::Done(())));
+                assert!(matches!(system.disable(JOINTS[joint], LONG).unwrap(), WaitResult::Done(())));
                 assert!((0..3).filter(|which| self.joints[*which].contains(&joint)).all(|which| matches!(self.state(which), "created" | "ended")));
                 self.enable();
             }

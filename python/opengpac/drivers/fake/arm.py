@@ -22,7 +22,7 @@ _DH = [
 ]  # fmt: skip
 
 
-class Refused(Exception):
+class RefusedCommand(Exception):
     """A command that its safety system does not let pass: the arm is in protective stop."""
 
 
@@ -38,13 +38,13 @@ class JointArm:
         """The largest step of a goal from one cycle to the next, rad."""
 
     def command(self, goal: Sequence[float]) -> None:
-        """Gives the next goal; `Refused` where it is a leap."""
+        """Gives the next goal; `RefusedCommand` where it is a leap."""
         if len(goal) != 6:
             raise ValueError(f"{len(goal)} joint positions are given")
         step = max(abs(to - before) for to, before in zip(goal, self.goal, strict=True))
         self.step_max = max(self.step_max, step)
         if step > self.leap_max:
-            raise Refused(f"a goal is {step:.3f} rad from the one before")
+            raise RefusedCommand(f"a goal is {step:.3f} rad from the one before")
         self.goal = [float(value) for value in goal]
 
     def rest(self) -> None:

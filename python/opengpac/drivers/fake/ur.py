@@ -18,7 +18,7 @@ from typing import Any, Self
 from ...errors import CallError, DeviceFailed, refuse
 from ..driver import Driver
 from ..ur import ur as ur_driver
-from .arm import CYCLE, HOME, JointArm, Refused, motions
+from .arm import CYCLE, HOME, JointArm, RefusedCommand, motions
 from .dynamics import SimulatedArm, model_of
 from .gripper import Gripper
 from .ur_ports import DASHBOARD, RTDE, SCRIPTS, Dashboard, Peer, Rtde, Scripts
@@ -264,12 +264,12 @@ class ur:
             try:
                 if not self._program.step():
                     self.end_program()
-            except Refused as why:
+            except RefusedCommand as why:
                 self.log.append(str(why))
                 self.stop_by(PROTECTIVE)
             except ScriptError as why:
                 self.log.append(str(why))
-                if isinstance(why.__cause__, Refused):
+                if isinstance(why.__cause__, RefusedCommand):
                     self.stop_by(PROTECTIVE)
                 else:
                     self.end_program()

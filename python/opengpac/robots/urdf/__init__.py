@@ -32,7 +32,7 @@ JOINTS_TOLD = 5
 
 
 @dataclass(frozen=True)
-class Converted:
+class ConvertedArm:
     """An arm's URDF file, converted.
 
     `text` is the MJCF model, `speeds` the maximum speed of each joint that has one (rad/s or m/s), `notes` what was put right, one
@@ -67,7 +67,7 @@ def convert(
     semantic: Path | bool = False,
     group: str | None = None,
     self_collision: bool = False,
-) -> Converted:
+) -> ConvertedArm:
     """Converts a URDF file; packages are looked for in `package_paths` first.
 
     `semantic` is its SRDF file, or whether the one beside it is read, `group` the group of it whose joints make the arm,
@@ -98,7 +98,7 @@ def convert(
     except (ValueError, OSError, mujoco.FatalError) as error:
         refuse(DeviceFailed, f"MuJoCo cannot read the URDF file '{file}': {error}", "mend what it names, or give the arm as MJCF")
     states = semantics.states_of(selected.arm or selected.motors)
-    return Converted(
+    return ConvertedArm(
         _balanced(spec.to_xml()), speeds, tuple(source.notes), held_back, selected.arm, semantics.groups, states, controls.interfaces
     )
 

@@ -32,14 +32,14 @@ device::counters! {
 }
 
 /// State that the thread shares with the driver.
-pub(super) struct Shared {
+pub(super) struct ServerState {
     pub tables: Mutex<Tables>,
     pub counters: Arc<Counters>,
     /// Requests so far: a client that is there asks.
     pub asked: AtomicU64,
 }
 
-impl Shared {
+impl ServerState {
     pub(super) fn count(&self, what: Count) {
         self.counters.add(what, 1);
     }
@@ -70,7 +70,7 @@ struct Client {
 }
 
 /// Serves until `ends` is closed at its other end.
-pub(super) fn serve(listener: &TcpListener, ends: &UnixStream, most: usize, shared: &Shared) {
+pub(super) fn serve(listener: &TcpListener, ends: &UnixStream, most: usize, shared: &ServerState) {
     let mut clients: Vec<Client> = Vec::with_capacity(most);
     let mut asked: Vec<libc::pollfd> = Vec::with_capacity(most + 2);
     let mut turn = 0_u64;
@@ -99,7 +99,7 @@ pub(super) fn serve(listener: &TcpListener, ends: &UnixStream, most: usize, shar
     }
 }
 
-fn accept(listener: &TcpListener, clients: &mut Vec<Client>, most: usize, turn: u64, shared: &Shared) {
+fn accept(listener: &TcpListener, clients: &mut Vec<Client>, most: usize, turn: u64, shared: &ServerState) {
     let Ok((stream, _)) = listener.accept() else { return };
     if stream.set_nonblocking(true).is_err() || stream.set_nodelay(true).is_err() {
         return;
@@ -119,7 +119,7 @@ impl Client {
     }
 
     /// Goes on with it as far as it goes at once; false: it is gone.
-    fn serve(&mut self, turn: u64, shared: &Shared) -> bool {
+    fn serve(&mut self, turn: u64, shared: &ServerState) -> bool {
         if self.owes() {
             return self.send() && (self.owes() || self.requests(shared));
         }
@@ -134,7 +134,7 @@ impl Client {
     }
 
     /// Answers the requests that have come, until one of the answers is not taken.
-    fn requests(&mut self, shared: &Shared) -> bool {
+    fn requests(&mut self, shared: &ServerState) -> bool {
         let mut pdu = [0; PDU_MAX];
         loop {
             let (transaction, unit, pdu) = match framed(&self.came[..self.filled]) {

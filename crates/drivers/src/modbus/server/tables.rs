@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The registers and bits that others ask for, and which of them they may write.
-use crate::modbus::map::{Place, Write};
+use crate::modbus::map::{MappedChannel, Write};
 use crate::modbus::pdu::{Exception, Pdu, Request, Space};
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ pub(in crate::modbus) struct Tables {
 }
 
 impl Tables {
-    pub(in crate::modbus) fn new(places: &[Place]) -> Tables {
+    pub(in crate::modbus) fn new(places: &[MappedChannel]) -> Tables {
         let mut cells = BTreeMap::new();
         for place in places {
             for at in 0..place.count() {
@@ -30,7 +30,7 @@ impl Tables {
     }
 
     /// Stores a value of this machine: the bytes of a channel. What is no number changes nothing. False: it did not fit.
-    pub(super) fn put(&mut self, place: &Place, channel: &[u8]) -> bool {
+    pub(super) fn put(&mut self, place: &MappedChannel, channel: &[u8]) -> bool {
         let Some((wire, fits)) = place.form.write(channel) else { return false };
         for at in 0..place.count() {
             let Some(cell) = self.cells.get_mut(&(place.space, place.address + at)) else { continue };
@@ -43,7 +43,7 @@ impl Tables {
     }
 
     /// Returns the bytes of a channel, as a client wrote it.
-    pub(super) fn get(&self, place: &Place, channel: &mut [u8]) {
+    pub(super) fn get(&self, place: &MappedChannel, channel: &mut [u8]) {
         let mut wire = [0; 8];
         for (at, two) in (0..place.count()).zip(wire.chunks_exact_mut(2)) {
             let value = self.cells.get(&(place.space, place.address + at)).map_or(0, |cell| cell.value);

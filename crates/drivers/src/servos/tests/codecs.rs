@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-use crate::servos::frame::{Answer, Ask, FRAME_MAX, Frame, Taken};
+use crate::servos::frame::{Answer, Ask, FRAME_MAX, Frame, FrameScan};
 use crate::servos::protocol::Protocol;
 use crate::servos::{dynamixel2, registers};
 use proptest::prelude::*;
@@ -41,12 +41,12 @@ fn answers(protocol: Protocol, stream: &[u8]) -> Vec<(u8, u8, Vec<u8>)> {
     let (mut from, mut scratch, mut found) = (0, [0; FRAME_MAX], Vec::new());
     while from < stream.len() {
         from += match protocol.take(&stream[from..], &mut scratch) {
-            Taken::Part => break,
-            Taken::Skip(count) | Taken::Bad(count) => {
+            FrameScan::Part => break,
+            FrameScan::Skip(count) | FrameScan::Bad(count) => {
                 assert!(count > 0, "it gets on");
                 count
             }
-            Taken::Frame(count, answer) => {
+            FrameScan::Frame(count, answer) => {
                 found.extend(answer.map(|Answer { id, error, bytes }| (id, error, bytes.to_vec())));
                 count
             }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::kinematics::chain::Chain;
-use crate::kinematics::follower::{Asked, Follower, Stretch, Way, check};
+use crate::kinematics::follower::{FollowerInputs, Follower, Stretch, Way, check};
 use crate::kinematics::line::Line;
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_POSE, JOINTS_MAX};
@@ -133,7 +133,7 @@ impl Step for LineGenerator {
             return Outcome::Fault(code);
         }
         let Some(way) = DrawnLine::of(&line) else { return Outcome::Fault(BAD_POSE) };
-        let asked = Asked {
+        let asked = FollowerInputs {
             r#override: &self.r#override[..n], cell_override: &self.cell_override[..n], holding: self.holding, speed_max: &self.speed_max[..n],
             gap_max: &self.gap_max[..n], invocation,
         };

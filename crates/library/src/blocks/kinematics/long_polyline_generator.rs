@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::kinematics::BAD_CHAIN;
 use crate::kinematics::chain::Chain;
-use crate::kinematics::follower::{Asked, Follower, check};
+use crate::kinematics::follower::{FollowerInputs, Follower, check};
 use crate::kinematics::polyline::LongPolyline;
 use crate::kinematics::polyline::generator::polyline_generator;
 use crate::path::BEING_PLANNED;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-use crate::reference::{Approach, Led, is_bad_limit};
+use crate::reference::{Approach, ReferenceInputs, is_bad_limit};
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// A limit is negative or no number, or the range is empty.
@@ -104,7 +104,7 @@ impl Step for JointReference {
             return Outcome::Fault(BAD_LIMIT);
         }
         let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
-        let led = Led {
+        let led = ReferenceInputs {
             setpoint: self.setpoint,
             velocity: self.setpoint_velocity,
             acceleration: self.setpoint_acceleration,

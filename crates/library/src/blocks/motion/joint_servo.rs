@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::chatter::Chatter;
-use crate::reference::{Approach, Led, is_bad_limit};
+use crate::reference::{Approach, ReferenceInputs, is_bad_limit};
 use crate::ripple::Ripple;
 use crate::servo::Law;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
@@ -139,7 +139,7 @@ impl Step for JointServo {
         let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
         // Taken at once, a set-point is a place to be at.
         let time_ns = if self.interpolation > 1 { self.setpoint_time } else { 0 };
-        let led = Led {
+        let led = ReferenceInputs {
             setpoint: self.setpoint,
             velocity: self.setpoint_velocity,
             acceleration: self.setpoint_acceleration,

@@ -126,7 +126,7 @@ pub struct MotionGenerator {
 #[derive(Clone, Copy, Debug, Default)]
 struct Way {
     motion: Motion,
-    wanted: Wanted,
+    wanted: JointGoals,
     is_holding: bool,
     /// Positions that a relative goal counts from.
     origin: [f64; 16],
@@ -137,7 +137,7 @@ struct Way {
 
 /// Goals and limits of each joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Wanted {
+struct JointGoals {
     goal: [f64; 16],
     speed: [f64; 16],
     acceleration: [f64; 16],
@@ -180,8 +180,8 @@ impl Step for MotionGenerator {
 
 impl MotionGenerator {
     /// Goals and limits as they are asked for now; the error is the code of a fault.
-    fn wanted(&mut self, n: usize, rate: f64) -> Result<Wanted, u32> {
-        let mut wanted = Wanted::default();
+    fn wanted(&mut self, n: usize, rate: f64) -> Result<JointGoals, u32> {
+        let mut wanted = JointGoals::default();
         for i in 0..n {
             let goal = if self.relative { self.way.origin[i] + self.goal[i] } else { self.goal[i] };
             if !goal.is_finite() {
@@ -202,7 +202,7 @@ impl MotionGenerator {
     }
 
     fn plan(&mut self, n: usize) {
-        let Wanted { goal, speed, acceleration, jerk } = self.way.wanted;
+        let JointGoals { goal, speed, acceleration, jerk } = self.way.wanted;
         let limits: [Limits; 16] = std::array::from_fn(|i| Limits { speed: speed[i], acceleration: acceleration[i], jerk: jerk[i] });
         if self.way.is_holding {
             self.way.motion.stop(&limits[..n]);

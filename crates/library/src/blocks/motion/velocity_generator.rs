@@ -116,7 +116,7 @@ pub struct VelocityGenerator {
 #[derive(Clone, Copy, Debug, Default)]
 struct Way {
     motion: Motion,
-    wanted: Wanted,
+    wanted: JointVelocities,
     is_holding: bool,
     /// Invocations on end for which each joint has been at rest.
     rest: [u16; 16],
@@ -127,7 +127,7 @@ struct Way {
 
 /// Velocities and limits of each joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Wanted {
+struct JointVelocities {
     velocity: [f64; 16],
     acceleration: [f64; 16],
     jerk: [f64; 16],
@@ -145,7 +145,7 @@ impl Step for VelocityGenerator {
         }
         let Some(rate) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
         let direction = if self.reverse { -1.0 } else { 1.0 };
-        let mut wanted = Wanted::default();
+        let mut wanted = JointVelocities::default();
         for i in 0..n {
             if !self.velocity[i].is_finite() {
                 return Outcome::Fault(NOT_FINITE);
@@ -174,7 +174,7 @@ impl Step for VelocityGenerator {
 impl VelocityGenerator {
     /// A joint that is to move goes to the end of its range at that speed, so that it comes to rest there.
     fn plan(&mut self) {
-        let (Wanted { velocity, acceleration, jerk }, holding) = (self.way.wanted, self.way.is_holding);
+        let (JointVelocities { velocity, acceleration, jerk }, holding) = (self.way.wanted, self.way.is_holding);
         let (least, most) = (self.position_min, self.position_max);
         self.way.motion.each(|i, state| {
             let velocity = if holding { 0.0 } else { velocity[i] };

@@ -129,7 +129,7 @@ macro_rules! polyline_generator {
                 if let Err(code) = check(self.path.path.plan, self.path.joints, n) {
                     return Outcome::Fault(code);
                 }
-                let asked = Asked {
+                let asked = FollowerInputs {
                     r#override: &self.r#override[..n], cell_override: &self.cell_override[..n], holding: self.holding, speed_max: &self.speed_max[..n],
                     gap_max: &self.gap_max[..n], invocation,
                 };

@@ -2,6 +2,7 @@
 //! Operators that compute each element from those at its place.
 use super::movement::moved;
 use super::{Call, Operator, OperatorResult};
+use crate::onnx::proto;
 use crate::onnx::value::{Content, Kind, Value, broadcast, spread};
 
 pub fn find(operator: &str) -> Option<Operator> {
@@ -86,6 +87,25 @@ pub fn mapped(call: &mut Call, expression: &str) -> OperatorResult {
     }
     let kind = call.program.kind(&x);
     mapped_to(call, kind, expression)
+}
+
+pub fn cast(call: &mut Call) -> OperatorResult {
+    call.attribute("saturate");
+    call.attribute("round_mode");
+    let (x, to) = (call.input(0)?, call.int("to", 0));
+    let kind = i32::try_from(to).ok().and_then(Kind::of);
+    let kind = kind.ok_or_else(|| format!("a cast to {} is not supported: export the network with floats", proto::type_name(to as i32)))?;
+    Ok(vec![match (&x.content, kind) {
+        (Content::Ints(ints), Kind::Float) => Value::floats(x.shape.clone(), ints.iter().map(|&i| i as f32).collect()),
+        (Content::Ints(ints), Kind::Truth) => Value::ints(x.shape.clone(), ints.iter().map(|&i| i64::from(i != 0)).collect()),
+        (Content::Floats(floats), Kind::Whole) => Value::ints(x.shape.clone(), floats.iter().map(|&f| f as i64).collect()),
+        (Content::Floats(floats), Kind::Truth) => Value::ints(x.shape.clone(), floats.iter().map(|&f| i64::from(f != 0.0)).collect()),
+        (Content::Ints(_), Kind::Whole) | (Content::Floats(_), Kind::Float) => x,
+        (Content::Buffer(_), kind) if call.program.kind(&x) == kind => x,
+        (Content::Buffer(_), Kind::Whole) if call.program.kind(&x) == Kind::Float => return mapped_to(call, kind, "LANES(X, truncf)"),
+        (Content::Buffer(_), Kind::Truth) => return mapped_to(call, kind, "truth(X != all(0))"),
+        (Content::Buffer(_), _) => return mapped_to(call, kind, "X"),
+    }])
 }
 
 /// The same with elements of another kind.

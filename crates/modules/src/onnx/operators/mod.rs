@@ -91,7 +91,7 @@ fn find(operator: &str) -> Option<Operator> {
         "ConstantOfShape" => movement::constant_of_shape,
         "Shape" => movement::shape,
         "Identity" | "Dropout" => movement::identity,
-        "Cast" => movement::cast,
+        "Cast" => elementwise::cast,
         "Reshape" => movement::reshape,
         "Flatten" => movement::flatten,
         "Squeeze" => movement::squeeze,

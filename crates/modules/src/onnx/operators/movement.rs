@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Operators that move elements and compute nothing: with fixed shapes each is a list of indices, known now.
-use super::elementwise::mapped_to;
 use super::{Call, OperatorResult, axes, axis};
 use crate::onnx::program::Program;
-use crate::onnx::proto;
 use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, spread, strides};
 
 /// More copies than this become a table.
@@ -89,25 +87,6 @@ pub fn identity(call: &mut Call) -> OperatorResult {
         }
     }
     Ok(vec![call.input(0)?])
-}
-
-pub fn cast(call: &mut Call) -> OperatorResult {
-    call.attribute("saturate");
-    call.attribute("round_mode");
-    let (x, to) = (call.input(0)?, call.int("to", 0));
-    let kind = i32::try_from(to).ok().and_then(Kind::of);
-    let kind = kind.ok_or_else(|| format!("a cast to {} is not supported: export the network with floats", proto::type_name(to as i32)))?;
-    Ok(vec![match (&x.content, kind) {
-        (Content::Ints(ints), Kind::Float) => Value::floats(x.shape.clone(), ints.iter().map(|&i| i as f32).collect()),
-        (Content::Ints(ints), Kind::Truth) => Value::ints(x.shape.clone(), ints.iter().map(|&i| i64::from(i != 0)).collect()),
-        (Content::Floats(floats), Kind::Whole) => Value::ints(x.shape.clone(), floats.iter().map(|&f| f as i64).collect()),
-        (Content::Floats(floats), Kind::Truth) => Value::ints(x.shape.clone(), floats.iter().map(|&f| i64::from(f != 0.0)).collect()),
-        (Content::Ints(_), Kind::Whole) | (Content::Floats(_), Kind::Float) => x,
-        (Content::Buffer(_), kind) if call.program.kind(&x) == kind => x,
-        (Content::Buffer(_), Kind::Whole) if call.program.kind(&x) == Kind::Float => return mapped_to(call, kind, "LANES(X, truncf)"),
-        (Content::Buffer(_), Kind::Truth) => return mapped_to(call, kind, "truth(X != all(0))"),
-        (Content::Buffer(_), _) => return mapped_to(call, kind, "X"),
-    }])
 }
 
 pub fn reshape(call: &mut Call) -> OperatorResult {

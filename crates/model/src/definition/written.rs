@@ -53,22 +53,22 @@ pub(crate) trait Short: DeserializeOwned {
 }
 
 /// Value in its long form, or in short.
-pub(crate) struct Written<T>(T);
+pub(crate) struct ShortForm<T>(T);
 
 /// Values by name, each long or short.
-pub(crate) type WrittenMap<T> = IndexMap<String, Written<T>>;
+pub(crate) type WrittenMap<T> = IndexMap<String, ShortForm<T>>;
 
 pub(crate) fn map<'de, D: Deserializer<'de>, T: Short>(deserializer: D) -> Result<IndexMap<String, T>, D::Error> {
-    Ok(WrittenMap::<T>::deserialize(deserializer)?.into_iter().map(|(name, Written(of))| (name, of)).collect())
+    Ok(WrittenMap::<T>::deserialize(deserializer)?.into_iter().map(|(name, ShortForm(of))| (name, of)).collect())
 }
 
 pub(crate) fn one<'de, D: Deserializer<'de>, T: Short>(deserializer: D) -> Result<T, D::Error> {
-    Written::<T>::deserialize(deserializer).map(|Written(of)| of)
+    ShortForm::<T>::deserialize(deserializer).map(|ShortForm(of)| of)
 }
 
-impl<'de, T: Short> Deserialize<'de> for Written<T> {
+impl<'de, T: Short> Deserialize<'de> for ShortForm<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Reader(PhantomData)).map(Written)
+        deserializer.deserialize_any(Reader(PhantomData)).map(ShortForm)
     }
 }
 
@@ -149,16 +149,16 @@ impl Short for Termination {
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
-pub(crate) enum Raised {
+pub(crate) enum RaiseMark {
     Is(bool),
     /// Name of the exception class.
     Named(String),
 }
 
 pub(crate) fn raised<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
-    Ok(match Raised::deserialize(deserializer)? {
-        Raised::Is(raises) => raises,
-        Raised::Named(name) => !name.is_empty(),
+    Ok(match RaiseMark::deserialize(deserializer)? {
+        RaiseMark::Is(raises) => raises,
+        RaiseMark::Named(name) => !name.is_empty(),
     })
 }
 
@@ -311,12 +311,12 @@ impl<'de> Deserialize<'de> for WrittenList {
 
 #[cfg(feature = "schema")]
 mod schema {
-    use super::{Commands, Names, Short, Span, Written, WrittenList};
+    use super::{Commands, Names, Short, ShortForm, Span, WrittenList};
     use crate::definition::CommandList;
     use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
     use std::borrow::Cow;
 
-    impl<T: Short + JsonSchema> JsonSchema for Written<T> {
+    impl<T: Short + JsonSchema> JsonSchema for ShortForm<T> {
         fn schema_name() -> Cow<'static, str> {
             format!("Written{}", T::schema_name()).into()
         }

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An arm as its model describes it: joints, tool, sensors, springs and followers, with the compiled model that they are of.
+use super::functions::{Model, MuJoCo, object};
+use device::{Part, Servo};
+use serde_json::{Value, json};
+use std::ffi::{CStr, CString};
+
+/// `mjtJoint` of a body that no joint holds.
+pub(super) const JOINT_FREE: i32 = 0;
+/// Coefficients of the polynomial that couples two joints.
+pub(super) const TERMS: usize = 5;
+
+/// A commanded joint.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub part: Part,
+    /// Index of its position in qpos and of its velocity in qvel.
+    pub position: usize,
+    pub velocity: usize,
+    /// The inertia that a decoupled effort moves, kg.m^2 (kg), and the gains of a servo of decoupled efforts.
+    pub inertia: f64,
+    pub decoupled: Servo,
+    /// The acceleration that its efforts and those of the other joints can give in every pose, all at once, rad/s^2 (m/s^2).
+    pub acceleration_max: f64,
+}
+
+impl Joint {
+    /// Describes the joint as the driver does to the programs that use it.
+    pub fn about(&self) -> Value {
+        let mut about = json!(self.part);
+        about["decoupled"] = json!(self.decoupled);
+        about["acceleration_max"] = json!(self.acceleration_max);
+        about
+    }
+}
+
+/// The spring of a joint: effort = -stiffness (position - rest).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spring {
+    pub position: usize,
+    pub velocity: usize,
+    pub stiffness: f64,
+    pub rest: f64,
+}
+
+/// Where the tool is: a site named `tool` or `attachment_site`, else the site of the first force sensor.
+#[derive(Clone, Debug)]
+pub(super) struct Tool {
+    pub body: i32,
+    /// The site, and the centre of mass of its body, in the body's frame.
+    pub site_m: [f64; 3],
+    pub centre_m: [f64; 3],
+    /// The sensor that tells the force there, if the model has one.
+    pub sensor: Option<i32>,
+}
+
+/// A degree of freedom that moves with another one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Follower {
+    pub velocity: usize,
+    pub position: usize,
+    /// Its leader's index in qvel and in qpos.
+    pub leader: (usize, usize),
+    /// q_1 - rest_1 as a polynomial of q_2 - rest_2; the follower is joint 1, or joint 2 if `is_second`.
+    pub terms: [f64; TERMS],
+    pub rest: (f64, f64),
+    pub is_second: bool,
+}
+
+/// A sensor of the model.
+#[derive(Clone, Debug)]
+pub(super) struct Sensor {
+    pub name: String,
+    /// Its number in the model, and how many numbers it tells.
+    pub id: i32,
+    pub elements: usize,
+    pub unit: &'static str,
+}
+
+/// A compiled model; freed when dropped.
+pub(super) struct Arm {
+    pub mujoco: &'static MuJoCo,
+    pub model: *mut Model,
+    pub joints: Vec<Joint>,
+    pub tool: Option<Tool>,
+    pub sensors: Vec<Sensor>,
+    /// The sensor of contacts, and how many it tells.
+    pub contacts: Option<(i32, usize)>,
+    /// Bodies that no joint holds: name of the joint, and the index of its pose in qpos.
+    pub free: Vec<(String, usize)>,
+    /// Viscous damping and dry friction of each degree of freedom.
+    pub damping: Vec<f64>,
+    pub friction: Vec<f64>,
+    /// The part of the friction that the plant computes, and whether there is any: MuJoCo computes that of followers and of what is apart.
+    pub plant_friction: Vec<f64>,
+    pub rubs: bool,
+    /// Tree of bodies that each degree of freedom belongs to. No force acts between two trees but by contact.
+    pub trees: Vec<i32>,
+    pub springs: Vec<Spring>,
+    /// Degrees of freedom that move with others, each before its leader.
+    pub followers: Vec<Follower>,
+    /// True for each degree of freedom of a tree of bodies without a commanded joint, which does not feel the arm's inertia.
+    pub apart: Vec<bool>,
+    /// Name of the joint of each degree of freedom.
+    pub freedoms: Vec<String>,
+    pub timestep_ns: i64,
+    pub runge_kutta: bool,
+    /// Index of the keyframe `home`, or -1.
+    pub home: i32,
+}
+
+// SAFETY: the model is owned by this value and constant after `load`; MuJoCo keeps nothing about it for a thread.
+unsafe impl Send for Arm {}
+
+impl Drop for Arm {
+    fn drop(&mut self) {
+        // SAFETY: the model came from `mj_loadXML` and is freed only here.
+        unsafe { (self.mujoco.mj_deleteModel)(self.model) }
+    }
+}
+
+impl Arm {
+    pub fn of(mujoco: &'static MuJoCo, model: *mut Model) -> Arm {
+        Arm {
+            mujoco,
+            model,
+            joints: vec![],
+            tool: None,
+            sensors: vec![],
+            contacts: None,
+            free: vec![],
+            damping: vec![],
+            friction: vec![],
+            plant_friction: vec![],
+            rubs: false,
+            trees: vec![],
+            springs: vec![],
+            followers: vec![],
+            apart: vec![],
+            freedoms: vec![],
+            timestep_ns: 0,
+            runge_kutta: false,
+            home: -1,
+        }
+    }
+
+    pub fn id(&self, object: i32, name: &str) -> i32 {
+        let name = CString::new(name).expect("names here hold no NUL");
+        // SAFETY: the model is valid and the name ends in NUL.
+        unsafe { (self.mujoco.mj_name2id)(self.model, object, name.as_ptr()) }
+    }
+
+    pub fn name(&self, object: i32, id: i32) -> Option<String> {
+        // SAFETY: the model is valid; an id without a name gives null.
+        let name = unsafe { (self.mujoco.mj_id2name)(self.model, object, id) };
+        // SAFETY: a name ends in NUL and lives as long as the model.
+        (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
+    }
+
+    /// Returns the name of a joint; a free one without a name is called as its body.
+    pub fn joint_name(&self, joint: usize, kind: i32, body: i32) -> String {
+        let of_body = || (kind == JOINT_FREE).then(|| self.name(object::BODY, body)).flatten();
+        self.name(object::JOINT, joint as i32).or_else(of_body).unwrap_or_else(|| format!("joint_{joint}"))
+    }
+}

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A verb as it is installed: its plan, the objects in memory that carry it out, and the devices that it acts on.
+use crate::registry::PhysicalRecord;
+use crate::wiring::installed::InstalledPlan;
+use indexmap::IndexMap;
+use model::plan::Plan;
+
+/// A plan in memory, with the physical devices whose channels it writes.
+pub(crate) struct InstalledVerb<'a> {
+    pub plan: &'a Plan,
+    pub installed: &'a InstalledPlan,
+    pub devices: &'a IndexMap<String, PhysicalRecord>,
+}

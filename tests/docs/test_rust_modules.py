@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The modules of each Rust crate stand on each other in one direction, as the package's do (`tests/python/test_imports.py`).
+
+A module and those within it are one subject: what a parent hands on of its children, and what these take from it, is no circle.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+CRATES = sorted(folder for folder in (ROOT / "crates").iterdir() if (folder / "src").is_dir())
+
+Module = tuple[str, ...]
+
+USE = re.compile(r"\buse\s+((?:crate|self|super)::[^;]+);")
+PATH = re.compile(r"\b(?:crate|super)(?:::\w+)+")
+COMMENT = re.compile(r"//[^\n]*")
+
+
+def modules(source: Path) -> dict[Module, Path]:
+    """The modules of a crate by their paths."""
+    found: dict[Module, Path] = {}
+    for file in source.rglob("*.rs"):
+        parts = file.relative_to(source).with_suffix("").parts
+        found[() if parts in {("lib",), ("main",)} else parts[:-1] if parts[-1] == "mod" else parts] = file
+    return found
+
+
+def flat(tree: str) -> Iterator[str]:
+    """The paths of a `use`: `a::{b, c::d}` is `a::b` and `a::c::d`."""
+    head, brace, rest = tree.partition("{")
+    if not brace:
+        yield tree.split(" as ")[0].strip()
+        return
+    depth, part = 0, ""
+    for letter in rest.rstrip().removesuffix("}") + ",":
+        if letter == "," and depth == 0:
+            yield from flat(head + part.strip()) if part.strip() else ()
+            part = ""
+            continue
+        depth += (letter == "{") - (letter == "}")
+        part += letter
+
+
+def target(path: str, module: Module, known: dict[Module, Path]) -> Module:
+    """The module that a path leads to from another one."""
+    first, *steps = path.split("::")
+    at = list(module) if first in {"self", "super"} else []
+    if first == "super":
+        at = at[:-1]
+        while steps and steps[0] == "super":
+            at, steps = at[:-1], steps[1:]
+    for step in steps:
+        if (*at, step.strip()) not in known:
+            break
+        at.append(step.strip())
+    return tuple(at)
+
+
+def used(text: str, module: Module, known: dict[Module, Path]) -> set[Module]:
+    """The modules that a source uses, but for tests within it, those around it and those within it."""
+    text = COMMENT.sub("", text.split("#[cfg(test)]\nmod ")[0])
+    paths = [path for tree in USE.findall(text) for path in flat(" ".join(tree.split()))] + PATH.findall(text)
+    found = {target(path, module, known) for path in paths}
+    return {other for other in found if other != module[: len(other)] and module != other[: len(module)]}
+
+
+@pytest.mark.parametrize("crate", CRATES, ids=lambda crate: crate.name)
+def test_no_module_of_a_crate_uses_itself_by_way_of_others(crate: Path) -> None:
+    known = modules(crate / "src")
+    try:
+        TopologicalSorter({module: used(file.read_text(), module, known) for module, file in known.items()}).prepare()
+    except CycleError as error:
+        raise AssertionError(f"{crate.name}: " + " -> ".join("::".join(module) for module in error.args[1])) from None
+
+
+def test_uses_are_found_by_each_form() -> None:
+    known = {path: Path() for path in [("a",), ("a", "b"), ("a", "c"), ("d",), ("e",), ("f",)]}
+    text = "use crate::d::{X, y::Z};\nuse super::c;\npub(crate) use crate::{e::{P,\n Q}, f};\n// crate::a::b\n"
+    assert used(text, ("a", "b"), known) == {("d",), ("a", "c"), ("e",), ("f",)}
+    assert used("fn f() { crate::d::g() }\n#[cfg(test)]\nmod tests {\n use crate::e;\n}\n", ("a", "b"), known) == {("d",)}
+    assert used("use crate::a::b;\nuse self::c::D;", ("a",), known) == set()
