@@ -242,6 +242,10 @@ fn a_model_that_does_not_do_says_why() {
         assert!(parse.contains("cannot load the model") && parse.contains("nme"), "{parse}");
         let idle = error("<mujoco><worldbody><body><joint name='a'/><geom size='1'/></body></worldbody></mujoco>");
         assert!(idle.contains("no actuated joint"), "{idle}");
+        let rubbing =
+            "<mujoco><worldbody><body><joint name='a' frictionloss='-1'/><geom size='1'/></body></worldbody><actuator><motor joint='a'/></actuator></mujoco>";
+        let rubbing = error(rubbing);
+        assert!(rubbing.contains("joint 'a' has the frictionloss -1; give one of 0 or more"), "{rubbing}");
         let missing = drivers::open("mujoco", &json!({ "path": "no_such.xml", "library": library })).err().expect("refused").to_string();
         assert!(missing.contains("no_such.xml"), "{missing}");
         let option =

@@ -55,6 +55,9 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let freedoms = freedoms(&arm, &fields);
     let (springs, apart, followers) = (springs(&fields), apart(&fields, &joints), followers(&fields, &joints));
     let (damping, friction, trees) = (fields.reals("dof_damping"), fields.reals("dof_frictionloss"), fields.ints("dof_treeid"));
+    if let Some(v) = friction.iter().position(|most| !(0.0..f64::INFINITY).contains(most)) {
+        return Err(refusals::model(path, &format!("joint '{}' has the frictionloss {}; give one of 0 or more", freedoms[v], friction[v])));
+    }
     let plant_friction = plant_friction(&fields, &friction, &joints, &apart);
     fields.set_reals("dof_frictionloss", &std::iter::zip(&friction, &plant_friction).map(|(whole, ours)| whole - ours).collect::<Vec<_>>());
     fields.apply();
